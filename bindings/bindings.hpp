@@ -1,0 +1,146 @@
+// Shared by the binding files: what Python holds of the core, and the way from run-time choices
+// (machine model, phase count, precision) to the templates.
+//
+// What is a template: scalar, phase count, machine model. What is decided at run time: everything
+// else. A control law is reached through one std::function per sample, so the loop is compiled per
+// machine and phase count only, and a new law adds its own file here (docs/adr/0005).
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/variant.h>
+#include <nanobind/stl/vector.h>
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "srm/base/table.hpp"
+#include "srm/control/drive_control.hpp"
+#include "srm/machine/lehuy.hpp"
+#include "srm/sim/sampling.hpp"
+
+namespace bound {
+
+namespace nb = nanobind;
+
+using AnyMachine = std::variant<srm::LeHuy<double>>;
+
+/// A controller for 2 to 6 phases, with the tables that its law points into.
+struct AnyController {
+  std::variant<srm::Controller<2>, srm::Controller<3>, srm::Controller<4>, srm::Controller<5>,
+               srm::Controller<6>>
+      step;
+};
+
+/// Read-only arrays from Python, in C order.
+using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+template <srm::Real T>
+srm::LeHuy<T> in_precision(const srm::LeHuy<double>& m) {
+  return {m.N_r, T(m.L_u), T(m.L_sat), T(m.A), T(m.B)};
+}
+
+/// Calls f.template operator()<N>() for the phase count.
+template <class F>
+auto with_phases(int n_phases, F&& f) {
+  switch (n_phases) {
+    case 2: return f.template operator()<2>();
+    case 3: return f.template operator()<3>();
+    case 4: return f.template operator()<4>();
+    case 5: return f.template operator()<5>();
+    case 6: return f.template operator()<6>();
+  }
+  throw std::invalid_argument("n_phases = " + std::to_string(n_phases) + ", need 2 to 6");
+}
+
+/// A table in the law's precision that lives as long as the controller that holds it.
+template <srm::Real T>
+struct OwnedTable {
+  std::shared_ptr<std::vector<T>> values;
+  srm::AngleTable<T> view;
+};
+
+template <srm::Real T>
+OwnedTable<T> owned_table(const Matrix& values, double level_max) {
+  const auto n = values.shape(0) * values.shape(1);
+  auto copy = std::make_shared<std::vector<T>>(n);
+  for (std::size_t j = 0; j < n; ++j) (*copy)[j] = T(values.data()[j]);
+  return {copy,
+          {copy->data(), int(values.shape(0)), int(values.shape(1)), T(level_max)}};
+}
+
+/// What every law is given beside its own parameters.
+struct Setting {
+  AnyMachine machine;  // the controller's own model
+  int n_phases;
+  bool single;  // float, as on the target; else double
+  srm::Outer outer;
+  srm::SpeedPi<double> speed;
+};
+
+/// Closes law, speed loop and state into the controller that the loop calls; measurement and
+/// orders change precision at this border, as they would at the target's sensors and timers.
+template <class Law>
+srm::Controller<Law::n_phases> close(const Law& law, const Setting& s, std::shared_ptr<void> tables) {
+  using T = typename Law::Scalar;
+  constexpr int N = Law::n_phases;
+  const srm::SpeedPi<T> speed{T(s.speed.K_p), T(s.speed.K_i), T(s.speed.tau_min),
+                              T(s.speed.tau_max), T(s.speed.T_s)};
+  const srm::DriveControl<Law> control{law, s.outer, speed};
+  return [control, tables, state = typename srm::DriveControl<Law>::State{}](
+             const srm::Measurement<double, N>& y, double reference) mutable {
+    srm::Measurement<T, N> seen;
+    for (int k = 0; k < N; ++k) seen.i[k] = T(y.i[k]);
+    seen.theta_e = srm::wrap(T(y.theta_e));
+    seen.omega_m = T(y.omega_m);
+    seen.u_dc = T(y.u_dc);
+    const srm::Command<T, N> command = control.step(state, seen, T(reference));
+    srm::Orders<N> orders;
+    orders.tau_ref = state.tau_ref;
+    for (int k = 0; k < N; ++k) {
+      const srm::PhaseCommand<T>& c = command[k];
+      orders.command[k] = {.gate = c.gate,
+                           .leg = c.leg,
+                           .t_edge = {double(c.t_edge[0]), double(c.t_edge[1])},
+                           .i_ref = c.i_ref,
+                           .i_band = c.i_band,
+                           .chop = c.chop,
+                           .theta_on = c.theta_on,
+                           .theta_off = c.theta_off};
+    }
+    return orders;
+  };
+}
+
+/// Makes the controller of a law. `make.template operator()<T, N>(machine)` returns the law and
+/// the shared owner of its tables as a pair.
+template <class Make>
+AnyController controller(const Setting& s, Make&& make) {
+  return std::visit(
+      [&](const auto& machine) {
+        return with_phases(s.n_phases, [&]<int N>() -> AnyController {
+          const auto closed = [&]<class T>() {
+            const auto [law, tables] = make.template operator()<T, N>(in_precision<T>(machine));
+            return close(law, s, tables);
+          };
+          if (s.single) return {closed.template operator()<float>()};
+          return {closed.template operator()<double>()};
+        });
+      },
+      s.machine);
+}
+
+void bind_incremental_mpc(nb::module_& m);
+void bind_machine(nb::module_& m);
+void bind_paper_mpc(nb::module_& m);
+void bind_simulation(nb::module_& m);
+
+}  // namespace bound
+
+void bind_box_qp(nanobind::module_& m);

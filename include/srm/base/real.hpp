@@ -1,0 +1,103 @@
+// The scalar of the core, and the few elementary functions it needs, without libm.
+//
+// libm differs between targets in the last bit; these give the same bits on x86-64, Arm Cortex-M and
+// WebAssembly as long as the compiler does not contract a*b+c (-ffp-contract=off).
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+
+namespace srm {
+
+/// float on the target, double on the desk.
+template <class T>
+concept Real = std::same_as<T, float> || std::same_as<T, double>;
+
+template <Real T>
+inline constexpr T pi = T(3.14159265358979323846);
+template <Real T>
+inline constexpr T two_pi = T(6.28318530717958647693);
+
+template <Real T>
+constexpr T abs(T x) {
+  return x < T(0) ? -x : x;
+}
+
+template <Real T>
+constexpr T min(T a, T b) {
+  return b < a ? b : a;
+}
+
+template <Real T>
+constexpr T max(T a, T b) {
+  return a < b ? b : a;
+}
+
+/// x held within [lo, hi]; lo where x is NaN, so that no bad input passes.
+template <Real T>
+constexpr T clamp(T x, T lo, T hi) {
+  return x > lo ? (x < hi ? x : hi) : lo;
+}
+
+/// True for every number except NaN and the infinities, also under any optimisation of comparisons.
+template <Real T>
+constexpr bool is_finite(T x) {
+  return x - x == T(0);
+}
+
+/// Greatest integer not above x, for |x| < 2^31.
+template <Real T>
+constexpr T floor(T x) {
+  const T whole = static_cast<T>(static_cast<std::int32_t>(x));
+  return x < whole ? whole - T(1) : whole;
+}
+
+/// Square root, correctly rounded by the instruction that every target has.
+inline float sqrt(float x) { return __builtin_sqrtf(x); }
+inline double sqrt(double x) { return __builtin_sqrt(x); }
+
+/// 2^n for n within the normal exponents.
+template <Real T>
+constexpr T power_of_two(int n) {
+  if constexpr (std::same_as<T, float>) {
+    return __builtin_bit_cast(float, static_cast<std::uint32_t>(n + 127) << 23);
+  } else {
+    return __builtin_bit_cast(double, static_cast<std::uint64_t>(n + 1023) << 52);
+  }
+}
+
+/// e^x to within 2 ulp; 0 below -80 and e^80 above 80, which no physical exponent here reaches.
+///
+/// x = n ln 2 + r with |r| <= ln(2)/2, then the Taylor series of e^r: 7 terms leave 5e-9 (float),
+/// 13 leave 4e-18 (double). ln 2 is split in two so that n ln 2 is exact in its leading part
+/// (Cody and Waite, Software Manual for the Elementary Functions, 1980, ch. 6).
+template <Real T>
+constexpr T exp(T x) {
+  if (!(x > T(-80))) return T(0);
+  if (x > T(80)) x = T(80);
+  const T n = floor(x * T(1.44269504088896340736) + T(0.5));
+  T r, sum;
+  if constexpr (std::same_as<T, float>) {
+    r = (x - n * 0.693359375F) - n * -2.12194440e-4F;
+    sum = T(1.0 / 5040);
+  } else {
+    r = (x - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10;
+    sum = T(1.0 / 6227020800);
+    sum = sum * r + T(1.0 / 479001600);
+    sum = sum * r + T(1.0 / 39916800);
+    sum = sum * r + T(1.0 / 3628800);
+    sum = sum * r + T(1.0 / 362880);
+    sum = sum * r + T(1.0 / 40320);
+    sum = sum * r + T(1.0 / 5040);
+  }
+  sum = sum * r + T(1.0 / 720);
+  sum = sum * r + T(1.0 / 120);
+  sum = sum * r + T(1.0 / 24);
+  sum = sum * r + T(1.0 / 6);
+  sum = sum * r + T(0.5);
+  sum = sum * r + T(1);
+  sum = sum * r + T(1);
+  return sum * power_of_two<T>(static_cast<int>(n));
+}
+
+}  // namespace srm

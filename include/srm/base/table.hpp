@@ -1,0 +1,36 @@
+// A table over a quantity and an electrical angle, linear between its points.
+#pragma once
+
+#include "srm/base/angle.hpp"
+
+namespace srm {
+
+/// values[row * columns + column]: rows are levels 0..level_max in equal steps, columns are angles
+/// 0..2 pi in equal steps without the last, which is the first again. The table does not own its
+/// memory: constants in flash on the target, a buffer of the caller on the desk.
+template <Real T>
+struct AngleTable {
+  const T* values = nullptr;
+  int rows = 0;  // at least 2
+  int columns = 0;
+  T level_max{};
+
+  /// Levels outside 0..level_max give the nearest row; theta_e in [0, 2 pi).
+  T at(T level, T theta_e) const {
+    const T y = clamp(level / level_max, T(0), T(1)) * static_cast<T>(rows - 1);
+    const T x = theta_e * (static_cast<T>(columns) / two_pi<T>);
+    const int row = y < static_cast<T>(rows - 2) ? static_cast<int>(y) : rows - 2;
+    int left = static_cast<int>(x);
+    if (left >= columns) left = columns - 1;  // rounding may reach the edge
+    const int right = left + 1 < columns ? left + 1 : 0;
+    const T wx = x - static_cast<T>(left);
+    const T wy = y - static_cast<T>(row);
+    const T* lower = values + row * columns;
+    const T* upper = lower + columns;
+    const T below = lower[left] + wx * (lower[right] - lower[left]);
+    const T above = upper[left] + wx * (upper[right] - upper[left]);
+    return below + wy * (above - below);
+  }
+};
+
+}  // namespace srm

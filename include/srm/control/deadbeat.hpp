@@ -1,0 +1,59 @@
+// Deadbeat flux control: the duty cycle that brings each phase to its reference in one sample.
+//
+// psi(t + T_s) = psi(t) + T_s (duty u_dc - R i), so duty = ((psi_ref - psi)/T_s + R i)/u_dc, with
+// psi_ref the machine's flux at the shared torque and at the angle that the sample ends at. With
+// one sample of delay psi is first carried through the sample that is under way, whose duty is
+// known. R. Mikail, I. Husain, Y. Sozer, M. S. Islam, T. Sebastian, "A fixed switching frequency
+// predictive current control method for switched reluctance machines", IEEE Trans. Ind. Appl.
+// 50(6), 2014; sharing: sharing.hpp.
+#pragma once
+
+#include "srm/control/mirror.hpp"
+#include "srm/control/modulator.hpp"
+#include "srm/control/sharing.hpp"
+#include "srm/machine/torque_inverse.hpp"
+
+namespace srm {
+
+template <Machine M, int N>
+struct Deadbeat {
+  using Scalar = typename M::Scalar;
+  using T = Scalar;
+  static constexpr int n_phases = N;
+  struct State {
+    std::array<T, N> duty{};  // ordered in the sample before
+  };
+
+  M machine;
+  T R;  // phase resistance [ohm]
+  Sharing<T> sharing;
+  T i_max;        // [A]
+  T T_s;          // control and carrier period [s]
+  int delay = 0;  // samples from measurement to effect: 0 or 1
+  Carriers carriers = Carriers::in_phase;
+
+  Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
+    const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;  // electrical angle a sample
+    const T theta_end = wrap(y.theta_e + turn * static_cast<T>(1 + delay));
+    Command<T, N> command;
+    for (int k = 0; k < N; ++k) {
+      const T theta = drive_angle<N>(theta_end, k, tau_ref);
+      const T tau_ph = sharing.template share<N>(theta) * abs(tau_ref);
+      const T i_ref = current_for_torque(machine, tau_ph, theta, i_max);
+      x.duty[k] = i_ref > T(0) ? duty(x.duty[k], y, k, i_ref, theta) : T(-1);
+      command[k] = modulate(x.duty[k], T_s, pulse_centre<N, T>(carriers, k));
+    }
+    return command;
+  }
+
+ private:
+  T duty(T last, const Measurement<T, N>& y, int k, T i_ref, T theta_end) const {
+    const T i = max(y.i[k], T(0));
+    T psi = machine.at(i, phase_angle<N>(y.theta_e, k)).psi;
+    if (delay > 0) psi = max(psi + T_s * (last * y.u_dc - R * i), T(0));
+    const T u = (machine.at(i_ref, theta_end).psi - psi) / T_s + R * (i + i_ref) / T(2);
+    return clamp(u / y.u_dc, T(-1), T(1));
+  }
+};
+
+}  // namespace srm

@@ -1,0 +1,36 @@
+// The whole controller: speed loop or torque reference, then the control law.
+#pragma once
+
+#include "srm/control/interface.hpp"
+#include "srm/control/speed_pi.hpp"
+
+namespace srm {
+
+/// What the reference means.
+enum class Outer : std::int8_t { torque, speed };
+
+template <ControlLaw Law>
+struct DriveControl {
+  using Scalar = typename Law::Scalar;
+  using T = Scalar;
+  static constexpr int n_phases = Law::n_phases;
+
+  Law law;
+  Outer outer;
+  SpeedPi<T> speed;  // used with Outer::speed
+
+  struct State {
+    typename Law::State law;
+    typename SpeedPi<T>::State speed;
+    T tau_ref{};  // the torque reference of the last step [N m]
+  };
+
+  /// reference: torque [N m] or speed [rad/s], as `outer` says.
+  Command<T, n_phases> step(State& state, const Measurement<T, n_phases>& y, T reference) const {
+    state.tau_ref =
+        outer == Outer::speed ? speed.step(state.speed, reference, y.omega_m) : reference;
+    return law.step(state.law, y, state.tau_ref);
+  }
+};
+
+}  // namespace srm

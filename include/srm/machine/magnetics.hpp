@@ -1,0 +1,31 @@
+// What every machine model answers: all magnetic quantities of one phase, from one co-energy function.
+#pragma once
+
+#include <concepts>
+
+#include "srm/base/angle.hpp"
+
+namespace srm {
+
+/// One phase at a current and an electrical angle. Angle derivatives are per mechanical radian, so
+/// that tau is shaft torque and omega_m * psi_theta is the back-EMF.
+template <Real T>
+struct Magnetics {
+  T psi;        // flux linkage dW_c/di [Wb]
+  T W_c;        // co-energy [J]
+  T tau;        // torque dW_c/dtheta_m [N m]
+  T L_inc;      // incremental inductance dpsi/di [H]
+  T psi_theta;  // dpsi/dtheta_m [Wb/rad]
+};
+
+/// A machine is its magnetics: `at` is the single place where flux, torque, inductance and
+/// back-EMF come from, so none of them can contradict another. The model covers currents >= 0 and
+/// every angle in [0, 2 pi).
+template <class M>
+concept Machine = requires(const M machine, typename M::Scalar i, typename M::Scalar theta_e) {
+  requires Real<typename M::Scalar>;
+  { machine.N_r } -> std::convertible_to<int>;
+  { machine.at(i, theta_e) } -> std::same_as<Magnetics<typename M::Scalar>>;
+};
+
+}  // namespace srm

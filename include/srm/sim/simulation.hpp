@@ -1,0 +1,220 @@
+// The loop in which plant and control meet.
+//
+// Between two events the plant is smooth and integrated by Runge-Kutta steps. An event is a sample
+// or a timer edge (both known in time), a current that meets a comparator threshold or zero, an
+// angle that meets a window edge or the end of an electrical period (located on the step). So no
+// result depends on how the steps fall.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "srm/sim/gate.hpp"
+#include "srm/sim/guard.hpp"
+#include "srm/sim/recorder.hpp"
+#include "srm/sim/sampling.hpp"
+
+namespace srm {
+
+template <Machine M, int N>
+class Simulation {
+ public:
+  /// dt_max bounds the integration step [s]. record_every [s]: 0 records every solver point and
+  /// event, a negative value nothing.
+  Simulation(Plant<M, N> plant, Sampling sampling, Controller<N> controller, Reference reference,
+             State<N> start, double dt_max, double record_every)
+      : plant_(std::move(plant)),
+        sampling_(sampling),
+        controller_(std::move(controller)),
+        reference_(std::move(reference)),
+        dt_max_(dt_max),
+        record_every_(record_every),
+        t_record_(record_every > 0 ? 0 : never) {
+    at_.x = start;
+    theta_period_ = next_period();
+  }
+
+  /// Runs until t_stop, or until a table is full: then empty both and call again. Returns the time
+  /// reached.
+  double advance(double t_stop, Rows& waveforms, Rows& periods) {
+    while (t_ < t_stop && !waveforms.full() && !periods.full()) {
+      if (t_ >= t_sample_) sample();
+      if (record_every_ == 0 || t_ >= t_record_) record(waveforms);
+      if (std::abs(at_.x.theta_m - theta_period_) <= guard_tolerance) {
+        close_period(periods);
+        theta_period_ = next_period();
+      }
+      step(std::min({t_stop, t_sample_, t_record_}));
+    }
+    return t_;
+  }
+
+  /// Adds the present instant to the waveforms.
+  void record(Rows& waveforms) {
+    double* row = waveforms.next();
+    for (const double value : {t_, at_.x.theta_m, at_.x.omega_m, tau_ref_}) *row++ = value;
+    for (int k = 0; k < N; ++k) {
+      *row++ = at_.x.i[k];
+      *row++ = static_cast<double>(gates_[k].leg);
+      *row++ = command_[k].i_ref;
+    }
+    if (record_every_ > 0) t_record_ = record_every_ * std::round(t_ / record_every_ + 1);
+  }
+
+  /// Adds the integrals so far and the extremes since the last call to the periods.
+  void close_period(Rows& periods) {
+    write_period(periods.next(), t_, at_, field_energy(plant_, at_.x), turn_ons_, extremes_);
+    extremes_ = {};
+  }
+
+ private:
+  static constexpr double never = 1e300;
+
+  void sample() {
+    const Orders<N> orders = controller_(measured(plant_, at_.x, sampling_), reference_.at(t_));
+    tau_ref_ = orders.tau_ref;
+    command_ = sampling_.delay > 0 ? std::exchange(pending_, orders.command) : orders.command;
+    t_orders_ = t_;
+    t_sample_ = sampling_.T_s * static_cast<double>(++samples_);
+    for (int k = 0; k < N; ++k) {
+      gates_[k].edges = 0;
+      gates_[k].inside = inside_window(k);
+      follow_orders(k);
+    }
+  }
+
+  /// Brings the leg of phase k to what the orders ask for now.
+  void follow_orders(int k) {
+    int& edges = gates_[k].edges;
+    while (edges < 2 && t_orders_ + command_[k].t_edge[edges] <= t_) ++edges;
+    switch_leg(k, ordered(command_[k], gates_[k], at_.x.i[k]));
+  }
+
+  void switch_leg(int k, Leg leg) {
+    const int levels = static_cast<int>(leg) - static_cast<int>(gates_[k].leg);
+    turn_ons_ += std::max(levels, 0);  // each level up turns one of the two switches on
+    gates_[k].leg = leg;
+  }
+
+  int direction() const { return at_.x.omega_m < 0 ? -1 : 1; }
+
+  /// An angle met within the tolerance counts as passed, in the direction of motion.
+  bool inside_window(int k) const {
+    const double theta_e = electrical_angle(plant_, at_.x.theta_m, k);
+    return conducts(wrap(theta_e + direction() * 2 * plant_.machine.N_r * guard_tolerance),
+                    command_[k].theta_on, command_[k].theta_off);
+  }
+
+  double next_period() const {
+    const double pitch = two_pi<double> / plant_.machine.N_r;
+    const double passed = std::round(at_.x.theta_m / pitch);
+    const bool near = std::abs(at_.x.theta_m - passed * pitch) <= guard_tolerance;
+    const double periods = near ? passed : at_.x.theta_m / pitch;
+    return pitch * (direction() < 0 ? std::ceil(periods) - 1 : std::floor(periods) + 1);
+  }
+
+  /// Nearest angle ahead that matters: the end of the period or an edge of a window.
+  double next_angle() const {
+    const double pitch = two_pi<double> / plant_.machine.N_r;
+    double ahead = std::abs(theta_period_ - at_.x.theta_m);
+    for (int k = 0; k < N; ++k) {
+      if (command_[k].gate != Gate::window) continue;
+      const double theta_e = electrical_angle(plant_, at_.x.theta_m, k);
+      for (const double edge : {command_[k].theta_on, command_[k].theta_off}) {
+        const double gap = wrap(direction() * (edge - theta_e)) / plant_.machine.N_r;
+        ahead = std::min(ahead, gap > guard_tolerance ? gap : pitch);
+      }
+    }
+    return at_.x.theta_m + direction() * ahead;
+  }
+
+  /// The first guard that a step to `end` meets, by linear estimate; none has direction 0. A guard
+  /// of `located` is left out: the step ends on it.
+  Guard first_met(const State<N>& end, double theta_next, int located) const {
+    Guard first;
+    double soonest = 2;  // in parts of the step
+    const auto consider = [&](const Guard& g) {
+      const double before = distance(g, at_.x), after = distance(g, end);
+      if (g.k == located || after > 0 || after > before) return;
+      const double when = before > 0 ? before / (before - after) : 0;
+      if (when < soonest) {
+        first = g;
+        soonest = when;
+      }
+    };
+    for (int k = 0; k < N; ++k) {
+      const Leg leg = gates_[k].leg;
+      if (!conducts(leg, at_.x.i[k])) continue;
+      if (leg != Leg::magnetize) consider({k, 0, -1, leg});
+      for (const Crossing& c : awaited(command_[k], gates_[k])) {
+        if (c.direction != 0) consider({k, c.i, c.direction, c.then});
+      }
+    }
+    consider({Guard::angle, theta_next, direction()});
+    return first;
+  }
+
+  /// One step towards t_limit, cut short at the first event.
+  void step(double t_limit) {
+    Legs<N> legs;
+    for (int k = 0; k < N; ++k) {
+      legs[k] = gates_[k].leg;
+      const int edges = gates_[k].edges;
+      if (edges < 2) t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
+    }
+    const Rates<N> k1 = rates(plant_, at_.x, legs);
+    extremes_.include(at_.x, k1.tau);
+
+    double h = std::min(t_limit - t_, dt_max_);
+    double t_end = t_limit - t_ <= dt_max_ ? t_limit : t_ + h;
+    Point<N> end = runge_kutta(plant_, at_, k1, legs, tau_ref_, h);
+    const double theta_next = next_angle();
+    Guard met;
+    for (Guard g = first_met(end.x, theta_next, nobody); g.direction != 0;
+         g = first_met(end.x, theta_next, g.k)) {
+      h = locate(plant_, at_, k1, legs, tau_ref_, g, h, end);
+      t_end = t_ + h;
+      met = g;
+    }
+    at_ = end;
+    t_ = t_end;
+    if (met.direction != 0) act_on(met);
+    for (int k = 0; k < N; ++k) {
+      if (command_[k].gate == Gate::timer) follow_orders(k);
+    }
+  }
+
+  void act_on(const Guard& met) {
+    if (met.k == Guard::angle) {
+      for (int k = 0; k < N; ++k) {
+        if (command_[k].gate != Gate::window) continue;
+        gates_[k].inside = inside_window(k);
+        follow_orders(k);
+      }
+      return;
+    }
+    if (met.value == 0) at_.x.i[met.k] = 0;  // the diodes block
+    switch_leg(met.k, met.then);
+  }
+
+  static constexpr int nobody = -2;
+
+  Plant<M, N> plant_;
+  Sampling sampling_;
+  Controller<N> controller_;
+  Reference reference_;
+  double dt_max_, record_every_;
+
+  Point<N> at_;
+  std::array<GateState, N> gates_;
+  Command<double, N> command_, pending_;
+  double t_ = 0, t_sample_ = 0, t_orders_ = 0, t_record_;
+  double theta_period_ = 0;
+  long samples_ = 0;
+  double tau_ref_ = 0;
+  double turn_ons_ = 0;
+  Extremes<N> extremes_;
+};
+
+}  // namespace srm
