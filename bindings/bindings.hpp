@@ -136,11 +136,10 @@ AnyController controller(const Setting& s, Make&& make) {
       s.machine);
 }
 
+void bind_box_qp(nb::module_& m);
 void bind_incremental_mpc(nb::module_& m);
 void bind_machine(nb::module_& m);
 void bind_paper_mpc(nb::module_& m);
 void bind_simulation(nb::module_& m);
 
 }  // namespace bound
-
-void bind_box_qp(nanobind::module_& m);

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+namespace bound {
+
 namespace nb = nanobind;
 
 namespace {
@@ -190,3 +192,5 @@ Raises
 ValueError
     If shapes do not agree or the precision is unknown.)");
 }
+
+}  // namespace bound

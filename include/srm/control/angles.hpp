@@ -7,9 +7,9 @@
 #pragma once
 
 #include "srm/control/conduction.hpp"
-#include "srm/control/interface.hpp"
 #include "srm/control/mean_torque.hpp"
 #include "srm/control/mirror.hpp"
+#include "srm/control/per_phase.hpp"
 
 namespace srm {
 
@@ -31,24 +31,22 @@ struct Angles {
 
   constexpr Command<T, N> step(State&, const Measurement<T, N>& y, T tau_ref) const {
     const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
-    const PhaseCommand<T> on = regulate(reference.current(tau_ref), i_band, chop);
-    Command<T, N> command;
-    for (int k = 0; k < N; ++k) {
+    const T i_ref = reference.current(tau_ref);
+    return per_phase<T, N>([&](int k) {
+      PhaseCommand<T> command = regulate(i_ref, i_band, chop);
       switch (watch) {
         case AngleWatch::compare:
-          command[k] = on;
-          command[k].gate = Gate::window;
-          command[k].theta_on = wrap(tau_ref < T(0) ? -window.theta_off : window.theta_on);
-          command[k].theta_off = wrap(tau_ref < T(0) ? -window.theta_on : window.theta_off);
+          command.gate = Gate::window;
+          command.theta_on = wrap(tau_ref < T(0) ? -window.theta_off : window.theta_on);
+          command.theta_off = wrap(tau_ref < T(0) ? -window.theta_on : window.theta_off);
           break;
         case AngleWatch::sampled:
-          if (conducts(drive_angle<N>(y.theta_e, k, tau_ref), window.theta_on, window.theta_off)) {
-            command[k] = on;
-          }
+          const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
+          if (!conducts(theta, window.theta_on, window.theta_off)) command.i_ref = T(0);
           break;
       }
-    }
-    return command;
+      return command;
+    });
   }
 };
 

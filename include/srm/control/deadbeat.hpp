@@ -10,6 +10,7 @@
 
 #include "srm/control/mirror.hpp"
 #include "srm/control/modulator.hpp"
+#include "srm/control/per_phase.hpp"
 #include "srm/control/sharing.hpp"
 #include "srm/machine/torque_inverse.hpp"
 
@@ -35,15 +36,13 @@ struct Deadbeat {
   Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;  // electrical angle a sample
     const T theta_end = wrap(y.theta_e + turn * static_cast<T>(1 + delay));
-    Command<T, N> command;
-    for (int k = 0; k < N; ++k) {
+    return per_phase<T, N>([&](int k) {
       const T theta = drive_angle<N>(theta_end, k, tau_ref);
       const T tau_ph = sharing.template share<N>(theta) * abs(tau_ref);
       const T i_ref = current_for_torque(machine, tau_ph, theta, i_max);
       x.duty[k] = i_ref > T(0) ? duty(x.duty[k], y, k, i_ref, theta) : T(-1);
-      command[k] = modulate(x.duty[k], T_s, pulse_centre<N, T>(carriers, k));
-    }
-    return command;
+      return modulate(x.duty[k], T_s, pulse_centre<N, T>(carriers, k));
+    });
   }
 
  private:

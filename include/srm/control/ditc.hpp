@@ -3,7 +3,7 @@
 // R. B. Inderka, R. W. De Doncker, "DITC - direct instantaneous torque control of switched
 // reluctance drives", IEEE Trans. Ind. Appl. 39(4), 2003. One phase in charge holds the inner band
 // by soft chopping. In commutation the incoming phase is magnetized first; the outgoing one fills
-// or removes what is left.
+// or removes what is left. The table is our reading of that rule:
 //
 //   torque             below outer   below inner   within     above inner   above outer
 //   single phase       magnetize     magnetize     keep (1)   freewheel     demagnetize
@@ -15,8 +15,8 @@
 #pragma once
 
 #include "srm/control/conduction.hpp"
-#include "srm/control/interface.hpp"
 #include "srm/control/mirror.hpp"
+#include "srm/control/per_phase.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -64,19 +64,19 @@ struct Ditc {
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
     const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
     const T dwell = wrap(window.theta_off - window.theta_on);
+    const bool braking = y.omega_m * tau_ref < T(0);  // the window is entered at its far end
     std::array<T, N> past_on{};  // angle since turn-on; the newest phase has the least
     T newest = dwell;
     T excess = -abs(tau_ref);
     int active = 0;
     for (int k = 0; k < N; ++k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
-      past_on[k] = wrap(theta - window.theta_on);
+      past_on[k] = wrap(braking ? window.theta_off - theta : theta - window.theta_on);
       if (past_on[k] < dwell) ++active;
       newest = min(newest, past_on[k]);
       if (y.i[k] > T(0)) excess = excess + machine.at(y.i[k], theta).tau;
     }
-    Command<T, N> command;
-    for (int k = 0; k < N; ++k) {
+    return per_phase<T, N>([&](int k) {
       Leg leg = Leg::demagnetize;
       if (past_on[k] < dwell && tau_ref != T(0)) {
         const Role role = active == 1            ? Role::single
@@ -86,9 +86,8 @@ struct Ditc {
         if (leg == Leg::magnetize && y.i[k] > i_max) leg = Leg::freewheel;
       }
       x.leg[k] = leg;
-      command[k] = hold<T>(leg);
-    }
-    return command;
+      return hold<T>(leg);
+    });
   }
 };
 

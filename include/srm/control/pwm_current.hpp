@@ -12,6 +12,7 @@
 #include "srm/control/mean_torque.hpp"
 #include "srm/control/mirror.hpp"
 #include "srm/control/modulator.hpp"
+#include "srm/control/per_phase.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -35,17 +36,14 @@ struct PwmCurrent {
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
     const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
     const T i_ref = reference.current(tau_ref);
-    Command<T, N> command;
-    for (int k = 0; k < N; ++k) {
+    return per_phase<T, N>([&](int k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
       if (i_ref > T(0) && conducts(theta, window.theta_on, window.theta_off)) {
-        command[k] = modulate(duty(x.u_integral[k], y, k, i_ref), T_s);
-      } else {
-        x.u_integral[k] = T(0);
-        command[k] = hold<T>(Leg::demagnetize);
+        return modulate(duty(x.u_integral[k], y, k, i_ref), T_s);
       }
-    }
-    return command;
+      x.u_integral[k] = T(0);
+      return hold<T>(Leg::demagnetize);
+    });
   }
 
  private:

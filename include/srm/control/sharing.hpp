@@ -50,8 +50,8 @@ constexpr T exponential_rise(T x) {
 template <Real T>
 struct Sharing {
   Shape shape;
-  T theta_on;  // where a phase starts [rad]
-  T theta_ov;  // where it has the share of the phase before: theta_on + theta_ov [rad]
+  T theta_on;                 // where a phase starts [rad]
+  T theta_ov;                 // overlap: the angle over which its share rises to one [rad]
   std::array<T, 33> table{};  // Shape::table: F at 0, 1/32, ... 1; starts at 0 and ends at 1
 
   /// Every phase with a share can give torque: it starts after 0 and ends before pi. No other

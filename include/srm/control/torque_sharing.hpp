@@ -4,8 +4,8 @@
 // for this sample, which the comparator follows. Sources: sharing.hpp.
 #pragma once
 
-#include "srm/control/interface.hpp"
 #include "srm/control/mirror.hpp"
+#include "srm/control/per_phase.hpp"
 #include "srm/control/sharing.hpp"
 #include "srm/machine/torque_inverse.hpp"
 
@@ -27,13 +27,11 @@ struct TorqueSharing {
 
   Command<T, N> step(State&, const Measurement<T, N>& y, T tau_ref) const {
     const T theta_e = wrap(y.theta_e + static_cast<T>(machine.N_r) * y.omega_m * t_ahead);
-    Command<T, N> command;
-    for (int k = 0; k < N; ++k) {
+    return per_phase<T, N>([&](int k) {
       const T theta = drive_angle<N>(theta_e, k, tau_ref);
       const T tau_ph = sharing.template share<N>(theta) * abs(tau_ref);
-      command[k] = regulate(current_for_torque(machine, tau_ph, theta, i_max), i_band, chop);
-    }
-    return command;
+      return regulate(current_for_torque(machine, tau_ph, theta, i_max), i_band, chop);
+    });
   }
 };
 

@@ -1,0 +1,278 @@
+"""Drive files: a machine, its converter, load, reference, control law and sensors in one TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from reluctance.errors import ParameterError
+from reluctance.laws import LAWS, Control
+from reluctance.machine import MachineFile, library
+from reluctance.schema import Section, checked, did_you_mean
+
+
+class Converter(Section):
+    """Asymmetric half bridges on a stiff dc link, with the drops of switches and diodes."""
+
+    u_dc_V: float = Field(gt=0)
+    v_switch_V: float = Field(0.0, ge=0)
+    R_switch_ohm: float = Field(0.0, ge=0)
+    v_diode_V: float = Field(0.0, ge=0)
+    R_diode_ohm: float = Field(0.0, ge=0)
+
+
+class Load(Section):
+    """What is on the shaft. `speed_rpm` is held by a locked shaft and starts the others."""
+
+    kind: Literal["locked", "pump", "torque"]
+    speed_rpm: float = 0.0
+    J_kgm2: float = Field(0.0, ge=0)  # beside the rotor's
+    k_pump_Nms2: float = Field(0.0, ge=0)  # pump torque k omega^2
+    tau_Nm: float = 0.0  # constant torque against positive rotation
+
+    @model_validator(mode="after")
+    def numbers_belong_to_the_kind(self) -> Load:
+        if self.kind == "pump" and self.k_pump_Nms2 == 0:
+            raise ValueError("kind = 'pump' needs k_pump_Nms2 > 0")
+        if self.kind != "pump" and self.k_pump_Nms2 != 0:
+            raise ValueError(f"k_pump_Nms2 has no effect with kind = {self.kind!r}; remove it")
+        if self.kind != "torque" and self.tau_Nm != 0:
+            raise ValueError(f"tau_Nm has no effect with kind = {self.kind!r}; remove it")
+        return self
+
+
+class Reference(Section):
+    """What the drive is asked for: a constant, or points over time joined by lines."""
+
+    kind: Literal["torque", "speed"]
+    tau_Nm: float | None = None
+    speed_rpm: float | None = None
+    t_s: list[float] = Field(default_factory=list)  # with `values`: a course over time
+    values: list[float] = Field(default_factory=list)  # in N m or rpm, as `kind` says
+
+    @model_validator(mode="after")
+    def has_one_meaning(self) -> Reference:
+        constant = self.tau_Nm if self.kind == "torque" else self.speed_rpm
+        other = self.speed_rpm if self.kind == "torque" else self.tau_Nm
+        key = "tau_Nm" if self.kind == "torque" else "speed_rpm"
+        if other is not None:
+            raise ValueError(f"kind = {self.kind!r} takes {key}; remove the other")
+        if (constant is None) == (not self.values):
+            raise ValueError(f"need either {key} or t_s and values")
+        if len(self.t_s) != len(self.values):
+            raise ValueError(f"t_s has {len(self.t_s)} points, values {len(self.values)}")
+        if any(b < a for a, b in zip(self.t_s, self.t_s[1:], strict=False)):
+            raise ValueError(f"t_s = {self.t_s}, need rising times")
+        return self
+
+    @property
+    def course(self) -> tuple[list[float], list[float]]:
+        """Times [s] and references [N m or rad/s]."""
+        unit = 1.0 if self.kind == "torque" else np.pi / 30
+        constant = self.tau_Nm if self.kind == "torque" else self.speed_rpm
+        if constant is not None:
+            return [0.0], [constant * unit]
+        return self.t_s, [value * unit for value in self.values]
+
+
+class Sensing(Section):
+    """Sensors and computing time. Zero bits or counts mean ideal."""
+
+    delay_samples: int = Field(0, ge=0, le=1)
+    adc_bits: int = Field(0, ge=0, le=24)
+    i_range_A: float = Field(0.0, ge=0)  # full scale of the current converter
+    encoder_counts: int = Field(0, ge=0)  # per revolution
+
+    @model_validator(mode="after")
+    def converter_has_a_range(self) -> Sensing:
+        if self.adc_bits > 0 and self.i_range_A == 0:
+            raise ValueError(f"adc_bits = {self.adc_bits} needs i_range_A > 0")
+        return self
+
+
+class SimulationSettings(Section):
+    """How long, how fine."""
+
+    until_s: float = Field(gt=0)
+    dt_max_us: float = Field(5.0, gt=0)  # largest integration step
+    theta_start_deg: float = 0.0  # mechanical rotor angle at the start
+
+
+@dataclass(frozen=True)
+class Drive:
+    """All that a run depends on, checked. Values carry their units in their names."""
+
+    name: str
+    machine: MachineFile
+    converter: Converter
+    load: Load
+    reference: Reference
+    control: Control
+    sensing: Sensing
+    simulation: SimulationSettings
+
+    @property
+    def J(self) -> float:
+        """Inertia of rotor and load [kg m^2]."""
+        return self.machine.J_kgm2 + self.load.J_kgm2
+
+    @property
+    def tau_max(self) -> float:
+        """Largest torque that the controller may ask for [N m]."""
+        if self.control.tau_max_Nm is not None:
+            return self.control.tau_max_Nm
+        return float(np.max(np.abs(self.reference.course[1])))
+
+    @property
+    def omega_nominal(self) -> float:
+        """The speed that the drive works at: held, or the greatest reference [rad/s]."""
+        if self.load.kind == "locked":
+            return abs(self.load.speed_rpm) * np.pi / 30
+        if self.reference.kind == "speed":
+            return float(np.max(np.abs(self.reference.course[1])))
+        return abs(self.load.speed_rpm) * np.pi / 30
+
+
+TABLES: dict[str, type[Section]] = {
+    "converter": Converter,
+    "load": Load,
+    "reference": Reference,
+    "sensing": Sensing,
+    "simulation": SimulationSettings,
+}
+OPTIONAL = {"sensing"}
+
+
+def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
+    """A drive from a TOML file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The drive file. Its `machine` is a name from the machine library, a path to a machine file
+        relative to the drive file, or a table.
+    overrides : list of str, optional
+        `section.key=value` with the value as in TOML; bare words are text.
+
+    Raises
+    ------
+    ParameterError
+        With one line that says what is wrong and what is needed.
+    """
+    path = Path(path)
+    data = read_toml(path)
+    if isinstance(data.get("machine"), str):
+        data["machine"] = machine_table(data["machine"], path.parent)
+    for override in overrides or []:
+        _override(data, override)
+    try:
+        return drive_from(data, name=path.stem)
+    except ParameterError as fault:
+        raise ParameterError(f"{path}: {fault}") from None
+
+
+def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
+    """A drive from the tables of a drive file; `machine` must be a table here."""
+    for key in data:
+        if key not in (known := [*TABLES, "machine", "control"]):
+            raise ParameterError(f"unknown table `{key}`{did_you_mean(key, known)}")
+    for key in ("machine", "control", *TABLES):
+        if key not in data and key not in OPTIONAL:
+            raise ParameterError(f"missing table [{key}]")
+    control = data["control"]
+    law = control.get("law") if isinstance(control, dict) else None
+    if law not in LAWS:
+        raise ParameterError(f"[control] law = {law!r} is unknown{did_you_mean(str(law), LAWS)}")
+    sections: dict[str, Any] = {
+        key: checked(section, data.get(key, {}), f"[{key}]") for key, section in TABLES.items()
+    }
+    drive = Drive(
+        name=name,
+        machine=checked(MachineFile, data["machine"], "[machine]"),
+        control=checked(LAWS[law], control, "[control]"),
+        **sections,
+    )
+    _check_together(drive)
+    return drive
+
+
+def _check_together(drive: Drive) -> None:
+    """What no table can know alone."""
+    if drive.reference.kind == "speed" and drive.load.kind == "locked":
+        raise ParameterError(
+            "[reference] kind = 'speed' with [load] kind = 'locked': the shaft cannot follow; "
+            "use another load or a torque reference"
+        )
+    if drive.reference.kind == "speed" and drive.control.tau_max_Nm is None:
+        raise ParameterError("[control] missing key `tau_max_Nm`: the speed loop needs its limit")
+    asked = float(np.max(np.abs(drive.reference.course[1])))
+    if drive.reference.kind == "torque" and asked > drive.tau_max:
+        raise ParameterError(
+            f"[reference] torque {asked:g} N m is above [control] tau_max_Nm = {drive.tau_max:g}"
+        )
+    if drive.tau_max == 0:
+        raise ParameterError("[reference] torque is 0 throughout; set [control] tau_max_Nm")
+    reachable = float(
+        drive.machine.torque(drive.machine.i_max_A, np.linspace(0, np.pi, 181)).max()
+    )
+    if drive.tau_max > 2 * reachable:
+        raise ParameterError(
+            f"torque {drive.tau_max:g} N m is out of reach: one phase gives at most "
+            f"{reachable:.4g} N m at i_max_A = {drive.machine.i_max_A:g}; lower the torque or "
+            "raise i_max_A"
+        )
+
+
+def machine_table(machine: str, folder: Path) -> dict[str, Any]:
+    """The [machine] table of a library machine by its name, or of a file by its path."""
+    candidates = [folder / machine, library() / f"{machine}.toml"]
+    for candidate in candidates:
+        if candidate.is_file():
+            data = read_toml(candidate)
+            if set(data) != {"machine"}:
+                raise ParameterError(f"{candidate}: need the table [machine] and nothing else")
+            table: dict[str, Any] = data["machine"]
+            return table
+    names = [p.stem for p in library().glob("*.toml")]
+    raise ParameterError(
+        f"machine `{machine}` is neither a file nor in the library{did_you_mean(machine, names)}"
+    )
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file.
+
+    Raises
+    ------
+    ParameterError
+        If it cannot be read or parsed.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as fault:
+        raise ParameterError(f"cannot read {path}: {fault.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+        raise ParameterError(f"{path} is not valid TOML: {fault}") from None
+
+
+def _override(data: dict[str, Any], text: str) -> None:
+    """Puts `section.key=value` into the tables."""
+    name, equals, value = text.partition("=")
+    *path, key = name.strip().split(".")
+    if not equals or not path or not key:
+        raise ParameterError(f"--set {text}: need section.key=value")
+    try:
+        parsed = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        parsed = value.strip()
+    table = data
+    for part in path:
+        table = table.setdefault(part, {})
+        if not isinstance(table, dict):
+            raise ParameterError(f"--set {text}: `{part}` is not a table")
+    table[key] = parsed

@@ -1,0 +1,118 @@
+"""The [control] table of each law, and the controller that the core makes of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from reluctance import _core, limit
+from reluctance.schema import Section
+
+if TYPE_CHECKING:
+    from reluctance.drive import Drive
+
+GUIDE_LEVELS = 19  # torques in a guide table, zero included
+GUIDE_POINTS = 180  # angles in it, over one electrical period
+
+
+class Control(Section):
+    """What every law has: its control period, precision and speed loop."""
+
+    T_s_us: float = Field(gt=0)
+    precision: Literal["double", "float"] = "double"  # float is what the target computes in
+    tau_max_Nm: float | None = Field(None, gt=0)  # limit of the speed loop, top of the tables
+    K_p_Nms: float | None = Field(None, ge=0)  # speed loop; by default from speed_bandwidth_Hz
+    K_i_Nm: float | None = Field(None, ge=0)
+    speed_bandwidth_Hz: float = Field(10.0, gt=0)
+
+    @property
+    def T_s(self) -> float:
+        """Control period [s]."""
+        return self.T_s_us * 1e-6
+
+    def controller(self, drive: Drive) -> _core.Controller:
+        """The law, its speed loop and its state, ready to be sampled."""
+        raise NotImplementedError
+
+    def setting(self, drive: Drive) -> _core.Setting:
+        """What the core needs of every law. Default gains of the speed loop: the proportional one
+        gives the bandwidth on inertia alone, the integral one acts four times slower."""
+        bandwidth = 2 * np.pi * self.speed_bandwidth_Hz
+        K_p = bandwidth * drive.J if self.K_p_Nms is None else self.K_p_Nms
+        tau_max = drive.tau_max
+        return _core.Setting(
+            machine=drive.machine.magnetics,
+            n_phases=drive.machine.n_phases,
+            single=self.precision == "float",
+            outer=_core.Outer.speed if drive.reference.kind == "speed" else _core.Outer.torque,
+            K_p=K_p,
+            K_i=K_p * bandwidth / 4 if self.K_i_Nm is None else self.K_i_Nm,
+            tau_min=-tau_max,
+            tau_max=tau_max,
+            T_s=self.T_s,
+        )
+
+
+class PaperMpc(Control):
+    """The source paper's structure: predictive current references, hysteresis regulator."""
+
+    law: Literal["paper_mpc"]
+    N_p: int = Field(3, ge=1, le=_core.N_p_max)
+    N_c: int = Field(2, ge=1, le=_core.N_c_max)
+    r_w: float = Field(0.05, gt=0)  # weight of reference increments [N^2 m^2/A^2]
+    w_i: float = Field(0.05, ge=0)  # weight of the distance to the guide [N^2 m^2/A^2]
+    i_band_A: float = Field(1.0, gt=0)  # half width of the regulator's band
+    guide_speed_rpm: float | None = Field(None, ge=0)  # by default the speed of the reference
+
+    @model_validator(mode="after")
+    def moves_fit_the_horizon(self) -> PaperMpc:
+        if self.N_c > self.N_p:
+            raise ValueError(
+                f"N_c = {self.N_c}, need <= N_p = {self.N_p}; moves after the horizon have no effect"
+            )
+        return self
+
+    def controller(self, drive: Drive) -> _core.Controller:
+        table = guide(drive, self.guide_speed_rpm)
+        return _core.paper_mpc(
+            self.setting(drive),
+            guide=table.i,
+            tau_max=drive.tau_max,
+            N_p=self.N_p,
+            N_c=self.N_c,
+            r_w=self.r_w,
+            w_i=self.w_i,
+            R=drive.machine.R,
+            i_max=drive.machine.i_max_A,
+            i_band=self.i_band_A,
+            T_s=self.T_s,
+            delay=drive.sensing.delay_samples,
+        )
+
+
+LAWS: dict[str, type[Control]] = {"paper_mpc": PaperMpc}
+
+
+def guide(drive: Drive, speed_rpm: float | None) -> limit.Table:
+    """Least-copper profiles of zero ripple over torque and angle, at one speed.
+
+    Parameters
+    ----------
+    drive : Drive
+    speed_rpm : float or None
+        Speed of the profiles; None takes the speed that the drive is asked for.
+    """
+    omega_m = drive.omega_nominal if speed_rpm is None else speed_rpm * np.pi / 30
+    return limit.profile_table(
+        drive.machine.magnetics,
+        n_phases=drive.machine.n_phases,
+        R=drive.machine.R,
+        tau_max=drive.tau_max,
+        omega_m=omega_m,
+        u_dc=drive.converter.u_dc_V,
+        i_max=drive.machine.i_max_A,
+        n_levels=GUIDE_LEVELS,
+        n_points=GUIDE_POINTS,
+    )

@@ -1,0 +1,75 @@
+"""Strict tables: every unknown key, wrong type or value out of range becomes one clear line."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from reluctance.errors import ParameterError
+
+
+class Section(BaseModel):
+    """One table of a TOML file. Frozen; no change of type, no NaN, no infinity, no extra keys."""
+
+    model_config = ConfigDict(
+        frozen=True, strict=True, extra="forbid", allow_inf_nan=False, protected_namespaces=()
+    )
+
+
+S = TypeVar("S", bound=Section)
+
+NEEDS = {  # pydantic's kinds of fault, as a need
+    "greater_than": "need > {gt}",
+    "greater_than_equal": "need >= {ge}",
+    "less_than": "need < {lt}",
+    "less_than_equal": "need <= {le}",
+    "finite_number": "need a finite number",
+    "float_type": "need a number",
+    "int_type": "need a whole number",
+    "string_type": "need text in quotes",
+    "literal_error": "need {expected}",
+    "list_type": "need a list",
+    "tuple_type": "need a list",
+}
+
+
+def checked(section: type[S], table: object, where: str) -> S:
+    """The table as a Section.
+
+    Raises
+    ------
+    ParameterError
+        With the first fault (what, the value, the need) and the count of the others.
+    """
+    if not isinstance(table, dict):
+        raise ParameterError(f"{where} = {table!r}, need a table")
+    try:
+        return section.model_validate(table)
+    except ValidationError as fault:
+        errors = fault.errors()
+        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        raise ParameterError(_line(dict(errors[0]), section, table, where) + more) from None
+
+
+def did_you_mean(word: str, words: Iterable[str]) -> str:
+    """The ending of an error about a mistyped word: the nearest known one, or all of them."""
+    known = {w.lower(): w for w in sorted(words)}
+    longer = [w for low, w in known.items() if low.startswith(word.lower() + "_")]
+    near = longer or [known[m] for m in get_close_matches(word.lower(), known, n=1)]
+    if near:
+        return f"; did you mean `{near[0]}`?"
+    return f"; known: {', '.join(f'`{w}`' for w in known.values())}"
+
+
+def _line(error: dict[str, Any], section: type[S], table: dict[str, Any], where: str) -> str:
+    key = ".".join(str(part) for part in error["loc"])
+    if error["type"] == "extra_forbidden":
+        unused = set(section.model_fields) - set(table)
+        return f"unknown key `{key}` in {where}{did_you_mean(key, unused)}"
+    if error["type"] == "missing":
+        return f"missing key `{key}` in {where}"
+    if error["type"] == "value_error":
+        return f"{where} {error['ctx']['error']}"
+    need = NEEDS.get(error["type"], error["msg"]).format(**error.get("ctx", {}))
+    return f"{where} {key} = {error['input']!r}, {need}"

@@ -1,0 +1,174 @@
+"""Run a drive: the closed loop of plant and control, down to each switching instant."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reluctance import _core
+from reluctance.drive import Drive
+from reluctance.errors import ParameterError
+from reluctance.kpis import Kpis, kpis
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Result:
+    """Waveforms and key figures of a run. At an event the row shows what holds from then on."""
+
+    drive: Drive
+    kpis: Kpis
+    t: FloatArray  # (n,) [s]
+    theta_m: FloatArray  # (n,) [rad]
+    omega_m: FloatArray  # (n,) [rad/s]
+    tau: FloatArray  # (n,) [N m]
+    tau_ref: FloatArray  # (n,) [N m]; 0 where the law has no torque reference
+    i: FloatArray  # (n_phases, n) [A]
+    i_ref: FloatArray  # (n_phases, n) [A]; 0 where the law commands legs directly
+    leg: FloatArray  # (n_phases, n): 1 magnetize, 0 freewheel, -1 demagnetize
+    u: FloatArray  # (n_phases, n) winding voltages [V]
+    psi: FloatArray  # (n_phases, n) [Wb]
+    tau_ph: FloatArray  # (n_phases, n) [N m]
+    u_dc: FloatArray  # (n,) [V]
+    periods: FloatArray  # (n_periods, 16 + n_phases), see include/srm/sim/recorder.hpp
+
+
+def simulate(
+    drive: Drive,
+    *,
+    until: float | None = None,
+    record: float | None = 0.0,
+    progress: Callable[[float], None] | None = None,
+) -> Result:
+    """Run a drive from zero current.
+
+    Parameters
+    ----------
+    drive : Drive
+    until : float, optional
+        End of the run [s]; by default the drive's own.
+    record : float or None
+        Interval of the waveforms [s]; 0 keeps every solver point and event, None keeps nothing.
+    progress : callable, optional
+        Is told the time reached [s], every few milliseconds.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    ParameterError
+        If `until` is not positive.
+
+    Examples
+    --------
+    >>> import reluctance as rl
+    >>> result = rl.simulate(rl.load("examples/paper_rated.toml"), until=0.04)
+    >>> round(result.kpis.tau_mean)
+    41
+    """
+    end = drive.simulation.until_s if until is None else until
+    if not 0 < end < np.inf:
+        raise ParameterError(f"until = {end:g} s, need > 0")
+    loop = _simulation(drive, -1.0 if record is None else record)
+    loop.close_period()
+    waveforms, periods = [], []
+    wall, t = 0.0, 0.0
+    while t < end:
+        start = time.perf_counter()
+        t = loop.advance(end)
+        wall += time.perf_counter() - start
+        waveforms.append(loop.take_waveforms())
+        periods.append(loop.take_periods())
+        if progress is not None:
+            progress(t)
+    if record is not None:
+        loop.record()
+    loop.close_period()
+    rows = np.vstack([*waveforms, loop.take_waveforms()])
+    period_rows = np.vstack([*periods, loop.take_periods()])
+    return _result(drive, rows, period_rows, wall / end)
+
+
+def _simulation(drive: Drive, record_every: float) -> _core.Simulation:
+    machine, converter, load = drive.machine, drive.converter, drive.load
+    t_ref, ref = drive.reference.course
+    return _core.Simulation(
+        machine=machine.magnetics,
+        n_phases=machine.n_phases,
+        R=machine.R,
+        u_dc=converter.u_dc_V,
+        v_switch=converter.v_switch_V,
+        R_switch=converter.R_switch_ohm,
+        v_diode=converter.v_diode_V,
+        R_diode=converter.R_diode_ohm,
+        shaft=_core.Shaft.locked if load.kind == "locked" else _core.Shaft.turning,
+        J=drive.J,
+        B=machine.B_Nms,
+        k_pump=load.k_pump_Nms2,
+        tau_load=load.tau_Nm,
+        T_s=drive.control.T_s,
+        delay=drive.sensing.delay_samples,
+        adc_bits=drive.sensing.adc_bits,
+        i_range=drive.sensing.i_range_A,
+        encoder_counts=drive.sensing.encoder_counts,
+        controller=drive.control.controller(drive),
+        t_ref=t_ref,
+        ref=ref,
+        omega_m=load.speed_rpm * np.pi / 30,
+        theta_m=np.radians(drive.simulation.theta_start_deg),
+        dt_max=drive.simulation.dt_max_us * 1e-6,
+        record_every=record_every,
+    )
+
+
+def _result(drive: Drive, rows: FloatArray, periods: FloatArray, wall_ratio: float) -> Result:
+    n_phases = drive.machine.n_phases
+    t, theta_m, omega_m, tau_ref = rows[:, :4].T
+    i, leg, i_ref = (np.ascontiguousarray(rows[:, 4 + j :: 3].T) for j in range(3))
+    k = np.arange(n_phases)[:, None]
+    theta_e = drive.machine.N_r * theta_m - 2 * np.pi * k / n_phases
+    magnetics = _core.magnetics(drive.machine.magnetics, i.ravel(), theta_e.ravel())
+    psi, tau_ph = (magnetics[:, column].reshape(i.shape) for column in (0, 2))
+    half = t >= t[-1] / 2 if len(t) else np.zeros(0, bool)
+    mean_ref = float(tau_ref[half].mean()) if half.any() else None
+    figures = kpis(
+        periods,
+        n_phases=n_phases,
+        R=drive.machine.R,
+        N_r=drive.machine.N_r,
+        tau_ref=mean_ref,
+        T_s=drive.control.T_s,
+        wall_time_ratio=wall_ratio,
+    )
+    return Result(
+        drive=drive,
+        kpis=figures,
+        t=t,
+        theta_m=theta_m,
+        omega_m=omega_m,
+        tau=tau_ph.sum(axis=0),
+        tau_ref=tau_ref,
+        i=i,
+        i_ref=i_ref,
+        leg=leg,
+        u=_winding_voltage(drive, leg, i),
+        psi=psi,
+        tau_ph=tau_ph,
+        u_dc=np.full_like(t, drive.converter.u_dc_V),
+        periods=periods,
+    )
+
+
+def _winding_voltage(drive: Drive, leg: FloatArray, i: FloatArray) -> FloatArray:
+    """As include/srm/plant/converter.hpp; 0 where the diodes block."""
+    c = drive.converter
+    switch = c.v_switch_V + c.R_switch_ohm * i
+    diode = c.v_diode_V + c.R_diode_ohm * i
+    switches = 1 + leg  # in the path: 2, 1, 0
+    u = leg * c.u_dc_V - switches * switch - (2 - switches) * diode
+    return np.where((i > 0) | (leg > 0), u, 0.0)
