@@ -91,8 +91,10 @@ void bind_flux_map(nb::module_& module) {
       .def_prop_ro(
           "inductance_bound", [](const Map& m) { return srm::inductance_bound(m.map); },
           "Proven lower bound of the incremental inductance [H].")
-      .def_prop_ro("knots", &knots, "Start of each current piece, shape (n_i,) [A].")
-      .def_prop_ro("coefficients", &coefficients, "Shape (n_i, n_theta + 3, 5) [J/A^p].")
+      .def_prop_ro("knots", &knots, nb::rv_policy::move,
+                   "Start of each current piece, shape (n_i,) [A].")
+      .def_prop_ro("coefficients", &coefficients, nb::rv_policy::move,
+                   "Shape (n_i, n_theta + 3, 5) [J/A^p].")
       .def_prop_ro(
           "pieces",
           [](const Map& m) { return nb::bytes(m.tables->piece.data(), m.tables->piece.size()); },

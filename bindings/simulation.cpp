@@ -116,7 +116,7 @@ void bind_simulation(nb::module_& m) {
       .def("take_periods", &AnySimulation::take_periods,
            "Rows at the ends of electrical periods since the last call: t, theta_m, omega_m, W_f, "
            "turn_ons, tau_min, tau_max, omega_min, omega_max, i_peak, integrals of p_dc, "
-           "p_winding, p_mech, tau, tau^2, (tau - tau_ref)^2, then of i^2 per phase.");
+           "p_winding, p_mech, tau, tau^2, (tau - tau_ref)^2, i^2 per phase, tau_ref.");
 }
 
 }  // namespace bound

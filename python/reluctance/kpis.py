@@ -65,7 +65,6 @@ def kpis(
     n_phases: int,
     R: float,
     N_r: int,
-    tau_ref: float | None,
     T_s: float,
     wall_time_ratio: float,
 ) -> Kpis:
@@ -73,17 +72,19 @@ def kpis(
 
     Parameters
     ----------
-    rows : ndarray, shape (n, 16 + n_phases)
+    rows : ndarray, shape (n, 17 + n_phases)
         At the start, at the end of each electrical period and at the end of the run.
-    tau_ref : float or None
-        Mean torque reference [N m]; None where the law has none, then the error is against the
-        mean torque.
+
+    Returns
+    -------
+    Kpis
+        Where the law has no torque reference, the torque error is against the mean torque.
     """
     window, periods = _window(rows, N_r)
     first, last = window[0], window[-1]
     duration = last[T] - first[T]
     d = last - first
-    tau_mean = d[TAU] / duration
+    tau_mean, tau_ref = d[TAU] / duration, d[-1] / duration
     variance = max(d[TAU_SQUARED] / duration - tau_mean**2, 0.0)
     squared = d[I_SQUARED : I_SQUARED + n_phases]
     E_cu = R * squared.sum()
@@ -92,13 +93,13 @@ def kpis(
     tau_span = inside[:, TAU_MAX].max() - inside[:, TAU_MIN].min()
     omega_span = inside[:, OMEGA_MAX].max() - inside[:, OMEGA_MIN].min()
     omega_mean = (last[THETA] - first[THETA]) / duration
-    error = np.sqrt(variance if tau_ref is None else d[ERROR_SQUARED] / duration)
+    error = np.sqrt(d[ERROR_SQUARED] / duration if tau_ref else variance)
     return Kpis(
         periods=periods,
         tau_mean=tau_mean,
         torque_ripple=_ratio(tau_span, tau_mean),
         torque_ripple_rms=_ratio(np.sqrt(variance), tau_mean),
-        torque_error_rms=_ratio(error, tau_mean if tau_ref is None else tau_ref),
+        torque_error_rms=_ratio(error, tau_ref or tau_mean),
         i_rms=float(np.sqrt(squared.max() / duration)),
         i_peak=float(inside[:, I_PEAK].max()),
         p_cu=E_cu / duration,

@@ -33,7 +33,7 @@ class Result:
     psi: FloatArray  # (n_phases, n) [Wb]
     tau_ph: FloatArray  # (n_phases, n) [N m]
     u_dc: FloatArray  # (n,) [V]
-    periods: FloatArray  # (n_periods, 16 + n_phases), see include/srm/sim/recorder.hpp
+    periods: FloatArray  # (n_periods, 17 + n_phases), see include/srm/sim/recorder.hpp
 
 
 def simulate(
@@ -134,14 +134,11 @@ def _result(drive: Drive, rows: FloatArray, periods: FloatArray, wall_ratio: flo
     theta_e = drive.machine.N_r * theta_m - 2 * np.pi * k / n_phases
     magnetics = _core.magnetics(drive.machine.magnetics, i.ravel(), theta_e.ravel())
     psi, tau_ph = (magnetics[:, column].reshape(i.shape) for column in (0, 2))
-    half = t >= t[-1] / 2 if len(t) else np.zeros(0, bool)
-    mean_ref = float(tau_ref[half].mean()) if half.any() else None
     figures = kpis(
         periods,
         n_phases=n_phases,
         R=drive.machine.R,
         N_r=drive.machine.N_r,
-        tau_ref=mean_ref,
         T_s=drive.control.T_s,
         wall_time_ratio=wall_ratio,
     )

@@ -48,9 +48,9 @@ struct Extremes {
 
 /// Columns of a period row: t, theta_m, omega_m, W_f, turn_ons, tau_min, tau_max, omega_min,
 /// omega_max, i_peak, then the integrals E_dc, E_winding, E_mech, tau, tau_squared, error_squared,
-/// and i_squared per phase.
+/// i_squared per phase, and tau_ref.
 template <int N>
-inline constexpr int period_columns = 16 + N;
+inline constexpr int period_columns = 17 + N;
 
 template <int N>
 void write_period(double* row, double t, const Point<N>& at, double W_f, double turn_ons,
@@ -61,6 +61,7 @@ void write_period(double* row, double t, const Point<N>& at, double W_f, double 
     *row++ = value;
   }
   for (int k = 0; k < N; ++k) *row++ = at.q.i_squared[k];
+  *row = at.q.tau_ref;
 }
 
 }  // namespace srm

@@ -16,6 +16,7 @@ struct Integrals {
   double tau_squared{};            // [N^2 m^2 s]
   double error_squared{};          // of (tau - tau_ref) [N^2 m^2 s]
   std::array<double, N> i_squared{};  // [A^2 s]
+  double tau_ref{};                // [N m s]
 };
 
 template <int N>
@@ -39,6 +40,7 @@ void accumulate(Integrals<N>& q, const State<N>& x, const Rates<N>& dx, double t
   q.E_dc += w * dx.p_dc;
   q.E_winding += w * dx.p_winding;
   q.E_mech += w * dx.tau * x.omega_m;
+  q.tau_ref += w * tau_ref;
   q.tau += w * dx.tau;
   q.tau_squared += w * dx.tau * dx.tau;
   q.error_squared += w * (dx.tau - tau_ref) * (dx.tau - tau_ref);

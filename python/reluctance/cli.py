@@ -1,0 +1,156 @@
+"""The command line. It parses, calls one public function, prints; errors are one line, exit 2."""
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+import reluctance
+from reluctance import load, plots, simulate
+from reluctance.errors import ParameterError
+from reluctance.kpis import Kpis
+from reluctance.save import WRITERS, check_ending, save
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Switched-reluctance motor drives: simulate, control, find the physical limit, flash.",
+)
+
+DriveFile = Annotated[Path, typer.Argument(metavar="DRIVE.toml", help="Drive file.")]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Replace a value of the drive file."),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+
+
+@app.callback(invoke_without_command=True)
+def about(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    if version:
+        print(f"reluctance {reluctance.__version__}")
+        raise typer.Exit
+
+
+@app.command()
+def run(
+    drive_file: DriveFile,
+    until: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="End of the run, instead of the file's.")
+    ] = None,
+    overrides: Overrides = None,
+    as_json: AsJson = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Waveforms: .csv, .npz, .parquet or .mat."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Overview figure: .png, .svg or .html.")
+    ] = None,
+    record_us: Annotated[
+        float,
+        typer.Option(metavar="MICROSECONDS", min=0, help="Sample grid of waveforms; 0 keeps all."),
+    ] = 0.0,
+) -> None:
+    """Simulate a drive and print its key figures."""
+    drive = load(drive_file, overrides)
+    if out is not None:
+        check_ending(out, WRITERS)
+    if plot is not None:
+        check_ending(plot, plots.ENDINGS)
+    end = drive.simulation.until_s if until is None else until
+    with progress_bar(f"simulating {drive.name}", end) as told:
+        result = simulate(
+            drive,
+            until=end,
+            record=None if out is None and plot is None else record_us * 1e-6,
+            progress=told,
+        )
+    if out is not None:
+        save(result, out)
+    if plot is not None:
+        plots.save_plot(result, plot)
+    if as_json:
+        print(json.dumps(result.kpis.with_units()))
+    else:
+        Console().print(kpi_table(drive.name, result.kpis))
+
+
+def kpi_table(name: str, kpis: Kpis) -> Table:
+    """Key figures as people read them."""
+    table = Table(title=name, show_header=False)
+    table.add_column("key figure")
+    table.add_column("value", justify="right")
+    rpm = kpis.speed_mean * 9.549296585513721
+    for label, value in (
+        ("mean torque", f"{kpis.tau_mean:.3f} N m"),
+        ("torque ripple, peak to peak", f"{kpis.torque_ripple:.2%}"),
+        ("torque ripple, rms", f"{kpis.torque_ripple_rms:.2%}"),
+        ("torque error, rms", f"{kpis.torque_error_rms:.2%}"),
+        ("switching frequency, mean per switch", f"{kpis.switching_frequency / 1e3:.2f} kHz"),
+        ("rms phase current", f"{kpis.i_rms:.2f} A"),
+        ("peak phase current", f"{kpis.i_peak:.2f} A"),
+        ("copper loss", f"{kpis.p_cu:.1f} W"),
+        ("device conduction loss", f"{kpis.p_dev:.1f} W"),
+        ("mechanical power", f"{kpis.p_mech:.1f} W"),
+        ("power from the dc link", f"{kpis.p_in:.1f} W"),
+        ("efficiency", f"{kpis.efficiency:.2%}"),
+        ("mean speed", f"{rpm:.2f} rpm"),
+        ("speed ripple, peak to peak", f"{kpis.speed_ripple:.3%}"),
+        ("energy balance, left open", f"{kpis.energy_residual:.1e}"),
+        ("control period", f"{kpis.control_period * 1e6:g} us"),
+        ("electrical periods evaluated", f"{kpis.periods}"),
+        ("wall time per simulated time", f"{kpis.wall_time_ratio:.3f}"),
+    ):
+        table.add_row(label, value)
+    return table
+
+
+@contextmanager
+def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
+    """A bar on a terminal for work that takes over a second; silent in a pipe."""
+    console = Console(stderr=True)
+    with Progress(
+        TextColumn(title),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+    ) as progress:
+        task = progress.add_task(title, total=total, visible=False)
+
+        def told(reached: float) -> None:
+            elapsed = progress.tasks[task].elapsed or 0.0
+            progress.update(task, completed=reached, visible=elapsed > 1.0)
+
+        yield told
+
+
+def main() -> None:
+    """Entry point of the `reluctance` command."""
+    try:
+        app(standalone_mode=True)
+    except ParameterError as fault:
+        print(f"error: {fault}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("interrupted; nothing was written", file=sys.stderr)
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()
