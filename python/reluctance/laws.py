@@ -25,7 +25,7 @@ class Control(Section):
     tau_max_Nm: float | None = Field(None, gt=0)  # limit of the speed loop, top of the tables
     K_p_Nms: float | None = Field(None, ge=0)  # speed loop; by default from speed_bandwidth_Hz
     K_i_Nm: float | None = Field(None, ge=0)
-    speed_bandwidth_Hz: float = Field(10.0, gt=0)
+    speed_bandwidth_Hz: float = Field(20.0, gt=0)
 
     @property
     def T_s(self) -> float:
@@ -38,7 +38,7 @@ class Control(Section):
 
     def setting(self, drive: Drive) -> _core.Setting:
         """What the core needs of every law. Default gains of the speed loop: the proportional one
-        gives the bandwidth on inertia alone, the integral one acts four times slower."""
+        gives the bandwidth on inertia alone, the integral one acts half as fast."""
         bandwidth = 2 * np.pi * self.speed_bandwidth_Hz
         K_p = bandwidth * drive.J if self.K_p_Nms is None else self.K_p_Nms
         tau_max = drive.tau_max
@@ -48,7 +48,7 @@ class Control(Section):
             single=self.precision == "float",
             outer=_core.Outer.speed if drive.reference.kind == "speed" else _core.Outer.torque,
             K_p=K_p,
-            K_i=K_p * bandwidth / 4 if self.K_i_Nm is None else self.K_i_Nm,
+            K_i=K_p * bandwidth / 2 if self.K_i_Nm is None else self.K_i_Nm,
             tau_min=-tau_max,
             tau_max=tau_max,
             T_s=self.T_s,

@@ -5,8 +5,9 @@
 
 namespace srm {
 
-/// values[row * columns + column]: rows are levels 0..level_max in equal steps, columns are angles
-/// 0..2 pi in equal steps without the last, which is the first again. The table does not own its
+/// values[row * columns + column]: row j of n holds the level level_max (j/(n - 1))^2, columns are
+/// angles 0..2 pi in equal steps without the last, which is the first again. Squared levels suit
+/// currents over torque, which grows as i^2 before saturation. The table does not own its
 /// memory: constants in flash on the target, a buffer of the caller on the desk.
 template <Real T>
 struct AngleTable {
@@ -17,7 +18,7 @@ struct AngleTable {
 
   /// Levels outside 0..level_max give the nearest row; theta_e in [0, 2 pi).
   T at(T level, T theta_e) const {
-    const T y = clamp(level / level_max, T(0), T(1)) * static_cast<T>(rows - 1);
+    const T y = sqrt(clamp(level / level_max, T(0), T(1))) * static_cast<T>(rows - 1);
     const T x = theta_e * (static_cast<T>(columns) / two_pi<T>);
     const int row = y < static_cast<T>(rows - 2) ? static_cast<int>(y) : rows - 2;
     int left = static_cast<int>(x);

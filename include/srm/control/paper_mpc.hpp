@@ -62,9 +62,9 @@ struct PaperMpc {
       // Mid-sample angles: there the mean torque of a sample is.
       const auto angle = [&](T samples) { return wrap(sense * (theta_k + turn * samples)); };
 
-      // Within its band the current is as good as at its reference; outside, the regulator was
-      // limited and the prediction starts from what was reached.
-      here[k] = max(clamp(state.u[k], y.i[k] - i_band, y.i[k] + i_band), T(0));
+      // Within reach of the regulator (twice its band, where it applies full voltage) the current is
+      // as good as at its reference; outside, the prediction starts from what was reached.
+      here[k] = max(clamp(state.u[k], y.i[k] - T(2) * i_band, y.i[k] + T(2) * i_band), T(0));
 
       // What a sample of full voltage makes of the flux linkage, as a current at its end. A secant
       // towards the guide serves upwards, where saturation makes the present slope too careful.

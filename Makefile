@@ -1,0 +1,41 @@
+# Two commands: `make run` and `make test`. Both make their own environment in .venv.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SOURCES := $(shell find include bindings python machines examples firmware -type f \
+             -not -name '*.so' -not -path '*/__pycache__/*' 2>/dev/null) CMakeLists.txt pyproject.toml
+
+.PHONY: run test lint bench clean
+
+run: $(VENV)/installed
+	@mkdir -p out
+	$(BIN)/reluctance run examples/paper_rated.toml --plot out/paper_rated.png
+	$(BIN)/reluctance paper --out out/paper
+
+test: $(VENV)/installed-test lint
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/installed-test
+	$(BIN)/ruff check python tests
+	$(BIN)/ruff format --check python tests
+	$(BIN)/mypy
+
+bench: $(VENV)/installed
+	$(BIN)/python bench/closed_loop.py
+
+$(VENV)/installed: $(SOURCES) | $(VENV)/made
+	$(BIN)/pip install --quiet .
+	@touch $@
+
+$(VENV)/installed-test: $(SOURCES) | $(VENV)/made
+	$(BIN)/pip install --quiet '.[test]'
+	@touch $@ $(VENV)/installed
+
+$(VENV)/made:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "error: $(PYTHON) is too old, need Python >= 3.11; try make PYTHON=python3.11"; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+clean:
+	rm -rf $(VENV) build out
