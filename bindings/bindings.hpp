@@ -43,18 +43,23 @@ using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::
 
 template <srm::Real T>
 srm::LeHuy<T> in_precision(const srm::LeHuy<double>& m) {
-  return {m.N_r, T(m.L_u), T(m.L_sat), T(m.A), T(m.B)};
+  return {m.N_r, T(m.L_u), T(m.L_sat), T(m.A), T(m.B), T(m.i_sat)};
 }
 
 /// Calls f.template operator()<N>() for the phase count.
 template <class F>
 auto with_phases(int n_phases, F&& f) {
   switch (n_phases) {
-    case 2: return f.template operator()<2>();
-    case 3: return f.template operator()<3>();
-    case 4: return f.template operator()<4>();
-    case 5: return f.template operator()<5>();
-    case 6: return f.template operator()<6>();
+    case 2:
+      return f.template operator()<2>();
+    case 3:
+      return f.template operator()<3>();
+    case 4:
+      return f.template operator()<4>();
+    case 5:
+      return f.template operator()<5>();
+    case 6:
+      return f.template operator()<6>();
   }
   throw std::invalid_argument("n_phases = " + std::to_string(n_phases) + ", need 2 to 6");
 }
@@ -71,8 +76,7 @@ OwnedTable<T> owned_table(const Matrix& values, double level_max) {
   const auto n = values.shape(0) * values.shape(1);
   auto copy = std::make_shared<std::vector<T>>(n);
   for (std::size_t j = 0; j < n; ++j) (*copy)[j] = T(values.data()[j]);
-  return {copy,
-          {copy->data(), int(values.shape(0)), int(values.shape(1)), T(level_max)}};
+  return {copy, {copy->data(), int(values.shape(0)), int(values.shape(1)), T(level_max)}};
 }
 
 /// What every law is given beside its own parameters.
@@ -87,7 +91,8 @@ struct Setting {
 /// Closes law, speed loop and state into the controller that the loop calls; measurement and
 /// orders change precision at this border, as they would at the target's sensors and timers.
 template <class Law>
-srm::Controller<Law::n_phases> close(const Law& law, const Setting& s, std::shared_ptr<void> tables) {
+srm::Controller<Law::n_phases> close(const Law& law, const Setting& s,
+                                     std::shared_ptr<void> tables) {
   using T = typename Law::Scalar;
   constexpr int N = Law::n_phases;
   const srm::SpeedPi<T> speed{T(s.speed.K_p), T(s.speed.K_i), T(s.speed.tau_min),
@@ -136,10 +141,16 @@ AnyController controller(const Setting& s, Make&& make) {
       s.machine);
 }
 
+void bind_angles(nb::module_& m);
 void bind_box_qp(nb::module_& m);
+void bind_deadbeat(nb::module_& m);
+void bind_ditc(nb::module_& m);
 void bind_incremental_mpc(nb::module_& m);
+void bind_law_parts(nb::module_& m);
 void bind_machine(nb::module_& m);
 void bind_paper_mpc(nb::module_& m);
+void bind_pwm_current(nb::module_& m);
 void bind_simulation(nb::module_& m);
+void bind_torque_sharing(nb::module_& m);
 
 }  // namespace bound

@@ -99,7 +99,7 @@ class SimulationSettings(Section):
     """How long, how fine."""
 
     until_s: float = Field(gt=0)
-    dt_max_us: float = Field(5.0, gt=0)  # largest integration step
+    dt_max_us: float = Field(10.0, gt=0)  # largest integration step
     theta_start_deg: float = 0.0  # mechanical rotor angle at the start
 
 

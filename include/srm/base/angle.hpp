@@ -11,7 +11,7 @@ template <Real T>
 constexpr T wrap(T theta) {
   if (theta >= T(0) && theta < two_pi<T>) return theta;
   if (!(abs(theta) < T(1e6))) return T(0);
-  T turn = theta - floor(theta / two_pi<T>)*two_pi<T>;
+  T turn = theta - floor(theta / two_pi<T>) * two_pi<T>;
   if (turn < T(0)) turn = turn + two_pi<T>;
   if (turn >= two_pi<T>) turn = turn - two_pi<T>;
   return turn < T(0) ? T(0) : turn;

@@ -53,39 +53,35 @@ struct IncrementalMpc {
     return sum;
   }
 
-  /// The law as a quadratic program in dU = (du of all channels at move 0, then at move 1, ...):
-  /// H = Phi'Phi + r_w I, f = -Phi'(Y_ref - F x). Bounds are left to the caller.
+  /// The law as a quadratic program in the levels v_m = du_0 + ... + du_m of the channels at move
+  /// 0, then at move 1, ... (variable m N + k): a limit on an input is then a bound on a variable.
+  /// With dU = E v it is v'E'(Phi'Phi + r_w I)E v/2 - v'E'Phi'(Y_ref - F x). Bounds are left to the
+  /// caller.
   BoxQp<T, n_max> problem(const Gains& c, const Outputs& error_free) const {
     const Outputs response = step_response();
     BoxQp<T, n_max> qp;
     qp.n = N * N_c;
     for (int j = 0; j < N_p; ++j) {
       const int moves = j + 1 < N_c ? j + 1 : N_c;  // a later move cannot act on this sample
-      for (int v = 0; v < N * moves; ++v) {
-        const T phi_v = c[j][v % N] * response[j - v / N];
-        qp.f[v] = qp.f[v] - phi_v * error_free[j];
-        for (int w = 0; w <= v; ++w) {
-          qp.H[v][w] = qp.H[v][w] + phi_v * c[j][w % N] * response[j - w / N];
-        }
+      // Column of Phi E: a level acts by its step, less the next level's, which takes over.
+      std::array<T, n_max> phi;
+      for (int m = 0; m < moves; ++m) {
+        const T taken_over = m + 1 < moves ? response[j - m - 1] : T(0);
+        for (int k = 0; k < N; ++k) phi[m * N + k] = c[j][k] * (response[j - m] - taken_over);
+      }
+      for (int v = 0; v < moves * N; ++v) {
+        if (phi[v] == T(0)) continue;
+        qp.f[v] = qp.f[v] - phi[v] * error_free[j];
+        for (int w = 0; w <= v; ++w) qp.H[v][w] = qp.H[v][w] + phi[v] * phi[w];
       }
     }
     for (int v = 0; v < qp.n; ++v) {
-      qp.H[v][v] = qp.H[v][v] + r_w;
+      const bool last = v + N >= qp.n;
+      qp.H[v][v] = qp.H[v][v] + (last ? r_w : T(2) * r_w);
+      if (!last) qp.H[v + N][v] = qp.H[v + N][v] - r_w;
       for (int w = 0; w < v; ++w) qp.H[w][v] = qp.H[v][w];
     }
     return qp;
-  }
-
-  /// The same problem in the inputs themselves, v_m = du_0 + ... + du_m (from the input before the
-  /// first move), so that limits on an input become bounds on a variable.
-  void in_levels(BoxQp<T, n_max>& qp) const {
-    for (int v = 0; v + N < qp.n; ++v) {
-      qp.f[v] = qp.f[v] - qp.f[v + N];
-      for (int w = 0; w < qp.n; ++w) qp.H[v][w] = qp.H[v][w] - qp.H[v + N][w];
-    }
-    for (int w = 0; w < qp.n; ++w) {
-      for (int v = 0; v + N < qp.n; ++v) qp.H[w][v] = qp.H[w][v] - qp.H[w][v + N];
-    }
   }
 };
 

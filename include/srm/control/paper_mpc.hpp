@@ -50,59 +50,67 @@ struct PaperMpc {
     const T demand = sense * tau_ref;
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;  // electrical, per sample
 
-    std::array<T, N> here;   // i: present current, as the regulator holds it
-    std::array<T, N> lower, upper;
-    typename Mpc::Gains c;
+    std::array<T, N> here;          // present current, as the regulator holds it
+    std::array<T, N> lower, upper;  // what the dc link can make of it in one sample
+    typename Mpc::Gains c, target;  // target: the guide along the horizon
     typename Mpc::Outputs error;
-    std::array<std::array<T, N>, Nc_max> target;
     for (int j = 0; j < mpc.N_p; ++j) error[j] = demand;
 
     for (int k = 0; k < N; ++k) {
       const T theta_k = phase_angle<N>(y.theta_e, k);
-      // Mid-sample angles: there the mean torque of a sample is.
       const auto angle = [&](T samples) { return wrap(sense * (theta_k + turn * samples)); };
+      // Mid-sample angles: there the mean torque of a sample is.
+      const auto middle = [&](int j) { return angle(delay + static_cast<T>(j) + T(0.5)); };
 
-      // Within reach of the regulator (twice its band, where it applies full voltage) the current is
-      // as good as at its reference; outside, the prediction starts from what was reached.
+      // Within reach of the regulator (twice its band, where it applies full voltage) the current
+      // is as good as at its reference; outside, the prediction starts from what was reached.
       here[k] = max(clamp(state.u[k], y.i[k] - T(2) * i_band, y.i[k] + T(2) * i_band), T(0));
+
+      T most = here[k];
+      for (int j = 0; j < mpc.N_p; ++j) {
+        target[j][k] = guide.at(demand, middle(j));
+        most = max(most, target[j][k]);
+      }
+      if (most == T(0)) {  // an idle phase that nobody asks for
+        lower[k] = upper[k] = T(0);
+        for (int j = 0; j < mpc.N_p; ++j) c[j][k] = T(0);
+        continue;
+      }
 
       // What a sample of full voltage makes of the flux linkage, as a current at its end. A secant
       // towards the guide serves upwards, where saturation makes the present slope too careful.
-      const T goal = guide.at(demand, angle(delay + T(0.5)));
+      const T goal = max(target[0][k], here[k] + i_band);
       const T psi = machine.at(here[k], angle(delay)).psi;
       const T drop = R * here[k];
       const Magnetics<T> from = machine.at(here[k], angle(delay + T(1)));
-      const Magnetics<T> to = machine.at(max(goal, here[k] + i_band), angle(delay + T(1)));
-      const T L_rise = (to.psi - from.psi) / (max(goal, here[k] + i_band) - here[k]);
+      const Magnetics<T> to = machine.at(goal, angle(delay + T(1)));
+      const T L_rise = (to.psi - from.psi) / (goal - here[k]);
       upper[k] = here[k] + (psi + T_s * (y.u_dc - drop) - from.psi) / L_rise;
       lower[k] = here[k] + (psi - T_s * (y.u_dc + drop) - from.psi) / from.L_inc;
 
       for (int j = 0; j < mpc.N_p; ++j) {
         const T samples = static_cast<T>(j + 1);
-        const T theta = angle(delay + samples - T(0.5));
-        const T wanted = guide.at(demand, theta);
-        if (j < mpc.N_c) target[j][k] = wanted;
-        const T i = clamp(wanted, max(here[k] + samples * (lower[k] - here[k]), T(0)),
+        const T i = clamp(target[j][k], max(here[k] + samples * (lower[k] - here[k]), T(0)),
                           here[k] + samples * (upper[k] - here[k]));
-        const Magnetics<T> m = machine.at(i, theta);
+        const Magnetics<T> m = machine.at(i, middle(j));
         c[j][k] = m.psi_theta;
         error[j] = error[j] - (m.tau + m.psi_theta * (here[k] - i));
       }
     }
 
     BoxQp<T, Mpc::n_max> qp = mpc.problem(c, error);
-    mpc.in_levels(qp);
-    for (int v = 0; v < qp.n; ++v) {
-      const int k = v % N;
-      const T samples = static_cast<T>(v / N + 1);
-      const T away = target[v / N][k] - here[k];
-      qp.H[v][v] = qp.H[v][v] + w_i;
-      qp.f[v] = qp.f[v] - w_i * away;
-      qp.hi[v] = clamp(samples * (upper[k] - here[k]), -here[k], i_max - here[k]);
-      qp.lo[v] = clamp(samples * (lower[k] - here[k]), -here[k], qp.hi[v]);
-    }
     std::array<T, Mpc::n_max> start{};
-    for (int v = 0; v < qp.n; ++v) start[v] = target[v / N][v % N] - here[v % N];
+    for (int m = 0; m < mpc.N_c; ++m) {
+      const T samples = static_cast<T>(m + 1);
+      for (int k = 0; k < N; ++k) {
+        const int v = m * N + k;
+        start[v] = target[m][k] - here[k];
+        qp.H[v][v] = qp.H[v][v] + w_i;
+        qp.f[v] = qp.f[v] - w_i * start[v];
+        qp.hi[v] = clamp(samples * (upper[k] - here[k]), -here[k], i_max - here[k]);
+        qp.lo[v] = clamp(samples * (lower[k] - here[k]), -here[k], qp.hi[v]);
+      }
+    }
     const auto best = solve(qp, start);
 
     Command<T, N> command;

@@ -1,7 +1,7 @@
 // The gate drive of one phase: executes a PhaseCommand between two samples.
 //
-// Every switching instant is an event: a timer edge, a current that meets a comparator threshold, an
-// angle that meets a position compare, a current that reaches zero. This file says which event
+// Every switching instant is an event: a timer edge, a current that meets a comparator threshold,
+// an angle that meets a position compare, a current that reaches zero. This file says which event
 // comes next for a phase and what the leg does then; the loop locates the instant.
 #pragma once
 

@@ -1,5 +1,5 @@
-// Events of the plant: a guard is a state variable that meets a value, and its instant is located by
-// root finding on the length of the integration step.
+// Events of the plant: a guard is a state variable that meets a value, and its instant is located
+// by root finding on the length of the integration step.
 #pragma once
 
 #include <cmath>
@@ -25,42 +25,57 @@ double distance(const Guard& g, const State<N>& x) {
   return g.direction * (g.value - (g.k == Guard::angle ? x.theta_m : x.i[g.k]));
 }
 
-/// Closer than this to its value a guard counts as met [A, rad]. A micro-ampere moves an instant by
-/// 1e-12 s at typical slopes; this is a thousandth of it.
-inline constexpr double guard_tolerance = 1e-9;
+/// An angle closer than this to its value counts as met [rad].
+inline constexpr double angle_tolerance = 1e-9;
+
+/// From this distance [rad, A] one Newton step by the present slopes ends a search. At slopes down
+/// to 1e5 A/s that is 1e-8 s; what curvature (1e9 A/s^2) leaves after it is below 1e-7 A.
+inline constexpr double near_angle = 1e-5;
+inline constexpr double near_current = 1e-3;
+
+/// The part of a step at which a cubic Hermite polynomial falls through zero, from value d0 > 0 and
+/// slope to value d1 <= 0 and slope (slopes over the whole step); its error is of order 4.
+inline double hermite_root(double d0, double slope0, double d1, double slope1) {
+  double x = d0 / (d0 - d1);
+  const double c3 = 2 * (d0 - d1) + slope0 + slope1;
+  const double c2 = 3 * (d1 - d0) - 2 * slope0 - slope1;
+  for (int trial = 0; trial < 3; ++trial) {  // Newton from the secant's root
+    x -= (d0 + x * (slope0 + x * (c2 + x * c3))) / (slope0 + x * (2 * c2 + x * 3 * c3));
+  }
+  return x;
+}
 
 /// Shortens the step from `start` of length h, which overshoots the guard, until it ends on it.
 /// `end` is replaced by the located point; returns the new length.
 ///
-/// The first guess is the root of the parabola through both ends with the known initial slope; then
-/// secant steps, bisected wherever they would leave the bracket.
+/// The first guess is the root of the Hermite polynomial, and nearly always close enough for the
+/// Newton step; if not, secant steps follow, bisected wherever they would leave the bracket.
 template <Machine M, int N>
 double locate(const Plant<M, N>& p, const Point<N>& start, const Rates<N>& k1, const Legs<N>& legs,
               double tau_ref, const Guard& g, double h, Point<N>& end) {
-  const double d0 = distance(g, start.x);
-  if (d0 <= 0) {
-    end = start;
-    return 0;
-  }
-  double lower = 0, upper = h;
-  double previous = h, d_previous = distance(g, end.x);
-  const double rate = g.k == Guard::angle ? start.x.omega_m : k1.di[g.k];
-  const double fall = -g.direction * rate;  // slope of the distance at the start
-  const double curvature = (d_previous - d0 - fall * h) / (h * h);
-  const double root = std::sqrt(std::fmax(fall * fall - 4 * curvature * d0, 0));
-  double guess = 2 * d0 / (root - fall);
-  double s = h;
+  const auto fall = [&](const State<N>& x, const Rates<N>& dx) {
+    return -g.direction * (g.k == Guard::angle ? x.omega_m : dx.di[g.k]);
+  };
+  const double near = g.k == Guard::angle ? near_angle : near_current;
+  double d = distance(g, end.x);
+  double guess = h * hermite_root(distance(g, start.x), h * fall(start.x, k1), d,
+                                  h * fall(end.x, rates(p, end.x, legs)));
+  double lower = 0, upper = h, s = h;
   for (int trial = 0; trial < 60; ++trial) {
+    const double previous = s, d_previous = d;
     s = guess > lower && guess < upper ? guess : (lower + upper) / 2;
     end = runge_kutta(p, start, k1, legs, tau_ref, s);
-    const double d = distance(g, end.x);
-    if (std::fabs(d) <= guard_tolerance) break;
+    d = distance(g, end.x);
+    if (std::fabs(d) <= near) break;
     (d > 0 ? lower : upper) = s;
     guess = s - d * (s - previous) / (d - d_previous);
-    previous = s;
-    d_previous = d;
   }
-  return s;
+  const Rates<N> dx = rates(p, end.x, legs);
+  const double rest = -d / fall(end.x, dx);
+  if (!(std::fabs(rest) < h)) return s;  // the guard is met at a standstill: it is close enough
+  accumulate(end.q, end.x, dx, tau_ref, rest);
+  end.x = moved(end.x, dx, end.x.omega_m, rest);
+  return s + rest;
 }
 
 }  // namespace srm

@@ -41,7 +41,7 @@ class Simulation {
     while (t_ < t_stop && !waveforms.full() && !periods.full()) {
       if (t_ >= t_sample_) sample();
       if (record_every_ == 0 || t_ >= t_record_) record(waveforms);
-      if (std::abs(at_.x.theta_m - theta_period_) <= guard_tolerance) {
+      if (std::abs(at_.x.theta_m - theta_period_) <= angle_tolerance) {
         close_period(periods);
         theta_period_ = next_period();
       }
@@ -102,14 +102,14 @@ class Simulation {
   /// An angle met within the tolerance counts as passed, in the direction of motion.
   bool inside_window(int k) const {
     const double theta_e = electrical_angle(plant_, at_.x.theta_m, k);
-    return conducts(wrap(theta_e + direction() * 2 * plant_.machine.N_r * guard_tolerance),
+    return conducts(wrap(theta_e + direction() * 2 * plant_.machine.N_r * angle_tolerance),
                     command_[k].theta_on, command_[k].theta_off);
   }
 
   double next_period() const {
     const double pitch = two_pi<double> / plant_.machine.N_r;
     const double passed = std::round(at_.x.theta_m / pitch);
-    const bool near = std::abs(at_.x.theta_m - passed * pitch) <= guard_tolerance;
+    const bool near = std::abs(at_.x.theta_m - passed * pitch) <= angle_tolerance;
     const double periods = near ? passed : at_.x.theta_m / pitch;
     return pitch * (direction() < 0 ? std::ceil(periods) - 1 : std::floor(periods) + 1);
   }
@@ -123,7 +123,7 @@ class Simulation {
       const double theta_e = electrical_angle(plant_, at_.x.theta_m, k);
       for (const double edge : {command_[k].theta_on, command_[k].theta_off}) {
         const double gap = wrap(direction() * (edge - theta_e)) / plant_.machine.N_r;
-        ahead = std::min(ahead, gap > guard_tolerance ? gap : pitch);
+        ahead = std::min(ahead, gap > angle_tolerance ? gap : pitch);
       }
     }
     return at_.x.theta_m + direction() * ahead;

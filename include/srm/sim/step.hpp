@@ -9,14 +9,14 @@ namespace srm {
 /// the energy balance closes to the integrator's error.
 template <int N>
 struct Integrals {
-  double E_dc{};                   // drawn from the dc link [J]
-  double E_winding{};              // into the winding terminals [J]
-  double E_mech{};                 // tau omega_m [J]
-  double tau{};                    // [N m s]
-  double tau_squared{};            // [N^2 m^2 s]
-  double error_squared{};          // of (tau - tau_ref) [N^2 m^2 s]
+  double E_dc{};                      // drawn from the dc link [J]
+  double E_winding{};                 // into the winding terminals [J]
+  double E_mech{};                    // tau omega_m [J]
+  double tau{};                       // [N m s]
+  double tau_squared{};               // [N^2 m^2 s]
+  double error_squared{};             // of (tau - tau_ref) [N^2 m^2 s]
   std::array<double, N> i_squared{};  // [A^2 s]
-  double tau_ref{};                // [N m s]
+  double tau_ref{};                   // [N m s]
 };
 
 template <int N>
