@@ -1,6 +1,7 @@
 """The command line. It parses, calls one public function, prints; errors are one line, exit 2."""
 
 import json
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,7 +14,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 
 import reluctance
-from reluctance import load, plots, simulate
+from reluctance import load, simulate
 from reluctance.errors import ParameterError
 from reluctance.kpis import Kpis
 from reluctance.save import WRITERS, check_ending, save
@@ -69,6 +70,8 @@ def run(
     if out is not None:
         check_ending(out, WRITERS)
     if plot is not None:
+        from reluctance import plots  # here, because Matplotlib takes half of the start-up time
+
         check_ending(plot, plots.ENDINGS)
     end = drive.simulation.until_s if until is None else until
     with progress_bar(f"simulating {drive.name}", end) as told:
@@ -140,15 +143,24 @@ def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
         yield told
 
 
+class Interrupted(BaseException):
+    """Ctrl-C, as an exception that only `main` catches."""
+
+
+def _interrupt(*_: object) -> None:
+    raise Interrupted
+
+
 def main() -> None:
     """Entry point of the `reluctance` command."""
+    signal.signal(signal.SIGINT, _interrupt)
     try:
         app(standalone_mode=True)
     except ParameterError as fault:
         print(f"error: {fault}", file=sys.stderr)
         sys.exit(2)
-    except KeyboardInterrupt:
-        print("interrupted; nothing was written", file=sys.stderr)
+    except Interrupted:
+        print("interrupted; no file is left half-written", file=sys.stderr)
         sys.exit(130)
 
 

@@ -47,7 +47,8 @@ def checked(section: type[S], table: object, where: str) -> S:
     try:
         return section.model_validate(table)
     except ValidationError as fault:
-        errors = fault.errors()
+        # An unknown key first: it is often the cause of a missing one.
+        errors = sorted(fault.errors(), key=lambda e: e["type"] != "extra_forbidden")
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         raise ParameterError(_line(dict(errors[0]), section, table, where) + more) from None
 
