@@ -13,12 +13,15 @@
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "describe.hpp"
+#include "flux_map_table.hpp"
 #include "srm/base/table.hpp"
 #include "srm/control/drive_control.hpp"
 #include "srm/machine/lehuy.hpp"
@@ -28,13 +31,14 @@ namespace bound {
 
 namespace nb = nanobind;
 
-using AnyMachine = std::variant<srm::LeHuy<double>>;
+using AnyMachine = std::variant<srm::LeHuy<double>, FluxMapTable<double>>;
 
 /// A controller for 2 to 6 phases, with the tables that its law points into.
 struct AnyController {
   std::variant<srm::Controller<2>, srm::Controller<3>, srm::Controller<4>, srm::Controller<5>,
                srm::Controller<6>>
       step;
+  std::function<nb::object()> description;  // for export (describe.hpp); empty: not supported
 };
 
 /// Read-only arrays from Python, in C order.
@@ -88,16 +92,22 @@ struct Setting {
   srm::SpeedPi<double> speed;
 };
 
+/// The law with its speed loop.
+template <class Law>
+srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
+  using T = typename Law::Scalar;
+  const srm::SpeedPi<T> speed{T(s.speed.K_p), T(s.speed.K_i), T(s.speed.tau_min),
+                              T(s.speed.tau_max), T(s.speed.T_s)};
+  return {law, s.outer, speed};
+}
+
 /// Closes law, speed loop and state into the controller that the loop calls; measurement and
 /// orders change precision at this border, as they would at the target's sensors and timers.
 template <class Law>
-srm::Controller<Law::n_phases> close(const Law& law, const Setting& s,
+srm::Controller<Law::n_phases> close(const srm::DriveControl<Law>& control,
                                      std::shared_ptr<void> tables) {
   using T = typename Law::Scalar;
   constexpr int N = Law::n_phases;
-  const srm::SpeedPi<T> speed{T(s.speed.K_p), T(s.speed.K_i), T(s.speed.tau_min),
-                              T(s.speed.tau_max), T(s.speed.T_s)};
-  const srm::DriveControl<Law> control{law, s.outer, speed};
   return [control, tables, state = typename srm::DriveControl<Law>::State{}](
              const srm::Measurement<double, N>& y, double reference) mutable {
     srm::Measurement<T, N> seen;
@@ -123,6 +133,21 @@ srm::Controller<Law::n_phases> close(const Law& law, const Setting& s,
   };
 }
 
+/// Controller and machine as trees, built when they are asked for.
+template <class Law, class M>
+std::function<nb::object()> description(const srm::DriveControl<Law>& control, const M& machine,
+                                        std::shared_ptr<void> tables) {
+  if constexpr (requires { described(control.law); }) {
+    return [control, machine, tables] {
+      nb::dict nodes;
+      nodes["control"] = described(control);
+      nodes["machine"] = described(machine);
+      return nodes;
+    };
+  }
+  return {};
+}
+
 /// Makes the controller of a law. `make.template operator()<T, N>(machine)` returns the law and
 /// the shared owner of its tables as a pair.
 template <class Make>
@@ -130,12 +155,14 @@ AnyController controller(const Setting& s, Make&& make) {
   return std::visit(
       [&](const auto& machine) {
         return with_phases(s.n_phases, [&]<int N>() -> AnyController {
-          const auto closed = [&]<class T>() {
-            const auto [law, tables] = make.template operator()<T, N>(in_precision<T>(machine));
-            return close(law, s, tables);
+          const auto closed = [&]<class T>() -> AnyController {
+            const auto model = in_precision<T>(machine);
+            const auto [law, tables] = make.template operator()<T, N>(model);
+            const auto control = drive_control(law, s);
+            return {close(control, tables), description(control, model, tables)};
           };
-          if (s.single) return {closed.template operator()<float>()};
-          return {closed.template operator()<double>()};
+          return s.single ? closed.template operator()<float>()
+                          : closed.template operator()<double>();
         });
       },
       s.machine);
@@ -143,10 +170,12 @@ AnyController controller(const Setting& s, Make&& make) {
 
 void bind_angles(nb::module_& m);
 void bind_box_qp(nb::module_& m);
+void bind_controller(nb::module_& m);
 void bind_deadbeat(nb::module_& m);
 void bind_ditc(nb::module_& m);
 void bind_incremental_mpc(nb::module_& m);
 void bind_law_parts(nb::module_& m);
+void bind_flux_map(nb::module_& m);
 void bind_machine(nb::module_& m);
 void bind_paper_mpc(nb::module_& m);
 void bind_pwm_current(nb::module_& m);

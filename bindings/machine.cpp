@@ -1,7 +1,6 @@
 // Machine models: parameters, and their magnetics over arrays.
-#include "srm/machine/magnetics.hpp"
-
 #include "bindings.hpp"
+#include "srm/machine/magnetics.hpp"
 
 namespace bound {
 
@@ -20,7 +19,8 @@ Columns magnetics(const AnyMachine& machine, const Vector& i, const Vector& thet
         for (std::size_t j = 0; j < n; ++j) {
           const auto at = m.at(i.data()[j], srm::wrap(theta_e.data()[j]));
           double* row = values + 5 * j;
-          for (const double value : {at.psi, at.W_c, at.tau, at.L_inc, at.psi_theta}) *row++ = value;
+          for (const double value : {at.psi, at.W_c, at.tau, at.L_inc, at.psi_theta})
+            *row++ = value;
         }
       },
       machine);
@@ -44,6 +44,9 @@ void bind_machine(nb::module_& m) {
   m.def("magnetics", &magnetics, nb::arg("machine"), nb::arg("i"), nb::arg("theta_e"),
         "Columns psi [Wb], W_c [J], tau [N m], L_inc [H], psi_theta [Wb/rad], shape (n, 5), at n "
         "currents [A] and electrical angles [rad] of one phase.");
+  m.def("exp", &srm::exp<double>, nb::arg("x"), "The core's exponential, without libm.");
+  m.def("wrap", &srm::wrap<double>, nb::arg("theta"), "theta [rad] brought into [0, 2 pi).");
+  m.def("wrap_float", &srm::wrap<float>, nb::arg("theta"), "The same in single precision.");
 }
 
 }  // namespace bound

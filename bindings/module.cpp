@@ -2,10 +2,20 @@
 #include "bindings.hpp"
 
 NB_MODULE(_core, m) {
+  // Objects alive at interpreter exit (a traceback, a module-level machine) are no leaks of ours.
+  nanobind::set_leak_warnings(false);
   m.doc() = "Machine, plant and control in C++. SI units and radians throughout.";
+  bound::bind_flux_map(m);
   bound::bind_machine(m);
   bound::bind_simulation(m);
+  bound::bind_controller(m);
   bound::bind_box_qp(m);
   bound::bind_incremental_mpc(m);
   bound::bind_paper_mpc(m);
+  bound::bind_law_parts(m);
+  bound::bind_angles(m);
+  bound::bind_pwm_current(m);
+  bound::bind_torque_sharing(m);
+  bound::bind_ditc(m);
+  bound::bind_deadbeat(m);
 }

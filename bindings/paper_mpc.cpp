@@ -13,20 +13,19 @@ AnyController paper_mpc(const Setting& setting, const Matrix& guide, double tau_
                         int N_c, double r_w, double w_i, double R, double i_max, double i_band,
                         double T_s, int delay) {
   return controller(setting, [&]<class T, int N>(const auto& model) {
-                      using M = std::decay_t<decltype(model)>;
-                      const auto table = owned_table<T>(guide, tau_max);
-                      const srm::PaperMpc<M, N, Np_max, Nc_max> law{
-                          .machine = model,
-                          .guide = table.view,
-                          .mpc = {N_p, N_c, T(r_w), T(0), T(1)},
-                          .w_i = T(w_i),
-                          .R = T(R),
-                          .i_max = T(i_max),
-                          .i_band = T(i_band),
-                          .T_s = T(T_s),
-                          .delay = T(delay)};
-                      return std::pair(law, std::shared_ptr<void>(table.values));
-                    });
+    using M = std::decay_t<decltype(model)>;
+    const auto table = owned_table<T>(guide, tau_max);
+    const srm::PaperMpc<M, N, Np_max, Nc_max> law{.machine = model,
+                                                  .guide = table.view,
+                                                  .mpc = {N_p, N_c, T(r_w), T(0), T(1)},
+                                                  .w_i = T(w_i),
+                                                  .R = T(R),
+                                                  .i_max = T(i_max),
+                                                  .i_band = T(i_band),
+                                                  .T_s = T(T_s),
+                                                  .delay = T(delay)};
+    return std::pair(law, std::shared_ptr<void>(table.values));
+  });
 }
 
 }  // namespace

@@ -17,11 +17,10 @@ constexpr int period_rows = 1000;
 
 class AnySimulation {
  public:
-  AnySimulation(const AnyMachine& machine, int n_phases, double R,
-                const srm::Converter& converter, const srm::Mechanics& mechanics,
-                const srm::Sampling& sampling, const AnyController& controller,
-                const srm::Reference& reference, double omega_m, double theta_m, double dt_max,
-                double record_every) {
+  AnySimulation(const AnyMachine& machine, int n_phases, double R, const srm::Converter& converter,
+                const srm::Mechanics& mechanics, const srm::Sampling& sampling,
+                const AnyController& controller, const srm::Reference& reference, double omega_m,
+                double theta_m, double dt_max, double record_every) {
     with_phases(n_phases, [&]<int N>() {
       const auto* step = std::get_if<srm::Controller<N>>(&controller.step);
       if (step == nullptr) throw std::invalid_argument("the controller has another phase count");
@@ -77,33 +76,35 @@ void bind_simulation(nb::module_& m) {
       .value("speed", srm::Outer::speed);
   nb::class_<AnyController>(m, "Controller", "A complete controller, ready to be sampled.");
   nb::class_<Setting>(m, "Setting", "What every control law is given beside its own parameters.")
-      .def("__init__",
-           [](Setting* self, const AnyMachine& machine, int n_phases, bool single, srm::Outer outer,
-              double K_p, double K_i, double tau_min, double tau_max, double T_s) {
-             new (self) Setting{machine, n_phases, single, outer, {K_p, K_i, tau_min, tau_max, T_s}};
-           },
-           nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"),
-           nb::arg("outer"), nb::arg("K_p"), nb::arg("K_i"), nb::arg("tau_min"),
-           nb::arg("tau_max"), nb::arg("T_s"));
+      .def(
+          "__init__",
+          [](Setting* self, const AnyMachine& machine, int n_phases, bool single, srm::Outer outer,
+             double K_p, double K_i, double tau_min, double tau_max, double T_s) {
+            new (self) Setting{machine, n_phases, single, outer, {K_p, K_i, tau_min, tau_max, T_s}};
+          },
+          nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"),
+          nb::arg("outer"), nb::arg("K_p"), nb::arg("K_i"), nb::arg("tau_min"), nb::arg("tau_max"),
+          nb::arg("T_s"));
   nb::class_<AnySimulation>(m, "Simulation", "The closed loop. SI units.")
-      .def("__init__",
-           [](AnySimulation* self, const AnyMachine& machine, int n_phases, double R, double u_dc,
-              double v_switch, double R_switch, double v_diode, double R_diode, srm::Shaft shaft,
-              double J, double B, double k_pump, double tau_load, double T_s, int delay,
-              int adc_bits, double i_range, int encoder_counts, const AnyController& controller,
-              const std::vector<double>& t_ref, const std::vector<double>& ref, double omega_m,
-              double theta_m, double dt_max, double record_every) {
-             new (self) AnySimulation(
-                 machine, n_phases, R, {u_dc, v_switch, R_switch, v_diode, R_diode},
-                 {shaft, J, B, k_pump, tau_load}, {T_s, delay, adc_bits, i_range, encoder_counts},
-                 controller, {t_ref, ref}, omega_m, theta_m, dt_max, record_every);
-           },
-           nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("R"), nb::arg("u_dc"),
-           nb::arg("v_switch"), nb::arg("R_switch"), nb::arg("v_diode"), nb::arg("R_diode"),
-           nb::arg("shaft"), nb::arg("J"), nb::arg("B"), nb::arg("k_pump"), nb::arg("tau_load"),
-           nb::arg("T_s"), nb::arg("delay"), nb::arg("adc_bits"), nb::arg("i_range"),
-           nb::arg("encoder_counts"), nb::arg("controller"), nb::arg("t_ref"), nb::arg("ref"),
-           nb::arg("omega_m"), nb::arg("theta_m"), nb::arg("dt_max"), nb::arg("record_every"))
+      .def(
+          "__init__",
+          [](AnySimulation* self, const AnyMachine& machine, int n_phases, double R, double u_dc,
+             double v_switch, double R_switch, double v_diode, double R_diode, srm::Shaft shaft,
+             double J, double B, double k_pump, double tau_load, double T_s, int delay,
+             int adc_bits, double i_range, int encoder_counts, const AnyController& controller,
+             const std::vector<double>& t_ref, const std::vector<double>& ref, double omega_m,
+             double theta_m, double dt_max, double record_every) {
+            new (self) AnySimulation(
+                machine, n_phases, R, {u_dc, v_switch, R_switch, v_diode, R_diode},
+                {shaft, J, B, k_pump, tau_load}, {T_s, delay, adc_bits, i_range, encoder_counts},
+                controller, {t_ref, ref}, omega_m, theta_m, dt_max, record_every);
+          },
+          nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("R"), nb::arg("u_dc"),
+          nb::arg("v_switch"), nb::arg("R_switch"), nb::arg("v_diode"), nb::arg("R_diode"),
+          nb::arg("shaft"), nb::arg("J"), nb::arg("B"), nb::arg("k_pump"), nb::arg("tau_load"),
+          nb::arg("T_s"), nb::arg("delay"), nb::arg("adc_bits"), nb::arg("i_range"),
+          nb::arg("encoder_counts"), nb::arg("controller"), nb::arg("t_ref"), nb::arg("ref"),
+          nb::arg("omega_m"), nb::arg("theta_m"), nb::arg("dt_max"), nb::arg("record_every"))
       .def("advance", &AnySimulation::advance, nb::arg("t_stop"),
            nb::call_guard<nb::gil_scoped_release>(),
            "Runs to t_stop [s] or until a table is full; returns the time reached.")

@@ -53,9 +53,7 @@ def test_every_format_holds_the_same_waveforms(tmp_path):
         ),
         "npz": lambda p: dict(np.load(p)),
         "parquet": lambda p: _parquet(p),
-        "mat": lambda p: {
-            k: v.ravel() for k, v in loadmat(p).items() if not k.startswith("__")
-        },
+        "mat": lambda p: {k: v.ravel() for k, v in loadmat(p).items() if not k.startswith("__")},
     }
     tables = {}
     for ending, reader in read.items():

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from reluctance import _core
 
-# Wang, Model Predictive Control System Design and Implementation Using MATLAB, Springer 2009, ch. 1.
+# L. Wang, Model Predictive Control System Design and Implementation Using MATLAB, 2009, ch. 1.
 A_M, B_M, C_M, N_P, N_C = 0.8, 0.1, 1.0, 10, 4
 DX, Y, REFERENCE = 0.1, 0.2, 1.0
 

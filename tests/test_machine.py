@@ -92,7 +92,7 @@ def test_torque_of_a_flat_top_is_the_coenergy_between_its_angles():
     assert 12 * stroke / (2 * np.pi) == pytest.approx(93.1323, abs=1e-3)
 
 
-@given(st.floats(-80.0, 80.0))
+@given(st.floats(-80.0, 80.0, exclude_min=True))
 def test_exponential_is_within_two_ulp(x):
     mpmath.mp.dps = 30
     ours = _core.exp(x)

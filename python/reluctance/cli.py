@@ -91,6 +91,30 @@ def run(
         Console().print(kpi_table(drive.name, result.kpis))
 
 
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the report.")] = Path(
+        "out/paper"
+    ),
+) -> None:
+    """The source paper, claim by claim: figures, claims.json, report.html."""
+    from reluctance.paper import write  # figures are needed here alone, and slow to import
+    from reluctance.paper.claim import text
+
+    with progress_bar("simulating the source paper's drive", 1.0) as told:
+        report = write(out, progress=told)
+    table = Table(title="The source paper, claim by claim")
+    for column in ("claim", "paper", "model", "limit", "unit", "verdict"):
+        number = column in ("paper", "model", "limit")
+        table.add_column(column, justify="right" if number else "left")
+    for row in report.claims:
+        values = (text(value) for value in (row.paper_says, row.model_gives, row.physical_limit))
+        table.add_row(row.claim, *values, row.unit, row.verdict)
+    Console().print(table)
+    for path in report.files:
+        print(path)
+
+
 def kpi_table(name: str, kpis: Kpis) -> Table:
     """Key figures as people read them."""
     table = Table(title=name, show_header=False)

@@ -49,7 +49,7 @@ class Load(Section):
 class Reference(Section):
     """What the drive is asked for: a constant, or points over time joined by lines."""
 
-    kind: Literal["torque", "speed"]
+    kind: Literal["torque", "speed", "none"]  # none: the law fixes its current itself
     tau_Nm: float | None = None
     speed_rpm: float | None = None
     t_s: list[float] = Field(default_factory=list)  # with `values`: a course over time
@@ -57,6 +57,10 @@ class Reference(Section):
 
     @model_validator(mode="after")
     def has_one_meaning(self) -> Reference:
+        if self.kind == "none":
+            for key in sorted(self.model_fields_set - {"kind"}):
+                raise ValueError(f"{key} has no effect with kind = 'none'; remove it")
+            return self
         constant = self.tau_Nm if self.kind == "torque" else self.speed_rpm
         other = self.speed_rpm if self.kind == "torque" else self.tau_Nm
         key = "tau_Nm" if self.kind == "torque" else "speed_rpm"
@@ -72,7 +76,9 @@ class Reference(Section):
 
     @property
     def course(self) -> tuple[list[float], list[float]]:
-        """Times [s] and references [N m or rad/s]."""
+        """Times [s] and references [N m or rad/s]; zero where there is none."""
+        if self.kind == "none":
+            return [0.0], [0.0]
         unit = 1.0 if self.kind == "torque" else np.pi / 30
         constant = self.tau_Nm if self.kind == "torque" else self.speed_rpm
         if constant is not None:
@@ -208,6 +214,15 @@ def _check_together(drive: Drive) -> None:
             "[reference] kind = 'speed' with [load] kind = 'locked': the shaft cannot follow; "
             "use another load or a torque reference"
         )
+    drive.control.check(drive)
+    if drive.control.follows_torque != (drive.reference.kind != "none"):
+        raise ParameterError(
+            "[control] fixes its current: it takes [reference] kind = 'none'"
+            if drive.reference.kind != "none"
+            else "[reference] kind = 'none': the control law needs a torque or speed to follow"
+        )
+    if drive.reference.kind == "none":
+        return
     if drive.reference.kind == "speed" and drive.control.tau_max_Nm is None:
         raise ParameterError("[control] missing key `tau_max_Nm`: the speed loop needs its limit")
     asked = float(np.max(np.abs(drive.reference.course[1])))
@@ -217,9 +232,13 @@ def _check_together(drive: Drive) -> None:
         )
     if drive.tau_max == 0:
         raise ParameterError("[reference] torque is 0 throughout; set [control] tau_max_Nm")
-    reachable = float(
-        drive.machine.torque(drive.machine.i_max_A, np.linspace(0, np.pi, 181)).max()
-    )
+    band = getattr(drive.control, "i_band_A", 0.0)
+    if band >= drive.machine.i_max_A:
+        raise ParameterError(
+            f"[control] i_band_A = {band:g}, need less than [machine] i_max_A = "
+            f"{drive.machine.i_max_A:g}"
+        )
+    reachable = float(drive.machine.torque(drive.machine.i_max_A, np.linspace(0, np.pi, 181)).max())
     if drive.tau_max > 2 * reachable:
         raise ParameterError(
             f"torque {drive.tau_max:g} N m is out of reach: one phase gives at most "

@@ -54,9 +54,7 @@ def plot_legs(ax: Axes, result: Result) -> Axes:
     for k, leg in enumerate(result.leg):
         ax.step(result.t * 1e3, 3 * (n_phases - 1 - k) + leg + 1, where="post", lw=0.6)
     heights = [3 * (n_phases - 1 - k) + state for k in range(n_phases) for state in range(3)]
-    names = [
-        f"{'abcdef'[k]} {LEG_NAMES[state]}" for k in range(n_phases) for state in range(3)
-    ]
+    names = [f"{'abcdef'[k]} {LEG_NAMES[state]}" for k in range(n_phases) for state in range(3)]
     ax.set_yticks(heights, names, fontsize=7)
     ax.set(xlabel="time (ms)", ylabel="leg state")
     return ax

@@ -30,11 +30,11 @@ template <Real T>
 struct PhaseCommand {
   Gate gate = Gate::timer;
   std::array<Leg, 3> leg{Leg::demagnetize, Leg::demagnetize, Leg::demagnetize};
-  std::array<T, 2> t_edge{};   // from the start of the sample, rising [s]; past its end: no edge
-  T i_ref{};                   // comparator: reference [A]; 0 or less demagnetizes
-  T i_band{};                  // comparator: half width [A]
-  Leg chop = Leg::freewheel;   // comparator: leg above the band (freewheel soft, demagnetize hard)
-  T theta_on{}, theta_off{};   // window: electrical angles of this phase [rad]
+  std::array<T, 2> t_edge{};  // from the start of the sample, rising [s]; past its end: no edge
+  T i_ref{};                  // comparator: reference [A]; 0 or less demagnetizes
+  T i_band{};                 // comparator: half width [A]
+  Leg chop = Leg::freewheel;  // comparator: leg above the band (freewheel soft, demagnetize hard)
+  T theta_on{}, theta_off{};  // window: electrical angles of this phase [rad]
 };
 
 template <Real T, int N>
@@ -55,13 +55,11 @@ constexpr PhaseCommand<T> regulate(T i_ref, T i_band, Leg chop = Leg::freewheel)
 /// A control law is its parameters; what it remembers is a plain value, `State`; a default State
 /// is the state after reset. `step` runs once a sample and turns a torque reference into commands.
 template <class L>
-concept ControlLaw = requires(const L law, typename L::State& state,
-                              const Measurement<typename L::Scalar, L::n_phases>& y,
-                              typename L::Scalar tau_ref) {
-  requires Real<typename L::Scalar>;
-  {
-    law.step(state, y, tau_ref)
-  } -> std::same_as<Command<typename L::Scalar, L::n_phases>>;
-};
+concept ControlLaw =
+    requires(const L law, typename L::State& state,
+             const Measurement<typename L::Scalar, L::n_phases>& y, typename L::Scalar tau_ref) {
+      requires Real<typename L::Scalar>;
+      { law.step(state, y, tau_ref) } -> std::same_as<Command<typename L::Scalar, L::n_phases>>;
+    };
 
 }  // namespace srm

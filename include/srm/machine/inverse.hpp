@@ -9,8 +9,9 @@ namespace srm {
 /// none.
 ///
 /// Newton's method inside a bracket that shrinks every step, halved where Newton leaves it. The
-/// count is fixed, so the time on the target is too. On the paper's machine and on maps the worst
-/// start settles to rounding in 7 steps (float) and 9 (double); the counts keep a margin of 3.
+/// count is fixed, so the time on the target is too. From zero current, on the paper's machine and
+/// a map of it to 450 A, the flux settles to rounding in 8 steps (float) and 10 (double); 2 more
+/// are a margin.
 template <Machine M>
 constexpr typename M::Scalar current_from_flux(const M& machine, typename M::Scalar psi,
                                                typename M::Scalar theta_e,

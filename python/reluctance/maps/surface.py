@@ -5,8 +5,8 @@ in angle:
 
     L_inc(i, theta) = sum_jm l_jm N_j(i) B_m(theta),   psi = int_0^i L_inc,   W_c = int_0^i psi
 
-B-splines are positive, so l_jm > 0 proves L_inc > 0 everywhere, and psi and W_c vanish at zero current
-by construction. Past the last current L_inc keeps its last value at every angle.
+B-splines are positive, so l_jm > 0 proves L_inc > 0 everywhere, and psi and W_c vanish at zero
+current by construction. Past the last current L_inc keeps its last value at every angle.
 
 References
 ----------
@@ -29,8 +29,8 @@ from reluctance.maps.table import Array, FluxTable, around, fold
 
 # Degrees of the spline through a table, the first that its samples resolve: where it agrees midway
 # between samples with the spline two degrees lower to this share of the largest flux. The paper's
-# machine on 31 currents to 450 A has 0.4 % (5 against 3) and 0.08 % (7 against 5); knees drawn by hand
-# have 2 to 5 % and get the cubic.
+# machine on 31 currents to 450 A has 0.4 % (5 against 3) and 0.08 % (7 against 5); the sharp knee
+# of the curves of NPF VECTOR (11 currents) has 1.3 % and gets the cubic.
 RESOLVED = ((7, 0.002), (5, 0.01))
 L_TOLERANCE = 2e-3  # of the incremental inductance, from fitting fewer pieces than samples [1]
 L_FLOOR = 1e-3  # least inductance coefficient, of the largest in the table [1]
@@ -93,11 +93,12 @@ def fit_surface(table: FluxTable, *, symmetric: bool = True) -> Surface:
     Returns
     -------
     Surface
-        Through every sample where the table resolves the machine, else as near as rising flux allows.
+        Through the samples where the table resolves the machine, else as near as rising flux
+        allows.
     """
     half = fold(table) if symmetric else table
     span = np.pi if half.half else 2 * np.pi
-    n_theta = _cells(half.theta_e, span)
+    n_theta = angle_cells(half.theta_e, span)
     nodes = np.linspace(0, span, n_theta + 1)
     values = angle_coefficients(around(half, half.psi)(nodes), half.half)
     inductance, notes = _inductance(half.i, values)
@@ -157,25 +158,42 @@ def piece_coefficients(inductance: BSpline) -> tuple[Array, Array]:
     return knots, np.ascontiguousarray(coefficients)
 
 
-def rising(i: Array, values: Array, t: Array, *, smoothing: float = 0.0) -> BSpline:
-    """Inductance spline on the knots t with coefficients above the floor, nearest to flux `values`.
+def rise_problem(i: Array, t: Array, *, level: Array | float = 1.0) -> tuple[Array, Array]:
+    """Flux at i[1:] of each inductance coefficient on the knots t, and third differences of them.
 
-    Minimises |psi - values|^2 + smoothing |third differences of psi|^2 column by column, a
-    non-negative least-squares problem each (Lawson and Hanson 1974).
+    The differences count each coefficient by the flux that it adds, so that narrow and wide pieces
+    weigh alike, and in units of its `level`, so that the flat saturated part is held flat.
     """
     n = len(t) - 3
-    basis = BSpline(t, np.eye(n), 2)
-    design = basis.antiderivative()(i[1:])  # flux of each inductance coefficient at the samples
-    penalty = np.sqrt(smoothing) * np.diff(design.max(axis=0)[:, None] * np.eye(n), 3, axis=0)
-    matrix = np.vstack([design, penalty])
+    design = BSpline(t, np.eye(n), 2).antiderivative()(i[1:])
+    return design, np.diff(np.diag(design.max(axis=0) / level), 3, axis=0)
+
+
+def rising(
+    i: Array,
+    values: Array,
+    t: Array,
+    *,
+    weight: Array | float = 1.0,
+    level: Array | float = 1.0,
+    smoothing: float = 0.0,
+) -> BSpline:
+    """Inductance spline on the knots t with coefficients above the floor, nearest to flux `values`.
+
+    Minimises |weight (psi - values)|^2 + smoothing |third differences|^2 column by column, each a
+    non-negative least-squares problem (Lawson and Hanson 1974).
+    """
+    design, penalty = rise_problem(i, t, level=level)
+    weights = np.broadcast_to(weight, len(i) - 1)[:, None]
     floor = L_FLOOR * float((values[1:] / i[1:, None]).max())
-    inside = np.vstack([values[1:] - (design.sum(axis=1) * floor)[:, None],
-                        np.zeros((len(penalty), values.shape[1]))])
-    columns = [nnls(matrix, column)[0] for column in inside.T]
+    matrix = np.vstack([weights * design, np.sqrt(smoothing) * penalty])
+    samples = weights * (values[1:] - floor * i[1:, None])
+    aim = np.vstack([samples, np.zeros((len(penalty), values.shape[1]))])
+    columns = [nnls(matrix, column)[0] for column in aim.T]
     return BSpline(t, np.stack(columns, axis=1) + floor, 2)
 
 
-def _cells(theta_e: Array, span: float) -> int:
+def angle_cells(theta_e: Array, span: float) -> int:
     """Equal angle cells whose edges fall on the samples where these have a common spacing."""
     base = max(1, round(span / float(np.diff(theta_e).min())))
     least = MIN_CELLS * round(span / np.pi)

@@ -30,6 +30,8 @@ class FluxTable:
         Flux linkage [Wb].
     tau : ndarray, shape (n_i, n_theta), or None
         Torque of one phase [N m].
+    period_error : float
+        Largest difference between the two ends of a whole period, of the largest flux [1].
     notes : tuple of str
         What was inferred or changed while reading.
     """
@@ -39,6 +41,7 @@ class FluxTable:
     theta_e: Array
     psi: Array
     tau: Array | None = None
+    period_error: float = 0.0
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -64,8 +67,8 @@ class FluxTable:
             if value is not None and not np.isfinite(value).all():
                 row, column = np.argwhere(~np.isfinite(value))[0]
                 raise ParameterError(
-                    f"{name} at {self.i[row]:g} A, {np.degrees(self.theta_e[column]):.4g} deg el. is "
-                    f"{value[row, column]}, need a number; fill the cell or leave its row out"
+                    f"{name} at {self.i[row]:g} A, {np.degrees(self.theta_e[column]):.4g} deg el. "
+                    f"is {value[row, column]}, need a number; fill the cell or leave its row out"
                 )
         for name, axis in (("currents", self.i), ("angles", self.theta_e)):
             if not (axis[0] == 0 and np.all(np.diff(axis) > 0)):
@@ -119,4 +122,5 @@ def _closed(theta_e: Array, values: Array) -> tuple[Array, Array]:
 def _distinct(angles: Array) -> Array:
     """Sorted angles without those nearer than 1e-6 rad to the one before."""
     rising = np.sort(angles)
-    return rising[np.append(True, np.diff(rising) > 1e-6)]
+    distinct: Array = rising[np.append(True, np.diff(rising) > 1e-6)]
+    return distinct

@@ -1,11 +1,11 @@
-"""The [control] table of each law, and the controller that the core makes of it."""
+"""What every control law has in its [control] table, and the guide that predictive laws share."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from reluctance import _core, limit
 from reluctance.schema import Section
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 GUIDE_LEVELS = 19  # torques in a guide table, zero included
 GUIDE_POINTS = 180  # angles in it, over one electrical period
+BAND_PART = 0.02  # of the current limit: default half width of a current band
 
 
 class Control(Section):
@@ -31,6 +32,20 @@ class Control(Section):
     def T_s(self) -> float:
         """Control period [s]."""
         return self.T_s_us * 1e-6
+
+    @property
+    def follows_torque(self) -> bool:
+        """False where the table fixes the current, and no torque can be asked for."""
+        return True
+
+    def check(self, drive: Drive) -> None:
+        """What the law needs of the drive beside its own table.
+
+        Raises
+        ------
+        ParameterError
+            If the drive does not have it.
+        """
 
     def controller(self, drive: Drive) -> _core.Controller:
         """The law, its speed loop and its state, ready to be sampled."""
@@ -53,46 +68,6 @@ class Control(Section):
             tau_max=tau_max,
             T_s=self.T_s,
         )
-
-
-class PaperMpc(Control):
-    """The source paper's structure: predictive current references, hysteresis regulator."""
-
-    law: Literal["paper_mpc"]
-    N_p: int = Field(3, ge=1, le=_core.N_p_max)
-    N_c: int = Field(2, ge=1, le=_core.N_c_max)
-    r_w: float = Field(0.05, gt=0)  # weight of reference increments [N^2 m^2/A^2]
-    w_i: float = Field(0.05, ge=0)  # weight of the distance to the guide [N^2 m^2/A^2]
-    i_band_A: float = Field(1.0, gt=0)  # half width of the regulator's band
-    guide_speed_rpm: float | None = Field(None, ge=0)  # by default the speed of the reference
-
-    @model_validator(mode="after")
-    def moves_fit_the_horizon(self) -> PaperMpc:
-        if self.N_c > self.N_p:
-            raise ValueError(
-                f"N_c = {self.N_c}, need <= N_p = {self.N_p}; moves after the horizon have no effect"
-            )
-        return self
-
-    def controller(self, drive: Drive) -> _core.Controller:
-        table = guide(drive, self.guide_speed_rpm)
-        return _core.paper_mpc(
-            self.setting(drive),
-            guide=table.i,
-            tau_max=drive.tau_max,
-            N_p=self.N_p,
-            N_c=self.N_c,
-            r_w=self.r_w,
-            w_i=self.w_i,
-            R=drive.machine.R,
-            i_max=drive.machine.i_max_A,
-            i_band=self.i_band_A,
-            T_s=self.T_s,
-            delay=drive.sensing.delay_samples,
-        )
-
-
-LAWS: dict[str, type[Control]] = {"paper_mpc": PaperMpc}
 
 
 def guide(drive: Drive, speed_rpm: float | None) -> limit.Table:

@@ -1,0 +1,121 @@
+// What the next sample brings: torque and flux linkage of every phase as straight lines in time.
+//
+// Within a sample the flux linkage is linear in the leg voltage, dpsi/dt = u - R i, whatever the
+// iron does, and torque is nearly linear in the flux linkage. So the prediction needs three numbers
+// a phase: torque at the start, its gain dtau/dpsi = (dpsi/dtheta)/(dpsi/di), and its drift while
+// the guide is followed. Gain and drift are secants to the point where the guide leads, which is
+// exact to second order along the way that the phase will take.
+//
+// One sample of delay is bridged by the same flux linkage equation with the legs that are already
+// ordered. P. Cortes, J. Rodriguez, C. Silva, A. Flores, "Delay compensation in model predictive
+// current control of a three-phase inverter", IEEE Trans. Ind. Electron. 59(2), 2012.
+#pragma once
+
+#include "srm/base/table.hpp"
+#include "srm/control/interface.hpp"
+#include "srm/machine/magnetics.hpp"
+
+namespace srm {
+
+/// One phase at the start of the sample that the orders will act in. Angles are mirrored for a
+/// negative torque reference, so that torque is positive on (0, pi).
+template <Real T>
+struct PhaseOutlook {
+  T psi;        // flux linkage [Wb]
+  T i;          // current [A]
+  T tau;        // torque [N m]
+  T gain;       // dtau/dpsi [N m/Wb]
+  T drift;      // dtau/dt at constant flux linkage [N m/s]
+  T goal;       // the guide's flux linkage [Wb]
+  T goal_rate;  // its slope: the voltage across the winding without R i [V]
+  T i_gain;     // di/dpsi [1/H]
+  T i_drift;    // di/dt at constant flux linkage [A/s]
+  bool idle;    // the guide wants no current here
+
+  /// Slope of the flux linkage. A phase without current stays there: the diodes block.
+  T rate(int level, T u_dc, T R) const {
+    if (level <= 0 && !(psi > T(0))) return T(0);
+    return static_cast<T>(level) * u_dc - R * i;
+  }
+};
+
+/// Volt-seconds of a timer command over one sample, per volt of the dc link [s].
+template <Real T>
+T magnetizing_time(const PhaseCommand<T>& c, T T_s) {
+  const T first = clamp(c.t_edge[0], T(0), T_s);
+  const T second = clamp(c.t_edge[1], first, T_s);
+  const auto level = [](Leg leg) { return static_cast<T>(static_cast<int>(leg)); };
+  return level(c.leg[0]) * first + level(c.leg[1]) * (second - first) +
+         level(c.leg[2]) * (T_s - second);
+}
+
+template <Machine M, int N>
+struct Outlook {
+  using T = typename M::Scalar;
+
+  M machine;
+  AngleTable<T> guide;  // flux linkage over torque reference and electrical angle [Wb]
+  T R;                  // phase resistance [ohm]
+  T T_s;                // control period [s]
+  int delay;            // samples from measurement to effect: 0 or 1
+  T ahead;              // length of the secants [s]
+  T off;                // a guide below this flux linkage wants no current [Wb]
+
+  /// ordered: the orders of the sample before, read if there is a delay.
+  std::array<PhaseOutlook<T>, N> at(const Measurement<T, N>& y, T tau_ref,
+                                    const Command<T, N>& ordered) const {
+    const T sense = tau_ref < T(0) ? T(-1) : T(1);
+    const T demand = sense * tau_ref;
+    const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
+    const T begin = static_cast<T>(delay) * T_s;
+    std::array<PhaseOutlook<T>, N> phases;
+    for (int k = 0; k < N; ++k) {
+      const T theta_k = phase_angle<N>(y.theta_e, k);
+      const auto angle = [&](T t) { return wrap(sense * (theta_k + omega_e * t)); };
+      T i = max(y.i[k], T(0));
+      if (delay > 0) i = carried(i, angle(T(0)), angle(begin), ordered[k], y.u_dc);
+      phases[k] = phase(i, angle(begin), angle(begin + ahead), sense * y.omega_m, demand);
+    }
+    return phases;
+  }
+
+ private:
+  /// The current after the sample under way: flux linkage first, then the machine's curve.
+  T carried(T i, T theta, T theta_end, const PhaseCommand<T>& c, T u_dc) const {
+    const T psi = machine.at(i, theta).psi;
+    const T driven = psi + magnetizing_time(c, T_s) * u_dc;
+    T i_end = i;
+    for (int trial = 0; trial < 3; ++trial) {
+      const Magnetics<T> m = machine.at(i_end, theta_end);
+      const T psi_end = max(driven - R * T_s * (i + i_end) / T(2), T(0));
+      i_end = max(i_end + (psi_end - m.psi) / m.L_inc, T(0));
+    }
+    return i_end;
+  }
+
+  PhaseOutlook<T> phase(T i, T theta, T theta_next, T omega_m, T demand) const {
+    const Magnetics<T> here = machine.at(i, theta);
+    const T goal = guide.at(demand, theta);
+    const T goal_next = guide.at(demand, theta_next);
+    const T move = i > T(0) ? max(goal_next - goal, -here.psi) : T(0);
+    const T rise = move - omega_m * ahead * here.psi_theta;
+    const Magnetics<T> next = machine.at(max(i + rise / here.L_inc, T(0)), theta_next);
+    const T gain = here.psi_theta / here.L_inc;
+    const T gain_next = next.psi_theta / next.L_inc;
+    const T tau_next = next.tau + gain_next * (here.psi + move - next.psi);
+    PhaseOutlook<T> x;
+    x.psi = here.psi;
+    x.i = i;
+    x.tau = here.tau;
+    x.gain = (gain + gain_next) / T(2);
+    x.drift = i > T(0) ? (tau_next - here.tau - x.gain * move) / ahead : T(0);
+    x.goal = goal;
+    x.goal_rate = (goal_next - goal) / ahead;
+    x.i_gain = T(1) / here.L_inc;
+    x.i_drift = -omega_m * here.psi_theta / here.L_inc;
+    x.idle = max(goal, goal_next) < off;
+    return x;
+  }
+};
+
+}  // namespace srm

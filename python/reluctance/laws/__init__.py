@@ -1,0 +1,20 @@
+"""The control laws: one file per [control] table, and the controller that the core makes of it."""
+
+from reluctance.laws.angles import Angles
+from reluctance.laws.base import Control, guide
+from reluctance.laws.deadbeat import Deadbeat
+from reluctance.laws.ditc import Ditc
+from reluctance.laws.paper_mpc import PaperMpc
+from reluctance.laws.pwm_current import PwmCurrent
+from reluctance.laws.torque_sharing import TorqueSharing
+
+__all__ = ["LAWS", "Control", "guide"]
+
+LAWS: dict[str, type[Control]] = {
+    "angles": Angles,
+    "pwm_current": PwmCurrent,
+    "torque_sharing": TorqueSharing,
+    "ditc": Ditc,
+    "deadbeat": Deadbeat,
+    "paper_mpc": PaperMpc,
+}

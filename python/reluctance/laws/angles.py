@@ -1,0 +1,57 @@
+"""The [control] table of conduction angles with hysteresis current control, or with none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field, model_validator
+
+from reluctance import _core
+from reluctance.laws.base import BAND_PART
+from reluctance.laws.pulse_current import PulseCurrent
+
+if TYPE_CHECKING:
+    from reluctance.drive import Drive
+
+NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage [A]
+
+
+class Angles(PulseCurrent):
+    """Between turn-on and turn-off the current is held in a band; `regulate = "none"` leaves the
+    whole pulse to the voltage (single-pulse operation)."""
+
+    law: Literal["angles"]
+    regulate: Literal["current", "none"] = "current"
+    i_band_A: float | None = Field(None, gt=0)  # half width; by default 2 % of i_max_A
+    chop: Literal["soft", "hard"] = "soft"  # above the band: freewheel or demagnetize
+    watch: Literal["compare", "sampled"] = "compare"  # of the angle: by hardware or by the control
+
+    @model_validator(mode="after")
+    def single_pulse_has_no_current(self) -> Angles:
+        if self.regulate == "none":
+            for key in ("i_ref_A", "i_band_A"):
+                if getattr(self, key) is not None:
+                    raise ValueError(f"{key} has no effect with regulate = 'none'; remove it")
+        return self
+
+    @property
+    def follows_torque(self) -> bool:
+        return self.regulate == "current" and self.i_ref_A is None
+
+    def controller(self, drive: Drive) -> _core.Controller:
+        window = self.window(drive)
+        if self.regulate == "none":
+            reference = _core.MeanTorque.constant(NEVER_REACHED)
+        else:
+            reference = self.reference(drive, window)
+        i_band = BAND_PART * drive.machine.i_max_A if self.i_band_A is None else self.i_band_A
+        return self.finished(
+            _core.angles(
+                self.setting(drive),
+                conduction=self.conduction(drive, window),
+                reference=reference,
+                i_band=i_band,
+                chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
+                watch=getattr(_core.AngleWatch, self.watch),
+            )
+        )

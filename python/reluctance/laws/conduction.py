@@ -1,0 +1,65 @@
+"""Fixed conduction angles: their keys in a [control] table, and the current that gives a torque."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from reluctance import _core
+from reluctance.errors import ParameterError
+from reluctance.laws import flat_top
+from reluctance.laws.base import Control
+
+if TYPE_CHECKING:
+    from reluctance.drive import Drive
+
+START_PART = 0.1  # of the working speed: below it, the window for starting
+SLOWEST = 1.0  # rise and fall take no angle here, as at standstill [rad/s]
+
+
+class ConductionAngles(Control):
+    """Turn-on and turn-off angle, electrical; by default those of least copper."""
+
+    theta_on_deg: float | None = Field(None, ge=-180, lt=180)  # negative: ahead of unaligned
+    theta_off_deg: float | None = Field(None, gt=-180, le=360)
+    start_speed_rpm: float | None = Field(None, ge=0)  # below: a window centred on 90 deg
+
+    @model_validator(mode="after")
+    def angles_are_a_window(self) -> ConductionAngles:
+        on, off = self.theta_on_deg, self.theta_off_deg
+        if (on is None) != (off is None):
+            raise ValueError("needs both theta_on_deg and theta_off_deg, or neither")
+        if on is not None and off is not None and not on < off < on + 360:
+            raise ValueError(
+                f"theta_on_deg = {on:g}, theta_off_deg = {off:g}: need theta_off_deg above "
+                "theta_on_deg by less than 360"
+            )
+        return self
+
+    def window(self, drive: Drive) -> tuple[float, float]:
+        """Turn-on and turn-off angle, electrical [rad]."""
+        if self.theta_on_deg is None or self.theta_off_deg is None:
+            return flat_top.least_copper_angles(self.point(drive), drive.tau_max)
+        return float(np.radians(self.theta_on_deg)), float(np.radians(self.theta_off_deg))
+
+    def conduction(self, drive: Drive, window: tuple[float, float]) -> _core.Conduction:
+        """The window, and the speed below which it is replaced by one for starting."""
+        start = START_PART * drive.omega_nominal
+        if self.start_speed_rpm is not None:
+            start = self.start_speed_rpm * np.pi / 30
+        return _core.Conduction(theta_on=window[0], theta_off=window[1], omega_start=start)
+
+    def point(self, drive: Drive) -> flat_top.Point:
+        """Where the pulses are computed: at the working speed, and not at standstill, where a
+        period never ends."""
+        machine = drive.machine
+        return flat_top.Point(
+            magnetics=machine.magnetics,
+            n_phases=machine.n_phases,
+            R=machine.R,
+            u_dc=drive.converter.u_dc_V,
+            omega_m=max(drive.omega_nominal, SLOWEST),
+            i_max=machine.i_max_A,
+        )

@@ -1,0 +1,121 @@
+"""Flat-top current pulses at one speed: the mean torque and the copper of fixed angles, offline.
+
+One phase is integrated over an electrical period from turn-on: +u_dc until the current meets its
+reference, held there as far as +-u_dc can, -u_dc from turn-off on. Neither ripple of the current
+band nor sampling is in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reluctance import _core
+from reluctance.errors import ParameterError
+
+FloatArray = NDArray[np.float64]
+
+STEPS = 360  # of an electrical period; halving them moves the mean torque by less than 0.5 %
+TABLE_POINTS = 17  # of srm::MeanTorque
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where the pulses are wanted: machine, converter and speed."""
+
+    magnetics: _core.LeHuy
+    n_phases: int
+    R: float  # [ohm]
+    u_dc: float  # [V]
+    omega_m: float  # > 0 [rad/s]
+    i_max: float  # [A]
+
+
+@dataclass(frozen=True)
+class FlatTop:
+    """Means over an electrical period, of the shape that the arguments broadcast to."""
+
+    tau: FloatArray  # of all phases [N m]
+    i_rms: FloatArray  # of one phase [A]
+
+
+def flat_top(point: Point, theta_on: ArrayLike, theta_off: ArrayLike, i_ref: ArrayLike) -> FlatTop:
+    """Mean torque and rms current of pulses from theta_on to theta_off (electrical) [rad, A]."""
+    theta_on, theta_off, i_ref = np.broadcast_arrays(
+        *(np.asarray(v, float) for v in (theta_on, theta_off, i_ref))
+    )
+    shape = i_ref.shape
+    on, dwell, top = theta_on.ravel(), (theta_off - theta_on).ravel(), i_ref.ravel()
+    turn = 2 * np.pi / STEPS
+    dt = turn / (point.magnetics.N_r * point.omega_m)
+    i = np.zeros_like(on)
+    tau, squared = np.zeros_like(on), np.zeros_like(on)
+    for step in range(STEPS):
+        magnetized = np.clip(dwell / turn - step, 0, 1)  # part of the step
+        u = point.u_dc * (2 * magnetized - 1)
+        here = _core.magnetics(point.magnetics, i, on + step * turn)
+        tau += here[:, 2]
+        squared += i**2
+        slope = _slope(point, here, i, u)
+        ahead = np.clip(i + dt * slope, 0, top)
+        there = _core.magnetics(point.magnetics, ahead, on + (step + 1) * turn)
+        i = np.clip(i + dt * (slope + _slope(point, there, ahead, u)) / 2, 0, top)
+    return FlatTop(
+        tau=(point.n_phases * tau / STEPS).reshape(shape),
+        i_rms=np.sqrt(squared / STEPS).reshape(shape),
+    )
+
+
+def _slope(point: Point, at: FloatArray, i: FloatArray, u: FloatArray) -> FloatArray:
+    """di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di) [A/s]."""
+    return np.asarray((u - point.R * i - point.omega_m * at[:, 4]) / at[:, 3])
+
+
+def least_copper_angles(point: Point, tau: float) -> tuple[float, float]:
+    """The turn-on and turn-off angle that give a mean torque for the least rms current.
+
+    Searched in steps of 5 deg among windows of at least a stroke, so that every rotor angle is
+    covered. Where none reaches the torque, those of the greatest torque.
+
+    Returns
+    -------
+    theta_on, theta_off : float
+        Electrical [rad].
+    """
+    degrees = np.arange(-60.0, 181.0, 5.0)
+    on, off = (pair.ravel() for pair in np.meshgrid(degrees, degrees))
+    stroke = 360 / point.n_phases
+    fits = (on <= 90) & (off >= 90) & (off - on >= stroke) & (off - on <= 180)
+    on, off = np.radians(on[fits]), np.radians(off[fits])
+    i = point.i_max * np.linspace(0, 1, TABLE_POINTS)[1:] ** 1.5
+    pulses = flat_top(point, on[:, None], off[:, None], i[None, :])
+    i_rms = [
+        np.interp(tau, np.maximum.accumulate(t), rms, left=rms[0], right=np.inf)
+        for t, rms in zip(pulses.tau, pulses.i_rms, strict=True)
+    ]
+    best = np.argmin(i_rms) if np.isfinite(i_rms).any() else np.argmax(pulses.tau.max(axis=1))
+    return float(on[best]), float(off[best])
+
+
+def current_table(point: Point, theta_on: float, theta_off: float, tau_max: float) -> list[float]:
+    """The current references [A] for the mean torques 0..tau_max in equal steps.
+
+    Raises
+    ------
+    ParameterError
+        If these angles do not reach tau_max at i_max.
+    """
+    i = point.i_max * np.linspace(0, 1, 8 * TABLE_POINTS) ** 1.5
+    tau = np.maximum.accumulate(flat_top(point, theta_on, theta_off, i).tau)
+    if tau[-1] < tau_max:
+        raise ParameterError(
+            f"[control] angles {np.degrees(theta_on):g} to {np.degrees(theta_off):g} deg give a "
+            f"mean torque of at most {tau[-1]:.4g} N m at i_max_A = {point.i_max:g} and "
+            f"{point.omega_m * 30 / np.pi:.5g} rpm, need {tau_max:g}; change the angles, the "
+            "speed or the torque"
+        )
+    rising = np.flatnonzero(np.diff(tau, prepend=-1.0) > 0)
+    wanted = np.linspace(0, tau_max, TABLE_POINTS)
+    return [float(v) for v in np.interp(wanted, tau[rising], i[rising])]

@@ -1,0 +1,50 @@
+"""The [control] table of the source paper's predictive controller."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field, model_validator
+
+from reluctance import _core
+from reluctance.laws.base import Control, guide
+
+if TYPE_CHECKING:
+    from reluctance.drive import Drive
+
+
+class PaperMpc(Control):
+    """The source paper's structure: predictive current references, hysteresis regulator."""
+
+    law: Literal["paper_mpc"]
+    N_p: int = Field(3, ge=1, le=_core.N_p_max)
+    N_c: int = Field(2, ge=1, le=_core.N_c_max)
+    r_w: float = Field(0.05, gt=0)  # weight of reference increments [N^2 m^2/A^2]
+    w_i: float = Field(0.05, ge=0)  # weight of the distance to the guide [N^2 m^2/A^2]
+    i_band_A: float = Field(1.0, gt=0)  # half width of the regulator's band
+    guide_speed_rpm: float | None = Field(None, ge=0)  # by default the speed of the reference
+
+    @model_validator(mode="after")
+    def moves_fit_the_horizon(self) -> PaperMpc:
+        if self.N_c > self.N_p:
+            raise ValueError(
+                f"N_c = {self.N_c}, need <= N_p = {self.N_p}; moves after the horizon have no effect"
+            )
+        return self
+
+    def controller(self, drive: Drive) -> _core.Controller:
+        table = guide(drive, self.guide_speed_rpm)
+        return _core.paper_mpc(
+            self.setting(drive),
+            guide=table.i,
+            tau_max=drive.tau_max,
+            N_p=self.N_p,
+            N_c=self.N_c,
+            r_w=self.r_w,
+            w_i=self.w_i,
+            R=drive.machine.R,
+            i_max=drive.machine.i_max_A,
+            i_band=self.i_band_A,
+            T_s=self.T_s,
+            delay=drive.sensing.delay_samples,
+        )

@@ -1,0 +1,41 @@
+"""The current of laws with fixed conduction angles: from the torque reference, or fixed itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pydantic import Field, model_validator
+
+from reluctance import _core
+from reluctance.laws import flat_top
+from reluctance.laws.conduction import ConductionAngles
+
+if TYPE_CHECKING:
+    from reluctance.drive import Drive
+
+
+class PulseCurrent(ConductionAngles):
+    """`i_ref_A` fixes the current; without it a table made at set-up gives it from the torque."""
+
+    i_ref_A: float | None = Field(None, gt=0)
+
+    @model_validator(mode="after")
+    def fixed_current_has_fixed_angles(self) -> PulseCurrent:
+        if not self.follows_torque and self.theta_on_deg is None:
+            raise ValueError("without a torque reference needs theta_on_deg and theta_off_deg")
+        return self
+
+    @property
+    def follows_torque(self) -> bool:
+        return self.i_ref_A is None
+
+    def reference(self, drive: Drive, window: tuple[float, float]) -> _core.MeanTorque:
+        """The current over the torque reference."""
+        if self.i_ref_A is not None:
+            return _core.MeanTorque.constant(self.i_ref_A)
+        table = flat_top.current_table(self.point(drive), *window, drive.tau_max)
+        return _core.MeanTorque(tau_max=drive.tau_max, i_ref=table)
+
+    def finished(self, controller: _core.Controller) -> _core.Controller:
+        """The controller, told of no torque reference where the current is fixed."""
+        return controller if self.follows_torque else _core.without_reference(controller)

@@ -1,0 +1,51 @@
+"""The [control] table of conduction angles with PI current control and PWM."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from pydantic import Field
+
+from reluctance import _core
+from reluctance.errors import ParameterError
+from reluctance.laws.pulse_current import PulseCurrent
+
+if TYPE_CHECKING:
+    from reluctance.drive import Drive
+
+# Bandwidth times control period: half of it leaves a phase margin of about 60 deg, with the half
+# sample of the PWM and one sample of delay taken from 90 deg at 57 deg per radian.
+BANDWIDTH_PART = 0.3
+
+
+class PwmCurrent(PulseCurrent):
+    """Between turn-on and turn-off the current is held by PI control with feed-forward; the
+    carrier's period is the control period."""
+
+    law: Literal["pwm_current"]
+    bandwidth_Hz: float | None = Field(None, gt=0)  # of the current loop; by default 0.3/T_s rad/s
+
+    def check(self, drive: Drive) -> None:
+        if self.bandwidth_Hz is not None and 2 * np.pi * self.bandwidth_Hz * self.T_s > 1:
+            raise ParameterError(
+                f"[control] bandwidth_Hz = {self.bandwidth_Hz:g}, need <= "
+                f"{1 / (2 * np.pi * self.T_s):.5g} (one radian per control period); "
+                "lower it or T_s_us"
+            )
+
+    def controller(self, drive: Drive) -> _core.Controller:
+        window = self.window(drive)
+        bandwidth = BANDWIDTH_PART / self.T_s
+        if self.bandwidth_Hz is not None:
+            bandwidth = 2 * np.pi * self.bandwidth_Hz
+        return self.finished(
+            _core.pwm_current(
+                self.setting(drive),
+                conduction=self.conduction(drive, window),
+                reference=self.reference(drive, window),
+                R=drive.machine.R,
+                bandwidth=bandwidth,
+                T_s=self.T_s,
+            )
+        )

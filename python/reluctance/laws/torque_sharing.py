@@ -1,0 +1,33 @@
+"""The [control] table of torque sharing with hysteresis current control."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field
+
+from reluctance import _core
+from reluctance.laws.base import BAND_PART
+from reluctance.laws.shared_torque import SharedTorque
+
+if TYPE_CHECKING:
+    from reluctance.drive import Drive
+
+
+class TorqueSharing(SharedTorque):
+    """Each phase's share of the torque as a current reference, held in a band."""
+
+    law: Literal["torque_sharing"]
+    i_band_A: float | None = Field(None, gt=0)  # half width; by default 2 % of i_max_A
+    chop: Literal["soft", "hard"] = "soft"  # above the band: freewheel or demagnetize
+
+    def controller(self, drive: Drive) -> _core.Controller:
+        machine = drive.machine
+        return _core.torque_sharing(
+            self.setting(drive),
+            sharing=self.shares(drive),
+            i_max=machine.i_max_A,
+            i_band=BAND_PART * machine.i_max_A if self.i_band_A is None else self.i_band_A,
+            t_ahead=self.T_s * (0.5 + drive.sensing.delay_samples),  # mid-sample
+            chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
+        )

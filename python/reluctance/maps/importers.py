@@ -1,0 +1,294 @@
+"""Read map files: CSV as a grid or in long form, MATLAB .mat (v5 to v7), JSON."""
+
+import csv
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.io
+
+from reluctance.errors import ParameterError
+from reluctance.maps.conventions import settled
+from reluctance.maps.raw import Column, RawMap, chosen, column
+from reluctance.maps.table import Array, FluxTable
+
+# Maps in the wild have 6 to 31 angles and 6 to 19 currents, some kilobytes.
+MAX_BYTES = 20_000_000
+
+
+def read_map(
+    path: str | Path,
+    *,
+    N_r: int | None = None,
+    angle_unit: str | None = None,
+    angle_kind: str | None = None,
+    zero: str | None = None,
+    layout: str | None = None,
+    names: Mapping[str, str] | None = None,
+    torque: str | Path | None = None,
+) -> FluxTable:
+    """The flux table in a file, brought into the project's convention.
+
+    Parameters
+    ----------
+    path : path
+        .csv, .txt or .tsv (grid: first row and column are the axes; long: a header like
+        `i_A, theta_deg, psi_Wb, tau_Nm`), .mat (v5 to v7) or .json.
+    N_r : int
+        Rotor poles; needed unless the file has `N_r`.
+    angle_unit : {"deg", "rad"}, optional
+    angle_kind : {"mechanical", "electrical"}, optional
+    zero : {"unaligned", "aligned"}, optional
+        Where the file's angle zero is.
+    layout : {"currents_down", "angles_down"}, optional
+        What runs down the rows of the flux table.
+    names : mapping, optional
+        Names in the file: keys "psi", "i", "theta", "tau".
+    torque : path, optional
+        A second grid with the torque, on the same axes.
+
+    Returns
+    -------
+    FluxTable
+        Its notes say what was inferred where nothing was stated.
+
+    Raises
+    ------
+    ParameterError
+        One line: what is wrong with the file and what to do.
+    """
+    path = Path(path)
+    try:
+        raw = _read(path, dict(names or {}))
+        if torque is not None:
+            other = _read(Path(torque), {})
+            if not (
+                np.array_equal(other.rows, raw.rows) and np.array_equal(other.columns, raw.columns)
+            ):
+                raise ParameterError(
+                    f"axes of {torque} differ from those of the flux; export both on one grid"
+                )
+            raw = replace(raw, tau=other.psi)
+        return settled(
+            raw, N_r=N_r, angle_unit=angle_unit, angle_kind=angle_kind, zero=zero, layout=layout
+        )
+    except ParameterError as fault:
+        raise ParameterError(f"{path.name}: {fault}") from None
+
+
+def write_map(table: FluxTable, path: str | Path) -> None:
+    """Write a table as long CSV in the project's convention; `read_map` gives it back."""
+    head = ["i_A", "theta_e_deg", "psi_Wb"] + ([] if table.tau is None else ["tau_Nm"])
+    with Path(path).open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(head)
+        for k, i in enumerate(table.i):
+            for n, theta in enumerate(np.degrees(table.theta_e)):
+                row = [i, theta, table.psi[k, n]]
+                if table.tau is not None:
+                    row.append(table.tau[k, n])
+                writer.writerow([repr(float(v)) for v in row])
+
+
+def _read(path: Path, names: dict[str, str]) -> RawMap:
+    if not path.is_file():
+        raise ParameterError("no such file; check the path")
+    size = path.stat().st_size
+    if size == 0:
+        raise ParameterError("the file is empty; export the map again")
+    if size > MAX_BYTES:
+        raise ParameterError(
+            f"the file has {size / 1e6:.0f} MB, need at most {MAX_BYTES / 1e6:.0f} MB; a map has "
+            "some hundred samples: export every n-th current and angle"
+        )
+    suffix = path.suffix.lower()
+    if suffix == ".mat":
+        return _read_mat(path, names)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise ParameterError("the file is not text; export it as CSV, JSON or .mat v7") from None
+    if suffix == ".json":
+        return _read_json(text, names)
+    if suffix in (".csv", ".txt", ".tsv", ".tab", ".dat"):
+        return _read_csv(text, names)
+    raise ParameterError(
+        f"format `{suffix}` is unknown, need .csv, .mat or .json; export it as one"
+    )
+
+
+def _read_csv(text: str, names: dict[str, str]) -> RawMap:
+    lines = [s for s in text.splitlines() if s.strip() and not s.lstrip().startswith("#")]
+    if not lines:
+        raise ParameterError("the file has no data; export the map again")
+    separator = next((s for s in ";\t," if s in lines[0]), None)
+    if separator == ";" and "." not in text:
+        lines = [s.replace(",", ".") for s in lines]  # decimal commas
+    rows = [[c.strip().strip('"') for c in s.split(separator)] for s in lines]
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(rows[0]):
+            raise ParameterError(
+                f"data row {number} has {len(row)} cells, need {len(rows[0])} as in the first; "
+                "fill or remove the row"
+            )
+    if names or sum(column(cell) is not None for cell in rows[0] if not _numeric(cell)) >= 3:
+        return _long(rows, names)
+    if len(rows) < 3 or len(rows[0]) < 3:
+        raise ParameterError(
+            f"the table is {len(rows)} x {len(rows[0])}, need a grid with axes in the first row "
+            "and column, or columns named like i_A, theta_deg, psi_Wb"
+        )
+    columns = np.array([_number(c, 1, n) for n, c in enumerate(rows[0][1:], 2)])
+    body = np.array(
+        [[_number(c, r, n) for n, c in enumerate(row, 1)] for r, row in enumerate(rows[1:], 2)]
+    )
+    return RawMap(rows=body[:, 0], columns=columns, psi=body[:, 1:])
+
+
+def _long(rows: list[list[str]], names: dict[str, str]) -> RawMap:
+    """The grid behind rows of samples in any order."""
+    head = rows[0]
+    found = chosen(head, names, "the header")
+    data = {
+        q: np.array(
+            [
+                _number(row[head.index(name)], r, head.index(name) + 1)
+                for r, row in enumerate(rows[1:], 2)
+            ]
+        )
+        * c.factor
+        for q, (name, c) in found.items()
+    }
+    i, row = np.unique(data["i"], return_inverse=True)
+    theta, place = np.unique(data["theta"], return_inverse=True)
+    count = np.zeros((len(i), len(theta)), dtype=int)
+    np.add.at(count, (row, place), 1)
+    if (count != 1).any():
+        k, n = np.argwhere(count != 1)[0]
+        fault = "is missing" if count[k, n] == 0 else f"appears {count[k, n]} times"
+        raise ParameterError(
+            f"the sample at {i[k]:g} A, angle {theta[n]:g} {fault}, need every current at every "
+            f"angle once ({len(i)} x {len(theta)}); complete the grid"
+        )
+    grids = {}
+    for quantity in ("psi", "tau"):
+        if quantity in data:
+            grids[quantity] = np.empty(count.shape)
+            grids[quantity][row, place] = data[quantity]
+    angle = found["theta"][1]
+    tau = grids.get("tau")
+    return RawMap(i, theta, grids["psi"], tau, "currents_down", None, angle.unit, angle.kind)
+
+
+def _read_json(text: str, names: dict[str, str]) -> RawMap:
+    try:
+        data = json.loads(text)
+    except json.JSONDecodeError as fault:
+        raise ParameterError(
+            f"line {fault.lineno}: not JSON ({fault.msg}); export it again"
+        ) from None
+    if not isinstance(data, dict):
+        raise ParameterError(
+            'need a JSON object like {"N_r": 4, "i_A": [...], "theta_deg": [...], '
+            '"psi_Wb": [[...]]}'
+        )
+    arrays = {k: v for k, v in data.items() if isinstance(v, list)}
+    raw = _from_arrays(arrays, names, "the object")
+    return replace(raw, N_r=_poles(data.get("N_r")), zero=data.get("zero"))
+
+
+def _read_mat(path: Path, names: dict[str, str]) -> RawMap:
+    with path.open("rb") as file:
+        magic = file.read(8)
+    if magic.startswith(b"PK"):
+        raise ParameterError("this is a zip archive, not a .mat file; unpack it first")
+    if magic == b"\x89HDF\r\n\x1a\n":
+        raise ParameterError("this is .mat v7.3, need v5 to v7; save with `save(name, '-v7')`")
+    try:
+        data = scipy.io.loadmat(path)
+    except NotImplementedError:
+        raise ParameterError(
+            "this is .mat v7.3, need v5 to v7; save with `save(name, '-v7')`"
+        ) from None
+    except Exception:  # SciPy raises many kinds on damaged files
+        raise ParameterError("not a .mat file of v5 to v7; save with `save(name, '-v7')`") from None
+    arrays = {k: v for k, v in data.items() if not k.startswith("__")}
+    numbers = {
+        k: v
+        for k, v in arrays.items()
+        if isinstance(v, np.ndarray) and v.dtype.kind in "fiu" and v.size > 1
+    }
+    poles = arrays.get("N_r", arrays.get("Nr"))
+    raw = _from_arrays(numbers, names, "the .mat file")
+    return replace(raw, N_r=_poles(None if poles is None else float(np.ravel(poles)[0])))
+
+
+def _from_arrays(arrays: Mapping[str, Any], names: dict[str, str], what: str) -> RawMap:
+    found = chosen(arrays, names, what)
+    values: dict[str, Array] = {}
+    for quantity, (name, known) in found.items():
+        try:
+            values[quantity] = np.asarray(arrays[name], dtype=np.float64) * known.factor
+        except (TypeError, ValueError):
+            raise ParameterError(
+                f"`{name}` has ragged rows or cells that are no numbers; need a full table"
+            ) from None
+    i, theta = values["i"].ravel(), values["theta"].ravel()
+    tau = values.get("tau")
+    if tau is not None and tau.shape != values["psi"].shape:
+        raise ParameterError(
+            f"torque is {_size(tau)}, flux is {_size(values['psi'])}; export both on one grid"
+        )
+    return _named(i, theta, values["psi"], tau, found["theta"][1])
+
+
+def _named(i: Array, theta: Array, psi: Array, tau: Array | None, angle: Column) -> RawMap:
+    """A raw map whose axes are known by name; turned where only that fits."""
+    if psi.shape not in ((len(i), len(theta)), (len(theta), len(i))):
+        raise ParameterError(
+            f"flux is {_size(psi)}, but there are {len(i)} currents and {len(theta)} angles; "
+            "mend the axes"
+        )
+    if psi.shape != (len(i), len(theta)):
+        psi, tau = psi.T, None if tau is None else tau.T
+    elif len(i) == len(theta) and _zero_line(psi.T, i) and not _zero_line(psi, i):
+        psi, tau = psi.T, None if tau is None else tau.T
+    return RawMap(i, theta, psi, tau, "currents_down", None, angle.unit, angle.kind)
+
+
+def _zero_line(psi: Array, i: Array) -> bool:
+    """Whether the row at zero current carries no flux."""
+    at_zero = psi[i == 0]
+    return at_zero.size > 0 and bool(np.abs(at_zero).max() < 1e-6 * np.nanmax(np.abs(psi)))
+
+
+def _poles(value: Any) -> int | None:
+    if value is None:
+        return None
+    if not isinstance(value, int | float) or value != int(value):
+        raise ParameterError(f"N_r = {value!r}, need a whole number of rotor poles")
+    return int(value)
+
+
+def _size(values: Array) -> str:
+    return " x ".join(map(str, values.shape))
+
+
+def _numeric(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _number(cell: str, row: int, place: int) -> float:
+    if not _numeric(cell):
+        raise ParameterError(
+            f"data row {row}, column {place}: `{cell}` is not a number; fill the cell or name the "
+            "columns like i_A, theta_deg, psi_Wb"
+        )
+    return float(cell)

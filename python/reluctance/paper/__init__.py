@@ -1,0 +1,12 @@
+"""The source paper, claim by claim: its drive simulated, its equations checked, one report.
+
+A. D. Pierre et al., "Torque ripple minimization in switch reluctance motor using model predictive
+control for water pumping application", CJAST 2019, doi 10.9734/CJAST/2019/44861 (CC BY 4.0).
+"""
+
+from reluctance.paper.claim import Claim
+from reluctance.paper.claims import claims
+from reluctance.paper.report import write
+from reluctance.paper.study import Grid, Study, study
+
+__all__ = ["Claim", "Grid", "Study", "claims", "study", "write"]

@@ -1,0 +1,73 @@
+"""The paper's two operating points and the runs made at each."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from reluctance import limit
+from reluctance.drive import Drive, load
+from reluctance.kpis import Kpis
+from reluctance.paper import printed
+from reluctance.simulate import Result, simulate
+
+PUMP_UNTIL = (
+    2.4  # the slowest mode of the speed loop is gone: 3.2 s gives the same speed ripple [s]
+)
+PUMP_RECORD = 5e-5  # [s]
+
+
+@dataclass(frozen=True)
+class Point:
+    """An operating point of section 4."""
+
+    label: str
+    drive_file: str  # in examples/
+    tau_ref: float  # [N m]
+    speed_rpm: float
+    response: float  # torque response time that the paper gives [s]
+
+    def drive(self, *overrides: str) -> Drive:
+        """The drive on a shaft held at the point's speed, with `section.key=value` replaced."""
+        return load(examples() / self.drive_file, list(overrides))
+
+
+RATED = Point("rated torque", "paper_rated.toml", printed.TAU_RATED, printed.RPM_RATED, 0.35e-3)
+HALF = Point("half torque", "paper_half.toml", printed.TAU_HALF, printed.RPM_HALF, 0.28e-3)
+
+
+@dataclass(frozen=True)
+class Runs:
+    """What was simulated at one point, and the physical limit there."""
+
+    point: Point
+    locked: Result  # torque control, speed held
+    pump: Result  # from standstill, speed loop closed, pump on the shaft
+    free: Kpis  # torque control with the pump on the shaft: where it comes to rest
+    best: limit.Profile  # least copper for no ripple, speed held
+
+
+def run_point(point: Point) -> Runs:
+    """The runs of one operating point."""
+    drive = point.drive()
+    pump = load(examples() / "paper_pump.toml", [f"reference.speed_rpm={point.speed_rpm}"])
+    free = point.drive("load.kind=pump", f"load.k_pump_Nms2={printed.K_PUMP}")
+    return Runs(
+        point=point,
+        locked=simulate(drive),
+        pump=simulate(pump, until=PUMP_UNTIL, record=PUMP_RECORD),
+        free=simulate(free, until=1.0, record=None).kpis,
+        best=limit.best_profile(
+            drive.machine.magnetics,
+            n_phases=drive.machine.n_phases,
+            R=drive.machine.R,
+            tau_ref=point.tau_ref,
+            omega_m=drive.omega_nominal,
+            u_dc=drive.converter.u_dc_V,
+            i_max=drive.machine.i_max_A,
+        ),
+    )
+
+
+def examples() -> Path:
+    """The folder of example drives: in the installed package, or beside the sources."""
+    installed = Path(__file__).parents[1] / "examples"
+    return installed if installed.is_dir() else Path(__file__).parents[3] / "examples"

@@ -1,0 +1,97 @@
+"""The report on disk: figures, claims.json and one self-contained page."""
+
+import io
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from reluctance.errors import ParameterError
+from reluctance.paper.claim import Claim
+from reluctance.paper.claims import claims
+from reluctance.paper.figures import PICTURES
+from reluctance.paper.page import page
+from reluctance.paper.study import Grid, Study, study
+from reluctance.save import write_whole
+
+DPI = 110
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was written where."""
+
+    files: list[Path]
+    claims: list[Claim]
+
+
+def write(
+    folder: Path,
+    *,
+    grid: Grid | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Report:
+    """Simulates, checks every claim and writes the report.
+
+    All is computed before the first file is written, and each file appears when it is whole.
+
+    Parameters
+    ----------
+    folder : Path
+        Is made if it does not exist; other files in it stay.
+    grid : Grid, optional
+        How fine the sweeps are.
+    progress : callable
+        Is told the share that is done, 0 to 1.
+
+    Raises
+    ------
+    ParameterError
+        If the folder cannot be written to.
+    """
+    _check(folder)
+    found = study(grid, progress=progress)
+    contents = _contents(found, progress)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in contents.items():
+            write_whole(folder / name, partial(_put, content))
+    except OSError as fault:
+        raise ParameterError(f"cannot write to {folder}: {fault.strerror}") from None
+    return Report(files=[folder / name for name in contents], claims=claims(found))
+
+
+def _contents(found: Study, progress: Callable[[float], None]) -> dict[str, bytes]:
+    """Every file of the report by its name."""
+    rows = claims(found)
+    images = {}
+    for n, picture in enumerate(PICTURES):
+        buffer = io.BytesIO()
+        picture.draw(found).savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+        images[picture.name] = buffer.getvalue()
+        progress(0.75 + 0.25 * (n + 1) / len(PICTURES))
+    table = json.dumps(
+        [row.as_json() for row in rows], indent=2, ensure_ascii=False, allow_nan=False
+    )
+    return {
+        **{f"{name}.png": image for name, image in images.items()},
+        "claims.json": (table + "\n").encode(),
+        "report.html": page(found, rows, images).encode(),
+    }
+
+
+def _check(folder: Path) -> None:
+    """Before the work: could the folder be made and written to?"""
+    there = folder.absolute()
+    while not there.exists():
+        there = there.parent
+    if not there.is_dir():
+        raise ParameterError(f"{folder}: {there} is a file, need a folder; choose another --out")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise ParameterError(f"{folder}: no right to write in {there}; choose another --out")
+
+
+def _put(content: bytes, path: Path) -> None:
+    path.write_bytes(content)

@@ -1,0 +1,223 @@
+"""Map files: every orientation gives the same machine, every fault one line with a remedy."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy.io
+from test_flux_map import sampled
+
+from reluctance.errors import ParameterError
+from reluctance.maps import read_map, surface, write_map
+
+I = np.linspace(0, 150, 16)  # noqa: E741
+THETA_M = np.linspace(0, 45, 16)  # mechanical degrees from unaligned
+TABLE = sampled(I, np.linspace(0, np.pi, 16))
+
+
+def grid_csv(path, rows, columns, values):
+    lines = [",".join(["", *map(repr, map(float, columns))])]
+    for row, line in zip(rows, values, strict=True):
+        lines.append(",".join(map(repr, map(float, [row, *line]))))
+    path.write_text("\n".join(lines))
+    return path
+
+
+def long_csv(path, head, columns, order=None):
+    rows = np.column_stack(columns)
+    rows = rows if order is None else rows[order]
+    body = "\n".join(",".join(map(repr, map(float, r))) for r in rows)
+    path.write_text(f"{head}\n{body}\n")
+    return path
+
+
+def both(i, theta):
+    return [x.ravel() for x in np.meshgrid(i, theta, indexing="ij")]
+
+
+def written(tmp_path):
+    """The table in ten forms, each with what the user must say."""
+    i, theta = both(I, THETA_M)
+    psi, tau = TABLE.psi, TABLE.tau
+    shuffled = np.random.default_rng(1).permutation(i.size)
+    yield grid_csv(tmp_path / "down.csv", I, THETA_M, psi), {}
+    yield grid_csv(tmp_path / "across.csv", THETA_M, I, psi.T), {}
+    yield grid_csv(tmp_path / "falling.csv", I, THETA_M[::-1], psi[:, ::-1]), {}
+    yield grid_csv(tmp_path / "aligned.csv", I, THETA_M, psi[:, ::-1]), {"zero": "aligned"}
+    yield grid_csv(tmp_path / "guess.csv", I, THETA_M, psi[:, ::-1]), {}
+    yield grid_csv(tmp_path / "negative.csv", I, THETA_M - 45, psi), {"zero": "aligned"}
+    yield grid_csv(tmp_path / "electrical.csv", I, THETA_M * 4, psi), {}
+    yield grid_csv(tmp_path / "radians.csv", I, np.radians(THETA_M), psi), {"angle_unit": "rad"}
+    head = "theta_m_deg, i_mA, tau_Nm, psi_mWb"
+    columns = [theta, i * 1e3, tau.ravel(), psi.ravel() * 1e3]
+    yield long_csv(tmp_path / "long.csv", head, columns, shuffled), {}
+    whole = np.concatenate([THETA_M, 90 - THETA_M[-2::-1]])
+    flux = np.hstack([psi, psi[:, -2::-1]])
+    yield grid_csv(tmp_path / "whole.csv", I, whole, flux), {}
+    yield grid_csv(tmp_path / "no_zero.csv", I[1:], THETA_M, psi[1:]), {}
+    data = {"FTBL": psi[:, ::-1], "StatorCurrent": I, "RotorAngle": THETA_M}
+    scipy.io.savemat(tmp_path / "simulink.mat", data)
+    yield tmp_path / "simulink.mat", {}
+    scipy.io.savemat(tmp_path / "named.mat", {"lam": psi.T, "amps": I, "pos": THETA_M})
+    yield tmp_path / "named.mat", {"names": {"psi": "lam", "i": "amps", "theta": "pos"}}
+    object_ = dict(N_r=4, i_A=list(I), theta_e_deg=list(THETA_M * 4), psi_Wb=psi.tolist())
+    (tmp_path / "map.json").write_text(json.dumps(object_))
+    yield tmp_path / "map.json", {"N_r": None}
+
+
+def test_every_orientation_gives_the_identical_machine(tmp_path):
+    reference = surface(TABLE)
+    for path, said in written(tmp_path):
+        machine = surface(read_map(path, **({"N_r": 4} | said)))
+        assert np.array_equal(machine.knots, reference.knots) or np.allclose(
+            machine.knots, reference.knots, rtol=1e-9
+        ), path.name
+        points = both(np.linspace(0, 200, 41), np.linspace(0, 2 * np.pi, 41)[:-1])
+        ours, theirs = machine.magnetics(*points), reference.magnetics(*points)
+        assert np.abs(ours - theirs).max(axis=0) == pytest.approx(
+            0, abs=1e-8 * np.abs(theirs).max()
+        ), path.name
+
+
+def test_what_is_inferred_is_said(tmp_path):
+    path = grid_csv(tmp_path / "m.csv", THETA_M, I[1:], TABLE.psi[1:, ::-1].T)
+    notes = "; ".join(read_map(path, N_r=4).notes)
+    for words in ("angles down", "deg mechanical", "zero read as aligned", "0 A added"):
+        assert words in notes
+
+
+def test_torque_counted_against_the_angle_is_turned_and_said(tmp_path):
+    i, theta = both(I, THETA_M)
+    head = "i_A,theta_m_deg,psi_Wb,tau_Nm"
+    path = long_csv(tmp_path / "m.csv", head, [i, theta, TABLE.psi.ravel(), -TABLE.tau.ravel()])
+    table = read_map(path, N_r=4)
+    assert np.array_equal(table.tau, TABLE.tau)
+    assert any("sign turned" in n for n in table.notes)
+
+
+def test_torque_may_come_from_a_second_grid(tmp_path):
+    flux = grid_csv(tmp_path / "psi.csv", I, THETA_M, TABLE.psi)
+    torque = grid_csv(tmp_path / "tau.csv", I, THETA_M, TABLE.tau)
+    assert np.array_equal(read_map(flux, N_r=4, torque=torque).tau, TABLE.tau)
+
+
+def test_a_written_map_reads_back(tmp_path):
+    write_map(TABLE, tmp_path / "m.csv")
+    again = read_map(tmp_path / "m.csv", N_r=4)
+    assert np.array_equal(again.psi, TABLE.psi)
+    assert np.array_equal(again.tau, TABLE.tau)
+    assert np.array_equal(again.theta_e, TABLE.theta_e)
+
+
+def test_semicolons_with_decimal_commas_are_read(tmp_path):
+    path = grid_csv(tmp_path / "m.csv", I, THETA_M, TABLE.psi)
+    path.write_text(path.read_text().replace(",", ";").replace(".", ","))
+    assert np.array_equal(read_map(path, N_r=4).psi, TABLE.psi)
+
+
+def with_nan(psi):
+    changed = psi.copy()
+    changed[3, 4] = np.nan
+    return changed
+
+
+def doubled(axis):
+    changed = axis.copy()
+    changed[5] = changed[4]
+    return changed
+
+
+def unsorted(axis):
+    changed = axis.copy()
+    changed[[4, 5]] = changed[[5, 4]]
+    return changed
+
+
+BAD_GRIDS = {
+    "degrees taken as radians": (I, THETA_M, TABLE.psi, {"angle_unit": "rad"}, "angle_unit=deg"),
+    "radians taken as degrees": (
+        I,
+        np.radians(THETA_M),
+        TABLE.psi,
+        {"angle_unit": "deg"},
+        "angle_unit=rad",
+    ),
+    "truncated half period": (I, THETA_M[:12], TABLE.psi[:, :12], {}, "132 deg el.*extend the map"),
+    "wrong N_r": (I, THETA_M, TABLE.psi, {"N_r": 6}, "correct N_r"),
+    "no N_r": (I, THETA_M, TABLE.psi, {"N_r": None}, "pass N_r"),
+    "swapped layout": (I, THETA_M, TABLE.psi, {"layout": "angles_down"}, "axes look swapped"),
+    "wrong zero": (I, THETA_M, TABLE.psi, {"zero": "aligned"}, "pass zero=unaligned"),
+    "NaN": (I, THETA_M, with_nan(TABLE.psi), {}, "nan, need a number"),
+    "duplicated angle": (I, doubled(THETA_M), TABLE.psi, {}, "appears twice.*remove"),
+    "duplicated current": (doubled(I), THETA_M, TABLE.psi, {}, "appears twice.*remove"),
+    "unsorted angles": (I, unsorted(THETA_M), TABLE.psi, {}, "not sorted.*sort the map"),
+    "unsorted currents": (unsorted(I), THETA_M, TABLE.psi, {}, "not sorted.*sort the map"),
+    "negative current": (I - 10, THETA_M, TABLE.psi, {"layout": "currents_down"}, "need >= 0"),
+    "one current": (I[[0, 9]], THETA_M, TABLE.psi[[0, 9]], {}, "2 currents.*more currents"),
+    "three angles": (I, THETA_M[::5][:4:3], TABLE.psi[:, ::5][:, :4:3], {}, "angles"),
+    "offset flux": (I, THETA_M, TABLE.psi + 0.1, {"layout": "currents_down"}, "0 A"),
+    "unknown choice": (I, THETA_M, TABLE.psi, {"zero": "alinged"}, "need one of unaligned"),
+}
+
+
+@pytest.mark.parametrize("fault", BAD_GRIDS)
+def test_a_faulty_grid_gives_one_line_with_the_remedy(fault, tmp_path):
+    rows, columns, psi, said, words = BAD_GRIDS[fault]
+    path = grid_csv(tmp_path / "m.csv", rows, columns, psi)
+    refused(path, words, **({"N_r": 4} | said))
+
+
+def test_swapped_names_are_seen(tmp_path):
+    i, theta = both(I, THETA_M)
+    path = long_csv(tmp_path / "m.csv", "theta_deg,i_A,psi_Wb", [i, theta, TABLE.psi.ravel()])
+    refused(path, "axes look swapped", N_r=4)
+
+
+BAD_FILES = {
+    "empty.csv": (b"", "empty.*export"),
+    "comments.csv": (b"# nothing\n", "no data"),
+    "ragged.csv": (b",0,45\n0,0,0\n10,0.1\n", "data row 3 has 2 cells, need 3"),
+    "words.csv": (b",0,20,45\n0,0,0,0\n10,x,0.2,0.3\n", "row 3, column 2: `x` is not a number"),
+    "hole.csv": (b"i_A,theta_deg,psi_Wb\n0,0,0\n0,45,0\n9,0,1\n", "9 A, angle 45 is missing"),
+    "twice.csv": (b"i_A,theta_deg,psi_Wb\n0,0,0\n0,0,0\n", "appears 2 times"),
+    "unit.csv": (b"i_A,theta_deg,psi_lb\n0,0,0\n0,0,0\n", "unknown part `lb`"),
+    "short.csv": (b"1,2\n3,4\n", "2 x 2, need a grid"),
+    "binary.csv": (b"\xff\xfe\x00\x01\x80", "not text"),
+    "zip.mat": (b"PK\x03\x04rest", "zip archive.*unpack"),
+    "new.mat": (b"\x89HDF\r\n\x1a\n....", "v7.3.*-v7"),
+    "broken.mat": (b"MATLAB 5.0 MAT-file" + b"\x00" * 40, "not a .mat"),
+    "list.json": (b"[1, 2]", "JSON object"),
+    "broken.json": (b'{"i_A": [1,', "not JSON"),
+    "ragged.json": (b'{"i_A": [0, 1], "theta_deg": [0, 45], "psi_Wb": [[0], [1, 2]]}', "ragged"),
+    "shape.json": (b'{"i_A": [0, 1], "theta_deg": [0, 45], "psi_Wb": [[0, 1]]}', "mend the axes"),
+    "map.xlsx": (b"x", "format `.xlsx`.*export"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_a_faulty_file_gives_one_line_with_the_remedy(name, tmp_path):
+    content, words = BAD_FILES[name]
+    (tmp_path / name).write_bytes(content)
+    refused(tmp_path / name, words, N_r=4)
+
+
+def test_a_mat_without_the_variables_lists_what_it_has(tmp_path):
+    scipy.io.savemat(tmp_path / "m.mat", {"speed": I, "volts": THETA_M})
+    refused(tmp_path / "m.mat", "no psi and no i and no theta, it has `speed`, `volts`", N_r=4)
+
+
+def test_a_hundred_megabytes_are_not_read(tmp_path):
+    with (tmp_path / "m.csv").open("wb") as file:
+        file.truncate(100_000_000)
+    refused(tmp_path / "m.csv", "100 MB, need at most 20 MB", N_r=4)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    refused(tmp_path / "absent.csv", "absent.csv: no such file", N_r=4)
+
+
+def refused(path, words, **said):
+    with pytest.raises(ParameterError, match=words) as fault:
+        read_map(path, **said)
+    assert "\n" not in str(fault.value)
+    assert str(fault.value).startswith(path.name)
