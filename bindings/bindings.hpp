@@ -168,11 +168,15 @@ AnyController controller(const Setting& s, Make&& make) {
       s.machine);
 }
 
+void bind_angle_offset(nb::module_& m);
+void bind_angle_tracker(nb::module_& m);
 void bind_angles(nb::module_& m);
 void bind_box_qp(nb::module_& m);
 void bind_controller(nb::module_& m);
 void bind_deadbeat(nb::module_& m);
 void bind_ditc(nb::module_& m);
+void bind_edge_mpc(nb::module_& m);
+void bind_finite_set_mpc(nb::module_& m);
 void bind_incremental_mpc(nb::module_& m);
 void bind_law_parts(nb::module_& m);
 void bind_flux_map(nb::module_& m);

@@ -14,8 +14,12 @@ NB_MODULE(_core, m) {
   bound::bind_paper_mpc(m);
   bound::bind_law_parts(m);
   bound::bind_angles(m);
+  bound::bind_angle_offset(m);
   bound::bind_pwm_current(m);
   bound::bind_torque_sharing(m);
   bound::bind_ditc(m);
   bound::bind_deadbeat(m);
+  bound::bind_finite_set_mpc(m);
+  bound::bind_edge_mpc(m);
+  bound::bind_angle_tracker(m);
 }

@@ -1,6 +1,7 @@
 """The command line. It parses, calls one public function, prints; errors are one line, exit 2."""
 
 import json
+import shutil
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -99,18 +100,14 @@ def paper(
 ) -> None:
     """The source paper, claim by claim: figures, claims.json, report.html."""
     from reluctance.paper import write  # figures are needed here alone, and slow to import
-    from reluctance.paper.claim import text
+    from reluctance.paper.claim import HEADING, line
 
     with progress_bar("simulating the source paper's drive", 1.0) as told:
         report = write(out, progress=told)
-    table = Table(title="The source paper, claim by claim")
-    for column in ("claim", "paper", "model", "limit", "unit", "verdict"):
-        number = column in ("paper", "model", "limit")
-        table.add_column(column, justify="right" if number else "left")
-    for row in report.claims:
-        values = (text(value) for value in (row.paper_says, row.model_gives, row.physical_limit))
-        table.add_row(row.claim, *values, row.unit, row.verdict)
-    Console().print(table)
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    for text in (HEADING, *(line(row) for row in report.claims)):
+        print(text[:width])
+    print()
     for path in report.files:
         print(path)
 

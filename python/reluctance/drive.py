@@ -10,9 +10,12 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from reluctance import _core
 from reluctance.errors import ParameterError
 from reluctance.laws import LAWS, Control
 from reluctance.machine import MachineFile, library
+from reluctance.protection import Protection
+from reluctance.mismatch import Mismatch, as_known
 from reluctance.schema import Section, checked, did_you_mean
 
 
@@ -121,6 +124,20 @@ class Drive:
     control: Control
     sensing: Sensing
     simulation: SimulationSettings
+    protection: Protection
+    mismatch: Mismatch
+
+    @property
+    def control_machine(self) -> MachineFile:
+        """The machine as the control knows it."""
+        return as_known(self.machine, self.mismatch)
+
+    def controller(self) -> _core.Controller:
+        """The control law as it meets the plant: behind its angle sensor."""
+        controller = self.control.controller(self)
+        if self.mismatch.angle_offset_deg == 0:
+            return controller
+        return _core.with_angle_offset(controller, np.radians(self.mismatch.angle_offset_deg))
 
     @property
     def J(self) -> float:
@@ -150,8 +167,10 @@ TABLES: dict[str, type[Section]] = {
     "reference": Reference,
     "sensing": Sensing,
     "simulation": SimulationSettings,
+    "protection": Protection,
+    "mismatch": Mismatch,
 }
-OPTIONAL = {"sensing"}
+OPTIONAL = {"sensing", "protection", "mismatch"}
 
 
 def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
@@ -214,6 +233,12 @@ def _check_together(drive: Drive) -> None:
             "[reference] kind = 'speed' with [load] kind = 'locked': the shaft cannot follow; "
             "use another load or a torque reference"
         )
+    band = getattr(drive.control, "i_band_A", None) or 0.0
+    if band >= drive.machine.i_max_A:
+        raise ParameterError(
+            f"[control] i_band_A = {band:g}, need less than [machine] i_max_A = "
+            f"{drive.machine.i_max_A:g}"
+        )
     drive.control.check(drive)
     if drive.control.follows_torque != (drive.reference.kind != "none"):
         raise ParameterError(
@@ -232,12 +257,6 @@ def _check_together(drive: Drive) -> None:
         )
     if drive.tau_max == 0:
         raise ParameterError("[reference] torque is 0 throughout; set [control] tau_max_Nm")
-    band = getattr(drive.control, "i_band_A", 0.0)
-    if band >= drive.machine.i_max_A:
-        raise ParameterError(
-            f"[control] i_band_A = {band:g}, need less than [machine] i_max_A = "
-            f"{drive.machine.i_max_A:g}"
-        )
     reachable = float(drive.machine.torque(drive.machine.i_max_A, np.linspace(0, np.pi, 181)).max())
     if drive.tau_max > 2 * reachable:
         raise ParameterError(

@@ -42,6 +42,7 @@ def simulate(
     until: float | None = None,
     record: float | None = 0.0,
     progress: Callable[[float], None] | None = None,
+    controller: _core.Controller | None = None,
 ) -> Result:
     """Run a drive from zero current.
 
@@ -54,6 +55,8 @@ def simulate(
         Interval of the waveforms [s]; 0 keeps every solver point and event, None keeps nothing.
     progress : callable, optional
         Is told the time reached [s], every few milliseconds.
+    controller : Controller, optional
+        Takes the place of the drive's own.
 
     Returns
     -------
@@ -74,7 +77,9 @@ def simulate(
     end = drive.simulation.until_s if until is None else until
     if not 0 < end < np.inf:
         raise ParameterError(f"until = {end:g} s, need > 0")
-    loop = _simulation(drive, -1.0 if record is None else record)
+    if controller is None:
+        controller = drive.controller()
+    loop = _simulation(drive, controller, -1.0 if record is None else record)
     loop.close_period()
     waveforms, periods = [], []
     wall, t = 0.0, 0.0
@@ -94,7 +99,9 @@ def simulate(
     return _result(drive, rows, period_rows, wall / end)
 
 
-def _simulation(drive: Drive, record_every: float) -> _core.Simulation:
+def _simulation(
+    drive: Drive, controller: _core.Controller, record_every: float
+) -> _core.Simulation:
     machine, converter, load = drive.machine, drive.converter, drive.load
     t_ref, ref = drive.reference.course
     return _core.Simulation(
@@ -116,12 +123,13 @@ def _simulation(drive: Drive, record_every: float) -> _core.Simulation:
         adc_bits=drive.sensing.adc_bits,
         i_range=drive.sensing.i_range_A,
         encoder_counts=drive.sensing.encoder_counts,
-        controller=drive.control.controller(drive),
+        controller=controller,
         t_ref=t_ref,
         ref=ref,
         omega_m=load.speed_rpm * np.pi / 30,
         theta_m=np.radians(drive.simulation.theta_start_deg),
         dt_max=drive.simulation.dt_max_us * 1e-6,
+        i_scale=machine.i_max_A,
         record_every=record_every,
     )
 

@@ -102,13 +102,13 @@ double worst_share_sum() {
   for (Shape shape : shapes) {
     for (double ov : {1.0, 10.0, 160 - 360.0 / N}) {
       const Sharing<double> s = sharing_of<double>(shape, 15, ov);
-      if (!s.is_feasible<N>()) worst = INFINITY;
+      if (!s.is_feasible<N>()) worst = HUGE_VAL;
       for (int a = 0; a < 7200; ++a) {
         double sum = 0;
         for (int k = 0; k < N; ++k) {
           const double theta = phase_angle<N>(rad<double>(a / 20.0), k);
           const double share = s.share<N>(theta);
-          if (share != 0 && !(theta > 0 && theta < pi<double>)) worst = INFINITY;
+          if (share != 0 && !(theta > 0 && theta < pi<double>)) worst = HUGE_VAL;
           sum += share;
         }
         worst = std::fmax(worst, std::fabs(sum - 1));
@@ -134,7 +134,7 @@ double worst_shared_torque() {
         for (int k = 0; k < N; ++k) {
           limited = limited || command[k].i_ref >= law.i_max;
           tau += paper_machine<double>()
-                     .at(command[k].i_ref, phase_angle<N>(rad<double>(a / 2.0), k))
+                     .at(double(command[k].i_ref), phase_angle<N>(rad<double>(a / 2.0), k))
                      .tau;
         }
         if (!limited) worst = std::fmax(worst, std::fabs(tau / tau_ref - 1));
@@ -178,7 +178,7 @@ template <class Law>
 double worst_start(const Law& law) {
   using T = typename Law::Scalar;
   constexpr int N = Law::n_phases;
-  double least = INFINITY;
+  double least = HUGE_VAL;
   for (int a = 0; a < 360; ++a) {
     for (double tau_ref : {20.0, -20.0}) {
       std::array<Coil, N> coil;
@@ -294,7 +294,7 @@ double worst_modulation() {
             modulate(n / 100.0, 50e-6, pulse_centre<5, double>(carriers, k));
         const double duty = clamp(n / 100.0, -1.0, 1.0);
         worst = std::fmax(worst, std::fabs(mean_voltage(c, 50e-6) - duty));
-        if (c.t_edge[0] < 0 || c.t_edge[1] < c.t_edge[0]) worst = INFINITY;
+        if (c.t_edge[0] < 0 || c.t_edge[1] < c.t_edge[0]) worst = HUGE_VAL;
       }
     }
   }

@@ -2,11 +2,11 @@
 //
 // Torque is held within a band whose width follows from the cost of a turn-on (edge_plan.hpp), the
 // flux linkages near the guide: the least-copper profile of zero torque ripple, computed offline.
-// At each sample the legs are extrapolated; where the torque would leave its band, an edge is set at
-// that instant and the leg combination that is worth most goes on from there. The timer gives two
-// edges a phase and sample, and the border between two samples is a third. A sample that is long
-// against a pulse can run out of edges; so several plans compete, with bands stretched step by step
-// and with or without a change at the border, and the one of least cost is ordered.
+// At each sample the legs are extrapolated; where the torque would leave its band, an edge is set
+// at that instant and the leg combination that is worth most goes on from there. The timer gives
+// two edges a phase and sample, and the border between two samples is a third. A sample that is
+// long against a pulse can run out of edges; so several plans compete, with bands stretched step by
+// step and with or without a change at the border, and the one of least cost is ordered.
 //
 // One law from "2 us, no delay" to "20 us, one sample late": a short sample is almost always met by
 // the first plan, which has no edge at all.

@@ -8,7 +8,8 @@
 //
 // so a leg is held until the squared error reaches the mean cost, and a decision is worth
 //
-//   integral of (e^2 - A^2) until then + w_sw/2 a leg level + value of the flux linkages it leads to.
+//   integral of (e^2 - A^2) until then + w_sw/2 a leg level + value of the flux linkages it leads
+//   to.
 //
 // This is the average-cost rule of optimal stopping applied to predictive torque control by
 // extrapolation: T. Geyer, G. Papafotiou, M. Morari, "Model predictive direct torque control",

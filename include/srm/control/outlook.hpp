@@ -74,7 +74,7 @@ struct Outlook {
       const auto angle = [&](T t) { return wrap(sense * (theta_k + omega_e * t)); };
       T i = max(y.i[k], T(0));
       if (delay > 0) i = carried(i, angle(T(0)), angle(begin), ordered[k], y.u_dc);
-      phases[k] = phase(i, angle(begin), angle(begin + ahead), sense * y.omega_m, demand);
+      phases[k] = phase(i, angle(begin), angle(begin + ahead), sense * y.omega_m, demand, y.u_dc);
     }
     return phases;
   }
@@ -93,26 +93,29 @@ struct Outlook {
     return i_end;
   }
 
-  PhaseOutlook<T> phase(T i, T theta, T theta_next, T omega_m, T demand) const {
+  PhaseOutlook<T> phase(T i, T theta, T theta_next, T omega_m, T demand, T u_dc) const {
     const Magnetics<T> here = machine.at(i, theta);
     const T goal = guide.at(demand, theta);
     const T goal_next = guide.at(demand, theta_next);
-    const T move = i > T(0) ? max(goal_next - goal, -here.psi) : T(0);
-    const T rise = move - omega_m * ahead * here.psi_theta;
-    const Magnetics<T> next = machine.at(max(i + rise / here.L_inc, T(0)), theta_next);
-    const T gain = here.psi_theta / here.L_inc;
+    // A phase without current can only be magnetized: its secant goes there.
+    const T move = i > T(0) ? max(goal_next - goal, -here.psi) : u_dc * ahead;
+    const T emf = i > T(0) ? omega_m * here.psi_theta : T(0);
+    const T L_inverse = T(1) / here.L_inc;
+    const Magnetics<T> next =
+        machine.at(max(i + (move - emf * ahead) * L_inverse, T(0)), theta_next);
+    const T gain = here.psi_theta * L_inverse;
     const T gain_next = next.psi_theta / next.L_inc;
     const T tau_next = next.tau + gain_next * (here.psi + move - next.psi);
     PhaseOutlook<T> x;
     x.psi = here.psi;
     x.i = i;
     x.tau = here.tau;
-    x.gain = (gain + gain_next) / T(2);
+    x.gain = i > T(0) ? (gain + gain_next) / T(2) : tau_next / move;
     x.drift = i > T(0) ? (tau_next - here.tau - x.gain * move) / ahead : T(0);
     x.goal = goal;
     x.goal_rate = (goal_next - goal) / ahead;
-    x.i_gain = T(1) / here.L_inc;
-    x.i_drift = -omega_m * here.psi_theta / here.L_inc;
+    x.i_gain = L_inverse;
+    x.i_drift = -emf * L_inverse;
     x.idle = max(goal, goal_next) < off;
     return x;
   }

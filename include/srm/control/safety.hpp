@@ -154,19 +154,26 @@ struct Protection {
     return abs(x.slip) <= angle_slack;
   }
 
+  /// wrap(), for angles within a turn of [0, 2 pi) and where 2 pi itself does no harm.
+  static constexpr T one_turn(T theta) { return theta < T(0) ? theta + two_pi<T> : theta; }
+
+  static constexpr T phase(T theta_e, int k) {
+    return one_turn(theta_e - static_cast<T>(k) * (two_pi<T> / static_cast<T>(N)));
+  }
+
   constexpr bool may_be_zero(State& x, const Measurement<T, N>& y, int k) const {
     const T i = x.i[k];
     T least = x.psi[k];
     T u = T(-1.2) * y.u_dc;  // a fifth for the diodes and for sensor errors
     if (i > i_zero) {
-      least = machine.at(i, phase_angle<N>(x.theta_e, k)).psi;
+      least = machine.at(i, phase(x.theta_e, k)).psi;
       u = u - R * i;
     } else if ((x.sure[k] >> delay & 1) != 0) {
       u = T(0.8) * y.u_dc;
     }
     least = least + T_s * u;
     x.psi[k] = max(least, T(0));
-    return !(least > T(0)) || least <= machine.at(i_zero, phase_angle<N>(y.theta_e, k)).psi;
+    return !(least > T(0)) || least <= machine.at(i_zero, phase(y.theta_e, k)).psi;
   }
 
   /// True where the orders magnetize a phase that reads zero until it has travelled `ahead`.
@@ -176,8 +183,8 @@ struct Protection {
     }
     if (!(c.i_ref > T(0) && c.i_ref - min(c.i_band, c.i_ref / T(2)) > T(2) * i_zero)) return false;
     if (c.gate == Gate::comparator) return true;
-    const T past = wrap(phase_angle<N>(theta_e, k) - c.theta_on);
-    const T dwell = wrap(c.theta_off - c.theta_on);
+    const T past = one_turn(phase(theta_e, k) - c.theta_on);
+    const T dwell = one_turn(c.theta_off - c.theta_on);
     return past < dwell && past + ahead >= T(0) && past + ahead < dwell;
   }
 };

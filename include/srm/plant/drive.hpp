@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <type_traits>
 
 #include "srm/machine/magnetics.hpp"
 #include "srm/plant/converter.hpp"
@@ -18,8 +17,13 @@ struct State {
   double theta_m{};           // rotor angle [rad], grows without wrapping
 };
 
+/// The circuit of a step: legs, and which phases carry current. Both are settled before the step,
+/// so that a stage which tries a current past zero sees the same equations.
 template <int N>
-using Legs = std::type_identity_t<std::array<Leg, N>>;  // N is deduced from the plant
+struct Circuit {
+  std::array<Leg, N> leg{};
+  std::array<bool, N> flows{};
+};
 
 template <Machine M, int N>
 struct Plant {
@@ -47,16 +51,17 @@ double electrical_angle(const Plant<M, N>& p, double theta_m, int k) {
 /// Per phase di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di); a blocked phase stays at zero.
 // flatten: inlining the machine model drops what the rates do not need of it; a fifth of the run.
 template <Machine M, int N>
-[[gnu::flatten]] Rates<N> rates(const Plant<M, N>& p, const State<N>& x, const Legs<N>& legs) {
+[[gnu::flatten]] Rates<N> rates(const Plant<M, N>& p, const State<N>& x,
+                                const Circuit<N>& circuit) {
   Rates<N> dx;
   const double theta_e = wrap(p.machine.N_r * x.theta_m);
   for (int k = 0; k < N; ++k) {
-    if (!conducts(legs[k], x.i[k])) continue;
+    if (!circuit.flows[k]) continue;
     const Magnetics<double> m = p.machine.at(x.i[k], phase_angle<N>(theta_e, k));
-    const double u = winding_voltage(p.converter, legs[k], x.i[k]);
+    const double u = winding_voltage(p.converter, circuit.leg[k], x.i[k]);
     dx.di[k] = (u - p.R * x.i[k] - x.omega_m * m.psi_theta) / m.L_inc;
     dx.tau += m.tau;
-    dx.p_dc += static_cast<int>(legs[k]) * p.converter.u_dc * x.i[k];
+    dx.p_dc += static_cast<int>(circuit.leg[k]) * p.converter.u_dc * x.i[k];
     dx.p_winding += u * x.i[k];
   }
   dx.domega_m = acceleration(p.mechanics, dx.tau, x.omega_m);

@@ -23,6 +23,7 @@ template <int N>
 struct Point {
   State<N> x;
   Integrals<N> q;
+  double spread{};  // how far the two midpoints of the step that led here were apart [A]
 };
 
 template <int N>
@@ -48,17 +49,18 @@ void accumulate(Integrals<N>& q, const State<N>& x, const Rates<N>& dx, double t
 }
 
 /// The classic fourth-order Runge-Kutta step of length h; `k1` are the rates at the start, which
-/// several trial steps from one point share. Legs do not change within a step.
+/// several trial steps from one point share. The circuit does not change within a step. The two
+/// midpoints agree to order 3, so their spread tells where a step is too long for what it crosses.
 template <Machine M, int N>
 Point<N> runge_kutta(const Plant<M, N>& p, const Point<N>& start, const Rates<N>& k1,
-                     const Legs<N>& legs, double tau_ref, double h) {
+                     const Circuit<N>& circuit, double tau_ref, double h) {
   const State<N>& x1 = start.x;
   const State<N> x2 = moved(x1, k1, x1.omega_m, h / 2);
-  const Rates<N> k2 = rates(p, x2, legs);
+  const Rates<N> k2 = rates(p, x2, circuit);
   const State<N> x3 = moved(x1, k2, x2.omega_m, h / 2);
-  const Rates<N> k3 = rates(p, x3, legs);
+  const Rates<N> k3 = rates(p, x3, circuit);
   const State<N> x4 = moved(x1, k3, x3.omega_m, h);
-  const Rates<N> k4 = rates(p, x4, legs);
+  const Rates<N> k4 = rates(p, x4, circuit);
 
   Point<N> end = start;
   for (int k = 0; k < N; ++k) {
@@ -66,6 +68,10 @@ Point<N> runge_kutta(const Plant<M, N>& p, const Point<N>& start, const Rates<N>
   }
   end.x.omega_m += h / 6 * (k1.domega_m + 2 * (k2.domega_m + k3.domega_m) + k4.domega_m);
   end.x.theta_m += h / 6 * (x1.omega_m + 2 * (x2.omega_m + x3.omega_m) + x4.omega_m);
+  end.spread = 0;
+  for (int k = 0; k < N; ++k) {
+    end.spread = max(end.spread, h / 2 * abs(k3.di[k] - k2.di[k]));
+  }
   accumulate(end.q, x1, k1, tau_ref, h / 6);
   accumulate(end.q, x2, k2, tau_ref, h / 3);
   accumulate(end.q, x3, k3, tau_ref, h / 3);

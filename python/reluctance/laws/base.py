@@ -58,8 +58,8 @@ class Control(Section):
         K_p = bandwidth * drive.J if self.K_p_Nms is None else self.K_p_Nms
         tau_max = drive.tau_max
         return _core.Setting(
-            machine=drive.machine.magnetics,
-            n_phases=drive.machine.n_phases,
+            machine=drive.control_machine.magnetics,
+            n_phases=drive.control_machine.n_phases,
             single=self.precision == "float",
             outer=_core.Outer.speed if drive.reference.kind == "speed" else _core.Outer.torque,
             K_p=K_p,
@@ -81,13 +81,13 @@ def guide(drive: Drive, speed_rpm: float | None) -> limit.Table:
     """
     omega_m = drive.omega_nominal if speed_rpm is None else speed_rpm * np.pi / 30
     return limit.profile_table(
-        drive.machine.magnetics,
-        n_phases=drive.machine.n_phases,
-        R=drive.machine.R,
+        drive.control_machine.magnetics,
+        n_phases=drive.control_machine.n_phases,
+        R=drive.control_machine.R,
         tau_max=drive.tau_max,
         omega_m=omega_m,
         u_dc=drive.converter.u_dc_V,
-        i_max=drive.machine.i_max_A,
+        i_max=drive.control_machine.i_max_A,
         n_levels=GUIDE_LEVELS,
         n_points=GUIDE_POINTS,
     )

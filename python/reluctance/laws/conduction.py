@@ -8,7 +8,6 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.errors import ParameterError
 from reluctance.laws import flat_top
 from reluctance.laws.base import Control
 
@@ -54,9 +53,10 @@ class ConductionAngles(Control):
     def point(self, drive: Drive) -> flat_top.Point:
         """Where the pulses are computed: at the working speed, and not at standstill, where a
         period never ends."""
-        machine = drive.machine
+        machine = drive.control_machine
         return flat_top.Point(
             magnetics=machine.magnetics,
+            N_r=machine.N_r,
             n_phases=machine.n_phases,
             R=machine.R,
             u_dc=drive.converter.u_dc_V,

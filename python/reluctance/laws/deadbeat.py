@@ -22,8 +22,8 @@ class Deadbeat(SharedTorque):
         return _core.deadbeat(
             self.setting(drive),
             sharing=self.shares(drive),
-            R=drive.machine.R,
-            i_max=drive.machine.i_max_A,
+            R=drive.control_machine.R,
+            i_max=drive.control_machine.i_max_A,
             T_s=self.T_s,
             delay=drive.sensing.delay_samples,
             carriers=getattr(_core.Carriers, self.carriers),

@@ -33,14 +33,14 @@ class Ditc(ConductionAngles):
         return self
 
     def check(self, drive: Drive) -> None:
-        stroke = 360 / drive.machine.n_phases
+        stroke = 360 / drive.control_machine.n_phases
         if self.theta_on_deg is None or self.theta_off_deg is None:
             return
         if self.theta_off_deg - self.theta_on_deg < stroke:
             raise ParameterError(
                 f"[control] theta_off_deg - theta_on_deg = "
                 f"{self.theta_off_deg - self.theta_on_deg:g}, need >= {stroke:g} with "
-                f"{drive.machine.n_phases} phases, so that one is always in charge"
+                f"{drive.control_machine.n_phases} phases, so that one is always in charge"
             )
 
     def controller(self, drive: Drive) -> _core.Controller:
@@ -51,7 +51,7 @@ class Ditc(ConductionAngles):
             conduction=self.conduction(drive, self._window(drive)),
             inner=inner,
             outer=outer,
-            i_max=drive.machine.i_max_A,
+            i_max=drive.control_machine.i_max_A,
         )
 
     def _window(self, drive: Drive) -> tuple[float, float]:
@@ -60,7 +60,7 @@ class Ditc(ConductionAngles):
         window = self.window(drive)
         if self.theta_on_deg is not None:
             return window
-        machine = drive.machine
+        machine = drive.control_machine
         theta = window[1] - 2 * np.pi / machine.n_phases
         i = np.linspace(0, machine.i_max_A, 500)
         magnetics = _core.magnetics(machine.magnetics, i, np.full_like(i, theta))

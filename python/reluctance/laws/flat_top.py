@@ -25,7 +25,8 @@ TABLE_POINTS = 17  # of srm::MeanTorque
 class Point:
     """Where the pulses are wanted: machine, converter and speed."""
 
-    magnetics: _core.LeHuy
+    magnetics: _core.LeHuy | _core.FluxMap
+    N_r: int
     n_phases: int
     R: float  # [ohm]
     u_dc: float  # [V]
@@ -49,7 +50,7 @@ def flat_top(point: Point, theta_on: ArrayLike, theta_off: ArrayLike, i_ref: Arr
     shape = i_ref.shape
     on, dwell, top = theta_on.ravel(), (theta_off - theta_on).ravel(), i_ref.ravel()
     turn = 2 * np.pi / STEPS
-    dt = turn / (point.magnetics.N_r * point.omega_m)
+    dt = turn / (point.N_r * point.omega_m)
     i = np.zeros_like(on)
     tau, squared = np.zeros_like(on), np.zeros_like(on)
     for step in range(STEPS):

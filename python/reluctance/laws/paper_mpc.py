@@ -28,7 +28,7 @@ class PaperMpc(Control):
     def moves_fit_the_horizon(self) -> PaperMpc:
         if self.N_c > self.N_p:
             raise ValueError(
-                f"N_c = {self.N_c}, need <= N_p = {self.N_p}; moves after the horizon have no effect"
+                f"N_c = {self.N_c}, need <= N_p = {self.N_p}; moves after the horizon do nothing"
             )
         return self
 
@@ -42,8 +42,8 @@ class PaperMpc(Control):
             N_c=self.N_c,
             r_w=self.r_w,
             w_i=self.w_i,
-            R=drive.machine.R,
-            i_max=drive.machine.i_max_A,
+            R=drive.control_machine.R,
+            i_max=drive.control_machine.i_max_A,
             i_band=self.i_band_A,
             T_s=self.T_s,
             delay=drive.sensing.delay_samples,

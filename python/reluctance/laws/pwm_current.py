@@ -44,7 +44,7 @@ class PwmCurrent(PulseCurrent):
                 self.setting(drive),
                 conduction=self.conduction(drive, window),
                 reference=self.reference(drive, window),
-                R=drive.machine.R,
+                R=drive.control_machine.R,
                 bandwidth=bandwidth,
                 T_s=self.T_s,
             )

@@ -22,7 +22,7 @@ class TorqueSharing(SharedTorque):
     chop: Literal["soft", "hard"] = "soft"  # above the band: freewheel or demagnetize
 
     def controller(self, drive: Drive) -> _core.Controller:
-        machine = drive.machine
+        machine = drive.control_machine
         return _core.torque_sharing(
             self.setting(drive),
             sharing=self.shares(drive),

@@ -5,8 +5,7 @@ control for water pumping application", CJAST 2019, doi 10.9734/CJAST/2019/44861
 """
 
 from reluctance.paper.claim import Claim
-from reluctance.paper.claims import claims
-from reluctance.paper.report import write
-from reluctance.paper.study import Grid, Study, study
+from reluctance.paper.report import Report, write
+from reluctance.paper.study import Grid, Study
 
-__all__ = ["Claim", "Grid", "Study", "claims", "study", "write"]
+__all__ = ["Claim", "Grid", "Report", "Study", "write"]

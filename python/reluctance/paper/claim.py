@@ -38,6 +38,21 @@ def text(value: Value) -> str:
     return f"{value:.0f}" if abs(value) >= 1e5 else f"{value:.5g}"
 
 
+def line(row: Claim) -> str:
+    """A row without its reason, for a terminal."""
+    values = (text(v) for v in (row.paper_says, row.model_gives, row.physical_limit))
+    return _columns(row.verdict, *values, row.unit, row.claim)
+
+
+def _columns(
+    verdict: str, paper: str, model: str, physical_limit: str, unit: str, claim: str
+) -> str:
+    return f"{verdict:<17} {paper:>11} {model:>9} {physical_limit:>8} {unit:<10} {claim}"
+
+
+HEADING = _columns("verdict", "paper", "model", "limit", "unit", "claim")
+
+
 def _six_digits(value: Value) -> Value:
     if not isinstance(value, float):
         return value

@@ -164,10 +164,11 @@ def flux_curves(machine: MachineFile) -> Claim:
     bend = flux[1] / flux[0] / (printed.I_M / 10.0)
     L = [magnetics(machine, i, 0.0)[3] * 1e3 for i in (0.0, printed.I_M)]
     return Claim(
-        claim="Section 3: flux is linear in current unaligned and non-linear aligned",
-        paper_says="linear; non-linear",
+        claim="Section 3: flux is linear in current unaligned and non-linear aligned (unaligned flux "
+        "at 450 A over 45 times that at 10 A)",
+        paper_says="linear",
         model_gives=float(bend),
-        unit="psi(450 A)/psi(10 A)/45, unaligned",
+        unit="1",
         physical_limit=1.0,
         verdict=verdict(abs(bend - 1) < 1e-9 and L[0] > 2 * L[1]),
         why=f"True of the mended model: unaligned 1 exactly; aligned the incremental inductance "
@@ -202,10 +203,10 @@ def maximum_point(drive: Drive, best: limit.Profile) -> list[Claim]:
             f"current at the rated point from {best.i_rms:.1f} to {relaxed.i_rms:.1f} A.",
         ),
         Claim(
-            claim="Section 3: the maximum point lies at theta_m = 15 deg",
+            claim="Section 3: the maximum point lies at theta_m = 15 deg (flux there at 450 A)",
             paper_says=printed.PSI_M,
             model_gives=psi_15,
-            unit="Wb at 450 A and 15 deg",
+            unit="Wb",
             physical_limit=None,
             verdict=verdict(abs(psi_15 / printed.PSI_M - 1) < 0.01),
             why=f"psi_m belongs to alignment, 0 deg. At 15 deg the generic machine has "

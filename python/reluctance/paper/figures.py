@@ -105,14 +105,16 @@ def phases(found: Study) -> Figure:
 
 
 def regulator(found: Study) -> Figure:
-    """Currents, their references and leg states over the last millisecond."""
+    """The largest current, its reference and all leg states over the last half millisecond."""
     figure, axes = blank(2, 2, size=(13, 7.5))
     for column, runs in enumerate((found.rated, found.half)):
         result = runs.locked
         for row, plot in enumerate((plots.plot_currents, plots.plot_legs)):
             ax = plot(axes[row][column], result)
-            ax.set_xlim((result.t[-1] - 1e-3) * 1e3, result.t[-1] * 1e3)
-        axes[0][column].set(ylim=(0, 1.3 * result.kpis.i_peak), title=_where(runs))
+            ax.set_xlim((result.t[-1] - 0.5e-3) * 1e3, result.t[-1] * 1e3)
+        window = result.i[:, result.t > result.t[-1] - 0.5e-3]
+        largest = window[window[:, -1].argmax()]
+        axes[0][column].set(ylim=(largest.min() - 3, largest.max() + 5), title=_where(runs))
     return figure
 
 
@@ -287,8 +289,9 @@ PICTURES = (
     Picture(
         "regulator",
         "Current references and the regulator, magnified",
-        "The last millisecond of the figure above. Solid: currents; dashed: the references that "
-        "the predictive controller sets every 20 us and the hysteresis regulator follows.",
+        "The last half millisecond of the figure above. Solid: the current of the phase that "
+        "carries most; dashed: the reference that the predictive controller sets every 20 us and "
+        "the hysteresis regulator follows within 1 A.",
         regulator,
     ),
     Picture(

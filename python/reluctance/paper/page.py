@@ -16,8 +16,10 @@ body{font-family:system-ui,sans-serif;line-height:1.45;max-width:72em;margin:2em
 color:#1a1a1a}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums;font-size:.92em}
 td,th{border-bottom:1px solid #ccc;padding:.3em .7em .3em 0;text-align:left;vertical-align:top}
-td.n,th.n{text-align:right;white-space:nowrap}
+td.n,th.n{text-align:right}
+td.n,td.label{white-space:nowrap}
 th{vertical-align:bottom}
+th.claim{width:52%}
 .confirmed{color:#0a6b2d}.not-confirmed{color:#b3261e}.cannot-be-checked{color:#6b5900}
 .verdict{white-space:nowrap;font-weight:600}
 .why{color:#555}
@@ -128,7 +130,8 @@ def _figures_table(found: Study) -> str:
         ("time to 98 % of the speed (s)", ["", ""] + [f"{_rise_time(r):.3f}" for r in runs]),
     ]
     body = "".join(
-        f"<tr><td>{label}</td>{''.join(f'<td class=n>{value}</td>' for value in values)}</tr>"
+        f"<tr><td class=label>{label}</td>"
+        f"{''.join(f'<td class=n>{value}</td>' for value in values)}</tr>"
         for label, values in lines
     )
     return (
@@ -154,7 +157,7 @@ def _claims_table(rows: list[Claim]) -> str:
         for row in rows
     )
     return (
-        "<table><tr><th>claim, and why the verdict</th><th class=n>paper</th>"
+        "<table><tr><th class=claim>claim, and why the verdict</th><th class=n>paper</th>"
         "<th class=n>model</th><th class=n>physical limit</th><th>unit</th><th>verdict</th></tr>"
         f"{body}</table>"
     )

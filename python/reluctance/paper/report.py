@@ -53,19 +53,21 @@ def write(
     """
     _check(folder)
     found = study(grid, progress=progress)
-    contents = _contents(found, progress)
+    rows = claims(found)
+    contents = _contents(found, rows, progress)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in contents.items():
             write_whole(folder / name, partial(_put, content))
     except OSError as fault:
         raise ParameterError(f"cannot write to {folder}: {fault.strerror}") from None
-    return Report(files=[folder / name for name in contents], claims=claims(found))
+    return Report(files=[folder / name for name in contents], claims=rows)
 
 
-def _contents(found: Study, progress: Callable[[float], None]) -> dict[str, bytes]:
+def _contents(
+    found: Study, rows: list[Claim], progress: Callable[[float], None]
+) -> dict[str, bytes]:
     """Every file of the report by its name."""
-    rows = claims(found)
     images = {}
     for n, picture in enumerate(PICTURES):
         buffer = io.BytesIO()

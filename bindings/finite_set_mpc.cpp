@@ -1,0 +1,78 @@
+// Finite-control-set predictive torque control, and its search by itself.
+#include "srm/control/finite_set_mpc.hpp"
+
+#include "bindings.hpp"
+
+namespace bound {
+
+namespace {
+
+AnyController finite_set_mpc(const Setting& setting, const Matrix& guide, double tau_max,
+                             int horizon, double w_psi, double w_i, double w_sw, double t_end,
+                             double R, double i_max, double T_s, int delay) {
+  return controller(setting, [&]<class T, int N>(const auto& model) {
+    using M = std::decay_t<decltype(model)>;
+    const auto table = owned_table<T>(guide, tau_max);
+    const srm::FiniteSetMpc<M, N> law{.machine = model,
+                                      .guide = table.view,
+                                      .horizon = horizon,
+                                      .w_psi = T(w_psi),
+                                      .w_i = T(w_i),
+                                      .w_sw = T(w_sw),
+                                      .t_end = T(t_end),
+                                      .R = T(R),
+                                      .i_max = T(i_max),
+                                      .T_s = T(T_s),
+                                      .delay = delay};
+    return std::pair(law, std::shared_ptr<void>(table.values));
+  });
+}
+
+/// Three phases, each a row of psi, i, tau, gain, drift, goal, goal_rate, i_gain, i_drift, last
+/// leg.
+nb::tuple leg_search(const Matrix& phases, double tau_ref, double u_dc, double R, double i_max,
+                     double T_s, double t_end, double w_psi, double w_i, double w_sw, int horizon,
+                     bool prune) {
+  if (phases.shape(0) != 3 || phases.shape(1) != 10) {
+    throw std::invalid_argument("phases has another shape than (3, 10)");
+  }
+  srm::LegSearch<double, 3> s;
+  std::array<int, 3> last;
+  for (int k = 0; k < 3; ++k) {
+    const double* x = phases.data() + 10 * k;
+    s.phases[k] = {x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], false};
+    s.lowest[k] = -1;
+    s.highest[k] = 1;
+    last[k] = int(x[9]);
+  }
+  s.tau_ref = tau_ref;
+  s.u_dc = u_dc;
+  s.R = R;
+  s.i_max = i_max;
+  s.T_s = T_s;
+  s.t_end = t_end;
+  s.w_psi = w_psi;
+  s.w_i = w_i;
+  s.w_sw = w_sw;
+  s.horizon = horizon;
+  const auto found = s.best(last, prune ? srm::Pruning::on : srm::Pruning::off);
+  return nb::make_tuple(found.level[0], found.level[1], found.level[2], found.cost, found.visited);
+}
+
+}  // namespace
+
+void bind_finite_set_mpc(nb::module_& m) {
+  m.def("finite_set_mpc", &finite_set_mpc, nb::arg("setting"), nb::kw_only(), nb::arg("guide"),
+        nb::arg("tau_max"), nb::arg("horizon"), nb::arg("w_psi"), nb::arg("w_i"), nb::arg("w_sw"),
+        nb::arg("t_end"), nb::arg("R"), nb::arg("i_max"), nb::arg("T_s"), nb::arg("delay"),
+        "Finite-control-set predictive torque control. guide: (n_levels, n_angles) flux linkage "
+        "[Wb] for torques 0..tau_max [N m] over one electrical period; zeros: none.");
+  m.def("leg_search", &leg_search, nb::arg("phases"), nb::kw_only(), nb::arg("tau_ref"),
+        nb::arg("u_dc"), nb::arg("R"), nb::arg("i_max"), nb::arg("T_s"), nb::arg("t_end"),
+        nb::arg("w_psi"), nb::arg("w_i"), nb::arg("w_sw"), nb::arg("horizon"), nb::arg("prune"),
+        "Best first legs of three phases, the cost of their sequence, and the combinations "
+        "visited. phases: (3, 10) psi, i, tau, gain, drift, goal, goal_rate, i_gain, i_drift, last "
+        "leg.");
+}
+
+}  // namespace bound

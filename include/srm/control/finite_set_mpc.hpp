@@ -1,0 +1,70 @@
+// Finite-control-set model predictive torque control, horizon 1 to 4, with or without a guide.
+//
+// Each sample the leg combination that begins the best sequence is held (leg_search.hpp). Over a
+// few samples such a law is myopic: it does not see that flux must be built before the poles
+// overlap, and that flux left past alignment brakes. The guide, the least-copper profile of zero
+// torque ripple computed offline, says it through w_psi. With an empty guide and w_psi = 0 it is
+// the law as the literature has it, with copper (w_i) to share the torque.
+//
+// A rule for the weights: w_sw from switching_weight.hpp, t_end = 1/(4 f_switch), about one pulse
+// of a phase that shares f_switch between two switches and rests half of the time;
+// w_psi = KP w_sw f_switch^3/u_dc^2.
+#pragma once
+
+#include "srm/control/leg_search.hpp"
+
+namespace srm {
+
+template <Machine M, int N>
+struct FiniteSetMpc {
+  using Scalar = typename M::Scalar;
+  using T = Scalar;
+  static constexpr int n_phases = N;
+  static constexpr int horizon_max = 4;
+
+  M machine;
+  AngleTable<T> guide;  // flux linkage over torque reference and electrical angle [Wb]
+  int horizon;          // samples, 1..horizon_max
+  T w_psi;              // distance to the guide [N^2 m^2/Wb^2]; 0: unguided
+  T w_i;                // copper [N^2 m^2/A^2]
+  T w_sw;               // cost of a turn-on [N^2 m^2 s]
+  T t_end;              // weight of the last sample [s]; T_s at least
+  T R;                  // phase resistance [ohm]
+  T i_max;              // current limit [A]
+  T T_s;                // control period [s]
+  int delay;            // samples from measurement to effect: 0 or 1
+
+  struct State {
+    Command<T, N> ordered{};  // in the sample before
+  };
+
+  Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
+    const T ahead = T_s * static_cast<T>(horizon);
+    const T off = y.u_dc * T(1e-7);  // the flux of 0.1 us
+    const Outlook<M, N> model{machine, guide, R, T_s, delay, ahead, off};
+    LegSearch<T, N> search;
+    search.phases = model.at(y, tau_ref, state.ordered);
+    search.tau_ref = abs(tau_ref);
+    search.u_dc = y.u_dc;
+    search.R = R;
+    search.i_max = i_max;
+    search.T_s = T_s;
+    search.t_end = max(t_end, T_s);
+    search.w_psi = w_psi;
+    search.w_i = w_i;
+    search.w_sw = w_sw;
+    search.horizon = horizon;
+    std::array<int, N> last;
+    for (int k = 0; k < N; ++k) {
+      last[k] = static_cast<int>(state.ordered[k].leg[2]);
+      const bool off_duty = search.phases[k].idle && w_psi > T(0);
+      search.lowest[k] = -1;
+      search.highest[k] = off_duty || tau_ref == T(0) ? -1 : 1;
+    }
+    const auto best = search.best(last);
+    for (int k = 0; k < N; ++k) state.ordered[k] = hold<T>(static_cast<Leg>(best.level[k]));
+    return state.ordered;
+  }
+};
+
+}  // namespace srm

@@ -1,0 +1,256 @@
+"""The firmware package of a drive: a folder that holds all that its controller needs.
+
+The folder is a pure function of the drive file: no dates, no names of machines.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from reluctance import _core
+from reluctance.drive import Drive
+from reluctance.errors import ParameterError
+from reluctance.export.constants import Node, Tables, constant, literal
+from reluctance.protection import limits
+
+FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
+PHASES = range(3, 6)
+MARK = re.compile(r"@(\w+)@")
+INCLUDE = re.compile(r'#include "(srm/[^"]+)"')
+
+
+@dataclass(frozen=True)
+class Firmware:
+    """What was exported."""
+
+    folder: Path
+    law: str  # C++ type of the control law
+    fingerprint: int  # 32 bits of the SHA-256 of the printed parameters
+    table_bytes: int  # tables in flash [B]
+
+
+def firmware(
+    drive: Drive, folder: str | Path, *, flash_limit_KiB: float = FLASH_LIMIT_KIB
+) -> Firmware:
+    """Write the firmware package of a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+        Its controller is exported in single precision, whatever its `precision` says.
+    folder : str or Path
+        New or empty; appears when it is complete.
+    flash_limit_KiB : float
+        Most that the tables may take.
+
+    Raises
+    ------
+    ParameterError
+        If the law, the phase count or a number cannot be exported, the tables are too large, or
+        the folder exists and is not empty.
+    """
+    folder = Path(folder)
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ParameterError(f"{folder} exists and is not an empty folder; name another")
+    tree = described(drive)
+    text, fingerprint, table_bytes = parameters(tree)
+    if table_bytes > flash_limit_KiB * 1024:
+        raise ParameterError(
+            f"the tables take {table_bytes / 1024:.1f} KiB of flash, need <= {flash_limit_KiB:g} "
+            "KiB (--flash-limit); use fewer table points"
+        )
+    law = tree["control"]["fields"]["law"]["type"]
+    values = _values(drive, law, fingerprint)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
+        made = Path(scratch) / "package"
+        source = resources("firmware") / "package"
+        for path in sorted(p for p in source.rglob("*") if p.is_file()):
+            target = made / path.relative_to(source)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(MARK.sub(lambda m: values[m[1]], path.read_text("utf-8")), "utf-8")
+        (made / "parameters.hpp").write_text(text, "utf-8")
+        for header in headers([text, (made / "controller.cpp").read_text("utf-8")]):
+            target = made / "include" / header
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(resources("include") / header, target)
+        if folder.exists():
+            folder.rmdir()
+        made.rename(folder)
+    return Firmware(folder=folder, law=law, fingerprint=fingerprint, table_bytes=table_bytes)
+
+
+def described(drive: Drive) -> dict[str, Node]:
+    """Trees of the drive's controller in single precision and of its protection.
+
+    Raises
+    ------
+    ParameterError
+        If the law or the phase count is not supported.
+    """
+    n_phases = drive.machine.n_phases
+    if n_phases not in PHASES:
+        raise ParameterError(f"n_phases = {n_phases}, need {PHASES[0]} to {PHASES[-1]} for export")
+    nodes = _core.described(desk_controller(drive))
+    if nodes is None:
+        raise ParameterError(f"[control] law = {drive.control.law!r} cannot be exported")  # type: ignore[attr-defined]
+    levels = limits(drive)
+    fields = {
+        "machine": nodes["machine"],
+        "R": float(drive.machine.R),
+        "i_trip": levels.i_trip,
+        "i_zero": levels.i_zero,
+        "u_dc_min": levels.u_dc_min,
+        "u_dc_max": levels.u_dc_max,
+        "omega_max": levels.omega_max,
+        "angle_slack": levels.angle_slack,
+        "T_s": drive.control.T_s,
+        "delay": drive.sensing.delay_samples,
+    }
+    guard = {"type": f"srm::Protection<{nodes['machine']['type']}, {n_phases}>", "fields": fields}
+    return {"control": nodes["control"], "protection": guard}
+
+
+def desk_controller(drive: Drive) -> _core.Controller:
+    """The controller that the target will run, on the desk: in single precision."""
+    return drive.control.model_copy(update={"precision": "float"}).controller(drive)
+
+
+def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:
+    """The text of parameters.hpp, its fingerprint, and the bytes of its tables."""
+    tables = Tables()
+    constants = [
+        f"inline constexpr {node['type']} {name} = {constant(node, tables, name)};\n"
+        for name, node in tree.items()
+    ]
+    body = "\n".join([*tables.text, *constants])
+    fingerprint = int.from_bytes(hashlib.sha256(body.encode()).digest()[:4], "big")
+    names = {"DriveControl", "Protection", *re.findall(r"srm::(\w+)<", body)}
+    includes = sorted({_header_of(name) for name in names})
+    text = "\n".join(
+        [
+            "// All parameters of the controller, as constants. Generated by `reluctance export firmware`.",
+            "#pragma once",
+            "",
+            *(f'#include "{header}"' for header in includes),
+            "",
+            "namespace reluctance {",
+            "",
+            body,
+            f"inline constexpr std::uint32_t fingerprint = 0x{fingerprint:08X};",
+            "",
+            "}  // namespace reluctance",
+            "",
+        ]
+    )
+    return text, fingerprint, tables.size
+
+
+def resources(name: str) -> Path:
+    """The folder `include` or `firmware`: in the installed package, or beside the sources."""
+    installed = Path(__file__).parents[1] / name
+    return installed if installed.is_dir() else Path(__file__).parents[3] / name
+
+
+def headers(texts: list[str]) -> list[str]:
+    """The core's headers that these texts include, directly or not."""
+    found: set[str] = set()
+    while texts:
+        for header in INCLUDE.findall(texts.pop()):
+            if header not in found:
+                found.add(header)
+                texts.append((resources("include") / header).read_text("utf-8"))
+    return sorted(found)
+
+
+def _header_of(name: str) -> str:
+    """The header that defines struct `name`."""
+    include = resources("include")
+    for part in ("base", "machine", "control"):
+        for path in sorted((include / "srm" / part).glob("*.hpp")):
+            if re.search(rf"^struct {name} {{", path.read_text("utf-8"), re.MULTILINE):
+                return str(path.relative_to(include).as_posix())
+    raise ParameterError(f"no header defines srm::{name}; the law cannot be exported")
+
+
+def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
+    """What the templates name in @marks@."""
+    levels = limits(drive)
+    rpm = 30 / np.pi
+    meaning = {
+        "torque": "torque [N m]",
+        "speed": "speed [rad/s]",
+        "none": "1 to motor with the law's own current, -1 to brake, 0 off",
+    }
+    gates = _gates(drive)
+    return {
+        "phases": str(drive.machine.n_phases),
+        "letters": ", ".join("abcdef"[: drive.machine.n_phases]),
+        "T_s": literal(drive.control.T_s, "T_s"),
+        "T_s_us": f"{drive.control.T_s_us:g}",
+        "delay": str(drive.sensing.delay_samples),
+        "delay_text": DELAY[drive.sensing.delay_samples],
+        "reference": meaning[drive.reference.kind],
+        "machine": drive.machine.name,
+        "N_r": str(drive.machine.N_r),
+        "law": law,
+        "fingerprint": f"0x{fingerprint:08X}",
+        "i_max_A": f"{drive.machine.i_max_A:g}",
+        "i_trip_A": f"{levels.i_trip:g}",
+        "i_zero_A": f"{levels.i_zero:g}",
+        "u_dc_V": f"{drive.converter.u_dc_V:g}",
+        "u_dc_min_V": f"{levels.u_dc_min:g}",
+        "u_dc_max_V": f"{levels.u_dc_max:g}",
+        "speed_max_rpm": f"{levels.omega_max * rpm:.6g}",
+        "angle_slack_deg": f"{np.degrees(levels.angle_slack):.4g}",
+        "adc": f"{drive.sensing.adc_bits} bits over {drive.sensing.i_range_A:g} A"
+        if drive.sensing.adc_bits
+        else "ideal",
+        "encoder": f"{drive.sensing.encoder_counts} counts per revolution"
+        if drive.sensing.encoder_counts
+        else "ideal",
+        "gates": "\n".join(GATES[g] for g in sorted(gates)),
+    }
+
+
+DELAY = {
+    0: "The simulation lets the orders act at the instant of the sample: computing takes no time "
+    "there. On a board they are late by the step's run time; keep that below a tenth of the "
+    "period, or set `[sensing] delay_samples = 1` and export again.",
+    1: "Orders act at the next sample: hold them, and load them into timers and comparators at the "
+    "start of the next period.",
+}
+GATES = {
+    0: "- `RELUCTANCE_TIMER`: three leg states and two instants a period. Needs one timer channel "
+    "with two compare events per switch, loaded at the start of the period. No comparator.",
+    1: "- `RELUCTANCE_COMPARATOR`: the current is held at `i_ref_A` +- `i_band_A` between two "
+    "steps. Needs an analog comparator per phase with a DAC for the reference and hysteresis, "
+    "acting on the leg without software.",
+    2: "- `RELUCTANCE_WINDOW`: the same, between two rotor angles. Needs a position compare as "
+    "well (a timer in encoder mode with compare events), or an angle interpolated from the speed.",
+}
+
+
+def _gates(drive: Drive) -> set[int]:
+    """Which gates the law uses, over one electrical period at the drive's speed."""
+    controller = desk_controller(drive)
+    reference = 1.0 if drive.reference.kind == "none" else float(np.max(drive.reference.course[1]))
+    used: set[int] = set()
+    for theta_e in np.linspace(0, 2 * np.pi, 36, endpoint=False):
+        rows = _core.step(
+            controller,
+            [0.0] * drive.machine.n_phases,
+            theta_e=float(theta_e),
+            omega_m=drive.omega_nominal,
+            u_dc=drive.converter.u_dc_V,
+            reference=reference,
+        )
+        used |= {int(gate) for gate in rows[:: _core.COMMAND_COLUMNS]}
+    return used

@@ -1,0 +1,125 @@
+"""Target against desk: a recorded simulation replayed, and a simulation with the target inside."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reluctance import _core
+from reluctance.drive import Drive
+from reluctance.errors import ParameterError
+from reluctance.export.package import desk_controller, firmware
+from reluctance.export.target import (
+    Answers,
+    Cpu,
+    build,
+    processor_in_the_loop,
+    replay,
+    target_samples,
+)
+from reluctance.kpis import Kpis
+from reluctance.simulate import simulate
+
+STEPS = 20_000  # of a replay, by default
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The samples that a controller saw in a simulation, and its answers in single precision."""
+
+    samples: NDArray[np.float32]  # (n, n_phases + 4): i, theta_e, omega_m, u_dc, reference
+    commands: NDArray[np.float32]  # (n, 11 n_phases), columns as _core.step
+
+
+@dataclass(frozen=True)
+class Parity:
+    """A replay held against the desk."""
+
+    steps: int
+    different: int  # steps of which a bit of the commands differs
+    first: int | None  # the first of them
+    answers: Answers
+
+    @property
+    def exact(self) -> bool:
+        """True where every bit of every command agrees."""
+        return self.different == 0
+
+
+def record(drive: Drive, *, steps: int = STEPS) -> Recording:
+    """Simulate a drive with its controller in single precision, for a number of control periods."""
+    controller = desk_controller(drive)
+    samples: list[list[float]] = []
+    commands: list[list[float]] = []
+
+    def step(
+        i: list[float], theta_e: float, omega_m: float, u_dc: float, reference: float
+    ) -> list[float]:
+        answer = _core.step(
+            controller, i, theta_e=theta_e, omega_m=omega_m, u_dc=u_dc, reference=reference
+        )
+        samples.append([*i, theta_e, omega_m, u_dc, reference])
+        commands.append(answer)
+        return answer
+
+    simulate(
+        drive,
+        until=(steps - 0.5) * drive.control.T_s,
+        record=None,
+        controller=_core.controller_from(drive.machine.n_phases, step),
+    )
+    seen = target_samples(np.array(samples))
+    if not drive.control.follows_torque:
+        seen[:, -1] = 1  # such a law motors with a current of its own
+    return Recording(samples=seen, commands=np.array(commands, np.float32))
+
+
+def parity(program: Path, cpu: Cpu, recording: Recording) -> Parity:
+    """Replay a recording on the emulated target and compare the commands bit for bit."""
+    answers = replay(program, cpu, recording.samples)
+    target, desk = answers.commands.view(np.uint32), recording.commands.view(np.uint32)
+    if target.shape != desk.shape:
+        raise ParameterError(f"the target answered {len(target)} of {len(desk)} samples")
+    wrong = np.flatnonzero((target != desk).any(axis=1))
+    return Parity(
+        steps=len(desk),
+        different=len(wrong),
+        first=int(wrong[0]) if len(wrong) else None,
+        answers=answers,
+    )
+
+
+def check_parity(drive: Drive, *, cpu: Cpu = "cortex-m7", steps: int = STEPS) -> Parity:
+    """Export a drive, build it for the emulated target, and replay a simulation on it."""
+    with tempfile.TemporaryDirectory() as scratch:
+        program = build(firmware(drive, Path(scratch) / "package").folder, cpu)
+        return parity(program, cpu, record(drive, steps=steps))
+
+
+def in_the_loop(
+    drive: Drive,
+    *,
+    cpu: Cpu = "cortex-m7",
+    until: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Kpis, Kpis]:
+    """Key figures of a simulation with every control step on the emulated target, and without.
+
+    Returns
+    -------
+    target, desk : Kpis
+        The desk's controller computes in single precision too.
+    """
+    with tempfile.TemporaryDirectory() as scratch:
+        program = build(firmware(drive, Path(scratch) / "package").folder, cpu)
+        with processor_in_the_loop(program, cpu, drive.machine.n_phases) as controller:
+            target = simulate(
+                drive, until=until, record=None, progress=progress, controller=controller
+            )
+    desk = simulate(drive, until=until, record=None, controller=desk_controller(drive))
+    return target.kpis, desk.kpis

@@ -1,0 +1,194 @@
+"""The emulated microcontroller: build an exported package for it, and let it answer samples.
+
+Needs gcc-arm-none-eabi (with its C++ headers) and qemu-system-arm on the path.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reluctance import _core
+from reluctance.errors import ParameterError
+
+Cpu = Literal["cortex-m4", "cortex-m7"]
+MACHINES: dict[str, str] = {"cortex-m4": "mps2-an386", "cortex-m7": "mps2-an500"}
+PACKAGES = "gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm"
+COMPILER, EMULATOR = "arm-none-eabi-g++", "qemu-system-arm"
+TIMEOUT = 300.0  # of a replay [s]
+
+# Words of the C structs (reluctance_controller.h), as the desk numbers the same columns.
+PHASE = np.dtype(
+    [
+        ("gate", "i1"),
+        ("leg", "i1", (3,)),
+        ("t_edge", "<f4", (2,)),
+        ("i_ref", "<f4"),
+        ("i_band", "<f4"),
+        ("chop", "i1"),
+        ("padding", "V3"),
+        ("theta_on", "<f4"),
+        ("theta_off", "<f4"),
+    ]
+)
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What the target returned."""
+
+    status: NDArray[np.uint32]  # (n,)
+    instructions: NDArray[np.uint32]  # (n,) of each step, call included
+    commands: NDArray[np.float32]  # (n, 11 n_phases), columns as _core.step
+    fingerprint: int
+    stack: int  # deepest, from the call of the step [B]
+
+
+def build(folder: Path, cpu: Cpu) -> Path:
+    """Compile the replay program of a package; warnings are errors.
+
+    Raises
+    ------
+    ParameterError
+        If a tool is missing or the compiler refuses.
+    """
+    _need(COMPILER, "make")
+    done = subprocess.run(
+        ["make", "--no-print-directory", "-s", "all", "replay", f"CPU={cpu}"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+    if done.returncode != 0:
+        raise ParameterError(f"{folder} does not compile for {cpu}: {done.stderr.strip()}")
+    return folder / "build" / cpu / "replay.elf"
+
+
+def replay(program: Path, cpu: Cpu, samples: NDArray[np.float32]) -> Answers:
+    """Answers of the emulated target to recorded samples.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n, n_phases + 4)
+        Phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference.
+    """
+    folder = program.parent
+    (folder / "samples").write_bytes(np.ascontiguousarray(samples, "<f4").tobytes())
+    done = subprocess.run(
+        _emulator(program, cpu), cwd=folder, capture_output=True, text=True, timeout=TIMEOUT
+    )
+    if done.returncode != 0:
+        raise ParameterError(f"the emulated {cpu} stopped: {(done.stdout + done.stderr).strip()}")
+    return _answers((folder / "orders").read_bytes(), samples.shape[1] - 4)
+
+
+@contextmanager
+def processor_in_the_loop(
+    program: Path, cpu: Cpu, n_phases: int
+) -> Iterator[_core.Controller]:
+    """A controller of which every step runs on the emulated target, over two pipes.
+
+    Raises
+    ------
+    ParameterError
+        If the target stops before the simulation does.
+    """
+    _need(EMULATOR)
+    folder = program.parent
+    order = order_type(n_phases)
+    for name in ("samples", "orders"):
+        (folder / name).unlink(missing_ok=True)
+        os.mkfifo(folder / name)
+    emulator = subprocess.Popen(_emulator(program, cpu), cwd=folder, stdout=subprocess.DEVNULL)
+    try:
+        with (
+            open(folder / "samples", "wb", buffering=0) as samples,
+            open(folder / "orders", "rb", buffering=0) as orders,
+        ):
+
+            def step(
+                i: list[float], theta_e: float, omega_m: float, u_dc: float, reference: float
+            ) -> list[float]:
+                sample = np.array([[*i, theta_e, omega_m, u_dc, reference]])
+                samples.write(target_samples(sample).tobytes())
+                answer = np.frombuffer(_read(orders, order.itemsize), order)
+                row: list[float] = _columns(answer, n_phases)[0].tolist()
+                return row
+
+            yield _core.controller_from(n_phases, step)
+    finally:
+        emulator.terminate()
+        emulator.wait()
+        for name in ("samples", "orders"):
+            (folder / name).unlink(missing_ok=True)
+
+
+def target_samples(samples: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Samples as the target's sensors deliver them: single precision, angle within a turn."""
+    single = samples.astype("<f4")
+    angle = single.shape[1] - 4
+    single[:, angle] = [_core.wrap_float(float(theta)) for theta in single[:, angle]]
+    return single
+
+
+def order_type(n_phases: int) -> np.dtype[np.void]:
+    """One record of the file `orders`."""
+    return np.dtype(
+        [("status", "<u4"), ("instructions", "<u4"), ("phase", PHASE, (n_phases,))]
+    )
+
+
+def _answers(data: bytes, n_phases: int) -> Answers:
+    orders = np.frombuffer(data[:-8], order_type(n_phases))
+    fingerprint, stack = np.frombuffer(data[-8:], "<u4")
+    return Answers(
+        status=orders["status"].copy(),
+        instructions=orders["instructions"].copy(),
+        commands=_columns(orders, n_phases),
+        fingerprint=int(fingerprint),
+        stack=int(stack),
+    )
+
+
+def _columns(orders: NDArray[np.void], n_phases: int) -> NDArray[np.float32]:
+    """Commands as the rows of _core.step."""
+    parts = []
+    for k in range(n_phases):
+        phase = orders["phase"][:, k]
+        for name in ("gate", "leg", "t_edge", "i_ref", "i_band", "chop", "theta_on", "theta_off"):
+            parts.append(phase[name].reshape(len(orders), -1).astype("<f4"))
+    return np.hstack(parts)
+
+
+def _emulator(program: Path, cpu: Cpu) -> list[str]:
+    _need(EMULATOR)
+    return [
+        *(EMULATOR, "-M", MACHINES[cpu], "-nographic", "-monitor", "none", "-serial", "none"),
+        *("-semihosting-config", "enable=on,target=native", "-icount", "shift=10,sleep=off"),
+        *("-kernel", program.name),
+    ]
+
+
+def _read(file: BinaryIO, size: int) -> bytes:
+    data = b""
+    while len(data) < size:
+        part = file.read(size - len(data))
+        if not part:
+            raise ParameterError("the emulated target stopped before the simulation did")
+        data += part
+    return data
+
+
+def _need(*tools: str) -> None:
+    for tool in tools:
+        if shutil.which(tool) is None:
+            raise ParameterError(f"`{tool}` is not installed; on Debian: apt install {PACKAGES}")

@@ -1,0 +1,58 @@
+"""The core as a target sees it: every warning an error, no exceptions, no library to link."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+CHECKS = sorted((ROOT / "tests" / "core").glob("*_check.cpp"))
+FREESTANDING = ("base", "machine", "control")
+HEADERS = [h for layer in FREESTANDING for h in sorted((ROOT / "include/srm" / layer).glob("*.hpp"))]
+# What a freestanding C++20 implementation or a header without run-time part offers.
+ALLOWED = {"array", "bit", "concepts", "cstddef", "cstdint", "limits", "type_traits", "utility"}
+COMPILERS = ["g++", *(["clang++"] if shutil.which("clang++") else [])]
+FLAGS = (
+    "-std=c++20 -O1 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion "
+    "-Wno-sign-conversion -Werror -fno-exceptions -fno-rtti -ffp-contract=off"
+).split() + [f"-I{ROOT / 'include'}"]
+
+every_compiler = pytest.mark.parametrize("compiler", COMPILERS)
+
+
+@every_compiler
+@pytest.mark.parametrize("source", CHECKS, ids=lambda p: p.stem)
+def test_core_check_holds(source: Path, compiler: str, tmp_path: Path) -> None:
+    program = tmp_path / source.stem
+    built = subprocess.run(
+        [compiler, *FLAGS, str(source), "-o", str(program)], capture_output=True, text=True
+    )
+    assert built.returncode == 0, built.stderr
+    run = subprocess.run([program], capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout
+    assert run.stdout
+
+
+@every_compiler
+def test_headers_stand_alone(compiler: str, tmp_path: Path) -> None:
+    """Each header in a file of its own, all in one call of the compiler."""
+    sources = []
+    for header in HEADERS:
+        source = tmp_path / f"{header.parent.name}_{header.stem}.cpp"
+        source.write_text(f'#include "{header.relative_to(ROOT / "include")}"\n')
+        sources.append(str(source))
+    built = subprocess.run(
+        [compiler, *FLAGS, "-fsyntax-only", *sources], capture_output=True, text=True
+    )
+    assert built.returncode == 0, built.stderr
+
+
+@pytest.mark.parametrize("header", HEADERS, ids=lambda p: f"{p.parent.name}/{p.stem}")
+def test_headers_include_nothing_that_a_target_lacks(header: Path) -> None:
+    text = header.read_text()
+    assert set(re.findall(r"#include <(.+?)>", text)) <= ALLOWED
+    layers = set(re.findall(r'#include "srm/(\w+)/', text))
+    below = {"base": {"base"}, "machine": {"base", "machine"}, "control": set(FREESTANDING)}
+    assert layers <= below[header.parent.name]

@@ -1,0 +1,105 @@
+"""Laws that every run obeys: energy, phase order, steps, the sign of currents."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import reluctance as rl
+from reluctance import kpis
+from reluctance.drive import Drive, drive_from
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
+MACHINES = sorted((ROOT / "machines").glob("*.toml"))
+every_example = pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+
+
+def few_periods(drive: Drive, periods: float = 4.2) -> float:
+    """The time of some electrical periods at a held speed, else the whole run [s]."""
+    if drive.load.kind != "locked":
+        return drive.simulation.until_s
+    return periods * 2 * np.pi / (drive.machine.N_r * drive.omega_nominal)
+
+
+@every_example
+def test_energy_balance_closes(path: Path) -> None:
+    """Winding = copper + mechanical + field, from the first instant to the last."""
+    drive = rl.load(path)
+    result = rl.simulate(drive, until=few_periods(drive), record=None)
+    first, last = result.periods[0], result.periods[-1]
+    assert (last - first)[kpis.THETA] * drive.machine.N_r > 3 * 2 * np.pi
+    d = last - first
+    copper = drive.machine.R * d[kpis.I_SQUARED : kpis.I_SQUARED + drive.machine.n_phases].sum()
+    left = d[kpis.E_WINDING] - copper - d[kpis.E_MECH] - d[kpis.W_F]
+    assert d[kpis.E_DC] > 0
+    assert abs(left) < 1e-6 * d[kpis.E_DC]
+
+
+@every_example
+def test_currents_are_never_negative(path: Path) -> None:
+    drive = rl.load(path)
+    result = rl.simulate(drive, until=few_periods(drive, 2.2))
+    assert result.i.min() == 0.0
+    assert result.i.max() > 0.0
+
+
+@every_example
+def test_start_one_stroke_on_permutes_phases(path: Path) -> None:
+    drive = rl.load(path)
+    stroke_deg = 360 / (drive.machine.n_phases * drive.machine.N_r)
+    end = min(few_periods(drive, 2.2), 0.02)
+    start_deg = drive.simulation.theta_start_deg
+    a = rl.simulate(drive, until=end, record=end / 500)
+    shifted = rl.load(path, [f"simulation.theta_start_deg={start_deg + stroke_deg!r}"])
+    b = rl.simulate(shifted, until=end, record=end / 500)
+    assert a.i.max() > 0
+    peak = np.abs(a.i).max()
+    np.testing.assert_allclose(b.i, np.roll(a.i, 1, axis=0), atol=1e-6 * peak, rtol=0)
+    np.testing.assert_allclose(b.tau, a.tau, atol=1e-6 * np.abs(a.tau).max(), rtol=0)
+    np.testing.assert_allclose(b.omega_m, a.omega_m, atol=1e-9 * a.omega_m.max(), rtol=0)
+
+
+@every_example
+def test_half_the_step_gives_the_same_key_figures(path: Path) -> None:
+    drive = rl.load(path)
+    finer = rl.load(path, [f"simulation.dt_max_us={drive.simulation.dt_max_us / 2!r}"])
+    end = few_periods(drive)
+    a, b = (rl.simulate(d, until=end, record=None).kpis for d in (drive, finer))
+    for name in ("tau_mean", "torque_ripple", "torque_ripple_rms", "i_rms"):
+        assert getattr(a, name) == pytest.approx(getattr(b, name), rel=1e-4), name
+
+
+LAWS = {
+    "angles": {"T_s_us": 20},
+    "paper_mpc": {"T_s_us": 20},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("path", MACHINES, ids=lambda p: p.stem)
+def test_every_machine_of_the_library_runs(path: Path, law: str) -> None:
+    """A third of the torque that one phase gives at its limit, at the speed whose flux takes a
+    quarter of the dc link's volt-seconds; a warning fails the test."""
+    machine = tomllib.loads(path.read_text())["machine"]
+    data = {
+        "machine": machine,
+        "converter": {"u_dc_V": 300},
+        "load": {"kind": "locked", "speed_rpm": 1000},
+        "reference": {"kind": "torque", "tau_Nm": 1e-3},
+        "control": {"law": law, **LAWS[law]},
+        "simulation": {"until_s": 1.0},
+    }
+    model = drive_from(data).machine
+    aligned = rl._core.magnetics(model.magnetics, np.array([model.i_max_A]), np.array([np.pi]))
+    omega = 300 * np.pi / (4 * model.N_r * aligned[0, 0])
+    peak = model.torque(model.i_max_A, np.linspace(0, np.pi, 91)).max()
+    data["load"]["speed_rpm"] = omega * 30 / np.pi
+    data["reference"]["tau_Nm"] = peak / 3
+    drive = drive_from(data)
+    result = rl.simulate(drive, until=few_periods(drive))
+    assert result.i.min() == 0.0
+    assert result.kpis.tau_mean == pytest.approx(peak / 3, rel=0.05)
+    assert result.kpis.i_peak < 1.1 * model.i_max_A
+    assert abs(result.kpis.energy_residual) < 1e-5
