@@ -40,14 +40,12 @@ def text(value: Value) -> str:
 
 def line(row: Claim) -> str:
     """A row without its reason, for a terminal."""
-    values = (text(v) for v in (row.paper_says, row.model_gives, row.physical_limit))
-    return _columns(row.verdict, *values, row.unit, row.claim)
+    paper, model, limit = map(text, (row.paper_says, row.model_gives, row.physical_limit))
+    return _columns(row.verdict, paper, model, limit, row.unit, row.claim)
 
 
-def _columns(
-    verdict: str, paper: str, model: str, physical_limit: str, unit: str, claim: str
-) -> str:
-    return f"{verdict:<17} {paper:>11} {model:>9} {physical_limit:>8} {unit:<10} {claim}"
+def _columns(verdict: str, paper: str, model: str, limit: str, unit: str, claim: str) -> str:
+    return f"{verdict:<17} {paper:>11} {model:>9} {limit:>8} {unit:<10} {claim}"
 
 
 HEADING = _columns("verdict", "paper", "model", "limit", "unit", "claim")

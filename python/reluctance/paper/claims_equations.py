@@ -9,7 +9,7 @@ from reluctance.kpis import Kpis
 from reluctance.machine import MachineFile
 from reluctance.paper import printed, pump
 from reluctance.paper.claim import Claim, verdict
-from reluctance.paper.points import HALF, RATED, Point
+from reluctance.paper.points import HALF, RATED, Point, le_huy
 from reluctance.paper.study import Study
 
 PSI_M_DEFAULT = 0.486  # of the generic machine with the same L_d, L_q and I_m [Wb]
@@ -129,7 +129,7 @@ def speed_equation() -> Claim:
 def position_function(machine: MachineFile) -> Claim:
     """f at the unaligned position."""
     psi_u, psi_a = (magnetics(machine, I_SAMPLE, theta)[0] for theta in (np.pi / 4, 0.0))
-    f = (psi_u - machine.magnetics.L_u * I_SAMPLE) / (psi_a - machine.magnetics.L_u * I_SAMPLE)
+    f = (psi_u - le_huy(machine).L_u * I_SAMPLE) / (psi_a - le_huy(machine).L_u * I_SAMPLE)
     return Claim(
         claim="Section 3: the position function f as printed, at the unaligned position (45 deg)",
         paper_says=printed.position(np.pi / 4),
@@ -144,7 +144,7 @@ def position_function(machine: MachineFile) -> Claim:
 
 def torque_bracket(machine: MachineFile) -> Claim:
     """Torque at alignment."""
-    m = machine.magnetics
+    m = le_huy(machine)
     as_printed = printed.torque(I_SAMPLE, 0.0, L_sat=m.L_sat, A=m.A, B=m.B)
     return Claim(
         claim=f"Section 3: the torque equation as printed, at alignment with {I_SAMPLE:g} A",
@@ -164,8 +164,8 @@ def flux_curves(machine: MachineFile) -> Claim:
     bend = flux[1] / flux[0] / (printed.I_M / 10.0)
     L = [magnetics(machine, i, 0.0)[3] * 1e3 for i in (0.0, printed.I_M)]
     return Claim(
-        claim="Section 3: flux is linear in current unaligned and non-linear aligned (unaligned flux "
-        "at 450 A over 45 times that at 10 A)",
+        claim="Section 3: flux is linear in current unaligned and non-linear aligned (unaligned "
+        "flux at 450 A over 45 times that at 10 A)",
         paper_says="linear",
         model_gives=float(bend),
         unit="1",
@@ -181,7 +181,7 @@ def maximum_point(drive: Drive, best: limit.Profile) -> list[Claim]:
     machine = drive.machine
     other = machine.model_copy(update={"psi_m_Wb": PSI_M_DEFAULT})
     relaxed = limit.best_profile(
-        other.magnetics,
+        le_huy(other),
         n_phases=other.n_phases,
         R=other.R,
         tau_ref=RATED.tau_ref,

@@ -116,8 +116,8 @@ def horizons(found: Study) -> Claim:
     }
     low, high = min(errors["N_p"] + errors["N_c"]), max(errors["N_p"] + errors["N_c"])
     return Claim(
-        claim="Section 4: the result hangs on the choice of N_p and N_c (greatest over least rms torque "
-        "error)",
+        claim="Section 4: the result hangs on the choice of N_p and N_c (greatest over least rms "
+        "torque error)",
         paper_says="hangs on it",
         model_gives=high / low,
         unit="1",
@@ -133,8 +133,8 @@ def transient(r: Response) -> Claim:
     """Greatest torque after the step."""
     highest = float(r.start.tau[r.start.t < 5e-3].max())
     return Claim(
-        claim="Section 4: the drive develops a high torque during the transient (rated torque, first "
-        "5 ms)",
+        claim="Section 4: the drive develops a high torque during the transient (rated torque, "
+        "first 5 ms)",
         paper_says="high",
         model_gives=highest,
         unit="N m",

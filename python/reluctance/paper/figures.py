@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from reluctance import plots
 from reluctance.paper import printed
-from reluctance.paper.points import Runs
+from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.response import LEVEL
 from reluctance.paper.study import Study
 from reluctance.paper.sweeps import Response
@@ -214,7 +214,7 @@ def model(found: Study) -> Figure:
     """Position function and torque of one phase, as printed and mended."""
     figure, ((shape, torque_ax),) = blank(1, 2, size=(11, 4.2))
     machine = found.rated.locked.drive.machine
-    m = machine.magnetics
+    m = le_huy(machine)
     theta = np.linspace(0, np.pi / 2, 361)
     deg = np.degrees(theta)
     x = np.minimum(theta, np.pi / 2 - theta) / np.pi

@@ -8,7 +8,7 @@ import numpy as np
 
 from reluctance.paper.claim import Claim, text
 from reluctance.paper.figures import PICTURES
-from reluctance.paper.points import Runs
+from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.study import Study
 
 STYLE = """
@@ -73,7 +73,7 @@ with the pump on the shaft.</p>
 <li>dc-link voltage U_dc = {drive.converter.u_dc_V:g} V, stiff; ideal switches and diodes</li>
 <li>control period T_s = {drive.control.T_s_us:g} µs; sensing without error, computing
 time zero</li>
-<li>saturated inductance L_sat = {m.magnetics.L_sat * 1e3:g} mH (default of the generic machine
+<li>saturated inductance L_sat = {le_huy(m).L_sat * 1e3:g} mH (default of the generic machine
 that the parameters come from); current limit {m.i_max_A:g} A; hysteresis band ±1 A</li>
 <li>response time: from zero current until the torque first reaches 95 % of its reference</li>
 <li>torque ripple: (max − min)/mean over whole electrical periods, unfiltered</li>

@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from reluctance import limit
+from reluctance import _core, limit
 from reluctance.drive import Drive, load
+from reluctance.errors import ParameterError
 from reluctance.kpis import Kpis
+from reluctance.machine import MachineFile
 from reluctance.paper import printed
 from reluctance.simulate import Result, simulate
 
@@ -56,7 +58,7 @@ def run_point(point: Point) -> Runs:
         pump=simulate(pump, until=PUMP_UNTIL, record=PUMP_RECORD),
         free=simulate(free, until=1.0, record=None).kpis,
         best=limit.best_profile(
-            drive.machine.magnetics,
+            le_huy(drive.machine),
             n_phases=drive.machine.n_phases,
             R=drive.machine.R,
             tau_ref=point.tau_ref,
@@ -65,6 +67,14 @@ def run_point(point: Point) -> Runs:
             i_max=drive.machine.i_max_A,
         ),
     )
+
+
+def le_huy(machine: MachineFile) -> _core.LeHuy:
+    """The paper's machine model, whose A, B and L_sat the printed equations need too."""
+    model = machine.magnetics
+    if not isinstance(model, _core.LeHuy):
+        raise ParameterError(f"{machine.name}: need the analytic model `lehuy`, as in the paper")
+    return model
 
 
 def examples() -> Path:

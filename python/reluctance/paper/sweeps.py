@@ -16,6 +16,7 @@ STROKE_DEG = 30.0  # 6/4: after it the phases change places and all repeats
 HORIZON = 4e-3  # of a response [s]; the slowest of the bound is 3 ms, at 150 V
 FINE_DEG = 0.25  # angles of the search for the least voltage
 VOLTAGE_STEP = 10.0  # to which the controller's least voltage is found [V]
+VOLTAGE_MAX = 1500.0  # where that search gives up [V]
 SETTINGS_UNTIL = 0.1  # five electrical periods in the second half at 1500 rpm [s]
 
 
@@ -108,13 +109,15 @@ def _controllers_least_voltage(point: Point, guess: float, theta_deg: FloatArray
         return min(controlled(point, u_dc, angle) for angle in theta_deg) <= point.response
 
     u = float(np.ceil(guess / VOLTAGE_STEP) * VOLTAGE_STEP)
-    if not fast_enough(u):
-        while not fast_enough(u := u + VOLTAGE_STEP):
-            pass
+    if fast_enough(u):
+        while fast_enough(u - VOLTAGE_STEP):
+            u -= VOLTAGE_STEP
         return u
-    while fast_enough(u - VOLTAGE_STEP):
-        u -= VOLTAGE_STEP
-    return u
+    while u < VOLTAGE_MAX:
+        u += VOLTAGE_STEP
+        if fast_enough(u):
+            return u
+    raise RuntimeError(f"{point.label}: no response within {point.response} s up to {u:g} V")
 
 
 def settings(point: Point, values: dict[str, list[float]], theta_deg: float) -> list[Setting]:
