@@ -61,6 +61,10 @@ def run(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Overview figure: .png, .svg or .html.")
     ] = None,
+    energy_loop: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Flux over current, area against work: .png or .svg."),
+    ] = None,
     record_us: Annotated[
         float,
         typer.Option(metavar="MICROSECONDS", min=0, help="Sample grid of waveforms; 0 keeps all."),
@@ -74,22 +78,30 @@ def run(
         from reluctance import plots  # here, because Matplotlib takes half of the start-up time
 
         check_ending(plot, plots.ENDINGS)
+    if energy_loop is not None:
+        from reluctance import energy_loop as loops
+
+        check_ending(energy_loop, loops.ENDINGS)
+    silent = out is None and plot is None and energy_loop is None
     end = drive.simulation.until_s if until is None else until
     with progress_bar(f"simulating {drive.name}", end) as told:
         result = simulate(
             drive,
             until=end,
-            record=None if out is None and plot is None else record_us * 1e-6,
+            record=None if silent else record_us * 1e-6,
             progress=told,
         )
     if out is not None:
         save(result, out)
     if plot is not None:
         plots.save_plot(result, plot)
+    found = [] if energy_loop is None else loops.save_energy_loop(result, energy_loop)
     if as_json:
         print(json.dumps(result.kpis.with_units()))
     else:
         Console().print(kpi_table(drive.name, result.kpis))
+        for loop in found:
+            print(f"energy loop, phase {'abcdef'[loop.k]}: {loops.text(loop)}")
 
 
 @app.command()
@@ -128,6 +140,8 @@ def kpi_table(name: str, kpis: Kpis) -> Table:
         ("peak phase current", f"{kpis.i_peak:.2f} A"),
         ("copper loss", f"{kpis.p_cu:.1f} W"),
         ("device conduction loss", f"{kpis.p_dev:.1f} W"),
+        ("switching loss", loss(kpis.p_sw, "converter.E_on_mJ")),
+        ("iron loss, estimate", loss(kpis.p_fe, "machine.iron")),
         ("mechanical power", f"{kpis.p_mech:.1f} W"),
         ("power from the dc link", f"{kpis.p_in:.1f} W"),
         ("efficiency", f"{kpis.efficiency:.2%}"),
@@ -139,7 +153,14 @@ def kpi_table(name: str, kpis: Kpis) -> Table:
         ("wall time per simulated time", f"{kpis.wall_time_ratio:.3f}"),
     ):
         table.add_row(label, value)
+    if kpis.beyond_map > 0:
+        table.add_row("peak current beyond the flux map", f"{kpis.beyond_map:.1%} extrapolated")
     return table
+
+
+def loss(value: float | None, needs: str) -> str:
+    """A loss that is counted only where the drive has its data."""
+    return f"not counted: no {needs}" if value is None else f"{value:.1f} W"
 
 
 @contextmanager

@@ -1,0 +1,65 @@
+// The inner loop allocates nothing: every `new` is counted while a closed loop runs.
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+#include "srm/control/paper_mpc.hpp"
+#include "srm/machine/lehuy.hpp"
+#include "srm/sim/simulation.hpp"
+
+namespace {
+long allocations = 0;
+}
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  std::abort();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+int main() {
+  using Machine = srm::LeHuy<double>;
+  constexpr int N = 3, rows = 200, columns = 90;
+  const Machine machine = srm::lehuy<double>(4, 0.67e-3, 23.62e-3, 0.15e-3, 450, 0.468);
+
+  // A plain guide: a flat top whose height grows with the torque.
+  static double guide[rows * columns];
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 10; column < 40; ++column) {
+      guide[row * columns + column] = 80.0 * row / (rows - 1);
+    }
+  }
+  const srm::PaperMpc<Machine, N, 3, 2> law{.machine = machine,
+                                            .guide = {guide, rows, columns, 41.339},
+                                            .mpc = {3, 2, 0.05, 0, 1},
+                                            .w_i = 0.05,
+                                            .R = 0.72,
+                                            .i_max = 150,
+                                            .i_band = 1,
+                                            .T_s = 20e-6,
+                                            .delay = 0};
+  srm::Controller<N> controller = [&law, state = decltype(law)::State{}](
+                                      const srm::Measurement<double, N>& y, double tau) mutable {
+    return srm::Orders<N>{.command = law.step(state, y, tau), .tau_ref = tau};
+  };
+  const srm::Plant<Machine, N> plant{
+      machine, 0.72, {240, 1, 0.001, 0.8, 0.001}, {srm::Shaft::turning, 0.008, 0.02, 0.0015, 0}};
+  srm::Simulation<Machine, N> loop(plant, {20e-6, 0, 12, 200, 4096}, std::move(controller),
+                                   {{0}, {41.339}}, {.i = {}, .omega_m = 157, .theta_m = 0},
+                                   {.dt_max = 10e-6, .i_scale = 150, .record_every = 0});
+  srm::Rows waveforms(srm::waveform_columns<N>, 1000), periods(srm::period_columns<N>, 10);
+
+  const long before = allocations;
+  for (double t = 0; t < 0.05;) {
+    t = loop.advance(0.05, waveforms, periods);
+    waveforms.clear();
+    periods.clear();
+  }
+  const long during = allocations - before;
+  std::printf("%s allocations in 50 ms of closed loop: %ld\n", during == 0 ? "ok  " : "FAIL",
+              during);
+  return during == 0 ? 0 : 1;
+}
