@@ -184,6 +184,7 @@ void bind_machine(nb::module_& m);
 void bind_paper_mpc(nb::module_& m);
 void bind_pwm_current(nb::module_& m);
 void bind_simulation(nb::module_& m);
+void bind_step_time(nb::module_& m);
 void bind_torque_sharing(nb::module_& m);
 
 }  // namespace bound

@@ -23,6 +23,8 @@
 #include "srm/control/deadbeat.hpp"
 #include "srm/control/ditc.hpp"
 #include "srm/control/drive_control.hpp"
+#include "srm/control/edge_mpc.hpp"
+#include "srm/control/finite_set_mpc.hpp"
 #include "srm/control/paper_mpc.hpp"
 #include "srm/control/pwm_current.hpp"
 #include "srm/control/torque_sharing.hpp"
@@ -232,6 +234,22 @@ nb::object described(const srm::PaperMpc<M, N, Np_max, Nc_max>& law) {
   return described_fields(template_id("srm::PaperMpc", type_name(machine), N, mpc.N_p, mpc.N_c),
                           "machine, guide, mpc, w_i, R, i_max, i_band, T_s, delay", machine, guide,
                           mpc, w_i, R, i_max, i_band, T_s, delay);
+}
+
+template <class M, int N>
+nb::object described(const srm::FiniteSetMpc<M, N>& law) {
+  const auto& [machine, guide, horizon, w_psi, w_i, w_sw, t_end, R, i_max, T_s, delay] = law;
+  return described_fields(template_id("srm::FiniteSetMpc", type_name(machine), N),
+                          "machine, guide, horizon, w_psi, w_i, w_sw, t_end, R, i_max, T_s, delay",
+                          machine, guide, horizon, w_psi, w_i, w_sw, t_end, R, i_max, T_s, delay);
+}
+
+template <class M, int N>
+nb::object described(const srm::EdgeMpc<M, N>& law) {
+  const auto& [machine, guide, w_sw, psi_slack, R, i_max, T_s, delay] = law;
+  return described_fields(template_id("srm::EdgeMpc", type_name(machine), N),
+                          "machine, guide, w_sw, psi_slack, R, i_max, T_s, delay", machine, guide,
+                          w_sw, psi_slack, R, i_max, T_s, delay);
 }
 
 template <class Law>

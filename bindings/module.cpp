@@ -9,6 +9,7 @@ NB_MODULE(_core, m) {
   bound::bind_machine(m);
   bound::bind_simulation(m);
   bound::bind_controller(m);
+  bound::bind_step_time(m);
   bound::bind_box_qp(m);
   bound::bind_incremental_mpc(m);
   bound::bind_paper_mpc(m);

@@ -117,7 +117,7 @@ void bind_simulation(nb::module_& m) {
            "of each phase.")
       .def("take_periods", &AnySimulation::take_periods,
            "Rows at the ends of electrical periods since the last call: t, theta_m, omega_m, W_f, "
-           "turn_ons, tau_min, tau_max, omega_min, omega_max, i_peak, integrals of p_dc, "
+           "turn_ons, S_on, S_off, tau_min, tau_max, omega_min, omega_max, i_peak, integrals of p_dc, "
            "p_winding, p_mech, tau, tau^2, (tau - tau_ref)^2, i^2 per phase, tau_ref.");
 }
 

@@ -10,14 +10,15 @@ import pytest
 ROOT = Path(__file__).parents[1]
 CHECKS = sorted((ROOT / "tests" / "core").glob("*_check.cpp"))
 FREESTANDING = ("base", "machine", "control")
-HEADERS = [h for layer in FREESTANDING for h in sorted((ROOT / "include/srm" / layer).glob("*.hpp"))]
+HEADERS = sorted(h for a in FREESTANDING for h in (ROOT / "include/srm" / a).glob("*.hpp"))
 # What a freestanding C++20 implementation or a header without run-time part offers.
 ALLOWED = {"array", "bit", "concepts", "cstddef", "cstdint", "limits", "type_traits", "utility"}
 COMPILERS = ["g++", *(["clang++"] if shutil.which("clang++") else [])]
-FLAGS = (
-    "-std=c++20 -O1 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion "
-    "-Wno-sign-conversion -Werror -fno-exceptions -fno-rtti -ffp-contract=off"
-).split() + [f"-I{ROOT / 'include'}"]
+WARNINGS = (
+    "-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Wno-sign-conversion -Werror"
+)
+TARGET = "-std=c++20 -O1 -fno-exceptions -fno-rtti -ffp-contract=off"
+FLAGS = [*TARGET.split(), *WARNINGS.split(), f"-I{ROOT / 'include'}"]
 
 every_compiler = pytest.mark.parametrize("compiler", COMPILERS)
 

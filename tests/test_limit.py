@@ -152,8 +152,8 @@ def test_standstill_is_the_best_split_at_every_angle(tau_ref: float) -> None:
 
 
 def test_optimum_does_not_depend_on_the_start() -> None:
-    setting = limit._Setting(3, 0.72, 240.0, 200.0, 180, 0.0)
-    programme = limit._Programme(PAPER, setting, RATED)
+    setting = limit.Setting(3, 0.72, 240.0, 200.0, 180, 0.0)
+    programme = limit.Programme(PAPER, setting, RATED)
     rng = np.random.default_rng(3)
     bumps = [100 * np.maximum(np.sin(programme.theta_e + a), 0) for a in (0.0, 0.5, 1.0)]
     starts = [np.full(180, 50.0), rng.uniform(0, 100, 180), *bumps]
@@ -210,7 +210,7 @@ def test_cache_gives_back_the_same_profile_without_solving(
     first = best_profile(PAPER, **point)
     assert len(list(cache_dir.iterdir())) == 1
     with monkeypatch.context() as patch:
-        patch.delattr(limit, "_Programme")
+        patch.delattr(limit.profile, "Programme")
         second = best_profile(PAPER, **point)
         with pytest.raises(NameError):
             best_profile(PAPER, **{**point, "u_dc": 241.0})

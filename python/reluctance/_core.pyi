@@ -146,6 +146,11 @@ def step(controller: Controller, i: Sequence[float], *, theta_e: float, omega_m:
     One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s] to commands. Per phase 11 numbers: gate, three legs, two edges [s], i_ref, i_band [A], chop, theta_on, theta_off [rad].
     """
 
+def step_time(controller: Controller, samples: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, repeats: int) -> float:
+    """
+    Wall time of a control step [s], the least mean of `repeats` passes. samples: (n, n_phases + 4) phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s].
+    """
+
 def controller_from(n_phases: int, function: Callable) -> Controller:
     """
     A controller that calls function(i, theta_e, omega_m, u_dc, reference) at every sample and takes the commands from it, in the form that `step` returns.
@@ -290,6 +295,11 @@ def without_reference(controller: Controller) -> Controller:
 def angles(setting: Setting, *, conduction: Conduction, reference: MeanTorque, i_band: float, chop: Leg, watch: AngleWatch) -> Controller:
     """
     Current held in a band of half width i_band [A] between turn-on and turn-off.
+    """
+
+def with_angle_offset(controller: Controller, offset: float) -> Controller:
+    """
+    The controller behind an angle sensor that shows the electrical angle plus offset [rad].
     """
 
 def pwm_current(setting: Setting, *, conduction: Conduction, reference: MeanTorque, R: float, bandwidth: float, T_s: float) -> Controller:

@@ -17,7 +17,9 @@ from rich.table import Table
 import reluctance
 from reluctance import load, simulate
 from reluctance.errors import ParameterError
+from reluctance.export_cli import export_app
 from reluctance.kpis import Kpis
+from reluctance.map_cli import map_app
 from reluctance.save import WRITERS, check_ending, save
 
 app = typer.Typer(
@@ -28,6 +30,9 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Switched-reluctance motor drives: simulate, control, find the physical limit, flash.",
 )
+
+app.add_typer(map_app, name="map")
+app.add_typer(export_app, name="export")
 
 DriveFile = Annotated[Path, typer.Argument(metavar="DRIVE.toml", help="Drive file.")]
 Overrides = Annotated[
@@ -121,6 +126,64 @@ def paper(
         print(text[:width])
     print()
     for path in report.files:
+        print(path)
+
+
+@app.command()
+def machines(as_json: AsJson = False) -> None:
+    """List the machine library."""
+    from reluctance.library import entries  # reads every map
+
+    found = entries()
+    if as_json:
+        print(json.dumps([entry.with_units() for entry in found]))
+        return
+    for entry in found:
+        m = entry.machine
+        print(f"{entry.key}: {m.name}")
+        print(f"  model {m.model}, {entry.tau_peak:.3g} N m static from one phase at {m.i_max_A:g} A")
+        print(f"  source: {m.source}")
+        print(f"  licence: {m.licence}")
+
+
+@app.command()
+def compare(
+    drive_file: DriveFile,
+    controls: Annotated[
+        str | None, typer.Option(metavar="A,B,C", help="Laws to compare, instead of all.")
+    ] = None,
+    at_switching_frequency: Annotated[
+        str, typer.Option(metavar="FREQUENCY", help="Mean per switch, that every law is tuned to.")
+    ] = "20kHz",
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for table and figure.")
+    ] = None,
+    overrides: Overrides = None,
+    as_json: AsJson = False,
+    as_markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print the table as Markdown.")
+    ] = False,
+) -> None:
+    """Control laws side by side, at equal switching frequency and under equal conditions."""
+    from reluctance import compare as contest  # here, for the start-up time of other commands
+    from reluctance.compare import conditions, table
+
+    f_switch = conditions.hertz(at_switching_frequency)
+    drive = load(drive_file, overrides)
+    names = None if controls is None else [name.strip() for name in controls.split(",")]
+    with progress_bar("tuning control laws", 1.0) as told:
+        found = contest.compare(drive, names, f_switch=f_switch, progress=told)
+    files = [] if out is None else contest.write(found, out)
+    if as_json:
+        print(json.dumps(table.as_json(found)))
+        return
+    for line in (*conditions.in_words(found.point, f_switch), table.limit_line(found), ""):
+        print(line)
+    if as_markdown:
+        print(table.markdown(found), end="")
+    else:
+        print(*table.plain(found), sep="\n")
+    for path in files:
         print(path)
 
 

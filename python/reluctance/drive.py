@@ -13,14 +13,18 @@ from pydantic import Field, model_validator
 from reluctance import _core
 from reluctance.errors import ParameterError
 from reluctance.laws import LAWS, Control
-from reluctance.machine import MachineFile, library
-from reluctance.protection import Protection
+from reluctance.library import machine_from, machine_table, read_toml
+from reluctance.losses import SwitchingEnergies
+from reluctance.machine import MachineFile
+from reluctance.map_machine import with_paths
 from reluctance.mismatch import Mismatch, as_known
+from reluctance.protection import Protection
 from reluctance.schema import Section, checked, did_you_mean
 
 
-class Converter(Section):
-    """Asymmetric half bridges on a stiff dc link, with the drops of switches and diodes."""
+class Converter(SwitchingEnergies):
+    """Asymmetric half bridges on a stiff dc link, with the drops of switches and diodes, and the
+    energies of switching."""
 
     u_dc_V: float = Field(gt=0)
     v_switch_V: float = Field(0.0, ge=0)
@@ -182,7 +186,8 @@ def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
         The drive file. Its `machine` is a name from the machine library, a path to a machine file
         relative to the drive file, or a table.
     overrides : list of str, optional
-        `section.key=value` with the value as in TOML; bare words are text.
+        `section.key=value` with the value as in TOML; bare words are text. `machine=...` takes a
+        name from the library or a path.
 
     Raises
     ------
@@ -193,6 +198,8 @@ def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
     data = read_toml(path)
     if isinstance(data.get("machine"), str):
         data["machine"] = machine_table(data["machine"], path.parent)
+    elif isinstance(data.get("machine"), dict):
+        data["machine"] = with_paths(data["machine"], path.parent)
     for override in overrides or []:
         _override(data, override)
     try:
@@ -218,7 +225,7 @@ def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
     }
     drive = Drive(
         name=name,
-        machine=checked(MachineFile, data["machine"], "[machine]"),
+        machine=machine_from(data["machine"]),
         control=checked(LAWS[law], control, "[control]"),
         **sections,
     )
@@ -266,41 +273,12 @@ def _check_together(drive: Drive) -> None:
         )
 
 
-def machine_table(machine: str, folder: Path) -> dict[str, Any]:
-    """The [machine] table of a library machine by its name, or of a file by its path."""
-    candidates = [folder / machine, library() / f"{machine}.toml"]
-    for candidate in candidates:
-        if candidate.is_file():
-            data = read_toml(candidate)
-            if set(data) != {"machine"}:
-                raise ParameterError(f"{candidate}: need the table [machine] and nothing else")
-            table: dict[str, Any] = data["machine"]
-            return table
-    names = [p.stem for p in library().glob("*.toml")]
-    raise ParameterError(
-        f"machine `{machine}` is neither a file nor in the library{did_you_mean(machine, names)}"
-    )
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """A TOML file.
-
-    Raises
-    ------
-    ParameterError
-        If it cannot be read or parsed.
-    """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise ParameterError(f"cannot read {path}: {fault.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise ParameterError(f"{path} is not valid TOML: {fault}") from None
-
-
 def _override(data: dict[str, Any], text: str) -> None:
-    """Puts `section.key=value` into the tables."""
+    """Puts `section.key=value` into the tables; `machine=NAME or PATH` replaces the machine."""
     name, equals, value = text.partition("=")
+    if name.strip() == "machine" and value.strip():
+        data["machine"] = machine_table(value.strip().strip("\"'"), Path())
+        return
     *path, key = name.strip().split(".")
     if not equals or not path or not key:
         raise ParameterError(f"--set {text}: need section.key=value")

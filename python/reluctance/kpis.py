@@ -5,10 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from reluctance.losses import SwitchingEnergies
+from reluctance.machine import MachineFile
+
 # Columns of the period rows that the core writes (include/srm/sim/recorder.hpp).
-T, THETA, OMEGA, W_F, TURN_ONS = 0, 1, 2, 3, 4
-TAU_MIN, TAU_MAX, OMEGA_MIN, OMEGA_MAX, I_PEAK = 5, 6, 7, 8, 9
-E_DC, E_WINDING, E_MECH, TAU, TAU_SQUARED, ERROR_SQUARED, I_SQUARED = 10, 11, 12, 13, 14, 15, 16
+T, THETA, OMEGA, W_F, TURN_ONS, S_ON, S_OFF = range(7)
+TAU_MIN, TAU_MAX, OMEGA_MIN, OMEGA_MAX, I_PEAK = range(7, 12)
+E_DC, E_WINDING, E_MECH, TAU, TAU_SQUARED, ERROR_SQUARED, I_SQUARED = range(12, 19)
 
 
 @dataclass(frozen=True)
@@ -26,18 +29,22 @@ class Kpis:
     p_cu: float  # [W]
     p_dev: float  # switches and diodes, conduction [W]
     p_mech: float  # [W]
-    p_in: float  # from the dc link [W]
+    p_fe: float | None  # iron, an estimate; None: the machine has no [machine.iron] [W]
+    p_sw: float | None  # switching; None: the converter has no E_on_mJ, E_off_mJ, E_rr_mJ [W]
+    p_in: float  # from the dc link, p_fe and p_sw included [W]
     efficiency: float  # p_mech/p_in; 0 where nothing is drawn [1]
     switching_frequency: float  # turn-ons per switch and second, mean over all switches [Hz]
     speed_mean: float  # [rad/s]
     speed_ripple: float  # (max - min)/mean [1]
-    energy_residual: float  # what the balance leaves open, over the energy supplied [1]
+    energy_residual: float  # what the loop's balance leaves open, over the energy supplied [1]
+    beyond_map: float  # part of the peak current that lies past the flux map; else 0 [1]
     control_period: float  # [s]
     wall_time_ratio: float  # wall time per simulated time inside the loop [1]
 
     def with_units(self) -> dict[str, float]:
-        """The same under the names of the command line, with unit suffixes."""
-        return {
+        """The same under the names of the command line, with unit suffixes; what is not modelled
+        is left out."""
+        figures = {
             "tau_mean_Nm": self.tau_mean,
             "torque_ripple_pp": self.torque_ripple,
             "torque_ripple_rms": self.torque_ripple_rms,
@@ -46,6 +53,8 @@ class Kpis:
             "i_peak_A": self.i_peak,
             "p_cu_W": self.p_cu,
             "p_dev_W": self.p_dev,
+            "p_fe_W": self.p_fe,
+            "p_sw_W": self.p_sw,
             "p_mech_W": self.p_mech,
             "p_in_W": self.p_in,
             "efficiency": self.efficiency,
@@ -53,18 +62,20 @@ class Kpis:
             "speed_mean_rpm": self.speed_mean * 30 / np.pi,
             "speed_ripple_pp": self.speed_ripple,
             "energy_residual": self.energy_residual,
+            "beyond_map": self.beyond_map,
             "control_period_s": self.control_period,
             "wall_s_per_sim_s": self.wall_time_ratio,
             "periods": self.periods,
         }
+        return {name: value for name, value in figures.items() if value is not None}
 
 
 def kpis(
     rows: NDArray[np.float64],
     *,
-    n_phases: int,
-    R: float,
-    N_r: int,
+    machine: MachineFile,
+    switching: SwitchingEnergies,
+    p_fe: float | None,
     T_s: float,
     wall_time_ratio: float,
 ) -> Kpis:
@@ -72,24 +83,30 @@ def kpis(
 
     Parameters
     ----------
-    rows : ndarray, shape (n, 17 + n_phases)
+    rows : ndarray, shape (n, 19 + n_phases)
         At the start, at the end of each electrical period and at the end of the run.
+    p_fe : float or None
+        Iron loss over the window of the key figures [W].
 
     Returns
     -------
     Kpis
         Where the law has no torque reference, the torque error is against the mean torque.
     """
-    window, periods = _window(rows, N_r)
+    window, periods = evaluated(rows, machine.N_r)
+    n_phases = machine.n_phases
     first, last = window[0], window[-1]
     duration = last[T] - first[T]
     d = last - first
     tau_mean, tau_ref = d[TAU] / duration, d[-1] / duration
     variance = max(d[TAU_SQUARED] / duration - tau_mean**2, 0.0)
     squared = d[I_SQUARED : I_SQUARED + n_phases]
-    E_cu = R * squared.sum()
-    supplied = max(d[E_DC], E_cu, abs(d[E_MECH]))
+    E_cu = machine.R * squared.sum()
+    p_sw = switching.switching_loss(d[S_ON] / duration, d[S_OFF] / duration)
+    p_in = d[E_DC] / duration + (p_fe or 0.0) + (p_sw or 0.0)
     inside = window[1:]
+    i_peak = float(inside[:, I_PEAK].max())
+    supplied = max(d[E_DC], E_cu, abs(d[E_MECH]))
     tau_span = inside[:, TAU_MAX].max() - inside[:, TAU_MIN].min()
     omega_span = inside[:, OMEGA_MAX].max() - inside[:, OMEGA_MIN].min()
     omega_mean = (last[THETA] - first[THETA]) / duration
@@ -101,29 +118,33 @@ def kpis(
         torque_ripple_rms=_ratio(np.sqrt(variance), tau_mean),
         torque_error_rms=_ratio(error, tau_ref or tau_mean),
         i_rms=float(np.sqrt(squared.max() / duration)),
-        i_peak=float(inside[:, I_PEAK].max()),
+        i_peak=i_peak,
         p_cu=E_cu / duration,
         p_dev=(d[E_DC] - d[E_WINDING]) / duration,
         p_mech=d[E_MECH] / duration,
-        p_in=d[E_DC] / duration,
-        efficiency=_ratio(d[E_MECH], d[E_DC]),
+        p_fe=p_fe,
+        p_sw=p_sw,
+        p_in=p_in,
+        efficiency=_ratio(d[E_MECH] / duration, p_in),
         switching_frequency=d[TURN_ONS] / duration / (2 * n_phases),
         speed_mean=omega_mean,
         speed_ripple=_ratio(omega_span, omega_mean),
         energy_residual=_ratio(d[E_WINDING] - E_cu - d[E_MECH] - d[W_F], supplied),
+        beyond_map=max(0.0, 1 - machine.i_known_A / i_peak) if i_peak > 0 else 0.0,
         control_period=T_s,
         wall_time_ratio=wall_time_ratio,
     )
 
 
-def _window(rows: NDArray[np.float64], N_r: int) -> tuple[NDArray[np.float64], int]:
+def evaluated(rows: NDArray[np.float64], N_r: int) -> tuple[NDArray[np.float64], int]:
     """The rows of the whole periods in the second half of the run, and how many those are."""
     periods = rows[:, THETA] * N_r / (2 * np.pi)
     whole = np.abs(periods - np.round(periods)) < 1e-6
-    ends = np.flatnonzero(whole & (rows[:, T] >= rows[-1, T] / 2))
-    if len(ends) < 2:
-        ends = np.flatnonzero(whole)[-2:]
-    if len(ends) < 2 or rows[ends[-1], T] == rows[ends[0], T]:
+    moment = 1e-9 * rows[-1, T]  # a run that ends with a period has two rows at its end
+    ends = np.flatnonzero(whole & (np.diff(rows[:, T], append=np.inf) > moment))
+    second_half = ends[rows[ends, T] >= rows[-1, T] / 2 - moment]
+    ends = second_half if len(second_half) >= 2 else ends[-2:]
+    if len(ends) < 2 or abs(periods[ends[-1]] - periods[ends[0]]) < 0.5:
         return rows, 0
     return rows[ends[0] : ends[-1] + 1], len(ends) - 1
 

@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
 from reluctance import _core
+from reluctance.losses import Iron
 from reluctance.schema import Section
 
 COPPER_COEFFICIENT = 0.00393  # resistance of copper per kelvin at 20 degC, IEC 60028 [1/K]
 
 
 class MachineFile(Section):
-    """The [machine] table. Electrical angle 0 is unaligned, pi is aligned."""
+    """What every [machine] table has. Electrical angle 0 is unaligned, pi is aligned."""
 
     name: str
     source: str  # where the numbers come from
@@ -30,12 +31,8 @@ class MachineFile(Section):
     i_max_A: float = Field(gt=0)  # current limit of the drive
     J_kgm2: float = Field(gt=0)  # rotor inertia
     B_Nms: float = Field(0.0, ge=0)  # viscous friction
-    model: Literal["lehuy"]
-    L_u_H: float = Field(gt=0)  # unaligned inductance
-    L_a_H: float = Field(gt=0)  # aligned inductance, unsaturated
-    L_sat_H: float = Field(gt=0)  # aligned incremental inductance, saturated
-    i_m_A: float = Field(gt=0)  # a point of the saturated aligned curve: current ...
-    psi_m_Wb: float = Field(gt=0)  # ... and flux linkage
+    iron: Iron | None = None  # [machine.iron]: without it no iron loss is estimated
+    model: Literal["lehuy", "map"]
 
     @model_validator(mode="after")
     def phases_follow_from_the_poles(self) -> "MachineFile":
@@ -48,8 +45,40 @@ class MachineFile(Section):
             )
         return self
 
+    @property
+    def R(self) -> float:
+        """Phase resistance at the winding temperature [ohm]."""
+        return self.R_ohm * (1 + COPPER_COEFFICIENT * (self.temp_w_degC - self.temp_R_degC))
+
+    @property
+    def magnetics(self) -> _core.LeHuy | _core.FluxMap:
+        """The machine model of the core."""
+        raise NotImplementedError
+
+    @property
+    def i_known_A(self) -> float:
+        """The largest current that the magnetisation is known for; beyond it is extrapolation."""
+        return np.inf
+
+    def torque(self, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
+        """Torque of one phase [N m] at currents [A] and electrical angles [rad], broadcast."""
+        i, theta_e = np.broadcast_arrays(np.asarray(i, float), np.asarray(theta_e, float))
+        flat = _core.magnetics(self.magnetics, i.ravel().copy(), theta_e.ravel().copy())
+        return np.asarray(flat[:, 2]).reshape(i.shape)
+
+
+class LeHuyMachine(MachineFile):
+    """A machine by five numbers: the model of H. Le-Huy and P. Brunelle (IECON 2005)."""
+
+    model: Literal["lehuy"]
+    L_u_H: float = Field(gt=0)  # unaligned inductance
+    L_a_H: float = Field(gt=0)  # aligned inductance, unsaturated
+    L_sat_H: float = Field(gt=0)  # aligned incremental inductance, saturated
+    i_m_A: float = Field(gt=0)  # a point of the saturated aligned curve: current ...
+    psi_m_Wb: float = Field(gt=0)  # ... and flux linkage
+
     @model_validator(mode="after")
-    def aligned_flux_saturates(self) -> "MachineFile":
+    def aligned_flux_saturates(self) -> "LeHuyMachine":
         A = self.psi_m_Wb - self.L_sat_H * self.i_m_A
         if A <= 0:
             raise ValueError(
@@ -64,13 +93,7 @@ class MachineFile(Section):
         return self
 
     @property
-    def R(self) -> float:
-        """Phase resistance at the winding temperature [ohm]."""
-        return self.R_ohm * (1 + COPPER_COEFFICIENT * (self.temp_w_degC - self.temp_R_degC))
-
-    @property
     def magnetics(self) -> _core.LeHuy:
-        """The machine model of the core."""
         return _core.LeHuy(
             N_r=self.N_r,
             L_u=self.L_u_H,
@@ -79,13 +102,6 @@ class MachineFile(Section):
             i_m=self.i_m_A,
             psi_m=self.psi_m_Wb,
         )
-
-
-    def torque(self, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
-        """Torque of one phase [N m] at currents [A] and electrical angles [rad], broadcast."""
-        i, theta_e = np.broadcast_arrays(np.asarray(i, float), np.asarray(theta_e, float))
-        flat = _core.magnetics(self.magnetics, i.ravel().copy(), theta_e.ravel().copy())
-        return np.asarray(flat[:, 2]).reshape(i.shape)
 
 
 def library() -> Path:

@@ -6,7 +6,7 @@ from reluctance.machine import MachineFile
 from reluctance.schema import Section
 
 # What scales with the flux linkage, by model. The current of the aligned point stays.
-FLUX_KEYS = {"lehuy": ("L_u_H", "L_a_H", "L_sat_H", "psi_m_Wb")}
+FLUX_KEYS = {"lehuy": ("L_u_H", "L_a_H", "L_sat_H", "psi_m_Wb"), "map": ("psi_factor",)}
 
 
 class Mismatch(Section):
@@ -19,6 +19,7 @@ class Mismatch(Section):
 
 def as_known(machine: MachineFile, mismatch: Mismatch) -> MachineFile:
     """The machine as the control knows it: the base of its model and of its tables."""
-    changed = {key: getattr(machine, key) * mismatch.flux_factor for key in FLUX_KEYS[machine.model]}
+    keys = FLUX_KEYS[machine.model]
+    changed = {key: getattr(machine, key) * mismatch.flux_factor for key in keys}
     changed["R_ohm"] = machine.R_ohm * mismatch.R_factor
     return machine.model_copy(update=changed)

@@ -90,8 +90,14 @@ def save_plot(result: Result, path: str | Path) -> None:
     if ending == ".html":
         write_whole(path, lambda p: _write_text(p, page(result, figure)))
     else:
-        with mpl.rc_context({"svg.hashsalt": "reluctance"}):
-            write_whole(path, lambda p: figure.savefig(p, dpi=110, metadata=_metadata(ending)))
+        save_figure(figure, path)
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Writes a png or svg, the same bytes for the same figure."""
+    metadata = _metadata(path.suffix.lower())
+    with mpl.rc_context({"svg.hashsalt": "reluctance"}):
+        write_whole(path, lambda p: figure.savefig(p, dpi=110, metadata=metadata))
 
 
 def _metadata(ending: str) -> dict[str, str | None]:

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-from reluctance.kpis import Kpis, kpis
+from reluctance.kpis import Kpis, evaluated, kpis
+from reluctance.laws.angles import NEVER_REACHED
+from reluctance.losses import iron_loss
 
 FloatArray = NDArray[np.float64]
 
@@ -33,7 +35,7 @@ class Result:
     psi: FloatArray  # (n_phases, n) [Wb]
     tau_ph: FloatArray  # (n_phases, n) [N m]
     u_dc: FloatArray  # (n,) [V]
-    periods: FloatArray  # (n_periods, 17 + n_phases), see include/srm/sim/recorder.hpp
+    periods: FloatArray  # (n_periods, 19 + n_phases), see include/srm/sim/recorder.hpp
 
 
 def simulate(
@@ -53,6 +55,8 @@ def simulate(
         End of the run [s]; by default the drive's own.
     record : float or None
         Interval of the waveforms [s]; 0 keeps every solver point and event, None keeps nothing.
+        The iron loss of a machine with [machine.iron] is that of the waveforms: of every solver
+        point and event unless an interval is given.
     progress : callable, optional
         Is told the time reached [s], every few milliseconds.
     controller : Controller, optional
@@ -79,7 +83,8 @@ def simulate(
         raise ParameterError(f"until = {end:g} s, need > 0")
     if controller is None:
         controller = drive.controller()
-    loop = _simulation(drive, controller, -1.0 if record is None else record)
+    watched = record is not None or drive.machine.iron is not None
+    loop = _simulation(drive, controller, (record or 0.0) if watched else -1.0)
     loop.close_period()
     waveforms, periods = [], []
     wall, t = 0.0, 0.0
@@ -91,12 +96,13 @@ def simulate(
         periods.append(loop.take_periods())
         if progress is not None:
             progress(t)
-    if record is not None:
+    if watched:
         loop.record()
     loop.close_period()
     rows = np.vstack([*waveforms, loop.take_waveforms()])
     period_rows = np.vstack([*periods, loop.take_periods()])
-    return _result(drive, rows, period_rows, wall / end)
+    p_fe = _iron_loss(drive, rows, period_rows)
+    return _result(drive, rows if record is not None else rows[:0], period_rows, wall / end, p_fe)
 
 
 def _simulation(
@@ -134,19 +140,41 @@ def _simulation(
     )
 
 
-def _result(drive: Drive, rows: FloatArray, periods: FloatArray, wall_ratio: float) -> Result:
-    n_phases = drive.machine.n_phases
+def _magnetics(drive: Drive, rows: FloatArray) -> FloatArray:
+    """psi, W_c, tau, L_inc, psi_theta of each phase at each row, shape (5, n_phases, n)."""
+    machine = drive.machine
+    k = np.arange(machine.n_phases)[:, None]
+    theta_e = machine.N_r * rows[:, 1] - 2 * np.pi * k / machine.n_phases
+    i = np.ascontiguousarray(rows[:, 4::3].T)
+    flat = _core.magnetics(machine.magnetics, i.ravel(), theta_e.ravel())
+    return flat.T.reshape(5, *i.shape)
+
+
+def _iron_loss(drive: Drive, rows: FloatArray, periods: FloatArray) -> float | None:
+    """Iron loss over the window of the key figures [W]."""
+    if drive.machine.iron is None:
+        return None
+    window, _ = evaluated(periods, drive.machine.N_r)
+    inside = rows[(rows[:, 0] >= window[0, 0]) & (rows[:, 0] <= window[-1, 0])]
+    return iron_loss(drive.machine.iron, inside[:, 0], _magnetics(drive, inside)[0])
+
+
+def _result(
+    drive: Drive,
+    rows: FloatArray,
+    periods: FloatArray,
+    wall_ratio: float,
+    p_fe: float | None,
+) -> Result:
     t, theta_m, omega_m, tau_ref = rows[:, :4].T
     i, leg, i_ref = (np.ascontiguousarray(rows[:, 4 + j :: 3].T) for j in range(3))
-    k = np.arange(n_phases)[:, None]
-    theta_e = drive.machine.N_r * theta_m - 2 * np.pi * k / n_phases
-    magnetics = _core.magnetics(drive.machine.magnetics, i.ravel(), theta_e.ravel())
-    psi, tau_ph = (magnetics[:, column].reshape(i.shape) for column in (0, 2))
+    magnetics = _magnetics(drive, rows)
+    psi, tau_ph = magnetics[0], magnetics[2]
     figures = kpis(
         periods,
-        n_phases=n_phases,
-        R=drive.machine.R,
-        N_r=drive.machine.N_r,
+        machine=drive.machine,
+        switching=drive.converter,
+        p_fe=p_fe,
         T_s=drive.control.T_s,
         wall_time_ratio=wall_ratio,
     )
@@ -159,7 +187,7 @@ def _result(drive: Drive, rows: FloatArray, periods: FloatArray, wall_ratio: flo
         tau=tau_ph.sum(axis=0),
         tau_ref=tau_ref,
         i=i,
-        i_ref=i_ref,
+        i_ref=np.where(i_ref < NEVER_REACHED, i_ref, 0.0),
         leg=leg,
         u=_winding_voltage(drive, leg, i),
         psi=psi,

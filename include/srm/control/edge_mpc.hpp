@@ -23,15 +23,15 @@ struct EdgeMpc {
   using Plan = EdgePlan<T, N>;
   static constexpr int n_phases = N;
 
-  /// Bands tried in a sample: A, 1.2 A, .. 3.6 A. Beyond that a 20 us sample has edges left at
-  /// every operating point seen.
-  static constexpr int n_bands = 8;
-  static constexpr T stretch = T(1.2);
   /// A phase may leave the guide by the flux that makes this many torque bands ...
   static constexpr T looseness = T(8);
-  /// ... and leaving it so far for a pulse costs this share of the torque ripple. From 0.03 to 1
-  /// the rms error at equal switching frequency moves by 5 %, rms current by 0.3 %.
+  /// ... and leaving it so far for a pulse costs this share of the torque ripple.
   static constexpr T w_flux = T(0.3);
+  /// Bands tried in a sample: A or, in a sample of two pulses and more, this share of A T_s/pulse
+  /// (2/3 would last for three edges), then wider by `stretch` until a plan fits into it.
+  static constexpr T start_band = T(0.6);
+  static constexpr T stretch = T(1.2);
+  static constexpr int n_bands = 3;
 
   M machine;
   AngleTable<T> guide;  // flux linkage over torque reference and electrical angle [Wb]
@@ -47,30 +47,36 @@ struct EdgeMpc {
   };
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
-    const Plan plan = problem(state, y, tau_ref);
-    typename Plan::Point start;
-    start.e = -abs(tau_ref);
-    T along = T(0);
-    for (int k = 0; k < N; ++k) {
-      const PhaseOutlook<T>& x = plan.phases[k];
-      start.e = start.e + x.tau;
-      start.level[k] = static_cast<int>(state.ordered[k].leg[2]);
-      if (!x.idle) start.away[k] = x.psi - x.goal;
-      along = along + x.gain * start.away[k];
-    }
-    plan.without_torque(start.away, along);
+    const T ahead = max(T_s, T(10e-6));
+    const Outlook<M, N> outlook{machine, guide, R, T_s, delay, ahead, psi_slack / T(100)};
+    const auto phases = outlook.at(y, tau_ref, state.ordered);
+    const Plan plan = problem(phases, y.u_dc, abs(tau_ref));
 
-    T band = plan.A;
+    typename Plan::Point x;
+    typename Plan::Levels last{};
+    x.e = -abs(tau_ref);
+    T along = T(0);
+    for (int k = 0; k < N; ++k) x.e = x.e + phases[k].tau;
+    for (int j = 0; j < plan.n_active; ++j) {
+      const int k = plan.phases[j].k;
+      last[j] = static_cast<int>(state.ordered[k].leg[2]);
+      x.away[j] = phases[k].psi - phases[k].goal;
+      along = along + plan.phases[j].gain * x.away[j];
+    }
+    plan.without_torque(x.away, along);
+
+    T band = max(plan.A, start_band * T_s / plan.pulse * plan.A);
     T least = T(1e30);
     for (int j = 0; j < n_bands; ++j) {
-      for (const bool change : {false, true}) {
-        const Trial trial = roll_out(plan, start, band, change);
-        if (trial.cost < least) {
-          least = trial.cost;
-          state.ordered = trial.command;
-        }
-        if (trial.quiet) return state.ordered;  // nothing to decide in this sample
+      const Trial as_is = roll_out(plan, x, last, band, false);
+      if (as_is.n_edges == 0) return state.ordered = as_is.command;  // nothing to decide
+      const Trial changed = roll_out(plan, x, last, band, true);
+      const Trial& better = changed.cost < as_is.cost ? changed : as_is;
+      if (better.cost < least) {
+        least = better.cost;
+        state.ordered = better.command;
       }
+      if (as_is.fits && changed.fits) break;
       band = band * stretch;
     }
     return state.ordered;
@@ -80,79 +86,88 @@ struct EdgeMpc {
   struct Trial {
     Command<T, N> command{};
     T cost{};
-    bool quiet = true;
+    int n_edges = 0;
+    bool fits = false;  // within its band to the end
   };
 
-  Plan problem(const State& state, const Measurement<T, N>& y, T tau_ref) const {
-    const T ahead = max(T_s, T(10e-6));
-    const Outlook<M, N> model{machine, guide, R, T_s, delay, ahead, psi_slack / T(100)};
+  Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand) const {
     Plan p;
-    p.phases = model.at(y, tau_ref, state.ordered);
-    p.u_dc = y.u_dc;
-    p.R = R;
-    p.w_sw = w_sw;
-    p.w_flux = w_flux;
-    T ripple = abs(tau_ref) * T(1e3);  // 0.1 % of the torque in a microsecond, where no phase acts
-    for (const PhaseOutlook<T>& x : p.phases) {
-      p.drift = p.drift + x.drift;
+    T ripple = demand * T(1e3);  // 0.1 % of the torque in a microsecond, where no phase acts
+    T gain_squared = T(0);
+    for (const PhaseOutlook<T>& x : phases) {
+      p.drift = p.drift + x.drift + x.gain * (x.idle ? x.rate(-1, u_dc, R) : x.goal_rate);
       if (x.idle) continue;
-      p.gain_squared = p.gain_squared + x.gain * x.gain;
-      ripple = max(ripple, ripple_rate(x.gain, x.goal_rate + R * x.i, y.u_dc));
+      gain_squared = gain_squared + x.gain * x.gain;
+      ripple = max(ripple, ripple_rate(x.gain, x.goal_rate + R * x.i, u_dc));
     }
     p.A = cube_root(T(0.75) * w_sw * ripple);
     p.pulse = T(2) * p.A / max(ripple, T(1));
-    for (int k = 0; k < N; ++k) levels(p, k);
+    p.w_sw = w_sw;
+    p.w_flux = w_flux;
+    const T per_gain_squared = gain_squared > T(0) ? T(1) / gain_squared : T(0);
+    const T per_loose = T(1) / (looseness * max(p.A, T(1e-6)));
+    for (int k = 0; k < N; ++k) {
+      const PhaseOutlook<T>& x = phases[k];
+      if (x.idle) continue;
+      typename Plan::Active& a = p.phases[p.n_active++];
+      a.k = k;
+      a.gain = x.gain;
+      a.share = x.gain * per_gain_squared;
+      a.per_slack = abs(x.gain) * per_loose + T(1) / psi_slack;
+      a.slack = T(1) / a.per_slack;
+      for (int level = -1; level <= 1; ++level) {
+        a.leaves[level + 1] = x.rate(level, u_dc, R) - x.goal_rate;
+      }
+      set_levels(a, x);
+    }
     return p;
   }
 
-  /// What phase k may do: the two levels around the voltage that the guide asks for; beyond twice
-  /// its slack also the third; demagnetize where it has to.
-  void levels(Plan& p, int k) const {
-    const PhaseOutlook<T>& x = p.phases[k];
-    p.slack[k] = T(1) / (abs(x.gain) / (looseness * max(p.A, T(1e-6))) + T(1) / psi_slack);
-    p.lowest[k] = p.highest[k] = -1;
-    if (x.idle) return;
-    const T away = x.psi - x.goal;
-    p.lowest[k] = x.goal_rate + R * x.i < T(0) || away > T(2) * p.slack[k] ? -1 : 0;
-    p.highest[k] = x.goal_rate + R * x.i < T(0) && away > T(-2) * p.slack[k] ? 0 : 1;
-    if (x.i > i_max) {
-      p.lowest[k] = -1;
-      p.highest[k] = 0;
-    }
+  /// The two levels around the voltage that the guide asks for; beyond twice its slack also the
+  /// third; and no magnetizing above the current limit.
+  void set_levels(typename Plan::Active& a, const PhaseOutlook<T>& x) const {
+    const bool falling = x.goal_rate + R * x.i < T(0);
+    const T away = (x.psi - x.goal) * a.per_slack;
+    a.lowest = falling || away > T(2) || x.i > i_max ? -1 : 0;
+    a.highest = (falling && away > T(-2)) || x.i > i_max ? 0 : 1;
   }
 
   /// The orders that keep the torque within a band, and what they cost up to the sample's end and
   /// in the dwell that follows. change: other legs from the start.
-  Trial roll_out(const Plan& plan, typename Plan::Point x, T band, bool change) const {
+  Trial roll_out(const Plan& plan, typename Plan::Point x, typename Plan::Levels level, T band,
+                 bool change) const {
     Trial trial;
-    for (int k = 0; k < N; ++k) trial.command[k] = hold<T>(static_cast<Leg>(x.level[k]));
-    std::array<int, N> edges{};
+    for (int j = 0; j < plan.n_active; ++j) {
+      trial.command[plan.phases[j].k] = hold<T>(static_cast<Leg>(level[j]));
+    }
+    typename Plan::Levels edges{};
     T t = T(0);
-    typename Plan::Point d = plan.slopes(x.level);
-    T stay = change ? T(0) : plan.stay(x, d, band);
+    typename Plan::Point d = plan.slopes(level);
+    T stay = change ? T(0) : plan.stay(x, d, level, band, T_s);
     for (int decision = 0; decision < 2 * N + 2 && t + stay < T_s; ++decision) {
-      trial.quiet = false;
       trial.cost = trial.cost + Plan::squared(x.e, d.e, stay);
-      Plan::advance(x, d, stay);
+      plan.advance(x, d, stay);
       t = t + stay;
-      const std::array<int, N> next = plan.best(x, edges, change && decision == 0);
-      const int levels = Plan::distance(x.level, next);
+      ++trial.n_edges;
+      const auto next = plan.best(x, level, edges, change && decision == 0);
+      const int levels = plan.distance(level, next);
       if (levels == 0) {  // the legs are best as they are: now only the torque can ask again
         stay = Plan::torque_exit(x.e, d.e, band, T_s);
         if (!(stay > T(0))) break;
         continue;
       }
-      trial.cost = trial.cost + w_sw / T(2) * static_cast<T>(levels);
-      for (int k = 0; k < N; ++k) {
-        if (next[k] != x.level[k]) order(trial.command[k], edges[k], next[k], t);
+      trial.cost = trial.cost + w_sw * T(0.5) * static_cast<T>(levels);
+      for (int j = 0; j < plan.n_active; ++j) {
+        if (next[j] != level[j]) order(trial.command[plan.phases[j].k], edges[j], next[j], t);
       }
-      x.level = next;
-      d = plan.slopes(next);
-      stay = plan.stay(x, d, band);
+      level = next;
+      d = plan.slopes(level);
+      stay = plan.stay(x, d, level, band, T_s);
     }
     trial.cost = trial.cost + Plan::squared(x.e, d.e, T_s - t);
-    Plan::advance(x, d, T_s - t);
+    plan.advance(x, d, T_s - t);
     trial.cost = trial.cost + plan.dwell_at_end(x, d) + plan.flux_cost(x, d);
+    trial.fits = abs(x.e) <= band * T(1.01);
     return trial;
   }
 
@@ -160,12 +175,14 @@ struct EdgeMpc {
   static void order(PhaseCommand<T>& c, int& edges, int level, T t) {
     const Leg leg = static_cast<Leg>(level);
     if (!(t > T(0))) {
-      c = hold<T>(leg);
+      c.leg = {leg, leg, leg};
       return;
     }
-    c.t_edge[edges] = t;
+    const bool first = edges == 0;
+    c.t_edge[first ? 0 : 1] = t;
+    if (first) c.leg[1] = leg;
+    c.leg[2] = leg;
     ++edges;
-    for (int j = edges; j < 3; ++j) c.leg[j] = leg;
   }
 };
 

@@ -82,10 +82,11 @@ struct Outlook {
  private:
   /// The current after the sample under way: flux linkage first, then the machine's curve.
   T carried(T i, T theta, T theta_end, const PhaseCommand<T>& c, T u_dc) const {
-    const T psi = machine.at(i, theta).psi;
-    const T driven = psi + magnetizing_time(c, T_s) * u_dc;
+    const T magnetized = magnetizing_time(c, T_s) * u_dc;
+    if (!(i > T(0)) && !(magnetized > T(0))) return T(0);  // the diodes block
+    const T driven = machine.at(i, theta).psi + magnetized;
     T i_end = i;
-    for (int trial = 0; trial < 3; ++trial) {
+    for (int trial = 0; trial < 2; ++trial) {
       const Magnetics<T> m = machine.at(i_end, theta_end);
       const T psi_end = max(driven - R * T_s * (i + i_end) / T(2), T(0));
       i_end = max(i_end + (psi_end - m.psi) / m.L_inc, T(0));

@@ -53,7 +53,7 @@ constexpr const char* describe(Status status) {
     case Status::over_speed:
       return "the speed is above its limit";
     case Status::sensor_out_of_range:
-      return "a current is negative, or the angle is outside 0 to 2 pi";
+      return "a current is negative, or the angle is outside [0, 2 pi)";
     case Status::stuck_angle:
       return "the angle does not advance as the speed says";
     case Status::dead_current_sensor:
@@ -125,13 +125,14 @@ struct Protection {
  private:
   /// Written so that NaN fails.
   constexpr bool in_range(const Measurement<T, N>& y, T reference) const {
-    bool good = y.theta_e >= T(0) && y.theta_e <= two_pi<T> && abs(y.omega_m) <= omega_max &&
+    bool good = y.theta_e >= T(0) && y.theta_e < two_pi<T> && abs(y.omega_m) <= omega_max &&
                 y.u_dc >= u_dc_min && y.u_dc <= u_dc_max && is_finite(reference);
     for (int k = 0; k < N; ++k) good = good && y.i[k] >= -i_zero && y.i[k] <= i_trip;
     return good;
   }
 
-  constexpr Status cause(const Measurement<T, N>& y, T reference) const {
+  [[gnu::cold, gnu::noinline]] constexpr Status cause(const Measurement<T, N>& y,
+                                                      T reference) const {
     bool finite =
         is_finite(y.theta_e) && is_finite(y.omega_m) && is_finite(y.u_dc) && is_finite(reference);
     for (int k = 0; k < N; ++k) finite = finite && is_finite(y.i[k]);
@@ -162,16 +163,17 @@ struct Protection {
   }
 
   constexpr bool may_be_zero(State& x, const Measurement<T, N>& y, int k) const {
+    const bool sure = (x.sure[k] >> delay & 1) != 0;
     const T i = x.i[k];
     T least = x.psi[k];
-    T u = T(-1.2) * y.u_dc;  // a fifth for the diodes and for sensor errors
     if (i > i_zero) {
-      least = machine.at(i, phase(x.theta_e, k)).psi;
-      u = u - R * i;
-    } else if ((x.sure[k] >> delay & 1) != 0) {
-      u = T(0.8) * y.u_dc;
+      const T u = T(1.2) * y.u_dc + R * i;  // a fifth for the diodes and for sensor errors
+      least = machine.at(i, phase(x.theta_e, k)).psi - T_s * u;
+    } else if (sure) {
+      least = least + T_s * (T(0.8) * y.u_dc);
+    } else if (least > T(0)) {
+      least = least - T_s * (T(1.2) * y.u_dc);
     }
-    least = least + T_s * u;
     x.psi[k] = max(least, T(0));
     return !(least > T(0)) || least <= machine.at(i_zero, phase(y.theta_e, k)).psi;
   }

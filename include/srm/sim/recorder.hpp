@@ -46,18 +46,38 @@ struct Extremes {
   }
 };
 
-/// Columns of a period row: t, theta_m, omega_m, W_f, turn_ons, tau_min, tau_max, omega_min,
-/// omega_max, i_peak, then the integrals E_dc, E_winding, E_mech, tau, tau_squared, error_squared,
-/// i_squared per phase, and tau_ref.
+/// What the switches have done so far. A switching loss that is linear in current and voltage needs
+/// no more than the sums of u_dc i over the instants.
+struct Switchings {
+  double turn_ons = 0;  // of all switches
+  double S_on = 0;      // sum of u_dc i over turn-ons [VA]
+  double S_off = 0;     // over turn-offs
+
+  /// A leg that rises by `levels` turns so many of its switches on; one that falls, off.
+  void count(int levels, double u_dc, double i) {
+    const double S = levels * u_dc * i;
+    if (levels > 0) {
+      turn_ons += levels;
+      S_on += S;
+    } else {
+      S_off -= S;
+    }
+  }
+};
+
+/// Columns of a period row: t, theta_m, omega_m, W_f, turn_ons, S_on, S_off, tau_min, tau_max,
+/// omega_min, omega_max, i_peak, then the integrals E_dc, E_winding, E_mech, tau, tau_squared,
+/// error_squared, i_squared per phase, and tau_ref.
 template <int N>
-inline constexpr int period_columns = 17 + N;
+inline constexpr int period_columns = 19 + N;
 
 template <int N>
-void write_period(double* row, double t, const Point<N>& at, double W_f, double turn_ons,
+void write_period(double* row, double t, const Point<N>& at, double W_f, const Switchings& s,
                   const Extremes<N>& e) {
-  for (const double value : {t, at.x.theta_m, at.x.omega_m, W_f, turn_ons, e.tau_min, e.tau_max,
-                             e.omega_min, e.omega_max, e.i_peak, at.q.E_dc, at.q.E_winding,
-                             at.q.E_mech, at.q.tau, at.q.tau_squared, at.q.error_squared}) {
+  for (const double value :
+       {t, at.x.theta_m, at.x.omega_m, W_f, s.turn_ons, s.S_on, s.S_off, e.tau_min, e.tau_max,
+        e.omega_min, e.omega_max, e.i_peak, at.q.E_dc, at.q.E_winding, at.q.E_mech, at.q.tau,
+        at.q.tau_squared, at.q.error_squared}) {
     *row++ = value;
   }
   for (int k = 0; k < N; ++k) *row++ = at.q.i_squared[k];

@@ -69,7 +69,7 @@ class Simulation {
 
   /// Adds the integrals so far and the extremes since the last call to the periods.
   void close_period(Rows& periods) {
-    write_period(periods.next(), t_, at_, field_energy(plant_, at_.x), turn_ons_, extremes_);
+    write_period(periods.next(), t_, at_, field_energy(plant_, at_.x), switchings_, extremes_);
     extremes_ = {};
   }
 
@@ -103,7 +103,7 @@ class Simulation {
 
   void switch_leg(int k, Leg leg) {
     const int levels = static_cast<int>(leg) - static_cast<int>(gates_[k].leg);
-    turn_ons_ += std::max(levels, 0);  // each level up turns one of the two switches on
+    switchings_.count(levels, plant_.converter.u_dc, at_.x.i[k]);
     gates_[k].leg = leg;
   }
 
@@ -228,7 +228,7 @@ class Simulation {
   double theta_period_ = 0;
   long samples_ = 0;
   double tau_ref_ = 0;
-  double turn_ons_ = 0;
+  Switchings switchings_;
   Extremes<N> extremes_;
 };
 

@@ -44,7 +44,7 @@ class Angles(PulseCurrent):
             reference = _core.MeanTorque.constant(NEVER_REACHED)
         else:
             reference = self.reference(drive, window)
-        i_band = BAND_PART * drive.control_machine.i_max_A if self.i_band_A is None else self.i_band_A
+        i_band = BAND_PART * drive.machine.i_max_A if self.i_band_A is None else self.i_band_A
         return self.finished(
             _core.angles(
                 self.setting(drive),

@@ -40,7 +40,7 @@ class Ditc(ConductionAngles):
             raise ParameterError(
                 f"[control] theta_off_deg - theta_on_deg = "
                 f"{self.theta_off_deg - self.theta_on_deg:g}, need >= {stroke:g} with "
-                f"{drive.control_machine.n_phases} phases, so that one is always in charge"
+                f"{drive.machine.n_phases} phases, so that one is always in charge"
             )
 
     def controller(self, drive: Drive) -> _core.Controller:

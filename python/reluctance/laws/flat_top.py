@@ -42,18 +42,20 @@ class FlatTop:
     i_rms: FloatArray  # of one phase [A]
 
 
-def flat_top(point: Point, theta_on: ArrayLike, theta_off: ArrayLike, i_ref: ArrayLike) -> FlatTop:
+def flat_top(
+    point: Point, theta_on: ArrayLike, theta_off: ArrayLike, i_ref: ArrayLike, *, steps: int = STEPS
+) -> FlatTop:
     """Mean torque and rms current of pulses from theta_on to theta_off (electrical) [rad, A]."""
     theta_on, theta_off, i_ref = np.broadcast_arrays(
         *(np.asarray(v, float) for v in (theta_on, theta_off, i_ref))
     )
     shape = i_ref.shape
     on, dwell, top = theta_on.ravel(), (theta_off - theta_on).ravel(), i_ref.ravel()
-    turn = 2 * np.pi / STEPS
+    turn = 2 * np.pi / steps
     dt = turn / (point.N_r * point.omega_m)
     i = np.zeros_like(on)
     tau, squared = np.zeros_like(on), np.zeros_like(on)
-    for step in range(STEPS):
+    for step in range(steps):
         magnetized = np.clip(dwell / turn - step, 0, 1)  # part of the step
         u = point.u_dc * (2 * magnetized - 1)
         here = _core.magnetics(point.magnetics, i, on + step * turn)
@@ -64,8 +66,8 @@ def flat_top(point: Point, theta_on: ArrayLike, theta_off: ArrayLike, i_ref: Arr
         there = _core.magnetics(point.magnetics, ahead, on + (step + 1) * turn)
         i = np.clip(i + dt * (slope + _slope(point, there, ahead, u)) / 2, 0, top)
     return FlatTop(
-        tau=(point.n_phases * tau / STEPS).reshape(shape),
-        i_rms=np.sqrt(squared / STEPS).reshape(shape),
+        tau=(point.n_phases * tau / steps).reshape(shape),
+        i_rms=np.sqrt(squared / steps).reshape(shape),
     )
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field, model_validator
 
 from reluctance import _core
+from reluctance.errors import ParameterError
 from reluctance.laws import flat_top
 from reluctance.laws.conduction import ConductionAngles
 
@@ -28,6 +29,13 @@ class PulseCurrent(ConductionAngles):
     @property
     def follows_torque(self) -> bool:
         return self.i_ref_A is None
+
+    def check(self, drive: Drive) -> None:
+        if self.i_ref_A is not None and self.i_ref_A > drive.machine.i_max_A:
+            raise ParameterError(
+                f"[control] i_ref_A = {self.i_ref_A:g}, need <= [machine] i_max_A = "
+                f"{drive.machine.i_max_A:g}; lower one or raise the other"
+            )
 
     def reference(self, drive: Drive, window: tuple[float, float]) -> _core.MeanTorque:
         """The current over the torque reference."""

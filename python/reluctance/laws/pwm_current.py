@@ -27,6 +27,7 @@ class PwmCurrent(PulseCurrent):
     bandwidth_Hz: float | None = Field(None, gt=0)  # of the current loop; by default 0.3/T_s rad/s
 
     def check(self, drive: Drive) -> None:
+        super().check(drive)
         if self.bandwidth_Hz is not None and 2 * np.pi * self.bandwidth_Hz * self.T_s > 1:
             raise ParameterError(
                 f"[control] bandwidth_Hz = {self.bandwidth_Hz:g}, need <= "

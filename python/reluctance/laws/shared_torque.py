@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 TABLE_POINTS = 33  # of srm::Sharing
 # Default overlap, as part of the angle beside a stroke in which torque is positive. The rest is
-# left free at both ends, where torque is dear. On the source paper's machine at 1500 rpm and 41.339 N m
-# 1/2, 2/3 and 1 give torque errors of 1.8, 1.3 and 1.0 % rms at 49.4, 49.1 and 49.3 A rms (cubic),
-# and 2.1, 1.4 and 2.6 % (linear).
+# left free at both ends, where torque is dear. On the source paper's machine at its rated point
+# 1/2, 2/3 and 1 give torque errors of 1.8, 1.3 and 1.0 % rms (cubic, at 49.4, 49.1 and 49.3 A
+# rms) and 2.1, 1.4 and 2.6 % (linear).
 OVERLAP_PART = 2 / 3
 
 
@@ -51,13 +51,13 @@ class SharedTorque(Control):
         free = 180 - 360 / drive.control_machine.n_phases
         if free <= 0:
             raise ParameterError(
-                f"[control] law shares torque between phases, but {drive.control_machine.n_phases} phases "
-                "leave no angle where two can give it; use another law"
+                "[control] law shares torque between phases, but with n_phases = "
+                f"{drive.machine.n_phases} no angle has two that can give it; use another law"
             )
         if self.theta_on_deg is None or self.theta_ov_deg is None:
             return
         if not self._sharing(self.theta_on_deg, self.theta_ov_deg).is_feasible(
-            drive.control_machine.n_phases
+            drive.machine.n_phases
         ):
             raise ParameterError(
                 f"[control] theta_on_deg = {self.theta_on_deg:g}, theta_ov_deg = "

@@ -86,7 +86,7 @@ def write_map(table: FluxTable, path: str | Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head)
         for k, i in enumerate(table.i):
-            for n, theta in enumerate(np.degrees(table.theta_e)):
+            for n, theta in enumerate(np.round(np.degrees(table.theta_e), 10)):
                 row = [i, theta, table.psi[k, n]]
                 if table.tau is not None:
                     row.append(table.tau[k, n])

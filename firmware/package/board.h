@@ -1,0 +1,36 @@
+/* What the board must give. Write these functions for your hardware; main.c calls them. */
+#ifndef BOARD_H
+#define BOARD_H
+
+#include "reluctance_controller.h"
+
+/* Clocks, pins, timers, converters, comparators; all legs off. Arms the hardware trip: a current
+ * above @i_trip_A@ A switches every leg off without software. */
+void board_init(void);
+
+/* The currents of this period, sampled together at its start [A]. */
+void board_read_currents(float i_A[RELUCTANCE_PHASES]);
+
+/* Electrical angle of phase 0, N_r = @N_r@ times the mechanical one: 0 where a rotor slot faces its
+ * stator poles, pi where a rotor pole does; at least 0, below 2 pi [rad]. */
+float board_read_angle(void);
+
+/* Rotor speed [rad/s], from more than the last two angles. */
+float board_read_speed(void);
+
+/* dc-link voltage [V]. */
+float board_read_dc_link(void);
+
+/* What the drive is asked for: @reference@. */
+float board_read_reference(void);
+
+/* Loads timers and comparators with the orders. */
+void board_write_orders(const reluctance_command* command);
+
+/* Fast loop only: sets the leg of phase k at once. */
+void board_write_leg(int k, int8_t leg);
+
+/* Switches all gate drivers off, and keeps them off until the next reset of the board. */
+void board_trip(reluctance_status status);
+
+#endif

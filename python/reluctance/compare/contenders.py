@@ -1,0 +1,202 @@
+"""Who is compared: each law with the one parameter that trades ripple for switching, and the two
+numbers that are searched for beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from reluctance.drive import Drive
+from reluctance.errors import ParameterError
+from reluctance.laws import LAWS
+from reluctance.schema import checked, did_you_mean
+
+Values = Mapping[str, float]
+Place = Callable[[Drive, float, float], dict[str, float]]  # of a point of the unit square
+
+
+@dataclass(frozen=True)
+class Free:
+    """The parameter that the switching frequency is set with."""
+
+    key: str  # in [control]
+    unit: Literal["i_max", "tau", "target", "period"]  # what the range is relative to
+    lowest: float  # of the range, in that unit
+    highest: float
+    slope: float  # rough d log(frequency)/d log(parameter); its sign is relied on
+
+    def range(self, drive: Drive, f_target: float) -> tuple[float, float]:
+        """Least and greatest value for a drive, in the units of the key."""
+        unit = {
+            "i_max": drive.machine.i_max_A,
+            "tau": drive.tau_max,
+            "target": f_target,
+            "period": drive.control.T_s_us,
+        }[self.unit]
+        return self.lowest * unit, self.highest * unit
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A law as the comparison sets it up. Keys that are named nowhere keep the law's defaults."""
+
+    name: str
+    law: str
+    free: Free
+    what: str  # the law in a sentence
+    when: str  # to use it
+    needs: str  # of the hardware, beside sensors
+    keys: tuple[tuple[str, str | int], ...] = ()  # of [control], fixed
+    place: Place | None = None  # the searched numbers; None: there are none
+    fits: Callable[[Drive], bool] = lambda drive: True
+
+    def drive(self, point: Drive, values: Values) -> Drive:
+        """The drive of the comparison with this law in it.
+
+        Raises
+        ------
+        ParameterError
+            If the law cannot work with these values on this machine.
+        """
+        common = {"T_s_us": point.control.T_s_us, "precision": point.control.precision}
+        if point.control.tau_max_Nm is not None:
+            common["tau_max_Nm"] = point.control.tau_max_Nm
+        table = {"law": self.law, **common, **dict(self.keys), **values}
+        drive = replace(point, control=checked(LAWS[self.law], table, f"[control] of {self.name}"))
+        drive.control.check(drive)
+        return drive
+
+
+def pulse_angles(drive: Drive, x: float, y: float) -> dict[str, float]:
+    """Turn-on from 90 deg ahead of unaligned to 60 deg behind it, turn-off from 90 to 175 deg."""
+    return {"theta_on_deg": round(-90 + 150 * x, 2), "theta_off_deg": round(90 + 85 * y, 2)}
+
+
+def overlapping_angles(drive: Drive, x: float, y: float) -> dict[str, float]:
+    """The same, but at least a stroke apart."""
+    on = -90 + 150 * x
+    off = max(90 + 85 * y, on + 360 / drive.machine.n_phases)
+    return {"theta_on_deg": round(on, 2), "theta_off_deg": round(off + 0.005, 2)}
+
+
+def sharing_angles(drive: Drive, x: float, y: float) -> dict[str, float]:
+    """Turn-on in the first half of the angle that two phases can share, overlap in the rest."""
+    free = 180 - 360 / drive.machine.n_phases
+    on = free / 2 * x
+    return {
+        "theta_on_deg": round(on, 2),
+        "theta_ov_deg": round((free - on) * (0.1 + 0.9 * y) - 0.01, 2),
+    }
+
+
+def tracking_weights(drive: Drive, x: float, y: float) -> dict[str, float]:
+    """Weights of the source paper's controller: distance to the guide, increments."""
+    return {"w_i": float(f"{10 ** (4 * x - 3):.3g}"), "r_w": float(f"{10 ** (4 * y - 3):.3g}")}
+
+
+CURRENT_BAND = Free("i_band_A", "i_max", 1e-4, 0.3, slope=-1.0)
+CARRIER = Free("T_s_us", "period", 1.0, 1000.0, slope=-1.0)
+
+
+def _sharing(shape: str, what: str, when: str) -> Contender:
+    return Contender(
+        name=f"sharing_{shape}",
+        law="torque_sharing",
+        keys=(("sharing", shape),),
+        free=CURRENT_BAND,
+        place=sharing_angles,
+        what=what,
+        when=when,
+        needs="a current comparator a phase",
+    )
+
+
+CONTENDERS: dict[str, Contender] = {
+    c.name: c
+    for c in (
+        Contender(
+            name="angles",
+            law="angles",
+            free=CURRENT_BAND,
+            place=pulse_angles,
+            what="Flat current pulses between two angles, held in a band by soft chopping.",
+            when="Ripple does not matter; or speed is so high that one pulse fills the voltage.",
+            needs="a current comparator a phase, position compare",
+        ),
+        Contender(
+            name="pwm_current",
+            law="pwm_current",
+            free=CARRIER,
+            place=pulse_angles,
+            what="Flat current pulses between two angles, held by PI control and PWM.",
+            when="As `angles`, where the switching frequency has to be constant.",
+            needs="PWM timers",
+        ),
+        _sharing(
+            "linear",
+            "Torque passed from phase to phase along a straight line, as current in a band.",
+            "A first sharing function; its corners ask for steps of current.",
+        ),
+        _sharing(
+            "cubic",
+            "Torque passed along a cubic, as current in a band.",
+            "The usual choice: small ripple below base speed from a table of currents.",
+        ),
+        _sharing(
+            "sinusoidal",
+            "Torque passed along a cosine, as current in a band.",
+            "As cubic; hardly different.",
+        ),
+        _sharing(
+            "exponential",
+            "Torque passed along an exponential, as current in a band.",
+            "Where the outgoing phase has to be rid of its current quickly.",
+        ),
+        Contender(
+            name="ditc",
+            law="ditc",
+            free=Free("tau_band_Nm", "tau", 1e-4, 0.5, slope=-1.0),
+            place=overlapping_angles,
+            what="The torque error, from a model, picks the legs in two bands.",
+            when="Fast sampling and a good map: small ripple without current references.",
+            needs="fast sampling",
+        ),
+        Contender(
+            name="deadbeat",
+            law="deadbeat",
+            free=CARRIER,
+            place=sharing_angles,
+            what="Cubic sharing; the duty cycle that brings each flux linkage to its reference.",
+            when="Constant switching frequency and a microcontroller's PWM.",
+            needs="PWM timers",
+        ),
+        Contender(
+            name="paper_mpc",
+            law="paper_mpc",
+            free=CURRENT_BAND,
+            place=tracking_weights,
+            what="The source paper's structure: predictive current references, held in a band.",
+            when="To compare with the paper.",
+            needs="a current comparator a phase",
+        ),
+    )
+}
+
+
+def chosen(names: list[str] | None) -> list[Contender]:
+    """Contenders by name, or all of them.
+
+    Raises
+    ------
+    ParameterError
+        If a name is unknown or given twice.
+    """
+    if names is None:
+        return list(CONTENDERS.values())
+    for name in names:
+        if name not in CONTENDERS:
+            raise ParameterError(f"control `{name}` is unknown{did_you_mean(name, CONTENDERS)}")
+        if names.count(name) > 1:
+            raise ParameterError(f"control `{name}` is given twice; name it once")
+    return [CONTENDERS[name] for name in names]

@@ -1,0 +1,154 @@
+"""One contender's part of the comparison: tune it, run it for the record, vary its frequency."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reluctance.compare.conditions import period
+from reluctance.compare.contenders import CONTENDERS
+from reluctance.compare.tuning import Trial, Tuner
+from reluctance.drive import Drive
+from reluctance.errors import ParameterError
+from reluctance.kpis import Kpis
+from reluctance.simulate import Result, simulate
+
+BUDGET = 150  # runs of a search; none has needed more than 80
+RECORD_PERIODS = 12  # electrical periods of the run whose figures are printed
+OCTAVES = (-2.0, -1.0, 1.0)  # further frequencies of the Pareto front, over the target
+
+
+@dataclass(frozen=True)
+class FrontPoint:
+    """A law at another switching frequency, its other values unchanged."""
+
+    f_switch: float  # [Hz]
+    torque_error_rms: float  # [1]
+    torque_ripple: float  # [1]
+    i_rms: float  # [A]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What the comparison finds of a contender."""
+
+    name: str
+    values: dict[str, float]  # of [control], as tuned
+    met: bool  # the switching frequency is within its tolerance
+    note: str  # why not, or why there are no figures
+    runs: int  # spent
+    T_s: float = 0.0  # control period [s]
+    kpis: Kpis | None = None
+    speed_ripple: float = 0.0  # see `torque_to_speed_ripple` [1]
+    front: tuple[FrontPoint, ...] = ()
+    stroke: NDArray[np.float64] | None = None  # (2, n) angle [rad el.] and torque [N m]
+    samples: NDArray[np.float64] | None = None  # (n, n_phases + 4) for the core's step_time
+
+
+def contest(point: Drive, name: str, f_target: float, octaves: tuple[float, ...]) -> Entry:
+    """Tunes a contender at an operating point and runs it.
+
+    Parameters
+    ----------
+    point : Drive
+        See conditions.operating_point.
+    name : str
+        Of the contender.
+    f_target : float
+        Mean switching frequency per switch [Hz].
+    octaves : tuple of float
+        Further frequencies, as powers of two of the target.
+    """
+    contender = CONTENDERS[name]
+    tuner = Tuner(point, contender, f_target, BUDGET)
+    try:
+        best = tuner.best()
+        final = _matched(tuner, best)
+    except ParameterError as fault:
+        return Entry(name, {}, met=False, note=f"not possible here: {fault}", runs=tuner.runs)
+    drive = contender.drive(point, final.values)
+    result = simulate(drive, until=RECORD_PERIODS * period(point))
+    met = final.meets(f_target)
+    return Entry(
+        name,
+        final.values,
+        met=met,
+        note="" if met else _miss(tuner, final),
+        runs=tuner.runs,
+        T_s=drive.control.T_s,
+        kpis=result.kpis,
+        speed_ripple=torque_to_speed_ripple(result),
+        front=_front(tuner, final, octaves),
+        stroke=_last_stroke(result),
+        samples=_samples(result),
+    )
+
+
+def _matched(tuner: Tuner, trial: Trial) -> Trial:
+    """The trial over the length of the record, its frequency met again."""
+    key = tuner.contender.free.key
+    rest = {k: v for k, v in trial.values.items() if k != key}
+    return tuner.match(rest, trial.values[key], n_periods=RECORD_PERIODS)
+
+
+def _miss(tuner: Tuner, trial: Trial) -> str:
+    kHz = trial.kpis.switching_frequency / 1e3
+    off = trial.off_target(tuner.f_target)
+    low, high = tuner.contender.free.range(tuner.point, tuner.f_target)
+    at_end = not 1.01 * low < trial.values[tuner.contender.free.key] < 0.99 * high
+    if at_end:
+        return f"switches at {'most' if off < 0 else 'least'} {kHz:.3g} kHz here"
+    return f"its frequency jumps over the target; the nearest is {kHz:.3g} kHz"
+
+
+def _front(tuner: Tuner, final: Trial, octaves: tuple[float, ...]) -> tuple[FrontPoint, ...]:
+    """The tuned law and the same at other frequencies, in order; those out of reach are absent."""
+    trials = [final]
+    key = tuner.contender.free.key
+    rest = {k: v for k, v in final.values.items() if k != key}
+    for octave in octaves:
+        other = Tuner(tuner.point, tuner.contender, tuner.f_target * 2**octave, 0)
+        start = final.values[key] * 2 ** (octave / tuner.contender.free.slope)
+        try:
+            trial = other.match(rest, start)
+        except ParameterError:
+            continue
+        if trial.meets(other.f_target):
+            trials.append(trial)
+    points = [
+        FrontPoint(float(k.switching_frequency), k.torque_error_rms, k.torque_ripple, k.i_rms)
+        for k in (trial.kpis for trial in trials)
+    ]
+    return tuple(sorted(points, key=lambda p: p.f_switch))
+
+
+def torque_to_speed_ripple(result: Result) -> float:
+    """Speed ripple, (max - min)/mean, that the torque of the second half of a run with held shaft
+    would cause on the drive's inertia against a constant load [1]."""
+    half = result.t >= result.t[-1] / 2
+    t, tau = result.t[half], result.tau[half]
+    steps = np.diff(t)
+    impulse = np.concatenate([[0.0], np.cumsum(steps * (tau[1:] + tau[:-1]) / 2)])
+    swing = impulse - impulse[-1] * (t - t[0]) / (t[-1] - t[0])
+    return float(np.ptp(swing) / result.drive.J / abs(result.kpis.speed_mean))
+
+
+def _last_stroke(result: Result) -> NDArray[np.float64]:
+    machine = result.drive.machine
+    theta = machine.N_r * result.theta_m
+    last = theta >= theta[-1] - 2 * np.pi / machine.n_phases
+    return np.vstack([theta[last] - theta[last][0], result.tau[last]])
+
+
+def _samples(result: Result) -> NDArray[np.float64]:
+    """What the sensors see at each sample of the last quarter of a run, without their errors."""
+    drive = result.drive
+    t = np.arange(0.75 * result.t[-1], result.t[-1], drive.control.T_s)
+    i = [np.interp(t, result.t, phase) for phase in result.i]
+    theta = drive.machine.N_r * np.interp(t, result.t, result.theta_m)
+    omega = np.interp(t, result.t, result.omega_m)
+    ref = np.full_like(t, drive.reference.course[1][0])
+    u_dc = np.full_like(t, drive.converter.u_dc_V)
+    return np.ascontiguousarray(np.column_stack([*i, np.mod(theta, 2 * np.pi), omega, u_dc, ref]))

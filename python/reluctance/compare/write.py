@@ -1,0 +1,45 @@
+"""Writes a comparison: table as CSV, JSON and Markdown, and the figure."""
+
+import csv
+import json
+from pathlib import Path
+
+from reluctance.compare.comparison import Comparison
+from reluctance.compare.conditions import in_words
+from reluctance.compare.table import as_json, flat, limit_line, markdown
+from reluctance.save import write_whole
+
+
+def write(found: Comparison, folder: str | Path) -> list[Path]:
+    """Writes compare.csv, compare.json, compare.md and compare.png.
+
+    Returns
+    -------
+    list of Path
+        The files, each complete.
+    """
+    from reluctance.compare.figure import figure  # Matplotlib takes half of the start-up time
+
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    text = "\n".join([*(f"- {line}" for line in in_words(found.point, found.f_target)), ""])
+    text += f"- {limit_line(found)}\n\n{markdown(found)}"
+    files = {
+        "compare.csv": lambda path: _csv(path, found),
+        "compare.json": lambda path: path.write_text(json.dumps(as_json(found), indent=1) + "\n"),
+        "compare.md": lambda path: path.write_text(text, encoding="utf-8"),
+        "compare.png": lambda path: figure(found).savefig(
+            path, dpi=110, metadata={"Software": None}
+        ),
+    }
+    for name, put in files.items():
+        write_whole(folder / name, put)
+    return [folder / name for name in files]
+
+
+def _csv(path: Path, found: Comparison) -> None:
+    rows = flat(found)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)

@@ -1,0 +1,214 @@
+"""The nonlinear programme behind every limit: one machine, operating point and grid of angles.
+
+One phase current i(theta_e) over one electrical period; the other phases carry shifted copies. On
+a grid of n points, with theta_e the electrical angle and omega_e = N_r omega_m,
+
+    minimise    mean(i^2)                                              (copper)
+    subject to  sum_k tau(i_k, theta_k) = tau_ref   at every point     (no ripple)
+                |R i + omega_e dpsi/dtheta_e| <= u_dc  over every interval
+                0 <= i <= i_max.
+
+The voltage is exact for the mean over an interval: flux difference over angle difference, and the
+trapezoid of R i. Written with omega_e, not with dt, it holds at standstill as well. Where no
+profile without ripple exists, the least torque error comes first and the copper after it.
+A nonlinear programme for IPOPT (A. Waechter, L. T. Biegler, Math. Programming 106, 2006, 25-57)
+through CasADi (J. Andersson et al., Math. Prog. Comp. 11, 2019, 1-36).
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+
+from reluctance.errors import ParameterError
+from reluctance.limit.magnetics import FloatArray, Machine, phase_magnetics
+
+Norm = Literal["max", "rms"]
+Objective = Literal["copper", "error", "torque"]
+Constraint = Literal["none", "max", "rms", "constant"]
+
+ALGORITHM = 3  # part of every cache key: raise it when the numbers of this package move
+SLACK = 1e-4  # share of the least error given back before copper is minimised at that error
+FEASIBLE = 1e-6  # error relative to tau_ref below which a profile counts as free of ripple
+
+_IPOPT: dict[str, Any] = {
+    "print_time": False,
+    "ipopt.print_level": 0,
+    "ipopt.sb": "yes",
+    "ipopt.bound_relax_factor": 0.0,  # no current below zero, however little
+    "ipopt.max_iter": 500,  # hardest case seen: 153, an infeasible point on 360 grid points
+}
+
+
+def need(holds: bool, what: str, value: object, need: str) -> None:
+    """Raises ParameterError unless it holds."""
+    if not holds:
+        raise ParameterError(f"{what} = {value}, need {need}")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What every search shares, checked."""
+
+    n_phases: int
+    R: float  # [ohm]
+    u_dc: float  # [V]
+    i_max: float  # [A]
+    n_points: int
+    smoothing: float  # [rad^2]
+
+    def __post_init__(self) -> None:
+        N = self.n_phases
+        need(N >= 2, "n_phases", N, "at least 2 phases")
+        need(self.R >= 0, "R", self.R, "a resistance >= 0 ohm")
+        need(self.u_dc > 0, "u_dc", self.u_dc, "a voltage > 0 V")
+        need(self.i_max > 0, "i_max", self.i_max, "a current > 0 A")
+        need(self.smoothing >= 0, "smoothing", self.smoothing, "a weight >= 0 rad^2")
+        fits = self.n_points % N == 0 and self.n_points >= 12 * N
+        grid = f"a multiple of n_phases = {N}, at least {12 * N}; try {60 * N}"
+        need(fits, "n_points", self.n_points, grid)
+
+
+class Programme:
+    """The programme of one machine, operating point and grid; the torque is an argument.
+
+    Unknowns are the current i (n,) and one torque s [N m]: the error allowed, or the torque held.
+    `direction` -1 turns the machine round: angles and torque change sign.
+    """
+
+    def __init__(
+        self, machine: Machine, setting: Setting, omega_m: float, direction: Literal[1, -1] = 1
+    ) -> None:
+        n, n_phases, R = setting.n_points, setting.n_phases, setting.R
+        j = np.arange(n)
+        self.theta_e: FloatArray = 2 * np.pi * j / n
+        self.setting, self.omega_m = setting, omega_m
+        i, s, tau_ref = ca.MX.sym("i", n), ca.MX.sym("s"), ca.MX.sym("tau_ref")
+        step = 2 * np.pi / n
+        psi, tau_ph = phase_magnetics(machine)(i, self.theta_e[direction * j])
+        tau_ph = direction * tau_ph
+        u = R * (i + _next(i)) / 2 + machine.N_r * omega_m * (_next(psi) - psi) / step
+        m = n // n_phases  # one stroke: phase k does what phase 0 did k m points earlier
+        tau = sum(tau_ph[k * m : (k + 1) * m] for k in range(n_phases))
+        error = tau - tau_ref
+        self._unknowns, self._tau_ref, self._u = ca.vertcat(i, s), tau_ref, u
+        self._objectives: dict[Objective, Any] = {
+            "copper": ca.sumsqr(i) / n + setting.smoothing * ca.sumsqr((_next(i) - i) / step) / n,
+            "error": s,
+            "torque": -s,
+        }
+        self._constraints: dict[Constraint, tuple[Any, float]] = {  # 0 <= value <= bound
+            "none": (error, 0.0),
+            "max": (ca.vertcat(s - error, s + error), np.inf),
+            "rms": (s * s - ca.sumsqr(error) / m, np.inf),
+            "constant": (tau - s, 0.0),
+        }
+        self._solvers: dict[tuple[Objective, Constraint], Any] = {}
+        self._tau_ph = ca.Function("tau_ph", [i], [tau_ph])
+        self._waveforms = ca.Function("waveforms", [i], [psi, u, tau])
+
+    def waveforms(self, i: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Flux linkage (n,) [Wb], voltage (n,) [V] and torque of one stroke (n/n_phases,) [N m]."""
+        psi, u, tau = (_array(v) for v in self._waveforms(i))
+        return psi, u, tau
+
+    def best(self, tau_ref: float, norm: Norm, *starts: FloatArray) -> FloatArray:
+        """The best current (n,) for a torque tau_ref >= 0; `starts` are tried before its own."""
+        if tau_ref == 0:
+            return np.zeros_like(self.theta_e)
+        tried = [*starts, *self.starts(tau_ref)]
+        for i_0 in tried:
+            i, _, found = self._solve("copper", "none", i_0, tau_ref=tau_ref)
+            if found:
+                return i
+        any_error = (0.0, np.inf)
+        tries = [self._solve("error", norm, i_0, tau_ref=tau_ref, s=any_error) for i_0 in tried]
+        # The next step can fail from an ill-conditioned least error: then from the second least.
+        for i_0, e, found in sorted(tries, key=lambda t: t[1]):
+            if found and e > FEASIBLE * tau_ref:
+                e *= 1 + SLACK
+                i, _, found = self._solve("copper", norm, i_0, tau_ref=tau_ref, s=(e, e))
+            elif found:
+                i, _, found = self._solve("copper", "none", i_0, tau_ref=tau_ref)
+            if found:
+                return i
+        raise RuntimeError(f"no optimum found at tau_ref = {tau_ref} N m; change n_points")
+
+    def greatest_torque(self, *starts: FloatArray) -> tuple[float, FloatArray]:
+        """The greatest constant torque [N m] and its current (n,): best of all starts."""
+        full = float(_array(self._tau_ph(np.full_like(self.theta_e, self.setting.i_max))).max())
+        flat = np.full_like(self.theta_e, self.setting.i_max / 8)
+        tried = [*starts, self.start(full / 2), self.start(full / 100), flat]
+        tries = [
+            self._solve("torque", "constant", i_0, tau_ref=full / 2, s=(0.0, np.inf))
+            for i_0 in tried
+        ]
+        torques = [(tau, i) for i, tau, found in tries if found]
+        if not torques:
+            raise RuntimeError(f"no greatest torque found at {self.omega_m} rad/s; change n_points")
+        return max(torques, key=lambda t: t[0])
+
+    def start(self, tau_ref: float) -> FloatArray:
+        """Each phase takes a share ~ max(sin theta_e, 0) of the torque; no voltage limit; (n,)."""
+        weight = np.maximum(np.sin(self.theta_e), 0.0)
+        total = weight.reshape(self.setting.n_phases, -1).sum(axis=0)
+        share = weight / np.tile(np.maximum(total, 1e-9), self.setting.n_phases)
+        low, high = np.zeros_like(weight), np.full_like(weight, self.setting.i_max)
+        for _ in range(30):  # bisection: torque rises with current
+            i = (low + high) / 2
+            below = _array(self._tau_ph(i)) < share * tau_ref
+            low, high = np.where(below, i, low), np.where(below, high, i)
+        return np.where(weight > 0, low, 0.0)
+
+    def starts(self, tau_ref: float) -> list[FloatArray]:
+        """Where to search from: pulses first, then currents that never return to zero.
+
+        From 1.5 times base speed on the best torque may need continuous conduction. All starts that
+        converge lead to one optimum on the paper's machine from standstill to 10 000 rpm, six times
+        its base speed, at every torque; at some of these points one start of the four fails.
+        """
+        flat = np.full_like(self.theta_e, self.setting.i_max)
+        return [self.start(tau_ref), self.start(tau_ref / 10), flat / 8, flat / 2]
+
+    def _solve(
+        self,
+        objective: Objective,
+        constraint: Constraint,
+        start: FloatArray,
+        *,
+        tau_ref: float,
+        s: tuple[float, float] = (0.0, 0.0),
+    ) -> tuple[FloatArray, float, bool]:
+        """Optimum i (n,) and s from a start, s within bounds; and whether IPOPT calls it one."""
+        value, bound = self._constraints[constraint]
+        if (objective, constraint) not in self._solvers:
+            problem = {
+                "x": self._unknowns,
+                "p": self._tau_ref,
+                "f": self._objectives[objective],
+                "g": ca.vertcat(self._u / self.setting.u_dc, value),
+            }
+            self._solvers[objective, constraint] = ca.nlpsol("limit", "ipopt", problem, _IPOPT)
+        solver = self._solvers[objective, constraint]
+        n, m = len(start), value.numel()
+        i_max = self.setting.i_max
+        solution = solver(
+            x0=np.append(start, min(tau_ref, s[1])),
+            p=tau_ref,
+            lbx=np.append(np.zeros(n), s[0]),
+            ubx=np.append(np.full(n, i_max), s[1]),
+            lbg=np.append(np.full(n, -1.0), np.zeros(m)),
+            ubg=np.append(np.ones(n), np.full(m, bound)),
+        )
+        x, found = _array(solution["x"]), bool(solver.stats()["success"])
+        return x[:-1], float(x[-1]), found
+
+
+def _next(v: Any) -> Any:
+    """The value at the next grid point of a periodic quantity."""
+    return ca.vertcat(v[1:], v[0])
+
+
+def _array(v: ca.DM) -> FloatArray:
+    return np.asarray(v.full(), dtype=np.float64).ravel()

@@ -1,0 +1,167 @@
+"""The limit at a drive's operating point: what the machine could do there under any controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reluctance.errors import ParameterError
+from reluctance.limit.envelope import Envelope, torque_speed_envelope
+from reluctance.limit.profile import Profile, best_profile
+from reluctance.limit.programme import FEASIBLE
+from reluctance.limit.ripple import RippleFloor, ripple_floor
+
+if TYPE_CHECKING:
+    from reluctance.drive import Drive
+
+POINTS_PER_PHASE = 60  # grid points of a period for each phase
+FLOOR_SMOOTHING = 1e-3  # of the profile whose voltages the ripple floor needs [rad^2]
+SPEEDS = 13  # points of an envelope, standstill included
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The best profile at a drive's operating point, and what bounds it."""
+
+    drive: Drive
+    least_copper: Profile  # least greatest torque error, then least copper
+    tau_max: float  # greatest ripple-free torque at this speed, of the reference's sign [N m]
+    floor: RippleFloor | None  # at the switching frequency asked for
+
+    @property
+    def ripple_free(self) -> bool:
+        """True where the profile holds the torque at every grid point."""
+        best = self.least_copper
+        return best.tau_error_max <= 10 * FEASIBLE * max(abs(best.tau_ref), 1e-9)
+
+    def with_units(self) -> dict[str, float | bool | None]:
+        """Key figures under their border names."""
+        best, floor = self.least_copper, self.floor
+        figures: dict[str, float | bool | None] = {
+            "speed_rpm": best.omega_m * 30 / np.pi,
+            "tau_ref_Nm": best.tau_ref,
+            "u_dc_V": best.u_dc,
+            "i_max_A": self.drive.machine.i_max_A,
+            "ripple_free": self.ripple_free,
+            "tau_error_max_Nm": best.tau_error_max,
+            "tau_error_rms_Nm": best.tau_error_rms,
+            "i_rms_A": best.i_rms,
+            "i_peak_A": best.i_peak,
+            "p_cu_W": best.p_cu,
+            "tau_max_ripple_free_Nm": self.tau_max,
+        }
+        if floor is not None:
+            figures |= {
+                "switching_frequency_Hz": floor.switching_frequency,
+                "ripple_bound_rms_Nm": floor.bound_rms,
+                "ripple_bound_pp_Nm": floor.bound_pp,
+                "ripple_on_profile_rms_Nm": floor.on_profile_rms,
+                "ripple_pulse_width_rms_Nm": floor.pulse_width_rms,
+            }
+        return figures
+
+
+def limit_of(
+    drive: Drive,
+    *,
+    tau_ref: float | None = None,
+    omega_m: float | None = None,
+    switching_frequency: float | None = None,
+) -> Limit:
+    """The limit at the operating point of a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+    tau_ref : torque [N m]; by default see `operating_point`.
+    omega_m : speed [rad/s]; likewise.
+    switching_frequency : of one switch, mean over all [Hz]; None leaves the ripple floor out.
+
+    Raises
+    ------
+    ParameterError : the drive asks for no torque and none is given.
+    """
+    tau_ref, omega_m = operating_point(drive, tau_ref=tau_ref, omega_m=omega_m)
+    machine, n_phases = drive.machine, drive.machine.n_phases
+    point = _given(drive)
+    floor = None
+    if switching_frequency is not None:
+        smooth = best_profile(
+            machine.magnetics,
+            tau_ref=tau_ref,
+            omega_m=omega_m,
+            norm="rms",
+            smoothing=FLOOR_SMOOTHING,
+            **point,
+        )
+        floor = ripple_floor(
+            machine.magnetics, smooth, n_phases=n_phases, switching_frequency=switching_frequency
+        )
+    return Limit(
+        drive=drive,
+        least_copper=best_profile(machine.magnetics, tau_ref=tau_ref, omega_m=omega_m, **point),
+        tau_max=float(_envelope(drive, np.array([omega_m]), tau_ref).tau_max[0]),
+        floor=floor,
+    )
+
+
+def envelope_of(
+    limit: Limit,
+    *,
+    omega_max: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Envelope:
+    """The ripple-free torque-speed envelope around an operating point.
+
+    Parameters
+    ----------
+    limit : Limit
+    omega_max : greatest speed [rad/s]; by default twice the operating speed, at standstill twice
+        the speed at which the full flux of i_max takes u_dc over half a period.
+    progress : is told the share done [1].
+    """
+    best = limit.least_copper
+    if omega_max is None:
+        omega_max = 2 * best.omega_m or 2 * _corner(limit.drive)
+    speeds = np.linspace(0.0, omega_max, SPEEDS)
+    return _envelope(limit.drive, speeds, best.tau_ref, progress)
+
+
+def operating_point(
+    drive: Drive, *, tau_ref: float | None = None, omega_m: float | None = None
+) -> tuple[float, float]:
+    """Torque [N m] and speed [rad/s] that a drive is asked for.
+
+    The speed is the one held, or the greatest reference. The torque is the reference of greatest
+    magnitude; with a speed reference it is what load and friction take at that speed.
+    """
+    speed = _speed(drive) if omega_m is None else omega_m
+    if tau_ref is not None:
+        return tau_ref, speed
+    if drive.reference.kind == "torque":
+        return _greatest(drive.reference.course[1]), speed
+    if drive.reference.kind == "none":
+        raise ParameterError("[reference] kind = 'none' asks for no torque; give one with --tau")
+    load = drive.load
+    pump = load.k_pump_Nms2 * speed * abs(speed)
+    return pump + drive.machine.B_Nms * speed + load.tau_Nm, speed
+
+
+def _speed(drive: Drive) -> float:
+    if drive.reference.kind == "speed":
+        return _greatest(drive.reference.course[1])
+    return drive.load.speed_rpm * np.pi / 30
+
+
+def _greatest(values: list[float]) -> float:
+    return max(values, key=abs)
+
+
+def _corner(drive: Drive) -> float:
+    machine = drive.machine
+    i = np.array([machine.i_max_A])
+    from_aligned = best_flux(machine.magnetics, i, np.pi) - best_flux(machine.magnetics, i, 0.0)
+    return float(np.pi * drive.converter.u_dc_V / (machine.N_r * from_aligned))

@@ -1,0 +1,230 @@
+"""The closed loop of the guided predictive laws, for their tests and docs/control/best_mpc.md.
+
+`python tests/mpc_loop.py` prints the numbers of the page.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reluctance import _core
+from reluctance.kpis import ERROR_SQUARED, I_SQUARED, TAU_MAX, TAU_MIN, TURN_ONS, T
+from reluctance.limit import profile_table
+
+RPM = np.pi / 30
+U_DC = 240.0
+PAPER = {"N_r": 4, "L_u": 0.67e-3, "L_a": 23.62e-3, "L_sat": 0.15e-3, "i_m": 450.0, "psi_m": 0.468}
+GENERIC = {**PAPER, "L_a": 23.6e-3, "psi_m": 0.486}
+
+
+@dataclass(frozen=True)
+class Point:
+    """A machine at an operating point."""
+
+    tau: float  # [N m]
+    rpm: float
+    lehuy: Any
+    R: float = 0.72
+    i_max: float = 150.0
+    n_phases: int = 3
+    guide_rpm: float | None = None  # speed of the guide; by default this one
+
+    @property
+    def machine(self) -> Any:
+        return _core.LeHuy(**self.lehuy)
+
+    def guide(self, tau_max: float) -> NDArray[np.float64]:
+        """Flux profiles (10, n) [Wb] for torques up to tau_max."""
+        speed = self.rpm if self.guide_rpm is None else self.guide_rpm
+        table = profile_table(
+            self.machine,
+            n_phases=self.n_phases,
+            R=self.R,
+            tau_max=tau_max,
+            omega_m=speed * RPM,
+            u_dc=U_DC,
+            i_max=self.i_max,
+            n_levels=10,
+            n_points=360 // self.n_phases * self.n_phases,
+        )
+        return np.ascontiguousarray(table.psi)
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Sampling of the controller."""
+
+    T_s: float
+    delay: int = 0
+    adc_bits: int = 0
+    encoder_counts: int = 0
+
+
+FPGA = Timing(2e-6)
+MICROCONTROLLER = Timing(20e-6, delay=1, adc_bits=12, encoder_counts=4096)
+RATED = Point(41.339, 1500, PAPER)
+HALF = Point(20.669, 1060.7, PAPER)
+
+
+def weight(point: Point, f_switch: float) -> float:
+    """w_sw of the rule for a switching frequency [Hz] at the point itself."""
+    tau_max = 1.1 * abs(point.tau)
+    speed = point.rpm if point.guide_rpm is None else point.guide_rpm
+    return float(
+        _core.switching_weight(
+            point.machine,
+            guide=point.guide(tau_max),
+            tau_max=tau_max,
+            R=point.R,
+            tau_ref=abs(point.tau),
+            omega_m=speed * RPM,
+            u_dc=U_DC,
+            i_max=point.i_max,
+            f_switch=f_switch,
+        )
+    )
+
+
+def controller(
+    law: str,
+    point: Point,
+    timing: Timing,
+    f_switch: float,
+    *,
+    single: bool = False,
+    horizon: int = 1,
+) -> Any:
+    """A guided law with the weights of the rule."""
+    tau_max = 1.1 * abs(point.tau)
+    setting = _core.Setting(
+        machine=point.machine,
+        n_phases=point.n_phases,
+        single=single,
+        outer=_core.Outer.torque,
+        K_p=0,
+        K_i=0,
+        tau_min=0,
+        tau_max=0,
+        T_s=timing.T_s,
+    )
+    w_sw = weight(point, f_switch)
+    pulse = 1 / (4.8 * f_switch)
+    common = {
+        "guide": point.guide(tau_max),
+        "tau_max": tau_max,
+        "w_sw": w_sw,
+        "R": point.R,
+        "i_max": point.i_max,
+        "T_s": timing.T_s,
+        "delay": timing.delay,
+    }
+    if law == "edge_mpc":
+        return _core.edge_mpc(setting, psi_slack=U_DC / (2 * f_switch), **common)
+    return _core.finite_set_mpc(
+        setting,
+        horizon=horizon,
+        w_psi=200 * w_sw * f_switch**3 / U_DC**2,
+        w_i=0.0,
+        t_end=pulse**2 / (24 * horizon * timing.T_s),
+        **common,
+    )
+
+
+def loop(
+    law: Any, point: Point, timing: Timing, *, theta_m: float = 0.0, record_every: float = -1.0
+) -> Any:
+    """The law on its machine at the speed that a dynamometer holds."""
+    return _core.Simulation(
+        machine=point.machine,
+        n_phases=point.n_phases,
+        R=point.R,
+        u_dc=U_DC,
+        v_switch=0,
+        R_switch=0,
+        v_diode=0,
+        R_diode=0,
+        shaft=_core.Shaft.locked,
+        J=0.008,
+        B=0,
+        k_pump=0,
+        tau_load=0,
+        T_s=timing.T_s,
+        delay=timing.delay,
+        adc_bits=timing.adc_bits,
+        i_range=200,
+        encoder_counts=timing.encoder_counts,
+        controller=law,
+        t_ref=[0],
+        ref=[point.tau],
+        omega_m=point.rpm * RPM,
+        theta_m=theta_m,
+        dt_max=5e-6,
+        record_every=record_every,
+    )
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Over the last periods of a run; ratios to the torque reference [1]."""
+
+    error_rms: float
+    ripple_pp: float
+    i_rms: float  # mean over the phases [A]
+    f_switch: float  # turn-ons per switch and second [Hz]
+
+
+def figures(law: Any, point: Point, timing: Timing, *, periods: int = 6) -> Figures:
+    """After two electrical periods of settling."""
+    t_end = (2 + periods + 0.01) * 60 / (abs(point.rpm) * point.machine.N_r)
+    run = loop(law, point, timing)
+    blocks, t = [], 0.0
+    while t < t_end:
+        t = run.advance(t_end)
+        blocks.append(run.take_periods())
+    rows = np.vstack(blocks)[-periods - 1 :]
+    total = rows[-1] - rows[0]
+    duration, N = total[T], point.n_phases
+    extremes = rows[1:, TAU_MAX].max() - rows[1:, TAU_MIN].min()
+    return Figures(
+        error_rms=float(np.sqrt(total[ERROR_SQUARED] / duration) / abs(point.tau)),
+        ripple_pp=float(extremes / abs(point.tau)),
+        i_rms=float(np.sqrt(total[I_SQUARED : I_SQUARED + N].mean() / duration)),
+        f_switch=float(total[TURN_ONS] / duration / (2 * N)),
+    )
+
+
+def main() -> None:
+    """The table of docs/control/best_mpc.md."""
+    generic = Point(80.0, 1500, GENERIC, R=0.05, i_max=200.0)
+    points = {
+        "paper 41.339 N m 1500 rpm": RATED,
+        "paper 20.669 N m 1060.7 rpm": HALF,
+        "60 kW 80 N m 1500 rpm": generic,
+        "four phases 41.339 N m 1500 rpm": Point(41.339, 1500, PAPER, n_phases=4),
+    }
+    cells = [
+        ("edge_mpc", FPGA, 21e3, 1),
+        ("edge_mpc", MICROCONTROLLER, 16e3, 1),
+        ("finite_set_mpc", FPGA, 18e3, 1),
+        ("finite_set_mpc", FPGA, 18e3, 3),
+        ("finite_set_mpc", Timing(10e-6, delay=1, adc_bits=12, encoder_counts=4096), 20e3, 1),
+    ]
+    for law, timing, f, horizon in cells:
+        for name, point in points.items():
+            y = figures(
+                controller(law, point, timing, f, horizon=horizon), point, timing, periods=30
+            )
+            sampling = f"{timing.T_s * 1e6:.0f} us, {timing.delay}"
+            values = f"{100 * y.error_rms:.2f} % | {100 * y.ripple_pp:.1f} % | {y.i_rms:.2f} A"
+            reached = f"{y.f_switch / 1e3:.1f} kHz"
+            print(
+                f"| {law} {horizon} | {sampling} | {name} | {values} | {f / 1e3:.0f} | {reached} |"
+            )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,246 @@
+"""The fair comparison of control laws: equal frequency, equal conditions, no hidden knowledge."""
+
+import copy
+import json
+import re
+import subprocess
+import sys
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import reluctance as rl
+from reluctance import _core
+from reluctance.compare import CONTENDERS, compare, write
+from reluctance.compare.conditions import hertz, operating_point
+from reluctance.compare.contest import torque_to_speed_ripple
+from reluctance.compare.table import as_json, markdown, plain
+from reluctance.compare.tuning import TOLERANCE, Tuner
+from reluctance.errors import ParameterError
+
+ROOT = Path(__file__).parents[1]
+RATED = ROOT / "examples" / "paper_rated.toml"
+FAST = ["sharing_cubic", "deadbeat"]
+
+
+@pytest.fixture(scope="module")
+def rated():
+    return rl.load(RATED, ["control.T_s_us=5"])
+
+
+@pytest.fixture(scope="module")
+def found(rated):
+    return compare(rated, FAST, f_switch=10e3, octaves=(-1.0,), processes=1)
+
+
+def without_times(comparison):
+    tree = copy.deepcopy(as_json(comparison))
+    for record in tree["controls"]:
+        record.pop("ns_per_step", None)
+    return json.dumps(tree)
+
+
+def test_every_law_switches_at_the_asked_frequency(found):
+    for entry in found.entries:
+        assert entry.met
+        assert entry.kpis.switching_frequency == pytest.approx(10e3, rel=TOLERANCE)
+        drive = CONTENDERS[entry.name].drive(found.point, entry.values)
+        again = rl.simulate(drive, until=0.3, record=None).kpis
+        assert again.switching_frequency == pytest.approx(10e3, rel=2 * TOLERANCE)
+        assert again.torque_error_rms == pytest.approx(entry.kpis.torque_error_rms, rel=0.05)
+
+
+def test_the_outcome_does_not_depend_on_the_run_or_the_processes(rated, found):
+    again = compare(rated, FAST, f_switch=10e3, octaves=(-1.0,), processes=2)
+    assert without_times(again) == without_times(found)
+
+
+def test_less_switching_is_more_ripple(found):
+    for entry in found.entries:
+        slow, fast = entry.front
+        assert slow.f_switch == pytest.approx(5e3, rel=TOLERANCE)
+        assert slow.torque_error_rms > 1.2 * fast.torque_error_rms
+
+
+def test_searched_angles_are_no_worse_than_those_by_rule(found):
+    for entry in found.entries:
+        tuner = Tuner(found.point, CONTENDERS[entry.name], 10e3, budget=0)
+        by_rule = tuner.match({}, entry.values[CONTENDERS[entry.name].free.key])
+        assert entry.kpis.torque_error_rms < 1.05 * by_rule.kpis.torque_error_rms
+
+
+def test_the_limit_is_a_limit(found):
+    for entry in found.entries:
+        assert entry.kpis.i_rms > 0.995 * found.bound.i_rms
+
+
+def test_all_laws_meet_the_same_conditions(rated):
+    point = operating_point(rated)
+    for contender in CONTENDERS.values():
+        drive = contender.drive(point, {})
+        for field in fields(drive):
+            if field.name != "control":
+                assert getattr(drive, field.name) is getattr(point, field.name)
+        assert drive.control.T_s_us == point.control.T_s_us
+        assert drive.control.precision == point.control.precision
+        low, _ = contender.free.range(point, 10e3)
+        if contender.free.key == "T_s_us":
+            assert low == point.control.T_s_us  # no carrier is faster than the sampling of others
+
+
+def test_a_frequency_out_of_reach_is_told_and_not_hidden(rated):
+    slow = replace(rated, sensing=type(rated.sensing)(delay_samples=1))
+    out = compare(slow, ["ditc"], f_switch=200e3, octaves=(), processes=1)
+    (entry,) = out.entries
+    assert not entry.met
+    assert entry.kpis.switching_frequency < 200e3
+    assert "at most" in entry.note
+    text = markdown(out)
+    assert "`ditc` *" in text and entry.note in text
+    assert any(line.startswith("ditc *") for line in plain(out))
+
+
+def test_a_law_that_does_not_suit_the_machine_is_told_and_not_hidden():
+    two_phases = ["machine.N_s=4", "machine.N_r=2", "machine.n_phases=2"]
+    drive = rl.load(RATED, two_phases)
+    out = compare(drive, ["deadbeat"], f_switch=5e3, octaves=(), processes=1)
+    (entry,) = out.entries
+    assert entry.kpis is None and not entry.met
+    assert "shares torque" in entry.note and entry.note in markdown(out)
+
+
+def test_speed_ripple_of_a_sinusoidal_torque_is_its_amplitude_over_inertia_and_frequency(rated):
+    result = rl.simulate(rated, until=0.02, record=1e-4)
+    t = np.linspace(0, 0.4, 40001)
+    omega, amplitude = 2 * np.pi * 300, 3.0
+    made = replace(result, t=t, tau=40 + amplitude * np.sin(omega * t))
+    expected = 2 * amplitude / (rated.J * omega) / result.kpis.speed_mean
+    assert torque_to_speed_ripple(made) == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_drive_with_a_speed_loop_is_compared_at_its_equilibrium():
+    point = operating_point(rl.load(ROOT / "examples" / "paper_pump.toml"))
+    omega = 1500 * np.pi / 30
+    assert point.load.kind == "locked"
+    assert point.load.speed_rpm == pytest.approx(1500)
+    assert point.reference.tau_Nm == pytest.approx(0.0015 * omega**2 + 0.02 * omega)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("20kHz", 20e3), ("20 kHz", 20e3), ("15000", 15e3), ("2e4 Hz", 2e4)]
+)
+def test_frequencies_are_read_as_people_write_them(text, value):
+    assert hertz(text) == value
+
+
+@pytest.mark.parametrize("text", ["", "fast", "-3kHz", "0", "nan", "inf", "3MHz"])
+def test_other_frequencies_are_refused(text):
+    with pytest.raises(ParameterError, match="frequency"):
+        hertz(text)
+
+
+@pytest.mark.parametrize(
+    ("override", "says"),
+    [
+        ("load.speed_rpm=0", "standstill"),
+        ("reference.tau_Nm=-5", "need > 0"),
+    ],
+)
+def test_a_drive_without_a_point_to_compare_at_is_refused(override, says):
+    with pytest.raises(ParameterError, match=says):
+        operating_point(rl.load(RATED, [override]))
+
+
+def test_files_are_whole_and_the_command_prints_what_they_hold(found, tmp_path):
+    files = write(found, tmp_path / "new")
+    assert [f.name for f in files] == ["compare.csv", "compare.json", "compare.md", "compare.png"]
+    tree = json.loads(files[1].read_text())
+    assert [r["control"] for r in tree["controls"]] == FAST
+    assert tree["conditions"]["T_s_us"] == 5
+    header, *rows = files[0].read_text().splitlines()
+    assert len(rows) == 2 and "torque_ripple_pp" in header
+    assert "| `deadbeat` |" in files[2].read_text()
+
+
+def test_the_command_line_compares():
+    command = [sys.executable, "-m", "reluctance.cli", "compare", str(RATED)]
+    options = {"capture_output": True, "text": True, "timeout": 120}
+    done = subprocess.run(
+        [*command, "--controls", "deadbeat", "--at-switching-frequency", "5kHz", "--json"],
+        **options,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    (record,) = json.loads(done.stdout)["controls"]
+    assert record["met"] and record["f_switch_Hz"] == pytest.approx(5e3, rel=TOLERANCE)
+    done = subprocess.run([*command, "--controls", "deadbeet"], **options)
+    assert done.returncode == 2 and "did you mean `deadbeat`" in done.stderr
+    assert done.stdout == ""
+
+
+def commands(drive, samples):
+    """What the drive's law orders at a sequence of measurements."""
+    controller = drive.controller()
+    return [
+        _core.step(controller, row[:3], theta_e=row[3], omega_m=row[4], u_dc=row[5], reference=40.0)
+        for row in samples
+    ]
+
+
+@pytest.fixture(scope="module")
+def samples():
+    """Currents, angles and speeds as of a turning drive, none of them from a plant."""
+    rng = np.random.default_rng(4)
+    n = 200
+    i = rng.uniform(0, 120, (n, 3)) * (rng.random((n, 3)) < 0.7)
+    theta = np.mod(np.cumsum(rng.uniform(0, 0.2, n)), 2 * np.pi)
+    return np.column_stack([i, theta, rng.uniform(140, 170, n), rng.uniform(220, 260, n)]).tolist()
+
+
+def unlike_in_the_plant_only(point):
+    """The same to the control: only what it is not told differs. Factors of two are exact."""
+    m = point.machine
+    halved = {k: getattr(m, k) / 2 for k in ("R_ohm", "L_u_H", "L_a_H", "L_sat_H", "psi_m_Wb")}
+    changed = {"J_kgm2": 3 * m.J_kgm2, "B_Nms": 5 * m.B_Nms + 0.1}
+    return replace(
+        point,
+        machine=m.model_copy(update={**halved, **changed}),
+        mismatch=point.mismatch.model_copy(update={"R_factor": 2.0, "flux_factor": 2.0}),
+        converter=point.converter.model_copy(update={"v_switch_V": 2.0, "v_diode_V": 1.5}),
+        load=point.load.model_copy(update={"J_kgm2": 0.1}),
+        simulation=point.simulation.model_copy(update={"theta_start_deg": 33.0}),
+    )
+
+
+@pytest.mark.parametrize("name", CONTENDERS)
+def test_no_law_knows_more_of_the_plant_than_its_measurements(rated, samples, name):
+    point = operating_point(rated)
+    one = CONTENDERS[name].drive(point, {})
+    other = CONTENDERS[name].drive(unlike_in_the_plant_only(point), {})
+    ordered = commands(one, samples)
+    assert commands(other, samples) == ordered
+    tau = [rl.simulate(d, until=0.02, record=None).kpis.tau_mean for d in (one, other)]
+    assert abs(tau[0] - tau[1]) > 0.01 * tau[0]  # the plants do differ
+    its_own = point.mismatch.model_copy(update={"flux_factor": 1.1})
+    informed = CONTENDERS[name].drive(replace(point, mismatch=its_own), {})
+    assert commands(informed, samples) != ordered  # and what it is told, it uses
+
+
+def test_control_headers_include_nothing_of_plant_or_simulation():
+    headers = sorted((ROOT / "include" / "srm" / "control").glob("*.hpp"))
+    assert len(headers) > 10
+    for header in headers:
+        for folder in re.findall(r'#include "srm/(\w+)/', header.read_text()):
+            assert folder in ("base", "machine", "control"), header.name
+
+
+def test_the_published_linear_drive_comes_out_the_same(tmp_path):
+    done = subprocess.run(
+        [sys.executable, ROOT / "studies" / "guc.py", "--out", tmp_path],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("within 1%") == 3

@@ -1,0 +1,111 @@
+"""Predictive control with switching instants: the targets, the rule, every start."""
+
+import numpy as np
+import pytest
+from mpc_loop import (
+    FPGA,
+    GENERIC,
+    HALF,
+    MICROCONTROLLER,
+    PAPER,
+    RATED,
+    Point,
+    Timing,
+    controller,
+    figures,
+    loop,
+    weight,
+)
+
+from reluctance.kpis import TAU, TAU_MAX, TAU_MIN, T
+from reluctance.limit import best_profile
+
+# The paper's machine, the default 60 kW machine, four phases: (point, least rms current [A]).
+CELLS = [
+    (RATED, 48.93),
+    (HALF, 28.73),
+    (Point(-41.339, -1500, PAPER, guide_rpm=1500), 48.93),
+    (Point(80.0, 1500, GENERIC, R=0.05, i_max=200.0), 84.49),
+    (Point(41.339, 1500, PAPER, n_phases=4), 38.09),
+]
+
+
+@pytest.mark.parametrize(("point", "limit_A"), CELLS)
+@pytest.mark.parametrize(
+    ("timing", "f_switch", "rms", "pp", "copper"),
+    [(FPGA, 21e3, 0.0040, 0.020, 1.005), (MICROCONTROLLER, 16e3, 0.0080, 0.050, 1.01)],
+)
+def test_ripple_copper_and_switching_frequency_meet_the_targets(
+    point: Point,
+    limit_A: float,
+    timing: Timing,
+    f_switch: float,
+    rms: float,
+    pp: float,
+    copper: float,
+) -> None:
+    y = figures(controller("edge_mpc", point, timing, f_switch), point, timing)
+    assert y.error_rms < rms
+    assert y.ripple_pp < pp
+    assert y.i_rms < copper * limit_A
+    assert y.f_switch < 20e3
+
+
+@pytest.mark.parametrize(("point", "limit_A"), CELLS[:2])
+def test_the_least_currents_of_the_cells_are_those_of_the_limit(
+    point: Point, limit_A: float
+) -> None:
+    best = best_profile(
+        point.machine, n_phases=3, R=point.R, tau_ref=point.tau, omega_m=point.rpm * np.pi / 30,
+        u_dc=240.0, i_max=point.i_max,
+    )  # fmt: skip
+    assert best.i_rms == pytest.approx(limit_A, rel=1e-3)
+
+
+@pytest.mark.parametrize("f_switch", [8e3, 12e3, 20e3])
+def test_rule_makes_the_switching_frequency_it_is_asked_for(f_switch: float) -> None:
+    for point in (RATED, CELLS[3][0]):
+        y = figures(controller("edge_mpc", point, FPGA, f_switch), point, FPGA)
+        assert 0.7 * f_switch < y.f_switch < 1.05 * f_switch
+
+
+def test_cost_of_a_turn_on_falls_with_the_cube_of_the_frequency() -> None:
+    assert weight(RATED, 10e3) == pytest.approx(8 * weight(RATED, 20e3), rel=1e-9)
+
+
+def test_float_is_as_good_as_double() -> None:
+    for timing, f in ((FPGA, 21e3), (MICROCONTROLLER, 16e3)):
+        y = [
+            figures(controller("edge_mpc", RATED, timing, f, single=single), RATED, timing)
+            for single in (False, True)
+        ]
+        assert y[0].error_rms == pytest.approx(y[1].error_rms, rel=0.1)
+        assert y[0].i_rms == pytest.approx(y[1].i_rms, rel=2e-3)
+
+
+@pytest.mark.parametrize(("timing", "f_switch"), [(FPGA, 20e3), (MICROCONTROLLER, 16e3)])
+@pytest.mark.parametrize("tau", [41.339, -41.339, 3.0])
+def test_starts_from_zero_current_at_every_angle(
+    timing: Timing, f_switch: float, tau: float
+) -> None:
+    point = Point(tau, 0.0, PAPER, guide_rpm=1500)
+    for theta_e in np.linspace(0, 2 * np.pi, 12, endpoint=False):
+        run = loop(controller("edge_mpc", point, timing, f_switch), point, timing,
+                   theta_m=theta_e / 4 + 1e-3)  # fmt: skip
+        run.advance(3e-3)
+        run.close_period()
+        before = run.take_periods()[-1]
+        run.advance(5e-3)
+        run.close_period()
+        after = run.take_periods()[-1]
+        mean = (after[TAU] - before[TAU]) / (after[T] - before[T])
+        assert mean == pytest.approx(tau, rel=0.01)
+        assert after[TAU_MAX] - after[TAU_MIN] < 0.06 * abs(tau)
+
+
+def test_no_torque_is_asked_no_current_flows() -> None:
+    point = Point(1e-9, 1500.0, PAPER)
+    run = loop(controller("edge_mpc", RATED, FPGA, 20e3), point, FPGA)
+    run.advance(1e-3)
+    run.close_period()
+    assert run.take_periods()[-1][TAU_MAX] < 1e-3

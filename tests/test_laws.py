@@ -1,0 +1,191 @@
+"""The [control] tables: what they compute at set-up, what they refuse, what the laws then do."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import reluctance as rl
+from reluctance import _core
+from reluctance.drive import drive_from, machine_table, read_toml
+from reluctance.errors import ParameterError
+from reluctance.laws import flat_top
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+SHARING, DITC, PWM = (EXAMPLES / f"{n}.toml" for n in ("sharing_cubic", "ditc", "pwm_current"))
+DEMO, PULSE, DEADBEAT = (
+    EXAMPLES / f"{n}.toml" for n in ("hysteresis_200A", "single_pulse", "deadbeat")
+)
+
+
+def run(path: Path, *overrides: str, until: float = 0.04) -> rl.kpis.Kpis:
+    return rl.simulate(rl.load(path, list(overrides)), until=until, record=None).kpis
+
+
+@pytest.mark.parametrize("path", [SHARING, DITC, DEADBEAT, PWM], ids=lambda p: p.stem)
+@pytest.mark.parametrize("precision", ["double", "float"])
+def test_laws_give_the_torque_that_is_asked(path: Path, precision: str) -> None:
+    kpis = run(path, f"control.precision='{precision}'")
+    assert kpis.tau_mean == pytest.approx(41.339, rel=0.01)
+
+
+def test_negative_torque_is_the_mirror_image() -> None:
+    """Braking forwards gives the currents of motoring, from the machine's symmetry, backwards."""
+    for path in (SHARING, DEADBEAT):
+        kpis = run(path, "reference.tau_Nm=-41.339", "load.speed_rpm=-1500")
+        assert kpis.tau_mean == pytest.approx(-run(path).tau_mean, rel=2e-3)
+
+
+@pytest.mark.parametrize("tau", [10.0, 20.0, 41.339])
+@pytest.mark.parametrize("law", ["angles", "pwm_current"])
+def test_current_table_gives_its_torque_in_the_loop(tau: float, law: str) -> None:
+    kpis = run(
+        PWM,
+        f"control.law='{law}'",
+        f"reference.tau_Nm={tau}",
+        "control.tau_max_Nm=41.339",
+    )
+    assert kpis.tau_mean == pytest.approx(tau, rel=0.02)
+
+
+def test_flat_top_is_converged() -> None:
+    point = rl.load(PWM).control.point(rl.load(PWM))
+    on, off, i = np.radians(20), np.radians(145), np.array([20.0, 60.0, 120.0])
+    coarse = flat_top.flat_top(point, on, off, i)
+    fine = flat_top.flat_top(point, on, off, i, steps=8 * flat_top.STEPS)
+    np.testing.assert_allclose(coarse.tau, fine.tau, rtol=5e-3)
+    np.testing.assert_allclose(coarse.i_rms, fine.i_rms, rtol=5e-3)
+
+
+def test_least_copper_angles_have_no_better_neighbour() -> None:
+    drive = rl.load(PWM)
+    point = drive.control.point(drive)
+    on, off = flat_top.least_copper_angles(point, 41.339)
+    i = np.linspace(1, 150, 150)
+
+    def copper(on: float, off: float) -> float:
+        pulses = flat_top.flat_top(point, on, off, i)
+        return float(np.interp(41.339, pulses.tau, pulses.i_rms, right=np.inf))
+
+    best = copper(on, off)
+    for d_on, d_off in ((10, 0), (-10, 0), (0, 10), (0, -10)):
+        assert best < copper(on + np.radians(d_on), off + np.radians(d_off)) * 1.001
+
+
+def test_current_table_rises_from_nothing() -> None:
+    drive = rl.load(PWM)
+    table = flat_top.current_table(drive.control.point(drive), 0.35, 2.5, 41.339)
+    assert table[0] == 0.0
+    assert all(a < b for a, b in pairwise(table))
+
+
+@pytest.mark.parametrize("shape", ["linear", "cubic", "sinusoidal", "exponential", "table"])
+@pytest.mark.parametrize("n_phases", [3, 4, 5, 6])
+def test_shares_sum_to_one(shape: str, n_phases: int) -> None:
+    free = np.pi - 2 * np.pi / n_phases
+    table = {"table": [float(x) for x in np.linspace(0, 1, 33) ** 2]} if shape == "table" else {}
+    sharing = _core.Sharing(
+        shape=getattr(_core.Shape, shape), theta_on=0.1 * free, theta_ov=0.8 * free, **table
+    )
+    assert sharing.is_feasible(n_phases)
+    for theta in np.linspace(0, 2 * np.pi, 200):
+        shares = [
+            sharing.share(n_phases, theta - 2 * np.pi * k / n_phases) for k in range(n_phases)
+        ]
+        assert sum(shares) == pytest.approx(1, abs=1e-12)
+        # Only a phase before alignment can give torque.
+        assert all(
+            s == 0
+            for s, k in zip(shares, range(n_phases), strict=True)
+            if (theta - 2 * np.pi * k / n_phases) % (2 * np.pi) > np.pi + 1e-9
+        )
+
+
+def test_table_of_a_straight_line_is_the_linear_sharing() -> None:
+    line = [float(x) for x in np.linspace(0, 1, 33)]
+    a = run(SHARING, "control.sharing='linear'")
+    b = run(SHARING, "control.sharing='table'", f"control.share_table={line}")
+    assert a.tau_mean == pytest.approx(b.tau_mean, rel=1e-6)
+
+
+def test_single_pulse_knows_no_current() -> None:
+    """Without regulation every pulse is one turn-on of each switch."""
+    result = rl.simulate(rl.load(PULSE), until=0.02)
+    assert result.kpis.switching_frequency == pytest.approx(3000 / 60 * 4, rel=1e-6)
+    assert not result.tau_ref.any()
+    assert not result.i_ref.any()
+
+
+def test_hysteresis_stays_in_its_band() -> None:
+    result = rl.simulate(rl.load(DEMO), until=0.06)
+    assert result.i.max() == pytest.approx(210, abs=1e-3)
+    for k in range(3):
+        theta = (4 * result.theta_m - 2 * np.pi * k / 3) % (2 * np.pi)
+        inside = (theta > np.radians(40)) & (theta < np.radians(119.9)) & (result.t > 0.03)
+        assert result.i[k][inside].min() > 190 - 1e-3
+
+
+@pytest.mark.parametrize(
+    ("path", "settings", "message"),
+    [
+        (SHARING, ["control.theta_on_deg=20.0"], "needs both theta_on_deg and theta_ov_deg"),
+        (
+            SHARING,
+            ["control.theta_on_deg=20.0", "control.theta_ov_deg=50.0"],
+            "together at most 60",
+        ),
+        (SHARING, ["control.theta_on_deg=-1.0", "control.theta_ov_deg=20.0"], "theta_on_deg >= 0"),
+        (SHARING, ["control.theta_on_deg=0.0", "control.theta_ov_deg=0.0"], "theta_ov_deg > 0"),
+        (SHARING, ["control.sharing='table'"], "share_table: need 33 shares"),
+        (SHARING, ["control.sharing='square'"], "sharing = 'square', need 'linear'"),
+        (SHARING, ["control.share_table=[0.0, 1.0]"], "share_table has no effect"),
+        (SHARING, ["control.i_band_A=0"], "i_band_A = 0, need > 0"),
+        (
+            SHARING,
+            ["machine.N_s=4", "machine.N_r=2", "machine.n_phases=2"],
+            "n_phases = 2 no angle has two",
+        ),
+        (
+            PULSE,
+            ["reference.kind='torque'", "reference.tau_Nm=1.0"],
+            "takes .reference. kind = 'none'",
+        ),
+        (
+            PULSE,
+            ["control.law='ditc'", "control.theta_off_deg=140.0"],
+            "unknown key `regulate`",
+        ),
+        (PULSE, ["reference.tau_Nm=0.0"], "tau_Nm has no effect with kind = 'none'"),
+        (PULSE, ["control.i_ref_A=10.0"], "i_ref_A has no effect with regulate = 'none'"),
+        (PULSE, ["control.theta_off_deg=-10.0"], "need theta_off_deg above theta_on_deg"),
+        (DEMO, ["control.i_band_A=500"], "i_band_A = 500, need less than"),
+        (DEMO, ["control.i_ref_A=451"], "i_ref_A = 451, need <= "),
+        (DITC, ["control.theta_on_deg=20.0", "control.theta_off_deg=130.0"], "need >= 120"),
+        (DITC, ["control.tau_band_Nm=2.0", "control.tau_band_outer_Nm=1.0"], "need >= tau_band_Nm"),
+        (PWM, ["control.bandwidth_Hz=10000"], "need <= 7957"),
+        (PWM, ["control.theta_on=20"], "did you mean `theta_on_deg`"),
+    ],
+)
+def test_wrong_table_is_refused_in_one_line(path: Path, settings: list[str], message: str) -> None:
+    with pytest.raises(ParameterError, match=message) as fault:
+        rl.load(path, settings)
+    assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize("law", ["angles", "pwm_current", "torque_sharing", "ditc", "deadbeat"])
+def test_law_without_anything_to_follow_is_refused(law: str) -> None:
+    data = read_toml(SHARING)
+    data |= {
+        "machine": machine_table("paper_6_4", EXAMPLES),
+        "reference": {"kind": "none"},
+        "control": {"law": law, "T_s_us": 20},
+    }
+    with pytest.raises(ParameterError, match="needs a torque or speed to follow"):
+        drive_from(data)
+
+
+def test_torque_beyond_the_angles_is_refused() -> None:
+    drive = rl.load(PWM, ["control.theta_on_deg=100.0", "control.theta_off_deg=120.0"])
+    with pytest.raises(ParameterError, match="give a mean torque of at most"):
+        rl.simulate(drive, until=0.01)
