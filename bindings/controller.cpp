@@ -36,8 +36,9 @@ std::vector<double> step(AnyController& controller, const std::vector<double>& i
         srm::Measurement<double, N> y{.theta_e = theta_e, .omega_m = omega_m, .u_dc = u_dc};
         for (int k = 0; k < N; ++k) y.i[k] = i[k];
         const srm::Orders<N> orders = sampled(y, reference);
-        std::vector<double> rows(N * command_columns);
+        std::vector<double> rows(N * command_columns + 1);
         for (int k = 0; k < N; ++k) write(orders.command[k], &rows[k * command_columns]);
+        rows.back() = orders.tau_ref;
         return rows;
       },
       controller.step);
@@ -57,11 +58,12 @@ AnyController from_function(int n_phases, nb::callable function) {
       const std::vector<double> i(y.i.begin(), y.i.end());
       const auto rows =
           nb::cast<std::vector<double>>((*owner)(i, y.theta_e, y.omega_m, y.u_dc, reference));
-      if (int(rows.size()) != N * command_columns) {
-        throw std::invalid_argument("need 11 numbers a phase from the controller function");
+      if (int(rows.size()) != N * command_columns + 1) {
+        throw std::invalid_argument("need 11 numbers a phase and the torque reference");
       }
       srm::Orders<N> orders;
       for (int k = 0; k < N; ++k) orders.command[k] = read(&rows[k * command_columns]);
+      orders.tau_ref = rows.back();
       return orders;
     };
     return {sampled, {}};
@@ -80,7 +82,8 @@ void bind_controller(nb::module_& m) {
         nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("reference"),
         "One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link "
         "voltage [V], reference [N m or rad/s] to commands. Per phase 11 numbers: gate, three "
-        "legs, two edges [s], i_ref, i_band [A], chop, theta_on, theta_off [rad].");
+        "legs, two edges [s], i_ref, i_band [A], chop, theta_on, theta_off [rad]; last the torque "
+        "reference worked to [N m].");
   m.def("controller_from", &from_function, nb::arg("n_phases"), nb::arg("function"),
         "A controller that calls function(i, theta_e, omega_m, u_dc, reference) at every sample "
         "and takes the commands from it, in the form that `step` returns.");

@@ -53,6 +53,7 @@ inline nb::object described(srm::Leg v) { return described_enum("srm::Leg", v); 
 inline nb::object described(srm::AngleWatch v) { return described_enum("srm::AngleWatch", v); }
 inline nb::object described(srm::Carriers v) { return described_enum("srm::Carriers", v); }
 inline nb::object described(srm::Shape v) { return described_enum("srm::Shape", v); }
+inline nb::object described(srm::Motion v) { return described_enum("srm::Motion", v); }
 inline nb::object described(srm::Outer v) { return described_enum("srm::Outer", v); }
 
 template <class V>
@@ -181,6 +182,13 @@ nb::object described(const srm::SpeedPi<T>& s) {
                           "K_p, K_i, tau_min, tau_max, T_s", K_p, K_i, tau_min, tau_max, T_s);
 }
 
+template <srm::Real T>
+nb::object described(const srm::AngleTracker<T>& tracker) {
+  const auto& [T_s, bandwidth, N_r] = tracker;
+  return described_fields(template_id("srm::AngleTracker", type_name(T{})), "T_s, bandwidth, N_r",
+                          T_s, bandwidth, N_r);
+}
+
 template <srm::Real T, int N>
 nb::object described(const srm::Angles<T, N>& law) {
   const auto& [conduction, reference, i_band, chop, watch] = law;
@@ -254,11 +262,11 @@ nb::object described(const srm::EdgeMpc<M, N>& law) {
 
 template <class Law>
 nb::object described(const srm::DriveControl<Law>& control) {
-  const auto& [law, outer, speed] = control;
+  const auto& [law, outer, speed, motion, tracker] = control;
   const nb::object inside = described(law);
   const std::string type = nb::cast<std::string>(inside["type"]);
-  return described_fields(template_id("srm::DriveControl", type), "law, outer, speed", law, outer,
-                          speed);
+  return described_fields(template_id("srm::DriveControl", type),
+                          "law, outer, speed, motion, tracker", law, outer, speed, motion, tracker);
 }
 
 template <class... V>

@@ -40,7 +40,7 @@ nb::tuple leg_search(const Matrix& phases, double tau_ref, double u_dc, double R
   std::array<int, 3> last;
   for (int k = 0; k < 3; ++k) {
     const double* x = phases.data() + 10 * k;
-    s.phases[k] = {x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], false};
+    s.phases[k] = {x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], false, 0};
     s.lowest[k] = -1;
     s.highest[k] = 1;
     last[k] = int(x[9]);

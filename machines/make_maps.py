@@ -27,7 +27,9 @@ def npf_vector() -> FluxTable:
     psi_a = np.asarray(NPF_ALIGNED_WB)
     psi_u = np.interp(i, NPF_UNALIGNED_A, NPF_UNALIGNED_WB)
     theta_e = np.radians(np.linspace(0, 180, 25))
-    psi = np.outer((psi_a + psi_u) / 2, np.ones(25)) - np.outer((psi_a - psi_u) / 2, np.cos(theta_e))
+    psi = np.outer((psi_a + psi_u) / 2, np.ones(25)) - np.outer(
+        (psi_a - psi_u) / 2, np.cos(theta_e)
+    )
     return FluxTable(4, i, theta_e, psi)
 
 

@@ -3,8 +3,9 @@
     python studies/guc.py [--out DIR]
 
 The drive: 6/4 machine with straight lines of inductance, 300 V, speed loop, cubic torque sharing,
-current hysteresis; 100 rad/s, a load of 1.5 N m from 0.1 s on. Source: github.com/andrew-abdelmalak/
-srm-speed-torque-control @ 1a25e52 (MIT), its numbers in machines/guc_linear_6_4.toml and below.
+current hysteresis; 100 rad/s, a load of 1.5 N m from 0.1 s on. Source:
+github.com/andrew-abdelmalak/srm-speed-torque-control @ 1a25e52 (MIT); its numbers are in
+machines/guc_linear_6_4.toml and below.
 
 Two rows are made. `as published` runs the published control law, written again here from its
 description, in the loop of this program; `torque_sharing` runs this program's own law of that name.

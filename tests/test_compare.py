@@ -1,6 +1,7 @@
 """The fair comparison of control laws: equal frequency, equal conditions, no hidden knowledge."""
 
 import copy
+import csv
 import json
 import re
 import subprocess
@@ -244,3 +245,25 @@ def test_the_published_linear_drive_comes_out_the_same(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("within 1%") == 3
+
+
+def test_laws_over_speed_stay_within_the_limit(tmp_path):
+    done = subprocess.run(
+        [sys.executable, ROOT / "studies" / "speed_range.py", "--quick", "--out", tmp_path],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    with (tmp_path / "speed_range.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert (tmp_path / "speed_range.png").stat().st_size > 10_000
+    by_speed = {}
+    for row in rows:
+        by_speed.setdefault(float(row["speed_rpm"]), {})[row["control"]] = row
+    assert list(by_speed) == [1500, 3000]
+    for at in by_speed.values():
+        for control in FAST:
+            assert float(at[control]["torque_error_rms"]) > float(at["limit"]["torque_error_rms"])
+            capability = float(at[control]["torque_capability_Nm"])
+            assert 0 < capability < 1.05 * float(at["limit"]["torque_capability_Nm"])

@@ -1,5 +1,7 @@
 """Predictive control with switching instants: the targets, the rule, every start."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mpc_loop import (
@@ -109,3 +111,12 @@ def test_no_torque_is_asked_no_current_flows() -> None:
     run.advance(1e-3)
     run.close_period()
     assert run.take_periods()[-1][TAU_MAX] < 1e-3
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.2])
+def test_wrong_resistance_moves_neither_torque_nor_ripple(factor: float) -> None:
+    believed = replace(RATED, R=factor * RATED.R)
+    for timing, f, rms in ((FPGA, 20e3, 0.0045), (MICROCONTROLLER, 16e3, 0.0080)):
+        y = figures(controller("edge_mpc", believed, timing, f), RATED, timing)
+        assert y.error_rms < rms
+        assert y.i_rms == pytest.approx(48.93, rel=5e-3)

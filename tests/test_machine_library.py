@@ -245,7 +245,9 @@ def test_a_refused_map_needs_a_reason(paper_map, tmp_path):
     assert "off.csv is refused: torque differs" in line
     assert "accepted_because" in line
     assert "\n" not in line
-    because = machine_from(as_map(paper_map[0], path, accepted_because="torque is of another stack"))
+    because = machine_from(
+        as_map(paper_map[0], path, accepted_because="torque is of another stack")
+    )
     assert because.report.verdict == "refused"
     for empty in ("", "  "):
         with pytest.raises(rl.ParameterError, match="is refused"):

@@ -35,6 +35,9 @@ static_assert(offsetof(Phase, theta_off) == offsetof(reluctance_phase_command, t
 State& state_of(reluctance_controller* controller) {
   return *std::launder(reinterpret_cast<State*>(controller));
 }
+const State& state_of(const reluctance_controller* controller) {
+  return *std::launder(reinterpret_cast<const State*>(controller));
+}
 
 }  // namespace
 
@@ -57,8 +60,11 @@ reluctance_status reluctance_step(reluctance_controller* controller,
 }
 
 reluctance_status reluctance_get_status(const reluctance_controller* controller) {
-  const State& x = *std::launder(reinterpret_cast<const State*>(controller));
-  return static_cast<reluctance_status>(x.guard.status);
+  return static_cast<reluctance_status>(state_of(controller).guard.status);
+}
+
+float reluctance_torque_reference(const reluctance_controller* controller) {
+  return state_of(controller).law.tau_ref;
 }
 
 const char* reluctance_describe(reluctance_status status) {

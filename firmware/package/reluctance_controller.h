@@ -80,6 +80,9 @@ reluctance_status reluctance_step(reluctance_controller* controller,
 reluctance_status reluctance_get_status(const reluctance_controller* controller);
 const char* reluctance_describe(reluctance_status status);
 
+/* The torque that the last step worked to, for telemetry; with a speed loop, its output [N m]. */
+float reluctance_torque_reference(const reluctance_controller* controller);
+
 /* Forgets the fault and all that was remembered. For a person's decision, not for a loop. */
 void reluctance_reset(reluctance_controller* controller);
 

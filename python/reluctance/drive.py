@@ -100,6 +100,12 @@ class Sensing(Section):
     adc_bits: int = Field(0, ge=0, le=24)
     i_range_A: float = Field(0.0, ge=0)  # full scale of the current converter
     encoder_counts: int = Field(0, ge=0)  # per revolution
+    tracker_bandwidth_Hz: float = Field(80.0, gt=0)  # of the observer on a counted angle
+
+    @property
+    def tracker_bandwidth(self) -> float:
+        """Of the observer that makes angle and speed of the counts; 0 with an ideal sensor [rad/s]."""
+        return 2 * np.pi * self.tracker_bandwidth_Hz if self.encoder_counts > 0 else 0.0
 
     @model_validator(mode="after")
     def converter_has_a_range(self) -> Sensing:

@@ -99,9 +99,8 @@ def plot_energy_loop(ax: Axes, result: Result, loop: EnergyLoop) -> Axes:
 
 def text(loop: EnergyLoop) -> str:
     """The numbers in one line."""
-    return (
-        f"area {loop.area:.5g} J, torque x angle {loop.work:.5g} J, apart {abs(loop.difference):.1e}"
-    )
+    apart = f"apart {abs(loop.difference):.1e}"
+    return f"area {loop.area:.5g} J, torque x angle {loop.work:.5g} J, {apart}"
 
 
 def save_energy_loop(result: Result, path: str | Path) -> list[EnergyLoop]:

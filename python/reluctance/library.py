@@ -29,7 +29,9 @@ def machine_from(table: object, *, where: str = "[machine]") -> MachineFile:
         raise ParameterError(f"missing key `model` in {where}")
     model = table["model"]
     if not isinstance(model, str) or model not in MODELS:
-        raise ParameterError(f"{where} model = {model!r} is unknown{did_you_mean(str(model), MODELS)}")
+        raise ParameterError(
+            f"{where} model = {model!r} is unknown{did_you_mean(str(model), MODELS)}"
+        )
     return checked(MODELS[model], table, where)
 
 

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from reluctance.errors import ParameterError
 from reluctance.library import machine_table
-from reluctance.map_file import accept_in, machine_text
+from reluctance.map_file import accept_in, machine_text, write_text
 from reluctance.map_machine import CONVENTIONS
 from reluctance.save import check_ending, write_whole
 
@@ -33,9 +33,18 @@ MapFile = Annotated[
 RotorPoles = Annotated[
     int | None, typer.Option("--N_r", metavar="POLES", help="Rotor poles, unless the file says.")
 ]
-AngleUnit = Annotated[str | None, typer.Option(metavar="deg|rad", help="Of the file's angles.")]
+AngleUnit = Annotated[
+    str | None,
+    typer.Option("--angle_unit", "--angle-unit", metavar="deg|rad", help="Of the file's angles."),
+]
 AngleKind = Annotated[
-    str | None, typer.Option(metavar="mechanical|electrical", help="Of the file's angles.")
+    str | None,
+    typer.Option(
+        "--angle_kind",
+        "--angle-kind",
+        metavar="mechanical|electrical",
+        help="Of the file's angles.",
+    ),
 ]
 Zero = Annotated[
     str | None, typer.Option(metavar="unaligned|aligned", help="Where the file's zero angle is.")
@@ -69,6 +78,7 @@ class Stated:
     name: tuple[str, ...] = ()
     torque: Path | None = None
     i_max_A: float | None = None
+    accepted: bool = False
 
 
 def _read(file: Path, stated: Stated) -> "tuple[FluxTable, Stated]":
@@ -98,7 +108,12 @@ def _from_machine_file(file: Path) -> tuple[Path, Stated]:
     known: Mapping[str, Any] = {k: machine.get(k) for k in ("N_r", "i_max_A", *CONVENTIONS)}
     torque = machine.get("torque_map")
     names = tuple(f"{k}={v}" for k, v in machine.get("names", {}).items())
-    stated = Stated(**known, name=names, torque=None if torque is None else Path(torque))
+    stated = Stated(
+        **known,
+        name=names,
+        torque=None if torque is None else Path(torque),
+        accepted=bool(machine.get("accepted_because")),
+    )
     return Path(machine["map"]), stated
 
 
@@ -136,9 +151,7 @@ def check(
     from reluctance.maps import check_map, repair_map, write_map
     from reluctance.maps.report import check_table
 
-    stated = Stated(
-        poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque, i_max
-    )
+    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque, i_max)
     if repair is not None:
         check_ending(repair, {".csv"})
     if accept is not None and (file.suffix.lower() != ".toml" or not accept.strip()):
@@ -162,9 +175,9 @@ def check(
         _tell("read as", report.notes)
         _tell("repair", changed)
         _tell("refused", report.reasons)
-        if accept is not None:
+        if accept is not None or stated.accepted:
             print(f"accepted: the reason is in {file}" if report.reasons else "nothing to accept")
-    if report.reasons and accept is None:
+    if report.reasons and accept is None and not stated.accepted:
         raise typer.Exit(1)
 
 
@@ -287,6 +300,6 @@ def import_map(
         notes=table.notes,
     )
     write_whole(copy, lambda path: write_map(table, path))
-    write_whole(out, lambda path: path.write_text(text, encoding="utf-8"))
+    write_text(out, text)
     print(f"wrote {out} and {copy}")
     print(f"next: reluctance run DRIVE.toml --set machine={out}")

@@ -71,17 +71,26 @@ def accept_in(path: Path, reason: str) -> None:
     ParameterError
         If the file could not be used with it either; then it stays as it was.
     """
-    kept = [
-        line
-        for line in path.read_text(encoding="utf-8").splitlines()
-        if not re.match(r"\s*accepted_because\s*=", line)
-    ]
-    place = next(n for n, line in enumerate(kept) if re.match(r"\s*map\s*=", line))
-    kept.insert(place + 1, f"accepted_because = {quoted(reason)}")
-    text = "\n".join(kept) + "\n"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    keys = [line.partition("=")[0].strip() for line in lines]
+    if "accepted_because" not in keys:
+        place = keys.index("map") + 1
+        lines.insert(place, "")
+        keys.insert(place, "accepted_because")
+    lines[keys.index("accepted_because")] = f"accepted_because = {quoted(reason)}"
+    text = "\n".join(lines) + "\n"
     table = tomllib.loads(text)["machine"]
     machine_from(with_paths(table, path.parent))
-    write_whole(path, lambda p: p.write_text(text, encoding="utf-8"))
+    write_text(path, text)
+
+
+def write_text(path: Path, text: str) -> None:
+    """All of the text or nothing."""
+
+    def write(temporary: Path) -> None:
+        temporary.write_text(text, encoding="utf-8")
+
+    write_whole(path, write)
 
 
 def quoted(text: str) -> str:

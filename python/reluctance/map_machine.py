@@ -73,7 +73,10 @@ class MapMachine(MachineFile):
         """All that the table depends on, the content of its files included."""
         stated = tuple(getattr(self, name) for name in CONVENTIONS)
         names = tuple(sorted(self.names.items()))
-        contents = (_digest(self.map), None if self.torque_map is None else _digest(self.torque_map))
+        contents = (
+            _digest(self.map),
+            None if self.torque_map is None else _digest(self.torque_map),
+        )
         return (self.map, self.torque_map, self.N_r, stated, names, self.psi_factor, contents)
 
 

@@ -55,8 +55,6 @@ def simulate(
         End of the run [s]; by default the drive's own.
     record : float or None
         Interval of the waveforms [s]; 0 keeps every solver point and event, None keeps nothing.
-        The iron loss of a machine with [machine.iron] is that of the waveforms: of every solver
-        point and event unless an interval is given.
     progress : callable, optional
         Is told the time reached [s], every few milliseconds.
     controller : Controller, optional
@@ -83,8 +81,9 @@ def simulate(
         raise ParameterError(f"until = {end:g} s, need > 0")
     if controller is None:
         controller = drive.controller()
-    watched = record is not None or drive.machine.iron is not None
-    loop = _simulation(drive, controller, (record or 0.0) if watched else -1.0)
+    iron = drive.machine.iron is not None  # its loss needs every point, whatever is kept
+    watched = iron or record is not None
+    loop = _simulation(drive, controller, -1.0 if not watched else 0.0 if iron else record or 0.0)
     loop.close_period()
     waveforms, periods = [], []
     wall, t = 0.0, 0.0
@@ -102,7 +101,9 @@ def simulate(
     rows = np.vstack([*waveforms, loop.take_waveforms()])
     period_rows = np.vstack([*periods, loop.take_periods()])
     p_fe = _iron_loss(drive, rows, period_rows)
-    return _result(drive, rows if record is not None else rows[:0], period_rows, wall / end, p_fe)
+    if iron:
+        rows = rows[:0] if record is None else _on_grid(rows, record)
+    return _result(drive, rows, period_rows, wall / end, p_fe)
 
 
 def _simulation(
@@ -148,6 +149,19 @@ def _magnetics(drive: Drive, rows: FloatArray) -> FloatArray:
     i = np.ascontiguousarray(rows[:, 4::3].T)
     flat = _core.magnetics(machine.magnetics, i.ravel(), theta_e.ravel())
     return flat.T.reshape(5, *i.shape)
+
+
+def _on_grid(rows: FloatArray, record: float) -> FloatArray:
+    """Rows at equal intervals [s] out of all: states between their neighbours, orders and legs as
+    they last were. The last row stays."""
+    if record == 0:
+        return rows
+    t = rows[:, 0]
+    grid = record * np.arange(int(t[-1] / record * (1 - 1e-12)) + 1)
+    thinned = rows[np.searchsorted(t, grid + 1e-9 * record, side="right") - 1]
+    for column in (0, 1, 2, *range(4, rows.shape[1], 3)):
+        thinned[:, column] = np.interp(grid, t, rows[:, column])
+    return np.vstack([thinned, rows[-1:]])
 
 
 def _iron_loss(drive: Drive, rows: FloatArray, periods: FloatArray) -> float | None:

@@ -4,7 +4,7 @@
 // pipes, a simulation is at the other end and the loop is closed. Little-endian 32-bit words:
 //
 //   sample   measurement, reference
-//   order    status, instructions of the step, command
+//   order    status, instructions of the step, command, torque reference
 //   at the end: fingerprint and stack bytes of the step, as the last two words
 //
 // Instructions are counted by SysTick under the emulator's `-icount shift=10`: an instruction takes
@@ -26,6 +26,7 @@ struct Order {
   std::uint32_t status;
   std::uint32_t instructions;
   reluctance_command command;
+  float tau_ref;
 };
 
 volatile std::uint32_t& tick_register(std::uint32_t offset) {
@@ -66,6 +67,7 @@ Order order;
   order.status =
       reluctance_step(&controller, &sample.measurement, sample.reference, &order.command);
   const std::uint32_t after = ticks();
+  order.tau_ref = reluctance_torque_reference(&controller);
   order.instructions = (((before - after) & 0xFFFFFF) * 10 + 128) / 256;
 }
 

@@ -1,6 +1,7 @@
-// The whole controller: speed loop or torque reference, then the control law.
+// The whole controller: angle tracker, speed loop or torque reference, then the control law.
 #pragma once
 
+#include "srm/control/angle_tracker.hpp"
 #include "srm/control/interface.hpp"
 #include "srm/control/speed_pi.hpp"
 
@@ -8,6 +9,9 @@ namespace srm {
 
 /// What the reference means.
 enum class Outer : std::int8_t { torque, speed };
+
+/// Where angle and speed come from: as measured, or tracked on the measured angle.
+enum class Motion : std::int8_t { measured, tracked };
 
 template <ControlLaw Law>
 struct DriveControl {
@@ -18,15 +22,23 @@ struct DriveControl {
   Law law;
   Outer outer;
   SpeedPi<T> speed;  // used with Outer::speed
+  Motion motion;
+  AngleTracker<T> tracker;  // used with Motion::tracked
 
   struct State {
     typename Law::State law;
     typename SpeedPi<T>::State speed;
+    typename AngleTracker<T>::State tracker;
     T tau_ref{};  // the torque reference of the last step [N m]
   };
 
   /// reference: torque [N m] or speed [rad/s], as `outer` says.
-  Command<T, n_phases> step(State& state, const Measurement<T, n_phases>& y, T reference) const {
+  Command<T, n_phases> step(State& state, Measurement<T, n_phases> y, T reference) const {
+    if (motion == Motion::tracked) {
+      tracker.step(state.tracker, y.theta_e);
+      y.theta_e = state.tracker.theta_e;
+      y.omega_m = tracker.omega_m(state.tracker);
+    }
     state.tau_ref =
         outer == Outer::speed ? speed.step(state.speed, reference, y.omega_m) : reference;
     return law.step(state.law, y, state.tau_ref);

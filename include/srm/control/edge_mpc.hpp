@@ -42,14 +42,12 @@ struct EdgeMpc {
   T T_s;                // control period [s]
   int delay;            // samples from measurement to effect: 0 or 1
 
-  struct State {
-    Command<T, N> ordered{};  // in the sample before
-  };
+  using State = Memory<T, N>;
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     const T ahead = max(T_s, T(10e-6));
     const Outlook<M, N> outlook{machine, guide, R, T_s, delay, ahead, psi_slack / T(100)};
-    const auto phases = outlook.at(y, tau_ref, state.ordered);
+    const auto phases = outlook.at(y, tau_ref, state);
     const Plan plan = problem(phases, y.u_dc, abs(tau_ref));
 
     typename Plan::Point x;

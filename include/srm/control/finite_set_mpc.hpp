@@ -40,16 +40,14 @@ struct FiniteSetMpc {
   T T_s;                // control period [s]
   int delay;            // samples from measurement to effect: 0 or 1
 
-  struct State {
-    Command<T, N> ordered{};  // in the sample before
-  };
+  using State = Memory<T, N>;
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     const T ahead = T_s * static_cast<T>(horizon);
     const T off = y.u_dc * T(1e-7);  // the flux of 0.1 us
     const Outlook<M, N> model{machine, guide, R, T_s, delay, ahead, off};
     LegSearch<T, N> search;
-    search.phases = model.at(y, tau_ref, state.ordered);
+    search.phases = model.at(y, tau_ref, state);
     search.tau_ref = abs(tau_ref);
     search.u_dc = y.u_dc;
     search.R = R;

@@ -68,7 +68,7 @@ struct LegSearch {
     Branch b;
     for (int level = lowest[k]; level <= highest[k]; ++level) {
       const bool blocked = level <= 0 && !(node.psi[k] > T(0));
-      const T rise = blocked ? T(0) : T_s * (static_cast<T>(level) * u_dc - R * x.i);
+      const T rise = blocked ? T(0) : T_s * (static_cast<T>(level) * u_dc - R * x.i + x.bias);
       const T psi = max(node.psi[k] + rise, T(0));
       const bool conducting = psi > T(0);
       const T moved = psi - x.psi;

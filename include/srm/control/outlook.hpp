@@ -31,11 +31,12 @@ struct PhaseOutlook {
   T i_gain;     // di/dpsi [1/H]
   T i_drift;    // di/dt at constant flux linkage [A/s]
   bool idle;    // the guide wants no current here
+  T bias{};     // voltage that the model misses [V]
 
   /// Slope of the flux linkage. A phase without current stays there: the diodes block.
   T rate(int level, T u_dc, T R) const {
     if (level <= 0 && !(psi > T(0))) return T(0);
-    return static_cast<T>(level) * u_dc - R * i;
+    return static_cast<T>(level) * u_dc - R * i + bias;
   }
 };
 
@@ -49,6 +50,14 @@ T magnetizing_time(const PhaseCommand<T>& c, T T_s) {
          level(c.leg[2]) * (T_s - second);
 }
 
+/// What a law remembers from sample to sample.
+template <Real T, int N>
+struct Memory {
+  Command<T, N> ordered{};        // in the sample before
+  std::array<T, N> i_expected{};  // at this sample, by the outlook of the one before [A]
+  std::array<T, N> bias{};        // voltage that the model misses [V]
+};
+
 template <Machine M, int N>
 struct Outlook {
   using T = typename M::Scalar;
@@ -61,9 +70,8 @@ struct Outlook {
   T ahead;              // length of the secants [s]
   T off;                // a guide below this flux linkage wants no current [Wb]
 
-  /// ordered: the orders of the sample before, read if there is a delay.
   std::array<PhaseOutlook<T>, N> at(const Measurement<T, N>& y, T tau_ref,
-                                    const Command<T, N>& ordered) const {
+                                    Memory<T, N>& memory) const {
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
     const T demand = sense * tau_ref;
     const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
@@ -73,18 +81,34 @@ struct Outlook {
       const T theta_k = phase_angle<N>(y.theta_e, k);
       const auto angle = [&](T t) { return wrap(sense * (theta_k + omega_e * t)); };
       T i = max(y.i[k], T(0));
-      if (delay > 0) i = carried(i, angle(T(0)), angle(begin), ordered[k], y.u_dc);
+      if (delay > 0) {
+        i = carried(i, angle(T(0)), angle(begin), memory.ordered[k], y.u_dc, memory.i_expected[k],
+                    memory.bias[k]);
+        memory.i_expected[k] = i;
+      }
       phases[k] = phase(i, angle(begin), angle(begin + ahead), sense * y.omega_m, demand, y.u_dc);
+      phases[k].bias = memory.bias[k];
     }
     return phases;
   }
 
  private:
-  /// The current after the sample under way: flux linkage first, then the machine's curve.
-  T carried(T i, T theta, T theta_end, const PhaseCommand<T>& c, T u_dc) const {
+  /// The current after the sample under way: flux linkage first, then the machine's curve. On the
+  /// way the error of the last such prediction corrects the bias: device drops, a warm winding. A
+  /// tenth of the dc link bounds it, so that a wrong flux map cannot wind it up.
+  T carried(T i, T theta, T theta_end, const PhaseCommand<T>& c, T u_dc, T i_expected,
+            T& bias) const {
     const T magnetized = magnetizing_time(c, T_s) * u_dc;
-    if (!(i > T(0)) && !(magnetized > T(0))) return T(0);  // the diodes block
-    const T driven = machine.at(i, theta).psi + magnetized;
+    if (!(i > T(0)) && !(magnetized > T(0))) {  // the diodes block
+      bias = T(0);
+      return T(0);
+    }
+    const Magnetics<T> here = machine.at(i, theta);
+    if (i > T(0) && i_expected > T(0)) {
+      const T missed = (i - i_expected) * here.L_inc / T_s;
+      bias = clamp(bias + missed / T(8), -u_dc / T(10), u_dc / T(10));
+    }
+    const T driven = here.psi + magnetized + bias * T_s;
     T i_end = i;
     for (int trial = 0; trial < 2; ++trial) {
       const Magnetics<T> m = machine.at(i_end, theta_end);

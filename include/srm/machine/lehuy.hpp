@@ -3,14 +3,15 @@
 // H. Le-Huy, P. Brunelle, "A versatile nonlinear switched reluctance motor model in Simulink using
 // realistic and analytical magnetization characteristics", IECON 2005, pp. 1556-1561.
 //
-//   aligned      psi_a(i) = L_sat i + A (1 - e^(-B i))     A = psi_m - L_sat i_m,  B = (L_a -
-//   L_sat)/A unaligned    psi_u(i) = L_u i between      psi = psi_u + (psi_a - psi_u) f, f(x) = x^2
-//   (3 - 2 x),  x = theta_e/pi co-energy    W_c = L_u i^2/2 + G(i) f,                 G = (L_sat -
-//   L_u) i^2/2 + A i - (A/B)(1 - e^(-B i))
+// clang-format off
+//   aligned    psi_a(i) = L_sat i + A (1 - e^(-B i)),  A = psi_m - L_sat i_m,  B = (L_a - L_sat)/A
+//   unaligned  psi_u(i) = L_u i
+//   between    psi = psi_u + (psi_a - psi_u) f,        f(x) = x^2 (3 - 2 x),   x = theta_e/pi
+//   co-energy  W_c = L_u i^2/2 + G(i) f,  G = (L_sat - L_u) i^2/2 + A i - (A/B)(1 - e^(-B i))
+// clang-format on
 //
-// f is the only cubic with f(unaligned) = 0, f(aligned) = 1 and no slope at either. The source
-// paper prints it with a wrong sign and closes the torque bracket too early: docs/paper.md, errata
-// 4, 5.
+// f is the only cubic with f(unaligned) = 0, f(aligned) = 1 and no slope at either. The source paper
+// prints it with a wrong sign and closes the torque bracket too early: docs/paper.md, errata 4, 5.
 #pragma once
 
 #include "srm/machine/magnetics.hpp"

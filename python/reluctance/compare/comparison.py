@@ -101,7 +101,8 @@ def compare(
 
 
 def best_profile(point: Drive) -> limit.Profile:
-    """The physical limit at an operating point, for the plant as it is."""
+    """The physical limit at an operating point, for the plant as it is; where ripple there must be,
+    the least rms error."""
     machine = point.machine
     return limit.best_profile(
         machine.magnetics,
@@ -111,6 +112,7 @@ def best_profile(point: Drive) -> limit.Profile:
         omega_m=point.omega_nominal,
         u_dc=point.converter.u_dc_V,
         i_max=machine.i_max_A,
+        norm="rms",
     )
 
 
@@ -126,7 +128,7 @@ def _fill_the_cache(point: Drive, names: list[str]) -> None:
     for name in names:
         try:
             CONTENDERS[name].drive(point, {}).controller()
-        except ParameterError:  # `contest` reports it
+        except (ParameterError, RuntimeError):  # `contest` reports it
             continue
 
 

@@ -21,7 +21,7 @@ class Free:
     """The parameter that the switching frequency is set with."""
 
     key: str  # in [control]
-    unit: Literal["i_max", "tau", "target", "period"]  # what the range is relative to
+    unit: Literal["i_max", "tau", "target", "period"]  # of the range: A, N m, kHz, us
     lowest: float  # of the range, in that unit
     highest: float
     slope: float  # rough d log(frequency)/d log(parameter); its sign is relied on
@@ -31,7 +31,7 @@ class Free:
         unit = {
             "i_max": drive.machine.i_max_A,
             "tau": drive.tau_max,
-            "target": f_target,
+            "target": f_target / 1e3,
             "period": drive.control.T_s_us,
         }[self.unit]
         return self.lowest * unit, self.highest * unit
@@ -47,9 +47,8 @@ class Contender:
     what: str  # the law in a sentence
     when: str  # to use it
     needs: str  # of the hardware, beside sensors
-    keys: tuple[tuple[str, str | int], ...] = ()  # of [control], fixed
+    keys: tuple[tuple[str, str | int | bool], ...] = ()  # of [control], fixed
     place: Place | None = None  # the searched numbers; None: there are none
-    fits: Callable[[Drive], bool] = lambda drive: True
 
     def drive(self, point: Drive, values: Values) -> Drive:
         """The drive of the comparison with this law in it.
@@ -90,12 +89,18 @@ def sharing_angles(drive: Drive, x: float, y: float) -> dict[str, float]:
     }
 
 
+def copper_and_horizon(drive: Drive, x: float, y: float) -> dict[str, float]:
+    """Weight of copper and horizon of a finite-set law without guide."""
+    return {"w_i": float(f"{10 ** (5 * x - 6):.3g}"), "horizon": 1 + min(int(4 * y), 3)}
+
+
 def tracking_weights(drive: Drive, x: float, y: float) -> dict[str, float]:
     """Weights of the source paper's controller: distance to the guide, increments."""
     return {"w_i": float(f"{10 ** (4 * x - 3):.3g}"), "r_w": float(f"{10 ** (4 * y - 3):.3g}")}
 
 
 CURRENT_BAND = Free("i_band_A", "i_max", 1e-4, 0.3, slope=-1.0)
+ASKED_FREQUENCY = Free("f_switch_kHz", "target", 0.05, 20.0, slope=1.0)
 CARRIER = Free("T_s_us", "period", 1.0, 1000.0, slope=-1.0)
 
 
@@ -179,6 +184,41 @@ CONTENDERS: dict[str, Contender] = {
             what="The source paper's structure: predictive current references, held in a band.",
             when="To compare with the paper.",
             needs="a current comparator a phase",
+        ),
+        Contender(
+            name="finite_set_short",
+            law="finite_set_mpc",
+            keys=(("guided", False),),
+            free=ASKED_FREQUENCY,
+            place=copper_and_horizon,
+            what="Finite-control-set MPC as in the literature: torque error, copper, switching.",
+            when="To compare with the literature: it does not see that flux must be built early.",
+            needs="fast sampling",
+        ),
+        Contender(
+            name="finite_set_mpc",
+            law="finite_set_mpc",
+            free=ASKED_FREQUENCY,
+            what="Finite-control-set MPC that follows the flux of the least-copper profile.",
+            when="An FPGA: small ripple at the least copper, with one leg state a sample.",
+            needs="fast sampling",
+        ),
+        Contender(
+            name="finite_set_mpc_3",
+            law="finite_set_mpc",
+            keys=(("horizon", 3),),
+            free=ASKED_FREQUENCY,
+            what="The same over three samples.",
+            when="Hardly ever: with the guide a longer horizon brings little.",
+            needs="very fast sampling",
+        ),
+        Contender(
+            name="edge_mpc",
+            law="edge_mpc",
+            free=ASKED_FREQUENCY,
+            what="Predictive: switching instants in the sample as variables, flux near the guide.",
+            when="The smoothest torque at the least copper, on FPGA and microcontroller.",
+            needs="timers with two edges a sample",
         ),
     )
 }

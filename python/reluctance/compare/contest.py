@@ -66,7 +66,7 @@ def contest(point: Drive, name: str, f_target: float, octaves: tuple[float, ...]
     try:
         best = tuner.best()
         final = _matched(tuner, best)
-    except ParameterError as fault:
+    except (ParameterError, RuntimeError) as fault:  # the latter: no guide could be computed
         return Entry(name, {}, met=False, note=f"not possible here: {fault}", runs=tuner.runs)
     drive = contender.drive(point, final.values)
     result = simulate(drive, until=RECORD_PERIODS * period(point))
@@ -90,7 +90,8 @@ def _matched(tuner: Tuner, trial: Trial) -> Trial:
     """The trial over the length of the record, its frequency met again."""
     key = tuner.contender.free.key
     rest = {k: v for k, v in trial.values.items() if k != key}
-    return tuner.match(rest, trial.values[key], n_periods=RECORD_PERIODS)
+    longer = Tuner(tuner.point, tuner.contender, tuner.f_target, 0, n_periods=RECORD_PERIODS)
+    return longer.match(rest, trial.values[key])
 
 
 def _miss(tuner: Tuner, trial: Trial) -> str:

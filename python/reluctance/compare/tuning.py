@@ -22,7 +22,7 @@ TOLERANCE = 0.02  # of the switching frequency
 MATCH_RUNS = 16  # for one set of values; 5 are usual
 GRID = 5  # points a side of the coarse grid
 LAST_STEP = 1 / 100  # of the unit square, about 1 deg
-TIE = 1.02  # errors this close are equal; then rms current decides
+TIE = 1.05  # errors this close are equal; then rms current decides
 RUN_PERIODS = 8  # electrical periods of a run; the second half is evaluated
 NEVER = 1e-3  # a frequency of zero, for logarithms [Hz]
 
@@ -45,16 +45,25 @@ class Trial:
 class Tuner:
     """Runs a contender at one operating point and counts the runs."""
 
-    def __init__(self, point: Drive, contender: Contender, f_target: float, budget: int) -> None:
+    def __init__(
+        self,
+        point: Drive,
+        contender: Contender,
+        f_target: float,
+        budget: int,
+        *,
+        n_periods: int = RUN_PERIODS,
+    ) -> None:
         self.point, self.contender, self.f_target, self.budget = point, contender, f_target, budget
+        self.n_periods = n_periods  # of a run
         self.runs = 0
         self.tried: list[Trial] = []  # that meet the target
 
-    def run(self, values: dict[str, float], n_periods: int = RUN_PERIODS) -> Trial:
+    def run(self, values: dict[str, float]) -> Trial:
         """One run from zero current."""
         self.runs += 1
         drive = self.contender.drive(self.point, values)
-        until = n_periods * period(self.point)
+        until = self.n_periods * period(self.point)
         return Trial(values, simulate(drive, until=until, record=None).kpis)
 
     def match(
@@ -62,10 +71,9 @@ class Tuner:
         values: dict[str, float],
         start: float,
         *,
-        n_periods: int = RUN_PERIODS,
         worth: Callable[[Trial], bool] = lambda trial: True,
     ) -> Trial:
-        """The run nearest to the target frequency, over the free parameter.
+        """The run nearest to the target frequency, over the free parameter, from a first guess.
 
         `worth` may stop it after a run that promises nothing.
         """
@@ -77,7 +85,7 @@ class Tuner:
         fast: tuple[float, float] | None = None
         best: Trial | None = None
         for n in range(MATCH_RUNS):
-            trial = self.run({**values, free.key: float(f"{exp(x):.5g}")}, n_periods)
+            trial = self.run({**values, free.key: float(f"{exp(x):.5g}")})
             y = trial.off_target(self.f_target)
             if best is None or abs(y) < abs(best.off_target(self.f_target)):
                 best = trial
@@ -106,7 +114,7 @@ class Tuner:
         """The values of least rms torque error at the target frequency; of equal ones that of
         least rms current. If no run meets the target: of the nearest frequency."""
         place = self.contender.place
-        start = self._start()
+        start = self.start()
         best = self._keep(self.match({}, start))
         if place is None:
             return best
@@ -145,7 +153,7 @@ class Tuner:
         equal = [t for t in self.tried if t.kpis.torque_error_rms <= TIE * self._least()]
         return min(equal, key=lambda t: t.kpis.i_rms) if equal else best
 
-    def _start(self) -> float:
+    def start(self) -> float:
         low, high = self.contender.free.range(self.point, self.f_target)
         return float((low * high) ** 0.5)
 

@@ -252,5 +252,5 @@ def _gates(drive: Drive) -> set[int]:
             u_dc=drive.converter.u_dc_V,
             reference=reference,
         )
-        used |= {int(gate) for gate in rows[:: _core.COMMAND_COLUMNS]}
+        used |= {int(gate) for gate in rows[: -1 : _core.COMMAND_COLUMNS]}
     return used

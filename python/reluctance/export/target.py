@@ -48,7 +48,7 @@ class Answers:
 
     status: NDArray[np.uint32]  # (n,)
     instructions: NDArray[np.uint32]  # (n,) of each step, call included
-    commands: NDArray[np.float32]  # (n, 11 n_phases), columns as _core.step
+    commands: NDArray[np.float32]  # (n, 11 n_phases + 1), columns as _core.step
     fingerprint: int
     stack: int  # deepest, from the call of the step [B]
 
@@ -93,9 +93,15 @@ def replay(program: Path, cpu: Cpu, samples: NDArray[np.float32]) -> Answers:
 
 @contextmanager
 def processor_in_the_loop(
-    program: Path, cpu: Cpu, n_phases: int
+    program: Path, cpu: Cpu, *, n_phases: int, follows_torque: bool
 ) -> Iterator[_core.Controller]:
     """A controller of which every step runs on the emulated target, over two pipes.
+
+    Parameters
+    ----------
+    follows_torque : bool
+        False where the law has a current of its own: then the reference is 1, to motor, and no
+        torque reference is recorded.
 
     Raises
     ------
@@ -118,11 +124,12 @@ def processor_in_the_loop(
             def step(
                 i: list[float], theta_e: float, omega_m: float, u_dc: float, reference: float
             ) -> list[float]:
-                sample = np.array([[*i, theta_e, omega_m, u_dc, reference]])
+                order_of = reference if follows_torque else 1.0
+                sample = np.array([[*i, theta_e, omega_m, u_dc, order_of]])
                 samples.write(target_samples(sample).tobytes())
                 answer = np.frombuffer(_read(orders, order.itemsize), order)
                 row: list[float] = _columns(answer, n_phases)[0].tolist()
-                return row
+                return row if follows_torque else [*row[:-1], 0.0]
 
             yield _core.controller_from(n_phases, step)
     finally:
@@ -143,7 +150,12 @@ def target_samples(samples: NDArray[np.float64]) -> NDArray[np.float32]:
 def order_type(n_phases: int) -> np.dtype[np.void]:
     """One record of the file `orders`."""
     return np.dtype(
-        [("status", "<u4"), ("instructions", "<u4"), ("phase", PHASE, (n_phases,))]
+        [
+            ("status", "<u4"),
+            ("instructions", "<u4"),
+            ("phase", PHASE, (n_phases,)),
+            ("tau_ref", "<f4"),
+        ]
     )
 
 
@@ -160,12 +172,13 @@ def _answers(data: bytes, n_phases: int) -> Answers:
 
 
 def _columns(orders: NDArray[np.void], n_phases: int) -> NDArray[np.float32]:
-    """Commands as the rows of _core.step."""
+    """Commands and torque reference as the rows of _core.step."""
     parts = []
     for k in range(n_phases):
         phase = orders["phase"][:, k]
         for name in ("gate", "leg", "t_edge", "i_ref", "i_band", "chop", "theta_on", "theta_off"):
             parts.append(phase[name].reshape(len(orders), -1).astype("<f4"))
+    parts.append(orders["tau_ref"][:, None])
     return np.hstack(parts)
 
 

@@ -4,6 +4,8 @@ from reluctance.laws.angles import Angles
 from reluctance.laws.base import Control, guide
 from reluctance.laws.deadbeat import Deadbeat
 from reluctance.laws.ditc import Ditc
+from reluctance.laws.edge_mpc import EdgeMpc
+from reluctance.laws.finite_set_mpc import FiniteSetMpc
 from reluctance.laws.paper_mpc import PaperMpc
 from reluctance.laws.pwm_current import PwmCurrent
 from reluctance.laws.torque_sharing import TorqueSharing
@@ -17,4 +19,6 @@ LAWS: dict[str, type[Control]] = {
     "ditc": Ditc,
     "deadbeat": Deadbeat,
     "paper_mpc": PaperMpc,
+    "finite_set_mpc": FiniteSetMpc,
+    "edge_mpc": EdgeMpc,
 }

@@ -67,10 +67,11 @@ class Control(Section):
             tau_min=-tau_max,
             tau_max=tau_max,
             T_s=self.T_s,
+            tracker_bandwidth=drive.sensing.tracker_bandwidth,
         )
 
 
-def guide(drive: Drive, speed_rpm: float | None) -> limit.Table:
+def guide(drive: Drive, speed_rpm: float | None, n_points: int = GUIDE_POINTS) -> limit.Table:
     """Least-copper profiles of zero ripple over torque and angle, at one speed.
 
     Parameters
@@ -78,6 +79,8 @@ def guide(drive: Drive, speed_rpm: float | None) -> limit.Table:
     drive : Drive
     speed_rpm : float or None
         Speed of the profiles; None takes the speed that the drive is asked for.
+    n_points : int
+        Angles of an electrical period, a multiple of the phase count.
     """
     omega_m = drive.omega_nominal if speed_rpm is None else speed_rpm * np.pi / 30
     return limit.profile_table(
@@ -89,5 +92,5 @@ def guide(drive: Drive, speed_rpm: float | None) -> limit.Table:
         u_dc=drive.converter.u_dc_V,
         i_max=drive.control_machine.i_max_A,
         n_levels=GUIDE_LEVELS,
-        n_points=GUIDE_POINTS,
+        n_points=n_points,
     )

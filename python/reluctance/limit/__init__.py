@@ -4,18 +4,26 @@ from reluctance.limit.envelope import Envelope, torque_speed_envelope
 from reluctance.limit.magnetics import LeHuyParameters, Machine, phase_magnetics
 from reluctance.limit.profile import Profile, best_profile
 from reluctance.limit.programme import Programme, Setting
+from reluctance.limit.report import Limit, envelope_of, limit_of, operating_point
+from reluctance.limit.ripple import RippleFloor, ripple_floor
 from reluctance.limit.table import Table, profile_table
 
 __all__ = [
     "Envelope",
     "LeHuyParameters",
+    "Limit",
     "Machine",
     "Profile",
     "Programme",
+    "RippleFloor",
     "Setting",
     "Table",
     "best_profile",
+    "envelope_of",
+    "limit_of",
+    "operating_point",
     "phase_magnetics",
     "profile_table",
+    "ripple_floor",
     "torque_speed_envelope",
 ]

@@ -93,10 +93,10 @@ def _flux_map(machine: _core.FluxMap) -> PhaseMagnetics:
     nodes = np.linspace(0.0, 1.0, 5)
     from_samples = np.linalg.inv(np.vander(nodes, increasing=True))[1:]  # powers 1 to 4
 
-    def powers(knot: float, width: float, theta_e: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def powers(knot: float, width: float, theta_e: FloatArray, column: int) -> FloatArray:
         i, angle = np.meshgrid(knot + nodes * width, theta_e, indexing="ij")
-        values = _core.magnetics(machine, i.ravel(), angle.ravel())
-        return tuple(from_samples @ values[:, column].reshape(i.shape) for column in (0, 2))
+        values = _core.magnetics(machine, i.ravel(), angle.ravel())[:, column]
+        return np.asarray(from_samples @ values.reshape(i.shape))
 
     def magnetics(i: Any, theta_e: FloatArray) -> tuple[Any, Any]:
         psi, tau = 0.0, 0.0
@@ -106,7 +106,7 @@ def _flux_map(machine: _core.FluxMap) -> PhaseMagnetics:
                 x = ca.fmax(x, 0)
             if knot < knots[-1]:
                 x = ca.fmin(x, 1)
-            a, b = powers(knot, width, theta_e)
+            a, b = (powers(knot, width, theta_e, column) for column in (0, 2))
             psi += x * (a[0] + x * (a[1] + x * a[2]))
             tau += x * (b[0] + x * (b[1] + x * (b[2] + x * b[3])))
         return psi, tau

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from reluctance import _core
 from reluctance.errors import ParameterError
 from reluctance.limit.envelope import Envelope, torque_speed_envelope
+from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.profile import Profile, best_profile
 from reluctance.limit.programme import FEASIBLE
 from reluctance.limit.ripple import RippleFloor, ripple_floor
@@ -161,7 +163,33 @@ def _greatest(values: list[float]) -> float:
 
 
 def _corner(drive: Drive) -> float:
-    machine = drive.machine
-    i = np.array([machine.i_max_A])
-    from_aligned = best_flux(machine.magnetics, i, np.pi) - best_flux(machine.magnetics, i, 0.0)
-    return float(np.pi * drive.converter.u_dc_V / (machine.N_r * from_aligned))
+    """Speed [rad/s] at which u_dc moves the flux of i_max to alignment in half a period."""
+    i, theta_e = np.full(2, drive.machine.i_max_A), np.array([0.0, np.pi])
+    unaligned, aligned = _core.magnetics(drive.machine.magnetics, i, theta_e)[:, 0]
+    return float(np.pi * drive.converter.u_dc_V / (drive.machine.N_r * (aligned - unaligned)))
+
+
+def _envelope(
+    drive: Drive,
+    speeds: FloatArray,
+    tau_ref: float,
+    progress: Callable[[float], None] | None = None,
+) -> Envelope:
+    return torque_speed_envelope(
+        drive.machine.magnetics,
+        omega_m=speeds,
+        direction=-1 if tau_ref < 0 else 1,
+        progress=progress,
+        **_given(drive),
+    )
+
+
+def _given(drive: Drive) -> dict[str, Any]:
+    """What a drive gives to every search."""
+    return {
+        "n_phases": drive.machine.n_phases,
+        "R": drive.machine.R,
+        "u_dc": drive.converter.u_dc_V,
+        "i_max": drive.machine.i_max_A,
+        "n_points": POINTS_PER_PHASE * drive.machine.n_phases,
+    }

@@ -14,8 +14,9 @@ odd number of phases at zero voltage, and M edges per second of all legs togethe
 
 with the time shares p_v >= 0 chosen at every angle for the least value under sum_v p_v = 1 and
 sum_v p_v s_v = 0 (the torque stays), or sum_v p_v v_k u_dc = u*_k (every flux stays on the profile
-in the mean over a few pulses, which implies the former): a small convex problem. The other figure is what independent pulse-width
-modulation of the phases leaves when the pulse frequency follows the angle in the best way:
+in the mean over a few pulses, which implies the former): a small convex problem. The other figure
+is what independent pulse-width modulation of the phases leaves when the pulse frequency follows the
+angle in the best way:
 
     rms = sqrt(n_phases) mean(a^(2/3))^(3/2) / (2 F),    a = |g| u_dc d (1 - d)/sqrt(12).
 """
@@ -25,6 +26,7 @@ from itertools import product
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from reluctance import _core
@@ -75,7 +77,9 @@ def ripple_floor(
     d = np.minimum(np.abs(u) / profile.u_dc, 1.0)
     a = np.abs(gain) * profile.u_dc * d * (1 - d) / np.sqrt(12)
     strokes = (v.reshape(n_phases, -1).T for v in (u, gain, flows))
-    least = np.array([_least(*at, profile.u_dc) for at in zip(*strokes, strict=True)])
+    least = np.array(
+        [_least(u_k[on], g_k[on], profile.u_dc) for u_k, g_k, on in zip(*strokes, strict=True)]
+    )
     free, peak, held = least.mean(axis=0)
     M = 4 * n_phases * F  # a turn-on and a turn-off of each of the 2 n_phases switches
     return RippleFloor(
@@ -88,25 +92,26 @@ def ripple_floor(
     )
 
 
-def _local(machine: CoreMachine, profile: Profile) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Voltage [V], torque per flux [N m/Wb] and 1 where current flows, on each interval, (n,)."""
+def _local(
+    machine: CoreMachine, profile: Profile
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Voltage [V], torque per flux [N m/Wb] and where current flows, on each interval, (n,)."""
     i = (profile.i + np.roll(profile.i, -1)) / 2
     at = _core.magnetics(machine, i, profile.theta_e + profile.theta_e[1] / 2)
     flows = i > AT_REST * profile.i_peak
-    return np.where(flows, profile.u, 0.0), np.where(flows, at[:, 4] / at[:, 3], 0.0), flows * 1.0
+    return np.where(flows, profile.u, 0.0), np.where(flows, at[:, 4] / at[:, 3], 0.0), flows
 
 
-def _least(u: FloatArray, gain: FloatArray, flows: FloatArray, u_dc: float) -> list[float]:
+def _least(u: FloatArray, gain: FloatArray, u_dc: float) -> list[float]:
     """Least (E^3 + O^3)^(1/3) and max(E_1, O_1) with the torque held, the first with fluxes held.
 
     E_1 and O_1 are E and O with |s_v|. The 3-norm of (E, O) is the greatest of the sums
     w_E E + w_O O with weights of 3/2-norm 1, and for given weights the least sum is a linear
     programme: any set of weights gives a lower bound.
     """
-    active = flows > 0
-    mean = np.clip(u[active] / u_dc, -1.0, 1.0)
-    vectors = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(mean)))).reshape(-1, len(mean))
-    slope = (vectors - mean) @ gain[active] * u_dc
+    mean = np.clip(u / u_dc, -1.0, 1.0)
+    vectors = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(mean))))
+    slope = (vectors - mean) @ gain * u_dc
     even = (vectors == 0).sum(axis=1) % 2 == 0
     one = np.ones(len(vectors))
     torque_held = np.vstack([slope / u_dc, one]), np.array([0.0, 1.0])

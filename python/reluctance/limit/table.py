@@ -65,7 +65,9 @@ def profile_table(
     def compute() -> Table:
         programme = Programme(machine, setting, omega_m)
         levels = tau_max * np.linspace(0.0, 1.0, n_levels) ** 2
-        profiles = [profile_of(programme, tau, programme.best(tau, norm)) for tau in levels.tolist()]
+        profiles = [
+            profile_of(programme, tau, programme.best(tau, norm)) for tau in levels.tolist()
+        ]
         return Table(
             tau_ref=levels,
             theta_e=programme.theta_e,

@@ -15,7 +15,8 @@ LEVELS = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the last current
 class Sampled(Protocol):
     """A machine of the core that answers over arrays, such as `_core.FluxMap`."""
 
-    i_last: float
+    @property
+    def i_last(self) -> float: ...
 
     def magnetics(self, i: Array, theta_e: Array) -> Array:
         """Columns psi, W_c, tau, L_inc, psi_theta, shape (n, 5)."""

@@ -38,7 +38,9 @@ def fit_table(name: str, simple: LeHuyFit, better: TwoTermFit) -> Table:
     keys = ("L_u_H", "L_a_H", "L_sat_H", "i_m_A", "psi_m_Wb")
     rows: list[Row] = [(key, f"{getattr(simple, key):.5g}", "") for key in keys]
     rows.append(("residual flux, rms", _percent(simple.psi_error_rms), _two(better.psi_error_rms)))
-    rows.append(("residual flux, worst", _percent(simple.psi_error_max), _two(better.psi_error_max)))
+    rows.append(
+        ("residual flux, worst", _percent(simple.psi_error_max), _two(better.psi_error_max))
+    )
     return _table(name, ("", "Le-Huy", "two saturating terms"), rows)
 
 

@@ -1,0 +1,231 @@
+"""Question: how do the laws fare from standstill to twice the rated speed?
+
+    python studies/speed_range.py [--out DIR] [--quick]
+
+At each speed every law is tuned as by `reluctance compare` (10 kHz per switch, angles searched) and
+asked for the rated torque; then for more and more, with its angles by rule, to find the greatest
+torque that it follows: mean within 2 % of the reference, current within 5 % of its limit. Figure
+and table: ripple, rms current and torque over speed, beside the physical limit. Standstill is
+2 % of the rated speed, with angles by rule and one electrical period evaluated: at 0 none ends.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import multiprocessing
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import reluctance as rl
+from reluctance import limit
+from reluctance.compare.comparison import PROCESSES, best_profile
+from reluctance.compare.conditions import operating_point, period
+from reluctance.compare.contenders import CONTENDERS
+from reluctance.compare.figure import MARKERS
+from reluctance.compare.tuning import Tuner
+from reluctance.drive import Drive
+from reluctance.errors import ParameterError
+
+RATED = Path(__file__).parents[1] / "examples" / "paper_rated.toml"
+SETTINGS = ["control.T_s_us=5"]
+F_SWITCH = 10e3  # [Hz]
+PARTS = (0.02, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)  # of the rated speed
+SLOW = 0.1  # of the rated speed: below it one period is evaluated, angles by rule
+BUDGET = 60  # runs of a search
+LEVELS = 24  # of the capability search
+FOLLOWS, CURRENT_SLACK = 0.98, 1.05
+
+
+@dataclass(frozen=True)
+class Row:
+    """A law, or the limit, at one speed. NaN where it has no such figure."""
+
+    control: str
+    speed_rpm: float
+    f_switch_Hz: float
+    torque_mean_Nm: float
+    torque_error_rms: float
+    torque_ripple_pp: float
+    i_rms_A: float
+    p_cu_W: float
+    torque_capability_Nm: float
+
+
+@dataclass(frozen=True)
+class Task:
+    """A law at one speed."""
+
+    point: Drive
+    control: str
+    slow: bool
+    budget: int
+    top: float  # of the capability search [N m]
+
+
+def at_speed(drive: Drive, part: float) -> Drive:
+    """The rated operating point at a part of its speed."""
+    load = drive.load.model_copy(update={"speed_rpm": part * drive.load.speed_rpm})
+    return replace(drive, load=load)
+
+
+def measured(task: Task) -> Row:
+    """One law at one speed."""
+    contender = CONTENDERS[task.control]
+    slow = {"n_periods": 2, "budget": 0} if task.slow else {"budget": task.budget}
+    tuner = Tuner(task.point, contender, F_SWITCH, **slow)
+    speed_rpm = task.point.load.speed_rpm
+    try:
+        best = tuner.match({}, tuner.start()) if task.slow else tuner.best()
+    except ParameterError:
+        return Row(task.control, speed_rpm, *[np.nan] * 7)
+    k = best.kpis
+    return Row(
+        task.control,
+        speed_rpm,
+        k.switching_frequency,
+        k.tau_mean,
+        k.torque_error_rms,
+        k.torque_ripple,
+        k.i_rms,
+        k.p_cu,
+        capability(task, best.values[contender.free.key]),
+    )
+
+
+def capability(task: Task, free: float) -> float:
+    """The greatest of LEVELS torques that the law follows, by bisection [N m]."""
+    contender = CONTENDERS[task.control]
+
+    def follows(level: int) -> bool:
+        tau = task.top * level / LEVELS
+        reference = task.point.reference.model_copy(update={"tau_Nm": tau})
+        point = replace(task.point, reference=reference)
+        try:
+            drive = contender.drive(point, {contender.free.key: free})
+            until = (2 if task.slow else 4) * period(point)
+            k = rl.simulate(drive, until=until, record=None).kpis
+        except ParameterError:
+            return False
+        return k.tau_mean >= FOLLOWS * tau and k.i_peak <= CURRENT_SLACK * drive.machine.i_max_A
+
+    below, above = 0, LEVELS + 1
+    while above - below > 1:
+        middle = (below + above) // 2
+        below, above = (middle, above) if follows(middle) else (below, middle)
+    return task.top * below / LEVELS
+
+
+def bound(points: list[Drive]) -> list[Row]:
+    """The limit at each speed: least error and copper at the rated torque, ripple-free torque."""
+    machine = points[0].machine
+    envelope = limit.torque_speed_envelope(
+        machine.magnetics,
+        n_phases=machine.n_phases,
+        R=machine.R,
+        omega_m=[p.omega_nominal for p in points],
+        u_dc=points[0].converter.u_dc_V,
+        i_max=machine.i_max_A,
+    )
+    rows = []
+    for point, tau_max in zip(points, envelope.tau_max, strict=True):
+        b = best_profile(point)
+        rows.append(
+            Row(
+                "limit",
+                point.load.speed_rpm,
+                np.nan,
+                b.tau_ref,
+                b.tau_error_rms / b.tau_ref,
+                np.nan,
+                b.i_rms,
+                b.p_cu,
+                float(tau_max),
+            )
+        )
+    return rows
+
+
+def study(parts: tuple[float, ...], controls: list[str], budget: int) -> list[Row]:
+    """All rows: the limit first, then each law over speed."""
+    rated = operating_point(rl.load(RATED, SETTINGS))
+    points = [at_speed(rated, part) for part in parts]
+    limits = bound(points)
+    top = 1.2 * max(row.torque_capability_Nm for row in limits)
+    tasks = [
+        Task(point, control, part < SLOW, budget, top)
+        for control in controls
+        for part, point in zip(parts, points, strict=True)
+    ]
+    with multiprocessing.get_context("spawn").Pool(PROCESSES) as pool:
+        return [*limits, *pool.imap(measured, tasks)]
+
+
+def plot(rows: list[Row]) -> Figure:
+    """Error, rms current and capability over speed."""
+    figure = Figure(figsize=(15, 5), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(1, 3)
+    for j, control in enumerate(dict.fromkeys(row.control for row in rows)):
+        mine = [row for row in rows if row.control == control]
+        style = (
+            {"color": "k", "lw": 2, "ls": "--"}
+            if control == "limit"
+            else {"color": f"C{(j - 1) % 10}", "marker": MARKERS[j - 1], "ms": 4, "lw": 1}
+        )
+        speed = [row.speed_rpm for row in mine]
+        for ax, values in zip(
+            panels,
+            (
+                [100 * max(row.torque_error_rms, 1e-6) for row in mine],
+                [row.i_rms_A for row in mine],
+                [row.torque_capability_Nm for row in mine],
+            ),
+            strict=True,
+        ):
+            ax.plot(speed, values, label=control, **style)
+    for ax, label in zip(
+        panels,
+        (
+            "rms torque error at the rated torque (%)",
+            "rms phase current at the rated torque (A)",
+            "greatest torque that is followed (N m)",
+        ),
+        strict=True,
+    ):
+        ax.set(xlabel="speed (rpm)", ylabel=label)
+        ax.grid(alpha=0.3)
+    panels[0].set(yscale="log", ylim=(0.1, 100))
+    panels[0].legend(fontsize=7)
+    return figure
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("out/speed_range"))
+    parser.add_argument("--quick", action="store_true", help="two laws, two speeds, short search")
+    arguments = parser.parse_args()
+    if arguments.quick:
+        rows = study((1.0, 2.0), ["sharing_cubic", "deadbeat"], 10)
+    else:
+        rows = study(PARTS, list(CONTENDERS), BUDGET)
+    out: Path = arguments.out
+    out.mkdir(parents=True, exist_ok=True)
+    with (out / "speed_range.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, list(asdict(rows[0])), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(asdict(row) for row in rows)
+    plot(rows).savefig(out / "speed_range.png", dpi=110, metadata={"Software": None})
+    for row in rows:
+        print(
+            f"{row.control:20s} {row.speed_rpm:6.0f} rpm  error {100 * row.torque_error_rms:6.2f} %"
+            f"  {row.i_rms_A:6.2f} A rms  up to {row.torque_capability_Nm:5.1f} N m"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,126 @@
+"""The ripple that switching leaves: closed forms, and pulses integrated one by one."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from reluctance import _core
+from reluctance.errors import ParameterError
+from reluctance.limit import Profile, RippleFloor, best_profile, ripple_floor
+from reluctance.limit.ripple import _least
+
+PAPER = _core.LeHuy(N_r=4, L_u=0.67e-3, L_a=23.62e-3, L_sat=0.15e-3, i_m=450.0, psi_m=0.468)
+TAU_REF, RATED, U_DC = 41.339, 1500 * np.pi / 30, 240.0
+
+
+@pytest.fixture(scope="module")
+def profile(tmp_path_factory: pytest.TempPathFactory) -> Profile:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
+        return best_profile(
+            PAPER,
+            n_phases=3,
+            R=0.72,
+            tau_ref=TAU_REF,
+            omega_m=RATED,
+            u_dc=U_DC,
+            i_max=150.0,
+            norm="rms",
+            smoothing=1e-3,
+        )
+
+
+def floor(profile: Profile, f_switch: float) -> RippleFloor:
+    return ripple_floor(PAPER, profile, n_phases=3, switching_frequency=f_switch)
+
+
+@pytest.mark.parametrize("d", [0.1, 0.5, 0.8, -0.3])
+def test_one_phase_alone_is_the_triangle_of_pulse_width_modulation(d: float) -> None:
+    """Flux pp = u_dc d (1 - d)/f, a triangle: rms = pp/sqrt(12), with two edges a pulse."""
+    gain = 150.0
+    free, peak, held = _least(np.array([d * U_DC]), np.array([gain]), U_DC)
+    f = 10e3
+    pp = gain * U_DC * abs(d) * (1 - abs(d)) / f
+    assert np.sqrt(held**3 / 3) / (2 * f) == pytest.approx(pp / np.sqrt(12), rel=0.02)
+    assert 2 * peak / (2 * f) == pytest.approx(pp, rel=1e-9)
+    assert free == pytest.approx(held, rel=1e-9)
+
+
+def test_no_sharing_of_time_between_vectors_undercuts_the_bound() -> None:
+    """Shares of independent phases are one way to hold all fluxes: the bound lies below."""
+    rng = np.random.default_rng(6)
+    for _ in range(20):
+        d, gain = rng.uniform(-1, 1, 2), rng.uniform(-200, 200, 2)
+        free, _, held = _least(d * U_DC, gain, U_DC)
+        even = odd = 0.0
+        for levels in product((0.0, 1.0), repeat=2):
+            p = np.prod([abs(x) if on else 1 - abs(x) for x, on in zip(d, levels, strict=True)])
+            part = p * abs((np.sign(d) * levels - d) @ gain * U_DC) ** (2 / 3)
+            even, odd = (even + part, odd) if levels.count(0.0) % 2 == 0 else (even, odd + part)
+        assert free <= held * (1 + 1e-9)
+        assert held <= np.cbrt(even**3 + odd**3) * (1 + 1e-9)
+
+
+def test_ripple_falls_as_one_over_switching_frequency(profile: Profile) -> None:
+    slow, fast = floor(profile, 10e3), floor(profile, 40e3)
+    for name in ("bound_rms", "bound_pp", "on_profile_rms", "pulse_width_rms"):
+        assert getattr(slow, name) == pytest.approx(4 * getattr(fast, name), rel=1e-9)
+    assert 0 < slow.bound_rms < slow.on_profile_rms < slow.pulse_width_rms
+    assert slow.bound_pp > slow.bound_rms * np.sqrt(12) * 0.9  # of a triangle; more where it varies
+
+
+def currents(psi: np.ndarray, theta_e: np.ndarray, i: np.ndarray) -> np.ndarray:
+    """Newton from i: the current that has flux psi."""
+    for _ in range(6):
+        at = _core.magnetics(PAPER, i, theta_e)
+        i = np.maximum(i + (psi - at[:, 0]) / at[:, 3], 0.0)
+    return i
+
+
+def test_pulses_one_by_one_leave_the_ripple_that_the_formula_says(profile: Profile) -> None:
+    """Natural sampling with a carrier whose frequency follows the angle; fluxes integrated, torque
+    from the machine itself. Edges are counted, not assumed."""
+    F, fine = 60e3, 600
+    n = 180 * fine
+    theta_e = 2 * np.pi * (np.arange(n) + 0.5) / n
+    dt = 2 * np.pi / n / (4 * RATED)
+    grid = np.append(profile.theta_e, 2 * np.pi)
+    i = np.interp(theta_e, grid, np.append(profile.i, profile.i[0]))
+    u = np.repeat(profile.u, fine)
+    d = np.minimum(np.abs(u) / U_DC, 1.0)
+    at = _core.magnetics(PAPER, i, theta_e)
+    flows = i > 1e-3 * profile.i_peak
+    a = np.where(flows, np.abs(at[:, 4] / at[:, 3]) * d * (1 - d), 0.0)
+    f = a ** (2 / 3)
+    f *= 2 * F / f.mean()
+    error, edges = [], 0
+    for seed in range(4):
+        tau = np.zeros(n)
+        for k in range(3):
+            carrier = np.cumsum(f) * dt + np.random.default_rng([seed, k]).uniform()
+            x = np.abs(carrier % 1.0 - 0.5) * 2  # triangle 0..1
+            level = np.where(x < d, np.sign(u), 0.0)
+            deviation = np.cumsum(np.where(flows, level * U_DC - u, 0.0)) * dt
+            window = np.maximum(1.0 / np.maximum(f, 1e3), dt) / dt  # samples of one pulse
+            half = (window / 2).astype(int)
+            total = np.concatenate([[0.0], np.cumsum(np.concatenate([deviation] * 3))])
+            j = np.arange(n) + n
+            slow = (total[j + half + 1] - total[j - half]) / (2 * half + 1)
+            psi = at[:, 0] + np.where(flows, deviation - slow, 0.0)
+            phase = _core.magnetics(PAPER, currents(psi, theta_e, i), theta_e)[:, 2]
+            tau += np.roll(phase, k * n // 3)
+            edges += np.abs(np.diff(level)).sum()
+        error.append(tau - TAU_REF)
+    period = 2 * np.pi / (4 * RATED)
+    assert edges / (4 * 3 * 4 * period) == pytest.approx(F, rel=0.03)
+    rms = np.sqrt(np.mean(np.square(error)))
+    predicted = floor(profile, F)
+    assert rms == pytest.approx(predicted.pulse_width_rms, rel=0.1)
+    assert rms > predicted.bound_rms
+
+
+@pytest.mark.parametrize("f_switch", [0.0, -1.0, np.nan])
+def test_frequency_must_be_positive(profile: Profile, f_switch: float) -> None:
+    with pytest.raises(ParameterError, match="switching_frequency"):
+        floor(profile, f_switch)
