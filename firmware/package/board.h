@@ -15,7 +15,7 @@ void board_read_currents(float i_A[RELUCTANCE_PHASES]);
  * stator poles, pi where a rotor pole does; at least 0, below 2 pi [rad]. */
 float board_read_angle(void);
 
-/* Rotor speed [rad/s], from more than the last two angles. */
+/* Rotor speed [rad/s]; @speed@. */
 float board_read_speed(void);
 
 /* dc-link voltage [V]. */

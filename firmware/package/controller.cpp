@@ -39,6 +39,18 @@ const State& state_of(const reluctance_controller* controller) {
   return *std::launder(reinterpret_cast<const State*>(controller));
 }
 
+/// The sample as the protection judges it: with the observer's speed where there is an observer.
+template <srm::Motion motion>
+decltype(auto) judged(const Measurement& y, const State& x) {
+  if constexpr (motion == srm::Motion::tracked) {
+    Measurement tracked = y;
+    tracked.omega_m = control.tracker.omega_m(x.law.tracker);
+    return tracked;
+  } else {
+    return (y);
+  }
+}
+
 }  // namespace
 
 void reluctance_init(reluctance_controller* controller) { ::new (controller) State(); }
@@ -49,9 +61,10 @@ reluctance_status reluctance_step(reluctance_controller* controller,
                                   const reluctance_measurement* measurement, float reference,
                                   reluctance_command* command) {
   State& x = state_of(controller);
-  const Measurement& y = *std::launder(reinterpret_cast<const Measurement*>(measurement));
+  const auto& given = *std::launder(reinterpret_cast<const Measurement*>(measurement));
+  const Measurement& y = judged<control.motion>(given, x);
   if (protection.admits(x.guard, y, reference)) {
-    const Command& orders = *::new (command) Command(control.step(x.law, y, reference));
+    const Command& orders = *::new (command) Command(control.step(x.law, given, reference));
     protection.remember(x.guard, y, orders);
   } else {
     ::new (command) Command(srm::all_off<float, N>());

@@ -20,6 +20,7 @@ OVER_VOLTAGE, UNDER_VOLTAGE = 1.25, 0.25  # of u_dc_V
 OVER_SPEED = 1.3  # of the speed that the drive works at
 ENCODER_STEPS = 1.5  # one by which the angle is late, half a one of margin
 SMALLEST_SLACK_DEG = 0.1  # electrical; for an ideal sensor
+SETTLE = 8.0  # time constants of the angle tracker: e^-8 of a wrong first speed is left
 
 
 class Protection(Section):
@@ -43,6 +44,7 @@ class Limits:
     u_dc_max: float  # [V]
     omega_max: float  # [rad/s]
     angle_slack: float  # electrical [rad]
+    settle: int  # samples before the angle is judged; 0 where the speed is measured
 
 
 def limits(drive: Drive) -> Limits:
@@ -89,11 +91,17 @@ def limits(drive: Drive) -> Limits:
         u_dc_max=u_dc_max,
         omega_max=omega_max,
         angle_slack=float(np.radians(slack)),
+        settle=_settle(drive),
     )
 
 
 def _given(value: float | None, default: float) -> float:
     return default if value is None else value
+
+
+def _settle(drive: Drive) -> int:
+    bandwidth = drive.sensing.tracker_bandwidth
+    return int(np.ceil(SETTLE / (bandwidth * drive.control.T_s))) if bandwidth > 0 else 0
 
 
 def _encoder(drive: Drive) -> bool:

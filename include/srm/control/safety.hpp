@@ -9,7 +9,8 @@
 // sample's advance. The fault is |slip| > angle_slack: one sample after the angle freezes where a
 // sample turns the rotor further than that, ceil(angle_slack/advance) samples when slower, never
 // below angle_slack/64 a sample. The slack has to cover the steps of the encoder. It takes a speed
-// that does not come from the same angle within the same sample.
+// that does not come from the same angle within the same sample: another sensor, or an observer
+// that forgets slowly against the sample.
 //
 // Dead current sensor. While the reading is zero, the flux linkage that the phase has at least is
 // kept: the model's at the last reading above zero, less what the dc link can remove, plus what it
@@ -83,12 +84,14 @@ struct Protection {
   T angle_slack;  // what the angle may differ from the integral of the speed, electrical [rad]
   T T_s;          // control period [s]
   int delay;      // samples from measurement to effect, 0 or 1
+  int settle;     // samples before the speed can judge the angle: an observer has to find it first
 
   struct State {
     Status status = Status::ok;
     bool has_last = false;               // the fields below hold a sample
     T theta_e{}, omega_m{};              // of the last sample
     T slip{};                            // [rad]
+    int age = 0;                         // samples seen, up to `settle`
     std::array<T, N> i{};                // of the last sample [A]
     std::array<T, N> psi{};              // least flux of a phase that reads zero [Wb]
     std::array<std::uint8_t, N> sure{};  // bit 0: magnetized all through the sample in progress
@@ -100,7 +103,11 @@ struct Protection {
     if (!in_range(y, reference)) {
       x.status = cause(y, reference);
     } else if (x.has_last) {
-      if (!follows(x, y)) x.status = Status::stuck_angle;
+      if (x.age < settle) {
+        ++x.age;
+      } else if (!follows(x, y)) {
+        x.status = Status::stuck_angle;
+      }
       for (int k = 0; k < N; ++k) {
         if (y.i[k] <= i_zero && !may_be_zero(x, y, k)) x.status = Status::dead_current_sensor;
       }

@@ -113,6 +113,7 @@ def described(drive: Drive) -> dict[str, Node]:
         "angle_slack": levels.angle_slack,
         "T_s": drive.control.T_s,
         "delay": drive.sensing.delay_samples,
+        "settle": levels.settle,
     }
     guard = {"type": f"srm::Protection<{nodes['machine']['type']}, {n_phases}>", "fields": fields}
     return {"control": nodes["control"], "protection": guard}
@@ -208,6 +209,9 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "u_dc_V": f"{drive.converter.u_dc_V:g}",
         "u_dc_min_V": f"{levels.u_dc_min:g}",
         "u_dc_max_V": f"{levels.u_dc_max:g}",
+        "speed": "ignored: the controller tracks it on the angle"
+        if drive.sensing.tracker_bandwidth > 0
+        else "from more than the last two angles",
         "speed_max_rpm": f"{levels.omega_max * rpm:.6g}",
         "angle_slack_deg": f"{np.degrees(levels.angle_slack):.4g}",
         "adc": f"{drive.sensing.adc_bits} bits over {drive.sensing.i_range_A:g} A"
