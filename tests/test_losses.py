@@ -155,6 +155,20 @@ def test_exponents_in_the_wrong_order_are_refused():
         rl.load(HALF, [*IRON_KEYS[:-1], "machine.iron.beta=1.2"])
 
 
+@pytest.mark.parametrize(
+    ("override", "text"),
+    [
+        ("machine.iron.aplha=1", "unknown key `iron.aplha` in [machine]; did you mean `alpha`?"),
+        ("machine.iron=3", "iron = 3, need a table"),
+        ("converter.E_om_mJ=2", "did you mean `E_on_mJ`?"),
+    ],
+)
+def test_a_mistyped_loss_key_is_named(override, text):
+    with pytest.raises(rl.ParameterError) as fault:
+        rl.load(EXAMPLES / "five_phases_losses.toml", [override])
+    assert text in str(fault.value)
+
+
 def test_copper_loss_follows_the_winding_temperature():
     """At the same torque the same current flows; the resistance is 39 % larger at 120 degC."""
     cold, hot = (

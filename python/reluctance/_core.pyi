@@ -113,12 +113,12 @@ class Controller:
 class Setting:
     """What every control law is given beside its own parameters."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0) -> None: ...
 
 class Simulation:
     """The closed loop. SI units."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, u_dc: float, v_switch: float, R_switch: float, v_diode: float, R_diode: float, shaft: Shaft, J: float, B: float, k_pump: float, tau_load: float, T_s: float, delay: int, adc_bits: int, i_range: float, encoder_counts: int, controller: Controller, t_ref: Sequence[float], ref: Sequence[float], omega_m: float, theta_m: float, dt_max: float, record_every: float) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, u_dc: float, v_switch: float, R_switch: float, v_diode: float, R_diode: float, shaft: Shaft, J: float, B: float, k_pump: float, tau_load: float, T_s: float, delay: int, adc_bits: int, i_range: float, encoder_counts: int, controller: Controller, t_ref: Sequence[float], ref: Sequence[float], omega_m: float, theta_m: float, dt_max: float, i_scale: float = 100.0, record_every: float) -> None: ...
 
     def advance(self, t_stop: float) -> float:
         """Runs to t_stop [s] or until a table is full; returns the time reached."""
@@ -136,19 +136,14 @@ class Simulation:
 
     def take_periods(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
         """
-        Rows at the ends of electrical periods since the last call: t, theta_m, omega_m, W_f, turn_ons, tau_min, tau_max, omega_min, omega_max, i_peak, integrals of p_dc, p_winding, p_mech, tau, tau^2, (tau - tau_ref)^2, i^2 per phase, tau_ref.
+        Rows at the ends of electrical periods since the last call: t, theta_m, omega_m, W_f, turn_ons, S_on, S_off, tau_min, tau_max, omega_min, omega_max, i_peak, integrals of p_dc, p_winding, p_mech, tau, tau^2, (tau - tau_ref)^2, i^2 per phase, tau_ref.
         """
 
 COMMAND_COLUMNS: int = 11
 
 def step(controller: Controller, i: Sequence[float], *, theta_e: float, omega_m: float, u_dc: float, reference: float) -> list[float]:
     """
-    One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s] to commands. Per phase 11 numbers: gate, three legs, two edges [s], i_ref, i_band [A], chop, theta_on, theta_off [rad].
-    """
-
-def step_time(controller: Controller, samples: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, repeats: int) -> float:
-    """
-    Wall time of a control step [s], the least mean of `repeats` passes. samples: (n, n_phases + 4) phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s].
+    One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s] to commands. Per phase 11 numbers: gate, three legs, two edges [s], i_ref, i_band [A], chop, theta_on, theta_off [rad]; last the torque reference worked to [N m].
     """
 
 def controller_from(n_phases: int, function: Callable) -> Controller:
@@ -159,6 +154,11 @@ def controller_from(n_phases: int, function: Callable) -> Controller:
 def described(controller: Controller) -> dict[str, Any] | None:
     """
     The controller's law, speed loop and machine as a tree of names and numbers, for export; None where it has no such form.
+    """
+
+def step_time(controller: Controller, samples: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, repeats: int) -> float:
+    """
+    Wall time of a control step [s], the least mean of `repeats` passes. samples: (n, n_phases + 4) phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s].
     """
 
 def box_qp(H: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], f: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], lo: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], hi: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], precision: str = 'double', start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, max_iterations: int = -1) -> tuple:
@@ -320,4 +320,29 @@ def ditc(setting: Setting, *, conduction: Conduction, inner: float, outer: float
 def deadbeat(setting: Setting, *, sharing: Sharing, R: float, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
     """
     The duty cycle that brings each phase to its shared torque in one sample.
+    """
+
+def finite_set_mpc(setting: Setting, *, guide: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], tau_max: float, horizon: int, w_psi: float, w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Controller:
+    """
+    Finite-control-set predictive torque control. guide: (n_levels, n_angles) flux linkage [Wb] for torques 0..tau_max [N m] over one electrical period; zeros: none.
+    """
+
+def leg_search(phases: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, tau_ref: float, u_dc: float, R: float, i_max: float, T_s: float, t_end: float, w_psi: float, w_i: float, w_sw: float, horizon: int, prune: bool) -> tuple:
+    """
+    Best first legs of three phases, the cost of their sequence, and the combinations visited. phases: (3, 10) psi, i, tau, gain, drift, goal, goal_rate, i_gain, i_drift, last leg.
+    """
+
+def edge_mpc(setting: Setting, *, guide: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], tau_max: float, w_sw: float, psi_slack: float, R: float, i_max: float, T_s: float, delay: int) -> Controller:
+    """
+    Predictive torque control with switching instants as variables. guide: (n_levels, n_angles) flux linkage [Wb] for torques 0..tau_max [N m] over one electrical period.
+    """
+
+def switching_weight(machine: LeHuy | FluxMap, *, guide: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], tau_max: float, R: float, tau_ref: float, omega_m: float, u_dc: float, i_max: float, f_switch: float) -> float:
+    """
+    Cost of a turn-on [N^2 m^2 s] that makes about f_switch [Hz] per switch.
+    """
+
+def track_angle(theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], *, T_s: float, bandwidth: float, N_r: int, single: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+    """
+    Estimated electrical angle [rad] and mechanical speed [rad/s], shape (n, 2), from n counted electrical angles.
     """

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterable
 from difflib import get_close_matches
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
 
 from reluctance.errors import ParameterError
 
@@ -31,6 +32,7 @@ NEEDS = {  # pydantic's kinds of fault, as a need
     "literal_error": "need {expected}",
     "list_type": "need a list",
     "tuple_type": "need a list",
+    "model_type": "need a table",
 }
 
 
@@ -63,14 +65,23 @@ def did_you_mean(word: str, words: Iterable[str]) -> str:
     return f"; known: {', '.join(f'`{w}`' for w in known.values())}"
 
 
-def _line(error: dict[str, Any], section: type[S], table: dict[str, Any], where: str) -> str:
+def _line(error: dict[str, Any], section: type[Section], table: dict[str, Any], where: str) -> str:
     key = ".".join(str(part) for part in error["loc"])
     if error["type"] == "extra_forbidden":
+        for part in error["loc"][:-1]:  # a table within the table
+            section, table = _section_of(section.model_fields[part]), table[part]
         unused = set(section.model_fields) - set(table)
-        return f"unknown key `{key}` in {where}{did_you_mean(key, unused)}"
+        known = unused or set(section.model_fields)
+        return f"unknown key `{key}` in {where}{did_you_mean(str(error['loc'][-1]), known)}"
     if error["type"] == "missing":
         return f"missing key `{key}` in {where}"
     if error["type"] == "value_error":
         return f"{where} {error['ctx']['error']}"
     need = NEEDS.get(error["type"], error["msg"]).format(**error.get("ctx", {}))
     return f"{where} {key} = {error['input']!r}, {need}"
+
+
+def _section_of(field: FieldInfo) -> type[Section]:
+    """The table that a key of a table holds."""
+    kinds = (field.annotation, *get_args(field.annotation))
+    return next(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Section))
