@@ -38,7 +38,9 @@ from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive import Drive, drive_from, machine_table
+from reluctance.drive import Drive
+from reluctance.drive_file import drive_from
+from reluctance.library import machine_table
 from reluctance.simulate import Result
 
 OMEGA_REF, TAU_LOAD = 100.0, 1.5  # [rad/s, N m]

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 import reluctance as rl
-from reluctance.drive import drive_from, machine_table
+from reluctance.drive_file import drive_from
+from reluctance.library import machine_table
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 REMOVED = object()

@@ -8,9 +8,10 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive import drive_from, machine_table, read_toml
+from reluctance.drive_file import drive_from
 from reluctance.errors import ParameterError
 from reluctance.laws import flat_top
+from reluctance.library import machine_table, read_toml
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SHARING, DITC, PWM = (EXAMPLES / f"{n}.toml" for n in ("sharing_cubic", "ditc", "pwm_current"))

@@ -7,7 +7,9 @@ import pytest
 
 import reluctance as rl
 from reluctance import kpis
-from reluctance.drive import Drive, drive_from, machine_table
+from reluctance.drive import Drive
+from reluctance.drive_file import drive_from
+from reluctance.library import machine_table
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

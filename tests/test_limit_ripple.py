@@ -116,7 +116,7 @@ def test_pulses_one_by_one_leave_the_ripple_that_the_formula_says(profile: Profi
     assert edges / (4 * 3 * 4 * period) == pytest.approx(F, rel=0.03)
     rms = np.sqrt(np.mean(np.square(error)))
     predicted = floor(profile, F)
-    assert rms == pytest.approx(predicted.pulse_width_rms, rel=0.1)
+    assert rms == pytest.approx(predicted.pulse_width_rms, rel=0.07)
     assert rms > predicted.bound_rms
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive import drive_from
+from reluctance.drive_file import drive_from
 from reluctance.library import MODELS, entries, machine_from, machine_table
 from reluctance.machine import library
 from reluctance.maps import FluxTable, read_map, write_map

@@ -1,6 +1,7 @@
 """Switched-reluctance motor drives: simulate, control, find the physical limit, flash."""
 
-from reluctance.drive import Drive, load
+from reluctance.drive import Drive
+from reluctance.drive_file import load
 from reluctance.errors import ParameterError
 from reluctance.kpis import Kpis
 from reluctance.simulate import Result, simulate

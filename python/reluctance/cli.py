@@ -141,7 +141,8 @@ def machines(as_json: AsJson = False) -> None:
     for entry in found:
         m = entry.machine
         print(f"{entry.key}: {m.name}")
-        print(f"  model {m.model}, {entry.tau_peak:.3g} N m static from one phase at {m.i_max_A:g} A")
+        torque = f"{entry.tau_peak:.3g} N m static from one phase at {m.i_max_A:g} A"
+        print(f"  model {m.model}, {torque}")
         print(f"  source: {m.source}")
         print(f"  licence: {m.licence}")
 

@@ -94,7 +94,8 @@ struct Protection {
     int age = 0;                         // samples seen, up to `settle`
     std::array<T, N> i{};                // of the last sample [A]
     std::array<T, N> psi{};              // least flux of a phase that reads zero [Wb]
-    std::array<std::uint8_t, N> sure{};  // bit 0: magnetized all through the sample in progress
+    std::array<std::uint8_t, N> sure{};  // bit 0: the orders of the last sample magnetize all
+                                         // through; bit 1: of the one before
   };
 
   /// True where the law may run on this sample.
@@ -103,7 +104,7 @@ struct Protection {
     if (!in_range(y, reference)) {
       x.status = cause(y, reference);
     } else if (x.has_last) {
-      if (x.age < settle) {
+      if (settle > 0 && x.age < settle) {
         ++x.age;
       } else if (!follows(x, y)) {
         x.status = Status::stuck_angle;
@@ -125,7 +126,8 @@ struct Protection {
     for (int k = 0; k < N; ++k) {
       x.i[k] = y.i[k];
       const bool sure = y.i[k] <= i_zero && magnetizes(command[k], y.theta_e, ahead, k);
-      x.sure[k] = static_cast<std::uint8_t>(x.sure[k] << 1 | (sure ? 1 : 0));
+      const int older = delay > 0 ? x.sure[k] << 1 : 0;
+      x.sure[k] = static_cast<std::uint8_t>(older | (sure ? 1 : 0));
     }
   }
 

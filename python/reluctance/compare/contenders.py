@@ -90,8 +90,9 @@ def sharing_angles(drive: Drive, x: float, y: float) -> dict[str, float]:
 
 
 def copper_and_horizon(drive: Drive, x: float, y: float) -> dict[str, float]:
-    """Weight of copper and horizon of a finite-set law without guide."""
-    return {"w_i": float(f"{10 ** (5 * x - 6):.3g}"), "horizon": 1 + min(int(4 * y), 3)}
+    """Weight of copper and horizon, 1 or 2, of a finite-set law without guide. Beyond, a run takes
+    minutes: far from the reference nothing can be pruned."""
+    return {"w_i": float(f"{10 ** (5 * x - 7):.3g}"), "horizon": 1 if y < 0.5 else 2}
 
 
 def tracking_weights(drive: Drive, x: float, y: float) -> dict[str, float]:

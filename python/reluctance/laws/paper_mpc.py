@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from reluctance.drive import Drive
 
 
+BAND_PART = 0.01  # of the current limit: default half width of the band
+
+
 class PaperMpc(Control):
     """The source paper's structure: predictive current references, hysteresis regulator."""
 
@@ -21,7 +24,7 @@ class PaperMpc(Control):
     N_c: int = Field(2, ge=1, le=_core.N_c_max)
     r_w: float = Field(0.05, gt=0)  # weight of reference increments [N^2 m^2/A^2]
     w_i: float = Field(0.05, ge=0)  # weight of the distance to the guide [N^2 m^2/A^2]
-    i_band_A: float = Field(1.0, gt=0)  # half width of the regulator's band
+    i_band_A: float | None = Field(None, gt=0)  # half width of the regulator's band
     guide_speed_rpm: float | None = Field(None, ge=0)  # by default the speed of the reference
 
     @model_validator(mode="after")
@@ -34,6 +37,7 @@ class PaperMpc(Control):
 
     def controller(self, drive: Drive) -> _core.Controller:
         table = guide(drive, self.guide_speed_rpm)
+        i_max = drive.control_machine.i_max_A
         return _core.paper_mpc(
             self.setting(drive),
             guide=table.i,
@@ -43,8 +47,8 @@ class PaperMpc(Control):
             r_w=self.r_w,
             w_i=self.w_i,
             R=drive.control_machine.R,
-            i_max=drive.control_machine.i_max_A,
-            i_band=self.i_band_A,
+            i_max=i_max,
+            i_band=BAND_PART * i_max if self.i_band_A is None else self.i_band_A,
             T_s=self.T_s,
             delay=drive.sensing.delay_samples,
         )

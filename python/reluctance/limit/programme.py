@@ -164,9 +164,9 @@ class Programme:
     def starts(self, tau_ref: float) -> list[FloatArray]:
         """Where to search from: pulses first, then currents that never return to zero.
 
-        From 1.5 times base speed on the best torque may need continuous conduction. All starts that
-        converge lead to one optimum on the paper's machine from standstill to 10 000 rpm, six times
-        its base speed, at every torque; at some of these points one start of the four fails.
+        Far above base speed, and when braking, the best torque may need continuous conduction. The
+        first start that converges gave the least copper of all at 141 of 141 points with 3 and 4
+        phases, an analytic machine and a map, driving and braking up to 6000 rpm.
         """
         flat = np.full_like(self.theta_e, self.setting.i_max)
         return [self.start(tau_ref), self.start(tau_ref / 10), flat / 8, flat / 2]

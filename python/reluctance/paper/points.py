@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from reluctance import _core, limit
-from reluctance.drive import Drive, load
+from reluctance.drive import Drive
+from reluctance.drive_file import load
 from reluctance.errors import ParameterError
 from reluctance.kpis import Kpis
 from reluctance.machine import MachineFile

@@ -1,0 +1,144 @@
+"""Drive files: from TOML to a checked Drive, or to one line that says what is wrong."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reluctance.drive import Converter, Drive, Load, Reference, Sensing, SimulationSettings
+from reluctance.errors import ParameterError
+from reluctance.laws import LAWS
+from reluctance.library import machine_from, machine_table, read_toml
+from reluctance.map_machine import with_paths
+from reluctance.mismatch import Mismatch
+from reluctance.protection import Protection
+from reluctance.schema import Section, checked, did_you_mean
+
+TABLES: dict[str, type[Section]] = {
+    "converter": Converter,
+    "load": Load,
+    "reference": Reference,
+    "sensing": Sensing,
+    "simulation": SimulationSettings,
+    "protection": Protection,
+    "mismatch": Mismatch,
+}
+OPTIONAL = {"sensing", "protection", "mismatch"}
+
+
+def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
+    """A drive from a TOML file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The drive file. Its `machine` is a name from the machine library, a path to a machine file
+        relative to the drive file, or a table.
+    overrides : list of str, optional
+        `section.key=value` with the value as in TOML; bare words are text. `machine=...` takes a
+        name from the library or a path.
+
+    Raises
+    ------
+    ParameterError
+        With one line that says what is wrong and what is needed.
+    """
+    path = Path(path)
+    data = read_toml(path)
+    if isinstance(data.get("machine"), str):
+        data["machine"] = machine_table(data["machine"], path.parent)
+    elif isinstance(data.get("machine"), dict):
+        data["machine"] = with_paths(data["machine"], path.parent)
+    for override in overrides or []:
+        _override(data, override)
+    try:
+        return drive_from(data, name=path.stem)
+    except ParameterError as fault:
+        raise ParameterError(f"{path}: {fault}") from None
+
+
+def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
+    """A drive from the tables of a drive file; `machine` must be a table here."""
+    for key in data:
+        if key not in (known := [*TABLES, "machine", "control"]):
+            raise ParameterError(f"unknown table `{key}`{did_you_mean(key, known)}")
+    for key in ("machine", "control", *TABLES):
+        if key not in data and key not in OPTIONAL:
+            raise ParameterError(f"missing table [{key}]")
+    control = data["control"]
+    law = control.get("law") if isinstance(control, dict) else None
+    if law not in LAWS:
+        raise ParameterError(f"[control] law = {law!r} is unknown{did_you_mean(str(law), LAWS)}")
+    sections: dict[str, Any] = {
+        key: checked(section, data.get(key, {}), f"[{key}]") for key, section in TABLES.items()
+    }
+    drive = Drive(
+        name=name,
+        machine=machine_from(data["machine"]),
+        control=checked(LAWS[law], control, "[control]"),
+        **sections,
+    )
+    _check_together(drive)
+    return drive
+
+
+def _check_together(drive: Drive) -> None:
+    """What no table can know alone."""
+    if drive.reference.kind == "speed" and drive.load.kind == "locked":
+        raise ParameterError(
+            "[reference] kind = 'speed' with [load] kind = 'locked': the shaft cannot follow; "
+            "use another load or a torque reference"
+        )
+    band = getattr(drive.control, "i_band_A", None) or 0.0
+    if band >= drive.machine.i_max_A:
+        raise ParameterError(
+            f"[control] i_band_A = {band:g}, need less than [machine] i_max_A = "
+            f"{drive.machine.i_max_A:g}"
+        )
+    drive.control.check(drive)
+    if drive.control.follows_torque != (drive.reference.kind != "none"):
+        raise ParameterError(
+            "[control] fixes its current: it takes [reference] kind = 'none'"
+            if drive.reference.kind != "none"
+            else "[reference] kind = 'none': the control law needs a torque or speed to follow"
+        )
+    if drive.reference.kind == "none":
+        return
+    if drive.reference.kind == "speed" and drive.control.tau_max_Nm is None:
+        raise ParameterError("[control] missing key `tau_max_Nm`: the speed loop needs its limit")
+    asked = float(np.max(np.abs(drive.reference.course[1])))
+    if drive.reference.kind == "torque" and asked > drive.tau_max:
+        raise ParameterError(
+            f"[reference] torque {asked:g} N m is above [control] tau_max_Nm = {drive.tau_max:g}"
+        )
+    if drive.tau_max == 0:
+        raise ParameterError("[reference] torque is 0 throughout; set [control] tau_max_Nm")
+    reachable = float(drive.machine.torque(drive.machine.i_max_A, np.linspace(0, np.pi, 181)).max())
+    if drive.tau_max > 2 * reachable:
+        raise ParameterError(
+            f"torque {drive.tau_max:g} N m is out of reach: one phase gives at most "
+            f"{reachable:.4g} N m at i_max_A = {drive.machine.i_max_A:g}; lower the torque or "
+            "raise i_max_A"
+        )
+
+
+def _override(data: dict[str, Any], text: str) -> None:
+    """Puts `section.key=value` into the tables; `machine=NAME or PATH` replaces the machine."""
+    name, equals, value = text.partition("=")
+    if name.strip() == "machine" and value.strip():
+        data["machine"] = machine_table(value.strip().strip("\"'"), Path())
+        return
+    *path, key = name.strip().split(".")
+    if not equals or not path or not key:
+        raise ParameterError(f"--set {text}: need section.key=value")
+    try:
+        parsed = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        parsed = value.strip()
+    table = data
+    for part in path:
+        table = table.setdefault(part, {})
+        if not isinstance(table, dict):
+            raise ParameterError(f"--set {text}: `{part}` is not a table")
+    table[key] = parsed

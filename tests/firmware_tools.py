@@ -1,0 +1,40 @@
+"""What the firmware tests share: which tools they need, and drives short enough to replay often."""
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+import reluctance as rl
+
+ROOT = Path(__file__).parents[1]
+TOOLS = ("arm-none-eabi-g++", "qemu-system-arm", "make")
+CI = os.environ.get("CI") == "true"
+
+# Where the tools are missing a developer's run leaves these tests out; the check of a change fails.
+needs_target = pytest.mark.skipif(
+    not CI and any(shutil.which(tool) is None for tool in TOOLS),
+    reason=f"needs {', '.join(TOOLS)}",
+)
+
+# Name, drive file, overrides: what the budget and the parity tests run.
+DRIVES = {
+    "angles": ("hysteresis_200A", []),
+    "sharing": ("sharing_cubic", []),
+    "ditc": ("ditc", []),
+    "paper_mpc": ("paper_rated", []),
+    "paper_mpc_map": ("map_mpc", []),
+    "paper_mpc_speed_loop": ("paper_pump", []),
+    "finite_set_1": ("finite_set_mpc", []),
+    "finite_set_2": ("finite_set_mpc", ["control.horizon=2"]),
+    "edge_mpc": ("edge_mpc_fpga", []),
+    "deadbeat": ("deadbeat", []),
+    "pwm_current": ("pwm_current", []),
+    "five_phases": ("five_phases_losses", []),
+}
+
+
+def drive(name):
+    file, overrides = DRIVES[name]
+    return rl.load(ROOT / "examples" / f"{file}.toml", overrides)
