@@ -49,6 +49,7 @@ CLASSES = (
 )
 POINTS = ("paper_rated", "paper_half")
 FREQUENCIES = (10e3, 20e3)  # [Hz]
+PICTURED = ("paper_rated", 20e3)
 
 MARK = "<!-- From here on made by `python studies/laws_table.py`. -->\n"
 
@@ -66,11 +67,14 @@ def laws() -> str:
     )
 
 
-def section(hardware: Class, found: Comparison, picture: Path) -> str:
+def section(hardware: Class, found: Comparison, picture: Path | None) -> str:
     """One comparison on the page."""
     point = found.point
     kHz = f"{found.f_target / 1e3:g}kHz"
     settings = " ".join(f"--set {s}" for s in hardware.settings)
+    shown = (
+        f"\n![error over frequency, price in current, torque]({picture.name})\n" if picture else ""
+    )
     lines = "\n".join(f"- {line}" for line in in_words(point, found.f_target))
     return f"""
 ### {point.load.speed_rpm:g} rpm, {found.bound.tau_ref:g} N m, {found.f_target / 1e3:g} kHz
@@ -80,9 +84,13 @@ def section(hardware: Class, found: Comparison, picture: Path) -> str:
 {lines}
 - {limit_line(found)}
 
-{markdown(found)}
-![torque error against switching frequency, price in current, torque over a stroke]({picture.name})
-"""
+{markdown(found)}{shown}"""
+
+
+def draw(found: Comparison, picture: Path) -> None:
+    """The figure of a comparison, small enough for a page."""
+    made = figure(found)
+    write_whole(picture, lambda path: made.savefig(path, dpi=80, metadata={"Software": None}))
 
 
 def main() -> None:
@@ -99,11 +107,10 @@ def main() -> None:
             drive = rl.load(ROOT / "examples" / f"{name}.toml", list(hardware.settings))
             for f_switch in FREQUENCIES:
                 found = compare(drive, f_switch=f_switch)
-                picture = page.parent / f"laws_{hardware.name}_{name}_{f_switch / 1e3:g}kHz.png"
-                made = figure(found)
-                write_whole(
-                    picture, lambda p, f=made: f.savefig(p, dpi=80, metadata={"Software": None})
-                )
+                picture = None
+                if (name, f_switch) == PICTURED:
+                    picture = page.parent / f"laws_{hardware.name}.png"
+                    draw(found, picture)
                 text += section(hardware, found, picture)
     write_whole(page, lambda p: p.write_text(text, encoding="utf-8"))
 

@@ -111,7 +111,7 @@ def test_command_prints_json_and_words(cache_dir: Path) -> None:
     assert figures["i_rms_A"] == pytest.approx(48.9, rel=0.01)  # published
     assert figures["p_cu_W"] == pytest.approx(5171, rel=0.01)
     assert 0 < figures["ripple_bound_rms_Nm"] < figures["ripple_pulse_width_rms_Nm"] < 0.41339
-    words = command(RATED, "--at-switching-frequency", "20kHz")
+    words = command(RATED)
     assert "best known" in words.stdout
     assert "48.93 A" in words.stdout
 

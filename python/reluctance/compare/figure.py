@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -30,6 +31,7 @@ def plot_front(ax: Axes, found: Comparison) -> Axes:
     )
     _plain_ticks(ax.xaxis)
     _plain_ticks(ax.yaxis)
+    ax.set_ylim(top=min(ax.get_ylim()[1], 20.0))  # beyond it a law has failed
     return ax
 
 
@@ -71,13 +73,14 @@ def plot_strokes(ax: Axes, found: Comparison) -> Axes:
 
 def figure(found: Comparison) -> Figure:
     """All three, with their own canvas: no window, no global state."""
-    made = Figure(figsize=(15, 5.5), layout="constrained")
+    made = Figure(figsize=(15, 6), layout="constrained")
     FigureCanvasAgg(made)
     front, price, strokes = made.subplots(1, 3)
     for ax in (plot_front(front, found), plot_price(price, found)):
         ax.grid(which="both", alpha=0.3)
     plot_strokes(strokes, found)
-    front.legend(fontsize=7)
+    handles, labels = front.get_legend_handles_labels()
+    made.legend(handles, labels, loc="outside lower center", ncols=7, fontsize=8)
     p = found.point
     made.suptitle(
         f"{p.machine.name}: {p.converter.u_dc_V:g} V, {p.load.speed_rpm:g} rpm, "
@@ -97,5 +100,5 @@ def _marker(j: int) -> str:
     return MARKERS[j % len(MARKERS)]
 
 
-def _color(j: int) -> str:
-    return f"C{j % 10}"
+def _color(j: int) -> tuple[float, float, float, float]:
+    return colormaps["tab20"](0.999 * ((2 * j) % 20 + j // 10) / 20)

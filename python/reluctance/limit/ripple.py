@@ -109,6 +109,8 @@ def _least(u: FloatArray, gain: FloatArray, u_dc: float) -> list[float]:
     w_E E + w_O O with weights of 3/2-norm 1, and for given weights the least sum is a linear
     programme: any set of weights gives a lower bound.
     """
+    if not gain.any():
+        return [0.0, 0.0, 0.0]
     mean = np.clip(u / u_dc, -1.0, 1.0)
     vectors = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(mean))))
     slope = (vectors - mean) @ gain * u_dc

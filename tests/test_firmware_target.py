@@ -1,0 +1,215 @@
+"""The exported firmware on the emulated Cortex-M: parity, protection, cost, processor in the loop."""
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from firmware_tools import DRIVES, ROOT, drive, needs_target
+
+from reluctance.export import firmware
+from reluctance.export.cost import cost
+from reluctance.export.parity import in_the_loop, parity, record
+from reluctance.export.target import build, replay
+
+pytestmark = needs_target
+
+STEPS = 20_000
+REQUIRED = ["angles", "sharing", "ditc", "paper_mpc", "finite_set_1", "finite_set_2"]
+ALLOWED = {"memcpy", "memmove", "memset"}  # what any C library and any startup file has
+BUDGET = tomllib.loads((ROOT / "firmware" / "budget.toml").read_text())
+
+
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory):
+    """Folder and recording of a drive, made once."""
+    made = {}
+
+    def package(name):
+        if name not in made:
+            folder = firmware(drive(name), tmp_path_factory.mktemp(name) / "package").folder
+            made[name] = folder, record(drive(name), steps=STEPS)
+        return made[name]
+
+    return package
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_target_and_desk_agree_in_every_bit_within_the_budget(name, packages):
+    folder, recording = packages(name)
+    spent = cost(drive(name), "cortex-m7", recording, folder)
+    assert spent.steps == STEPS
+    assert spent.bit_exact
+    limit = BUDGET[name]
+    assert spent.instructions_max <= limit["instructions_max"]
+    assert spent.text <= limit["text_B"]
+    assert spent.stack <= limit["stack_B"] <= 2048
+    assert spent.data == 0
+    assert set(spent.outside) <= ALLOWED
+
+
+@pytest.mark.parametrize("name", REQUIRED)
+def test_parity_holds_on_the_smaller_core_and_no_step_trips(name, packages):
+    folder, recording = packages(name)
+    program = build(folder, "cortex-m4")
+    found = parity(program, "cortex-m4", recording)
+    assert (found.steps, found.different) == (STEPS, 0)
+    assert not found.answers.status.any()
+    made = (folder / "parameters.hpp").read_text()
+    assert f"fingerprint = 0x{found.answers.fingerprint:08X}" in made
+
+
+def test_no_double_and_no_call_but_the_allowed_ones_in_the_object(packages):
+    folder, _ = packages("paper_mpc")
+    build(folder, "cortex-m4")  # single-precision unit: a double would be a call
+    code = subprocess.run(
+        ["arm-none-eabi-objdump", "-dr", "build/cortex-m4/controller.o"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert "vfma" not in code and "vmla" not in code and "vmls" not in code  # no contraction
+    assert "__aeabi" not in code and ".f64" not in code
+    stacks = (folder / "build" / "cortex-m4" / "controller.su").read_text().splitlines()
+    assert all(line.endswith("static") for line in stacks)
+
+
+def faulty(samples, n, **columns):
+    """The recording with other readings from step n on."""
+    changed = samples.copy()
+    n_phases = samples.shape[1] - 4
+    place = {"theta_e": n_phases, "omega_m": n_phases + 1, "u_dc": n_phases + 2, "reference": -1}
+    for name, value in columns.items():
+        changed[n:, place.get(name, int(name[1:]) if name[1:].isdigit() else 0)] = value
+    return changed
+
+
+def conducting(samples, n):
+    """The phase with most current at step n."""
+    return int(np.argmax(samples[n, : samples.shape[1] - 4]))
+
+
+def assert_safe_from(answers, n, status):
+    """All legs off in the step of the fault and in every later one; the cause is latched."""
+    assert not answers.status[:n].any()
+    assert (answers.status[n:] == status).all()
+    phases = answers.commands[n:, :-1].reshape(len(answers.status) - n, -1, 11)
+    assert (phases[:, :, 0] == 0).all()  # timer
+    assert (phases[:, :, 1:4] == -1).all()  # demagnetize
+
+
+FAULTS = {  # name: (status, the readings from the fault on)
+    "NaN current": (1, lambda s, n: {f"i{conducting(s, n)}": np.nan}),
+    "infinite reference": (1, lambda s, n: {"reference": np.inf}),
+    "10 x current": (2, lambda s, n: {f"i{conducting(s, n)}": 10 * s[n].max()}),
+    "over-voltage": (3, lambda s, n: {"u_dc": 301.0}),
+    "under-voltage": (4, lambda s, n: {"u_dc": 59.0}),
+    "over-speed": (5, lambda s, n: {"omega_m": -205.0}),
+    "negative current": (6, lambda s, n: {f"i{conducting(s, n)}": -3.1}),
+    "angle past a turn": (6, lambda s, n: {"theta_e": 6.3}),
+    "stuck angle": (7, lambda s, n: {"theta_e": s[n - 1, -4]}),
+    "dead current sensor": (8, lambda s, n: {f"i{conducting(s, n)}": 0.0}),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("name", ["sharing", "paper_mpc", "paper_mpc_map"])
+def test_a_fault_ends_in_the_safe_state_within_one_control_period(name, fault, packages):
+    folder, recording = packages(name)
+    program = build(folder, "cortex-m7")
+    status, readings = FAULTS[fault]
+    if name == "paper_mpc_map" and status in (3, 4, 5):
+        pytest.fail("not a case") if not recording.samples.size else None
+    samples = recording.samples[:700]
+    n = 600
+    changed = faulty(samples, n, **levels(name, readings(samples, n)))
+    assert_safe_from(replay(program, "cortex-m7", changed), n, status)
+
+
+def levels(name, readings):
+    """Readings past the trip levels of this drive, where they are the drive's own."""
+    if name != "paper_mpc_map":
+        return readings
+    from reluctance.protection import limits
+
+    level = limits(drive(name))
+    past = {301.0: 1.01 * level.u_dc_max, 59.0: 0.99 * level.u_dc_min, -205.0: -1.01 * level.omega_max}
+    return {key: past.get(value, value) for key, value in readings.items()}
+
+
+@pytest.mark.parametrize("name", ["angles", "sharing", "paper_mpc"])
+def test_a_sensor_that_is_dead_from_the_start_is_found_before_much_current_flows(name, packages):
+    """The reading of one phase is zero throughout. The plant is not in this loop, so the true
+    current is integrated here: u_dc on the phase from its turn-on, no resistance."""
+    folder, recording = packages(name)
+    program = build(folder, "cortex-m7")
+    phase, samples = 1, recording.samples[:4000].copy()
+    samples[:, phase] = 0
+    answers = replay(program, "cortex-m7", samples)
+    assert answers.status[-1] == 8
+    found = int(np.flatnonzero(answers.status)[0])
+    true_current = recording.samples[: found + 1, phase]
+    built = drive(name)
+    i_zero = 0.02 * built.machine.i_max_A
+    # Found at the first sample after the true one has passed i_zero, or within two more.
+    passed = int(np.flatnonzero(true_current > i_zero)[0])
+    assert passed <= found <= passed + 2
+
+
+def test_healthy_recordings_with_real_sensors_never_trip(tmp_path):
+    import reluctance as rl
+
+    sensing = ["sensing.adc_bits=12", "sensing.i_range_A=250.0", "sensing.encoder_counts=4096"]
+    noisy = rl.load(ROOT / "examples" / "paper_rated.toml", [*sensing, "sensing.delay_samples=1"])
+    program = build(firmware(noisy, tmp_path / "package").folder, "cortex-m7")
+    found = parity(program, "cortex-m7", record(noisy, steps=10_000))
+    assert not found.answers.status.any()
+    assert found.exact
+
+
+@pytest.mark.parametrize("name", ["paper_mpc", "paper_mpc_speed_loop", "angles"])
+def test_processor_in_the_loop_gives_the_key_figures_of_the_simulation(name):
+    target, desk = in_the_loop(drive(name), until=0.04)
+    assert desk.tau_mean > 1
+    assert replace(target, wall_time_ratio=0) == replace(desk, wall_time_ratio=0)
+
+
+def test_the_folder_builds_in_an_empty_place_with_make_and_with_cmake(packages, tmp_path):
+    folder, _ = packages("sharing")
+    away = tmp_path / "away"
+    made = firmware(drive("sharing"), away).folder
+    assert folder != made
+    alone = {"PATH": os.environ["PATH"], "HOME": str(tmp_path)}
+    subprocess.run(["make", "-s", "all", "replay"], cwd=away, env=alone, check=True)
+    for source, compiler in (("main.c", "gcc"), ("controller.cpp", "g++")):  # any compiler
+        standard = "-std=c99" if compiler == "gcc" else "-std=c++20"
+        flags = [standard, "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror"]
+        subprocess.run(
+            [compiler, *flags, "-I.", "-Iinclude", "-c", source, "-o", os.devnull],
+            cwd=away,
+            env=alone,
+            check=True,
+        )
+
+
+def test_the_command_line_tells_parity_and_refuses_an_unknown_processor():
+    def run(*arguments):
+        return subprocess.run(
+            [sys.executable, "-m", "reluctance.cli", "export", "parity", *arguments],
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+
+    file = str(ROOT / "examples" / "ditc.toml")
+    done = run(file, "--steps", "500", "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout) == {"steps": 500, "different": 0, "cpu": "cortex-m7"}
+    refused = run(file, "--cpu", "cortex-m3")
+    assert refused.returncode == 2
+    assert "need one of: cortex-m4, cortex-m7" in refused.stderr
