@@ -90,7 +90,7 @@ def section(hardware: Class, found: Comparison, picture: Path | None) -> str:
 def draw(found: Comparison, picture: Path) -> None:
     """The figure of a comparison, small enough for a page."""
     made = figure(found)
-    write_whole(picture, lambda path: made.savefig(path, dpi=80, metadata={"Software": None}))
+    write_whole(picture, lambda path: made.savefig(path, dpi=70, metadata={"Software": None}))
 
 
 def main() -> None:
@@ -112,7 +112,11 @@ def main() -> None:
                     picture = page.parent / f"laws_{hardware.name}.png"
                     draw(found, picture)
                 text += section(hardware, found, picture)
-    write_whole(page, lambda p: p.write_text(text, encoding="utf-8"))
+    write_whole(page, lambda path: save_text(path, text))
+
+
+def save_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

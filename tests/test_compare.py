@@ -103,6 +103,16 @@ def test_a_frequency_out_of_reach_is_told_and_not_hidden(rated):
     assert any(line.startswith("ditc *") for line in plain(out))
 
 
+def test_a_law_that_is_smoother_with_less_switching_is_told(rated):
+    late = replace(rated, sensing=type(rated.sensing)(delay_samples=1))
+    slow = replace(late, control=rated.control.model_copy(update={"T_s_us": 20.0}))
+    out = compare(slow, ["edge_mpc"], f_switch=20e3, octaves=(-1.0,), processes=1)
+    (entry,) = out.entries
+    half, full = entry.front
+    assert entry.met and half.torque_error_rms < full.torque_error_rms
+    assert entry.note.startswith("smoother with less") and entry.note in markdown(out)
+
+
 def test_a_law_that_does_not_suit_the_machine_is_told_and_not_hidden():
     two_phases = ["machine.N_s=4", "machine.N_r=2", "machine.n_phases=2"]
     drive = rl.load(RATED, two_phases)

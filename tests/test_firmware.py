@@ -142,9 +142,7 @@ def test_a_controller_of_a_function_drives_the_simulation_as_the_law_does():
     law = torque.control.controller(torque)
 
     def step(i, theta_e, omega_m, u_dc, reference):
-        return _core.step(
-            law, i, theta_e=theta_e, omega_m=omega_m, u_dc=u_dc, reference=reference
-        )
+        return _core.step(law, i, theta_e=theta_e, omega_m=omega_m, u_dc=u_dc, reference=reference)
 
     wrapped = _core.controller_from(3, step)
     a = rl.simulate(torque, until=0.01, record=None, controller=wrapped)

@@ -28,26 +28,20 @@ struct IncrementalMpc {
   T r_w;    // weight of the increments
   T a, b;   // one channel: dx(n+1) = a dx(n) + b du(n)
 
-  /// Displacement of a channel after 1, 2, .. N_p samples when no input moves, per unit of the
-  /// last increment dx: a, a + a^2, ... The free response is y + c displacement dx.
-  Outputs free_displacement() const {
-    Outputs sum{};
-    T power = a, total = T(0);
-    for (int j = 0; j < N_p; ++j) {
-      total = total + power;
-      power = power * a;
-      sum[j] = total;
-    }
-    return sum;
-  }
+  /// Displacement of a channel after 1, 2, .. N_p samples when no input moves, per unit of the last
+  /// increment dx: a, a + a^2, ... The free response is y + c displacement dx.
+  Outputs free_displacement() const { return accumulated(a); }
 
   /// Displacement after 1, 2, .. N_p samples per unit step of the input: b, b + a b, ...
-  Outputs step_response() const {
+  Outputs step_response() const { return accumulated(b); }
+
+  /// first, first (1 + a), first (1 + a + a^2), ...
+  Outputs accumulated(T first) const {
     Outputs sum{};
-    T power = b, total = T(0);
+    T term = first, total = T(0);
     for (int j = 0; j < N_p; ++j) {
-      total = total + power;
-      power = power * a;
+      total = total + term;
+      term = term * a;
       sum[j] = total;
     }
     return sum;

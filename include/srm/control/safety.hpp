@@ -19,6 +19,7 @@
 // is found at the next sample. One that was dead before is found at the first sample at which the
 // current, by the model and 80 % of the voltage, has passed i_zero: near the unaligned angle that
 // is one sample of magnetization, at the aligned one several, with less than 1.25 i_zero flowing.
+// Current references below 1.25 i_zero tell nothing, and delay it by as long as they last.
 #pragma once
 
 #include "srm/control/interface.hpp"
@@ -192,7 +193,9 @@ struct Protection {
     if (c.gate == Gate::timer) {
       return c.leg[0] == Leg::magnetize && c.leg[1] == Leg::magnetize && c.leg[2] == Leg::magnetize;
     }
-    if (!(c.i_ref > T(0) && c.i_ref - min(c.i_band, c.i_ref / T(2)) > T(2) * i_zero)) return false;
+    if (!(c.i_ref > T(0) && c.i_ref - min(c.i_band, c.i_ref / T(2)) > T(1.25) * i_zero)) {
+      return false;  // a phase held there may well read zero
+    }
     if (c.gate == Gate::comparator) return true;
     const T past = one_turn(phase(theta_e, k) - c.theta_on);
     const T dwell = one_turn(c.theta_off - c.theta_on);

@@ -210,7 +210,7 @@ CONTENDERS: dict[str, Contender] = {
             keys=(("horizon", 3),),
             free=ASKED_FREQUENCY,
             what="The same over three samples.",
-            when="Hardly ever: with the guide a longer horizon brings little.",
+            when="As above, where the frequency is low against the sampling.",
             needs="very fast sampling",
         ),
         Contender(

@@ -93,6 +93,7 @@ class Column:
 COLUMNS = (
     Column("f_switch_Hz", "f sw. kHz", "{:.2f}", 1e-3),
     Column("torque_ripple_pp", "ripple p-p %", "{:.2f}", 100),
+    Column("torque_ripple_rms", "ripple rms %", "{:.2f}", 100),
     Column("torque_error_rms", "error rms %", "{:.2f}", 100),
     Column("torque_error_mean", "mean error %", "{:+.2f}", 100),
     Column("i_rms_over_limit", "i rms / limit", "{:.3f}"),
@@ -136,7 +137,8 @@ def markdown(found: Comparison) -> str:
             for r in rows
         ),
     ]
-    notes = [f"\\* `{r['control']}`: {r['note']}." for r in rows if not r["met"]]
+    mark = {True: "", False: "\\* "}
+    notes = [f"{mark[r['met']]}`{r['control']}`: {r['note']}." for r in rows if r["note"]]
     if notes:
         lines += ["", "  \n".join(notes)]
     values = [f"| `{r['control']}` | {tuned(r)} | {r['needs']} |" for r in rows]
@@ -152,7 +154,7 @@ def plain(found: Comparison) -> list[str]:
     lines = [
         "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in cells
     ]
-    return [*lines, *(f"* {r['control']}: {r['note']}" for r in rows if not r["met"])]
+    return [*lines, *(f"{r['control']}{star(r)}: {r['note']}" for r in rows if r["note"])]
 
 
 def star(record: Record) -> str:

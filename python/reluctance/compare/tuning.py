@@ -57,6 +57,7 @@ class Tuner:
         self.point, self.contender, self.f_target, self.budget = point, contender, f_target, budget
         self.n_periods = n_periods  # of a run
         self.runs = 0
+        self.ran_out = False  # the last match came to the end of the free parameter's range
         self.tried: list[Trial] = []  # that meet the target
 
     def run(self, values: dict[str, float]) -> Trial:
@@ -84,6 +85,7 @@ class Tuner:
         slow: tuple[float, float] | None = None  # (x, off target) of the nearest too slow run
         fast: tuple[float, float] | None = None
         best: Trial | None = None
+        self.ran_out = False
         for n in range(MATCH_RUNS):
             trial = self.run({**values, free.key: float(f"{exp(x):.5g}")})
             y = trial.off_target(self.f_target)
@@ -105,7 +107,8 @@ class Tuner:
                 if abs(step) < 0.02:
                     step = 0.02 if step > 0 else -0.02
                 if x == (low if step < 0 else high):
-                    break  # the end of the range
+                    self.ran_out = True
+                    break
                 x = min(max(x + step, low), high)
         assert best is not None
         return best

@@ -5,9 +5,11 @@ Needs gcc-arm-none-eabi (with its C++ headers) and qemu-system-arm on the path.
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import subprocess
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -22,9 +24,12 @@ from reluctance.errors import ParameterError
 
 Cpu = Literal["cortex-m4", "cortex-m7"]
 MACHINES: dict[str, str] = {"cortex-m4": "mps2-an386", "cortex-m7": "mps2-an500"}
-PACKAGES = "gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm"
+PACKAGES = (
+    "gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm"
+)
 COMPILER, EMULATOR = "arm-none-eabi-g++", "qemu-system-arm"
 TIMEOUT = 300.0  # of a replay [s]
+STOPPED = "the emulated target stopped before the simulation did"
 
 # Words of the C structs (reluctance_controller.h), as the desk numbers the same columns.
 PHASE = np.dtype(
@@ -117,7 +122,7 @@ def processor_in_the_loop(
     emulator = subprocess.Popen(_emulator(program, cpu), cwd=folder, stdout=subprocess.DEVNULL)
     try:
         with (
-            open(folder / "samples", "wb", buffering=0) as samples,
+            open(_writing_end(folder / "samples", emulator), "wb", buffering=0) as samples,
             open(folder / "orders", "rb", buffering=0) as orders,
         ):
 
@@ -126,7 +131,10 @@ def processor_in_the_loop(
             ) -> list[float]:
                 order_of = reference if follows_torque else 1.0
                 sample = np.array([[*i, theta_e, omega_m, u_dc, order_of]])
-                samples.write(target_samples(sample).tobytes())
+                try:
+                    samples.write(target_samples(sample).tobytes())
+                except BrokenPipeError:
+                    raise ParameterError(STOPPED) from None
                 answer = np.frombuffer(_read(orders, order.itemsize), order)
                 row: list[float] = _columns(answer, n_phases)[0].tolist()
                 return row if follows_torque else [*row[:-1], 0.0]
@@ -191,12 +199,27 @@ def _emulator(program: Path, cpu: Cpu) -> list[str]:
     ]
 
 
+def _writing_end(pipe: Path, emulator: subprocess.Popen[bytes]) -> int:
+    """The pipe opened for writing once the target reads it; never waits for a dead emulator."""
+    while emulator.poll() is None:
+        try:
+            file = os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)
+        except OSError as fault:
+            if fault.errno != errno.ENXIO:
+                raise
+            time.sleep(0.002)
+            continue
+        os.set_blocking(file, True)
+        return file
+    raise ParameterError(STOPPED)
+
+
 def _read(file: BinaryIO, size: int) -> bytes:
     data = b""
     while len(data) < size:
         part = file.read(size - len(data))
         if not part:
-            raise ParameterError("the emulated target stopped before the simulation did")
+            raise ParameterError(STOPPED)
         data += part
     return data
 
