@@ -20,7 +20,11 @@ inline constexpr T two_pi = T(6.28318530717958647693);
 
 template <Real T>
 constexpr T abs(T x) {
-  return x < T(0) ? -x : x;
+  if constexpr (std::same_as<T, float>) {
+    return __builtin_fabsf(x);
+  } else {
+    return __builtin_fabs(x);
+  }
 }
 
 template <Real T>
@@ -56,13 +60,19 @@ constexpr T floor(T x) {
 inline float sqrt(float x) { return __builtin_sqrtf(x); }
 inline double sqrt(double x) { return __builtin_sqrt(x); }
 
-/// 2^n for n within the normal exponents.
+/// A number of which the last bits are units: added to x, it leaves x rounded to an integer there.
 template <Real T>
-constexpr T power_of_two(int n) {
+inline constexpr T to_units =
+    std::same_as<T, float> ? T(12582912) : T(6755399441055744);  // 1.5 2^23
+
+/// 2^n from to_units + n, for n within the normal exponents.
+template <Real T>
+constexpr T power_of_two(T units_and_n) {
   if constexpr (std::same_as<T, float>) {
-    return __builtin_bit_cast(float, static_cast<std::uint32_t>(n + 127) << 23);
+    return __builtin_bit_cast(float, (__builtin_bit_cast(std::uint32_t, units_and_n) + 127) << 23);
   } else {
-    return __builtin_bit_cast(double, static_cast<std::uint64_t>(n + 1023) << 52);
+    return __builtin_bit_cast(double, (__builtin_bit_cast(std::uint64_t, units_and_n) + 1023)
+                                          << 52);
   }
 }
 
@@ -70,19 +80,21 @@ constexpr T power_of_two(int n) {
 ///
 /// x = n ln 2 + r with |r| <= ln(2)/2, then the Taylor series of e^r: 7 terms leave 5e-9 (float),
 /// 13 leave 4e-18 (double). ln 2 is split in two so that n ln 2 is exact in its leading part
-/// (Cody and Waite, Software Manual for the Elementary Functions, 1980, ch. 6). The terms are summed
-/// in pairs, then pairs of pairs (Estrin): the chain of dependent operations is what takes time.
+/// (Cody and Waite, Software Manual for the Elementary Functions, 1980, ch. 6). The terms are
+/// summed in pairs, then pairs of pairs (Estrin): the chain of dependent operations is what takes
+/// time.
 template <Real T>
 constexpr T exp(T x) {
   if (!(x > T(-80))) return T(0);
   if (x > T(80)) x = T(80);
-  const int n = static_cast<int>(x * T(1.44269504088896340736) + (x < T(0) ? T(-0.5) : T(0.5)));
+  const T shifted = x * T(1.44269504088896340736) + to_units<T>;
+  const T n = shifted - to_units<T>;
   if constexpr (std::same_as<T, float>) {
-    const T r = (x - T(n) * 0.693359375F) - T(n) * -2.12194440e-4F;
+    const T r = (x - n * 0.693359375F) - n * -2.12194440e-4F;
     const T s = r * r;
     const T low = (T(1) + r) + s * (T(1.0 / 2) + r * T(1.0 / 6));
     const T high = (T(1.0 / 24) + r * T(1.0 / 120)) + s * (T(1.0 / 720) + r * T(1.0 / 5040));
-    return (low + s * s * high) * power_of_two<T>(n);
+    return (low + s * s * high) * power_of_two(shifted);
   } else {
     const T r = (x - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10;
     const T s = r * r, q = s * s;
@@ -90,7 +102,7 @@ constexpr T exp(T x) {
     const T t4 = (1.0 / 24 + r * (1.0 / 120)) + s * (1.0 / 720 + r * (1.0 / 5040));
     const T t8 = (1.0 / 40320 + r * (1.0 / 362880)) + s * (1.0 / 3628800 + r * (1.0 / 39916800));
     const T t12 = 1.0 / 479001600 + r * (1.0 / 6227020800);
-    return ((t0 + q * t4) + q * q * (t8 + q * t12)) * power_of_two<T>(n);
+    return ((t0 + q * t4) + q * q * (t8 + q * t12)) * power_of_two(shifted);
   }
 }
 
