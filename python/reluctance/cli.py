@@ -96,15 +96,17 @@ def run(
             record=None if silent else record_us * 1e-6,
             progress=told,
         )
+    found = [] if energy_loop is None else loops.save_energy_loop(result, energy_loop)
     if out is not None:
         save(result, out)
     if plot is not None:
         plots.save_plot(result, plot)
-    found = [] if energy_loop is None else loops.save_energy_loop(result, energy_loop)
     if as_json:
         print(json.dumps(result.kpis.with_units()))
     else:
         Console().print(kpi_table(drive.name, result.kpis))
+        for remark in result.kpis.remarks():
+            print(f"note: {remark}")
         for loop in found:
             print(f"energy loop, phase {'abcdef'[loop.k]}: {loops.text(loop)}")
 
@@ -257,6 +259,7 @@ def kpi_table(name: str, kpis: Kpis) -> Table:
     rpm = kpis.speed_mean * 9.549296585513721
     for label, value in (
         ("mean torque", f"{kpis.tau_mean:.3f} N m"),
+        ("mean torque reference", f"{kpis.tau_ref:.3f} N m" if kpis.tau_ref else "none"),
         ("torque ripple, peak to peak", f"{kpis.torque_ripple:.2%}"),
         ("torque ripple, rms", f"{kpis.torque_ripple_rms:.2%}"),
         ("torque error, rms", f"{kpis.torque_error_rms:.2%}"),
@@ -322,9 +325,15 @@ def main() -> None:
     """Entry point of the `reluctance` command."""
     signal.signal(signal.SIGINT, _interrupt)
     try:
-        app(standalone_mode=True)
+        code = app(standalone_mode=False)  # usage errors come here too, to be told on one line
+        sys.exit(code if isinstance(code, int) else 0)
     except ParameterError as fault:
         print(f"error: {fault}", file=sys.stderr)
+        sys.exit(2)
+    except Exception as fault:
+        if not hasattr(fault, "format_message"):  # what the command line library raises has it
+            raise
+        print(f"error: {' '.join(fault.format_message().split())}", file=sys.stderr)
         sys.exit(2)
     except Interrupted:
         print("interrupted; no file is left half-written", file=sys.stderr)

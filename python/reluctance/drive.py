@@ -32,7 +32,7 @@ class Load(Section):
     """What is on the shaft. `speed_rpm` is held by a locked shaft and starts the others."""
 
     kind: Literal["locked", "pump", "torque"]
-    speed_rpm: float = 0.0
+    speed_rpm: float = Field(0.0, ge=-1e6, le=1e6)
     J_kgm2: float = Field(0.0, ge=0)  # beside the rotor's
     k_pump_Nms2: float = Field(0.0, ge=0)  # pump torque k omega^2
     tau_Nm: float = 0.0  # constant torque against positive rotation

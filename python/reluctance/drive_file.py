@@ -50,8 +50,12 @@ def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
         data["machine"] = machine_table(data["machine"], path.parent)
     elif isinstance(data.get("machine"), dict):
         data["machine"] = with_paths(data["machine"], path.parent)
+    law = _law(data)
     for override in overrides or []:
         _override(data, override)
+        if _law(data) != law:  # the old law's own keys go with it
+            law = _law(data)
+            _keep_known(data["control"])
     try:
         return drive_from(data, name=path.stem)
     except ParameterError as fault:
@@ -90,6 +94,11 @@ def _check_together(drive: Drive) -> None:
             "[reference] kind = 'speed' with [load] kind = 'locked': the shaft cannot follow; "
             "use another load or a torque reference"
         )
+    if drive.control.T_s >= drive.simulation.until_s:
+        raise ParameterError(
+            f"[control] T_s_us = {drive.control.T_s_us:g} is not below [simulation] until_s = "
+            f"{drive.simulation.until_s:g}; the controller would run once"
+        )
     band = getattr(drive.control, "i_band_A", None) or 0.0
     if band >= drive.machine.i_max_A:
         raise ParameterError(
@@ -121,6 +130,18 @@ def _check_together(drive: Drive) -> None:
             f"{reachable:.4g} N m at i_max_A = {drive.machine.i_max_A:g}; lower the torque or "
             "raise i_max_A"
         )
+
+
+def _law(data: dict[str, Any]) -> object:
+    control = data.get("control")
+    return control.get("law") if isinstance(control, dict) else None
+
+
+def _keep_known(control: dict[str, Any]) -> None:
+    """Drops the keys of [control] that its law does not have."""
+    if control["law"] in LAWS:
+        for key in set(control) - set(LAWS[control["law"]].model_fields):
+            del control[key]
 
 
 def _override(data: dict[str, Any], text: str) -> None:

@@ -14,6 +14,9 @@ TAU_MIN, TAU_MAX, OMEGA_MIN, OMEGA_MAX, I_PEAK = range(7, 12)
 E_DC, E_WINDING, E_MECH, TAU, TAU_SQUARED, ERROR_SQUARED, I_SQUARED = range(12, 19)
 
 
+NOT_HELD = 0.05  # deviation of the mean torque from its reference that is worth a remark
+
+
 @dataclass(frozen=True)
 class Kpis:
     """Key figures in SI units; ratios as fractions. Unfiltered, over `periods` electrical periods
@@ -21,6 +24,7 @@ class Kpis:
 
     periods: int
     tau_mean: float  # [N m]
+    tau_ref: float  # mean torque reference; 0 where the law has none [N m]
     torque_ripple: float  # (max - min)/mean [1]
     torque_ripple_rms: float  # rms deviation from the mean, over the mean [1]
     torque_error_rms: float  # rms of torque less its reference, over the mean reference [1]
@@ -41,11 +45,28 @@ class Kpis:
     control_period: float  # [s]
     wall_time_ratio: float  # wall time per simulated time inside the loop [1]
 
+    def remarks(self) -> list[str]:
+        """What a reader of these figures must know, each on one line."""
+        found = []
+        if self.periods < 2:
+            found.append(
+                f"{self.periods} whole electrical periods in the second half of the run: the "
+                "figures include its start; run longer (--until)"
+            )
+        held = self.tau_mean / self.tau_ref if self.tau_ref else 1.0
+        if self.periods >= 2 and abs(held - 1) > NOT_HELD:
+            found.append(
+                f"the torque reference is not held ({held:.0%} of it); `reluctance limit` tells "
+                "whether this machine could at this voltage and speed"
+            )
+        return found
+
     def with_units(self) -> dict[str, float]:
         """The same under the names of the command line, with unit suffixes; what is not modelled
         is left out."""
         figures = {
             "tau_mean_Nm": self.tau_mean,
+            "tau_ref_mean_Nm": self.tau_ref,
             "torque_ripple_pp": self.torque_ripple,
             "torque_ripple_rms": self.torque_ripple_rms,
             "torque_error_rms": self.torque_error_rms,
@@ -114,6 +135,7 @@ def kpis(
     return Kpis(
         periods=periods,
         tau_mean=tau_mean,
+        tau_ref=tau_ref,
         torque_ripple=_ratio(tau_span, tau_mean),
         torque_ripple_rms=_ratio(np.sqrt(variance), tau_mean),
         torque_error_rms=_ratio(error, tau_ref or tau_mean),

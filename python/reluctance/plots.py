@@ -3,6 +3,7 @@
 import base64
 import html
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -18,13 +19,33 @@ ENDINGS = {".png", ".svg", ".html"}
 LEG_NAMES = ("demagnetize", "freewheel", "magnetize")
 
 
+def _legend_above(ax: Axes) -> None:
+    """Outside, at the right: the waveforms fill the axes."""
+    ax.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=3,
+        fontsize=8,
+        frameon=False,
+        borderaxespad=0.1,
+    )
+
+
+def _last(result: Result, start: float) -> Result:
+    """The waveforms from `start` [s] on."""
+    kept = result.t >= start
+    rows = {name: getattr(result, name)[kept] for name in ("t", "tau", "tau_ref")}
+    phases = {name: getattr(result, name)[:, kept] for name in ("i", "i_ref", "leg")}
+    return replace(result, **rows, **phases)
+
+
 def plot_torque(ax: Axes, result: Result) -> Axes:
     """Torque and its reference over time."""
     ax.plot(result.t * 1e3, result.tau, lw=0.8, label="torque")
     if np.any(result.tau_ref):
         ax.plot(result.t * 1e3, result.tau_ref, "k--", lw=0.8, label="reference")
     ax.set(xlabel="time (ms)", ylabel="torque (N m)")
-    ax.legend(loc="lower right")
+    _legend_above(ax)
     return ax
 
 
@@ -44,7 +65,7 @@ def plot_currents(ax: Axes, result: Result) -> Axes:
                 result.t * 1e3, result.i_ref[k], "--", where="post", lw=0.7, color=line.get_color()
             )
     ax.set(xlabel="time (ms)", ylabel="current (A)")
-    ax.legend(loc="upper right", ncols=len(result.i))
+    _legend_above(ax)
     return ax
 
 
@@ -71,12 +92,12 @@ def overview(result: Result, *, last_periods: float = 2.0) -> Figure:
     figure = Figure(figsize=(11, 8), layout="constrained")
     FigureCanvasAgg(figure)
     torque, speed, currents, legs = figure.subplots(2, 2).flat
-    plot_torque(torque, result).set_title("whole run")
-    plot_speed(speed, result).set_title("whole run")
+    plot_torque(torque, result).set_title("whole run", loc="left")
+    plot_speed(speed, result).set_title("whole run", loc="left")
     period = 2 * np.pi / result.drive.machine.N_r / max(abs(result.kpis.speed_mean), 1e-9)
     start = max(result.t[-1] - last_periods * period, 0.0)
     for ax, plot in ((currents, plot_currents), (legs, plot_legs)):
-        plot(ax, result).set_title(f"last {last_periods:g} electrical periods")
+        plot(ax, _last(result, start)).set_title(f"last {last_periods:g} periods", loc="left")
         ax.set_xlim(start * 1e3, result.t[-1] * 1e3)
     figure.suptitle(result.drive.name)
     return figure

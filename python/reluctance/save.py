@@ -50,7 +50,8 @@ def check_ending(path: Path, endings: dict[str, Callable[..., None]] | set[str])
     """The ending of a path, if it is one of these and its folder exists."""
     ending = path.suffix.lower()
     if ending not in endings:
-        raise ParameterError(f"{path}: ending `{ending}`, need one of {', '.join(sorted(endings))}")
+        told = f"ending `{ending}`" if ending else "no ending"
+        raise ParameterError(f"{path}: {told}, need one of {', '.join(sorted(endings))}")
     if not path.absolute().parent.is_dir():
         raise ParameterError(f"{path}: the folder {path.parent} does not exist; make it first")
     return ending

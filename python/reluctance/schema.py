@@ -52,7 +52,7 @@ def checked(section: type[S], table: object, where: str) -> S:
         # An unknown key first: it is often the cause of a missing one.
         errors = sorted(fault.errors(), key=lambda e: e["type"] != "extra_forbidden")
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        raise ParameterError(_line(dict(errors[0]), section, table, where) + more) from None
+        raise ParameterError(_line(dict(errors[0]), section, where) + more) from None
 
 
 def did_you_mean(word: str, words: Iterable[str]) -> str:
@@ -65,14 +65,13 @@ def did_you_mean(word: str, words: Iterable[str]) -> str:
     return f"; known: {', '.join(f'`{w}`' for w in known.values())}"
 
 
-def _line(error: dict[str, Any], section: type[Section], table: dict[str, Any], where: str) -> str:
+def _line(error: dict[str, Any], section: type[Section], where: str) -> str:
     key = ".".join(str(part) for part in error["loc"])
     if error["type"] == "extra_forbidden":
         for part in error["loc"][:-1]:  # a table within the table
-            section, table = _section_of(section.model_fields[part]), table[part]
-        unused = set(section.model_fields) - set(table)
-        known = unused or set(section.model_fields)
-        return f"unknown key `{key}` in {where}{did_you_mean(str(error['loc'][-1]), known)}"
+            section = _section_of(section.model_fields[part])
+        near = did_you_mean(str(error["loc"][-1]), section.model_fields)
+        return f"unknown key `{key}` in {where}{near}"
     if error["type"] == "missing":
         return f"missing key `{key}` in {where}"
     if error["type"] == "value_error":

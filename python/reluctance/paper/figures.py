@@ -99,7 +99,8 @@ def phases(found: Study) -> Figure:
         for row, plot in enumerate((plots.plot_torque, plots.plot_currents, plots.plot_legs)):
             ax = plot(axes[row][column], result)
             ax.set_xlim((result.t[-1] - 2 * period) * 1e3, result.t[-1] * 1e3)
-        axes[0][column].set(ylim=(0, 1.15 * runs.point.tau_ref), title=_where(runs))
+        axes[0][column].set_ylim(0, 1.15 * runs.point.tau_ref)
+        axes[0][column].set_title(_where(runs), loc="left")
         axes[1][column].set_ylim(0, 1.3 * result.kpis.i_peak)
     return figure
 
@@ -114,7 +115,8 @@ def regulator(found: Study) -> Figure:
             ax.set_xlim((result.t[-1] - 0.5e-3) * 1e3, result.t[-1] * 1e3)
         window = result.i[:, result.t > result.t[-1] - 0.5e-3]
         largest = window[window[:, -1].argmax()]
-        axes[0][column].set(ylim=(largest.min() - 3, largest.max() + 5), title=_where(runs))
+        axes[0][column].set_ylim(largest.min() - 3, largest.max() + 5)
+        axes[0][column].set_title(_where(runs), loc="left")
     return figure
 
 
