@@ -154,8 +154,8 @@ def test_hysteresis_stays_in_its_band() -> None:
         ),
         (
             PULSE,
-            ["control.law='ditc'", "control.theta_off_deg=140.0"],
-            "unknown key `regulate`",
+            ["control.law='ditc'", "control.theta_off_deg=140.0"],  # drops `regulate`
+            "needs a torque or speed to follow",
         ),
         (PULSE, ["reference.tau_Nm=0.0"], "tau_Nm has no effect with kind = 'none'"),
         (PULSE, ["control.i_ref_A=10.0"], "i_ref_A has no effect with regulate = 'none'"),
@@ -190,3 +190,41 @@ def test_torque_beyond_the_angles_is_refused() -> None:
     drive = rl.load(PWM, ["control.theta_on_deg=100.0", "control.theta_off_deg=120.0"])
     with pytest.raises(ParameterError, match="give a mean torque of at most"):
         rl.simulate(drive, until=0.01)
+
+
+@pytest.mark.parametrize(
+    "machine", ["paper_6_4", "generic_60kw_6_4", "generic_1hp_8_6", "design_10_8"]
+)
+def test_optimised_shares_are_feasible_and_sum_to_one(machine: str) -> None:
+    table = machine_table(machine, EXAMPLES)
+    tau = 0.02 * table["i_max_A"] if machine == "generic_1hp_8_6" else 0.1 * table["i_max_A"]
+    drive = rl.load(
+        EXAMPLES / "sharing_cubic.toml",
+        [
+            f"machine={machine}",
+            "control.sharing=optimal",
+            f"reference.tau_Nm={tau}",
+            "load.speed_rpm=200",
+            "control.i_band_A=0.1",
+        ],
+    )
+    sharing = drive.control.shares(drive)
+    assert sharing.is_feasible(drive.machine.n_phases)
+    n_phases = drive.machine.n_phases
+    for theta in np.linspace(0, 2 * np.pi, 100):
+        shares = [
+            sharing.share(n_phases, theta - 2 * np.pi * k / n_phases) for k in range(n_phases)
+        ]
+        assert sum(shares) == pytest.approx(1, abs=1e-12)
+        assert min(shares) >= -1e-12
+
+
+def test_optimised_sharing_is_smoother_than_cubic_for_no_more_current() -> None:
+    path = EXAMPLES / "sharing_cubic.toml"
+    cubic, optimal = (
+        rl.simulate(rl.load(path, overrides), until=0.06, record=None).kpis
+        for overrides in ([], ["control.sharing=optimal"])
+    )
+    assert optimal.torque_error_rms < 0.8 * cubic.torque_error_rms
+    assert optimal.i_rms < cubic.i_rms
+    assert optimal.switching_frequency < 1.05 * cubic.switching_frequency

@@ -107,6 +107,9 @@ def run(
         Console().print(kpi_table(drive.name, result.kpis))
         for remark in result.kpis.remarks():
             print(f"note: {remark}")
+        for path in (out, plot, energy_loop):
+            if path is not None:
+                print(path)
         for loop in found:
             print(f"energy loop, phase {'abcdef'[loop.k]}: {loops.text(loop)}")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
@@ -105,16 +105,16 @@ ASKED_FREQUENCY = Free("f_switch_kHz", "target", 0.05, 20.0, slope=1.0)
 CARRIER = Free("T_s_us", "period", 1.0, 1000.0, slope=-1.0)
 
 
-def _sharing(shape: str, what: str, when: str) -> Contender:
+def _sharing(shape: str, what: str, when: str, **options: Any) -> Contender:
     return Contender(
         name=f"sharing_{shape}",
         law="torque_sharing",
         keys=(("sharing", shape),),
         free=CURRENT_BAND,
-        place=sharing_angles,
         what=what,
         when=when,
         needs="a current comparator a phase",
+        **({"place": sharing_angles} | options),
     )
 
 
@@ -158,6 +158,12 @@ CONTENDERS: dict[str, Contender] = {
             "exponential",
             "Torque passed along an exponential, as current in a band.",
             "Where the outgoing phase has to be rid of its current quickly.",
+        ),
+        _sharing(
+            "optimal",
+            "Torque passed as in the least-copper profile without ripple, as current in a band.",
+            "Where the drive works near one point, for which the profile is made.",
+            place=None,
         ),
         Contender(
             name="ditc",

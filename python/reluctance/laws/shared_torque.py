@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from reluctance import _core
+from reluctance import _core, limit
 from reluctance.errors import ParameterError
 from reluctance.laws.base import Control
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from reluctance.drive import Drive
 
 TABLE_POINTS = 33  # of srm::Sharing
+NO_SHARE = 1e-3  # of the torque: less, or as much short of all of it, is no sharing
 # Default overlap, as part of the angle beside a stroke in which torque is positive. The rest is
 # left free at both ends, where torque is dear. On the source paper's machine at its rated point
 # 1/2, 2/3 and 1 give torque errors of 1.8, 1.3 and 1.0 % rms (cubic, at 49.4, 49.1 and 49.3 A
@@ -25,7 +26,7 @@ OVERLAP_PART = 2 / 3
 class SharedTorque(Control):
     """The part of the torque that each phase gives at an angle."""
 
-    sharing: Literal["linear", "cubic", "sinusoidal", "exponential", "table"] = "cubic"
+    sharing: Literal["linear", "cubic", "sinusoidal", "exponential", "optimal", "table"] = "cubic"
     theta_on_deg: float | None = None  # electrical; by default OVERLAP_PART, centred on 90 deg
     theta_ov_deg: float | None = None  # overlap
     share_table: list[float] = Field(default_factory=list)  # the rise, with sharing = "table"
@@ -34,6 +35,8 @@ class SharedTorque(Control):
     def angles_come_in_pairs(self) -> SharedTorque:
         if (self.theta_on_deg is None) != (self.theta_ov_deg is None):
             raise ValueError("needs both theta_on_deg and theta_ov_deg, or neither")
+        if self.sharing == "optimal" and self.theta_on_deg is not None:
+            raise ValueError("sharing = 'optimal' finds its angles itself; remove theta_on_deg")
         return self
 
     @model_validator(mode="after")
@@ -67,6 +70,8 @@ class SharedTorque(Control):
 
     def shares(self, drive: Drive) -> _core.Sharing:
         """The sharing function, with angles by rule where the table gives none."""
+        if self.sharing == "optimal":
+            return _optimal(drive)
         if self.theta_on_deg is None or self.theta_ov_deg is None:
             free = 180 - 360 / drive.control_machine.n_phases
             return self._sharing((1 - OVERLAP_PART) / 2 * free, OVERLAP_PART * free)
@@ -80,3 +85,29 @@ class SharedTorque(Control):
             theta_ov=np.radians(ov_deg),
             **table,
         )
+
+
+def _optimal(drive: Drive) -> _core.Sharing:
+    """The share that a phase has while it takes over in the least-copper profile without ripple
+    (`reluctance.limit`): optimised offline for this machine, torque, speed and dc-link voltage."""
+    machine = drive.control_machine
+    profile = limit.best_profile(
+        machine.magnetics,
+        n_phases=machine.n_phases,
+        R=machine.R,
+        tau_ref=drive.tau_max,
+        omega_m=drive.omega_nominal,
+        u_dc=drive.converter.u_dc_V,
+        i_max=machine.i_max_A,
+    )
+    free = np.pi - 2 * np.pi / machine.n_phases
+    share = machine.torque(profile.i, profile.theta_e) / drive.tau_max
+    on = float(profile.theta_e[max(int(np.argmax(share > NO_SHARE)) - 1, 0)])
+    whole = float(profile.theta_e[int(np.argmax(share > 1 - NO_SHARE))])
+    end = min(whole if whole > on else free, free)
+    rise = np.interp(np.linspace(on, end, TABLE_POINTS), profile.theta_e, share)
+    rise = np.maximum.accumulate(np.clip(rise, 0.0, 1.0))
+    rise[0], rise[-1] = 0.0, 1.0
+    return _core.Sharing(
+        shape=_core.Shape.table, theta_on=on, theta_ov=end - on, table=rise.tolist()
+    )

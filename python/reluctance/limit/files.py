@@ -45,7 +45,7 @@ def plot_currents(ax: Axes, limit: Limit) -> Axes:
     """Current of every phase over the angle of the first."""
     for k in range(limit.drive.machine.n_phases):
         ax.plot(_degrees(limit), _shifted(limit, limit.least_copper.i, k), label="abcdef"[k])
-    ax.set(ylabel="current (A)")
+    ax.set(xlabel="electrical angle (deg)", ylabel="current (A)")
     ax.legend(title="phase", loc="upper left", bbox_to_anchor=(1, 1), fontsize=8)
     return ax
 
@@ -57,7 +57,7 @@ def plot_torque(ax: Axes, limit: Limit) -> Axes:
     for share in shares:
         ax.plot(_degrees(limit), share, lw=0.9)
     ax.plot(_degrees(limit), np.sum(shares, axis=0), "k", lw=1.5, label="sum")
-    ax.set(ylabel="torque (N m)")
+    ax.set(xlabel="electrical angle (deg)", ylabel="torque (N m)")
     ax.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=8)
     return ax
 

@@ -35,7 +35,7 @@ def plot_magnetisation(
             column = int(np.abs(table.theta_e - np.radians(angle)).argmin())
             if abs(table.theta_e[column] - np.radians(angle)) < 1e-3:
                 axes.plot(table.i, table.psi[:, column], ".", color=_colour(n), ms=4)
-    return _finished(axes, "Magnetisation curves", "current [A]", "flux linkage [Wb]")
+    return _finished(axes, "Magnetisation curves", "current (A)", "flux linkage (Wb)")
 
 
 def plot_torque(
@@ -49,7 +49,7 @@ def plot_torque(
             row = int(np.abs(table.i - i).argmin())
             if abs(table.i[row] - i) < 1e-3 * machine.i_last:
                 axes.plot(np.degrees(table.theta_e), table.tau[row], ".", color=_colour(n), ms=4)
-    return _finished(axes, "Static torque of one phase", "electrical angle [deg]", "torque [N m]")
+    return _finished(axes, "Static torque of one phase", "electrical angle (deg)", "torque (N m)")
 
 
 def plot_inductance(machine: Sampled, *, axes: Axes | None = None) -> Axes:
@@ -57,15 +57,15 @@ def plot_inductance(machine: Sampled, *, axes: Axes | None = None) -> Axes:
     axes = _axes(axes)
     _against_angle(axes, machine, 3, factor=1e3)
     axes.set_yscale("log")
-    label = "incremental inductance [mH]"
-    return _finished(axes, "Incremental inductance", "electrical angle [deg]", label)
+    label = "incremental inductance (mH)"
+    return _finished(axes, "Incremental inductance", "electrical angle (deg)", label)
 
 
 def plot_coenergy(machine: Sampled, *, axes: Axes | None = None) -> Axes:
     """Co-energy over angle at five currents."""
     axes = _axes(axes)
     _against_angle(axes, machine, 1)
-    return _finished(axes, "Co-energy of one phase", "electrical angle [deg]", "co-energy [J]")
+    return _finished(axes, "Co-energy of one phase", "electrical angle (deg)", "co-energy (J)")
 
 
 def _against_angle(axes: Axes, machine: Sampled, column: int, *, factor: float = 1.0) -> None:
