@@ -190,7 +190,7 @@ def test_figures_have_titles_and_units():
         plot_coenergy(machine),
     ):
         assert axes.get_title()
-        assert axes.get_xlabel().endswith("]")
-        assert axes.get_ylabel().endswith("]")
+        assert axes.get_xlabel().endswith(")")
+        assert axes.get_ylabel().endswith(")")
         assert len(axes.lines) >= 5
         plt.close(axes.figure)
