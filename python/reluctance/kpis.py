@@ -106,8 +106,15 @@ def kpis(
     ----------
     rows : ndarray, shape (n, 19 + n_phases)
         At the start, at the end of each electrical period and at the end of the run.
+    machine : MachineFile
+    switching : SwitchingEnergies
+        Of the converter: what a turn-on and a turn-off cost.
     p_fe : float or None
         Iron loss over the window of the key figures [W].
+    T_s : float
+        Control period [s], for the record.
+    wall_time_ratio : float
+        Wall time per simulated time [1], for the record.
 
     Returns
     -------

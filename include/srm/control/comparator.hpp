@@ -1,25 +1,46 @@
-// The comparator's rule in software, for boards without analog comparators: called in a fast loop.
+// The hysteresis comparator's rule: of the gate drive in simulation, and of a fast software loop on
+// boards without analog comparators.
 #pragma once
 
 #include "srm/control/interface.hpp"
 
 namespace srm {
 
-/// The leg that an order of Gate::comparator or Gate::window asks for in phase k, given the leg as
-/// it is. Below the band the leg magnetizes, above it it chops. Past twice the band it demagnetizes
-/// until the current is back at the reference: freewheeling cannot follow a fast fall.
+/// The comparator's thresholds [A]. Above `upper` the leg chops; with soft chopping a current that
+/// still runs away past `runaway` (the reference fell faster than freewheeling can follow) is
+/// driven down by the full voltage until it is back at the reference.
+template <Real T>
+struct Thresholds {
+  T lower, centre, upper, runaway;
+};
+
+template <Real T>
+constexpr Thresholds<T> thresholds(const PhaseCommand<T>& order) {
+  const T band = min(order.i_band, order.i_ref / T(2));  // a reference in its band must start too
+  return {order.i_ref - band, order.i_ref, order.i_ref + band, order.i_ref + T(2) * band};
+}
+
+/// The leg for a current inside or outside the band; inside, the leg stays. NaN demagnetizes.
+template <Real T>
+constexpr Leg compared(const PhaseCommand<T>& order, Leg leg, T i) {
+  if (!(order.i_ref > T(0))) return Leg::demagnetize;
+  const Thresholds<T> at = thresholds(order);
+  if (i < at.lower) return Leg::magnetize;
+  if (!(i <= at.runaway)) return Leg::demagnetize;
+  if (leg == Leg::demagnetize) return i > at.centre ? leg : order.chop;
+  return i > at.upper ? order.chop : leg;
+}
+
+/// The same for an order of Gate::comparator or Gate::window in phase k of N, at the electrical
+/// angle theta_e of phase 0.
 template <int N, Real T>
 constexpr Leg compared(const PhaseCommand<T>& order, Leg leg, T i, T theta_e, int k) {
-  if (order.gate == Gate::timer || !(order.i_ref > T(0))) return Leg::demagnetize;
+  if (order.gate == Gate::timer) return Leg::demagnetize;
   if (order.gate == Gate::window &&
       !conducts(phase_angle<N>(theta_e, k), order.theta_on, order.theta_off)) {
     return Leg::demagnetize;
   }
-  const T band = min(order.i_band, order.i_ref / T(2));
-  if (i < order.i_ref - band) return Leg::magnetize;
-  if (!(i <= order.i_ref + T(2) * band)) return Leg::demagnetize;  // NaN too
-  if (leg == Leg::demagnetize) return i > order.i_ref ? leg : order.chop;
-  return i > order.i_ref + band ? order.chop : leg;
+  return compared(order, leg, i);
 }
 
 }  // namespace srm

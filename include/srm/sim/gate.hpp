@@ -5,22 +5,9 @@
 // comes next for a phase and what the leg does then; the loop locates the instant.
 #pragma once
 
-#include "srm/base/angle.hpp"
-#include "srm/control/interface.hpp"
+#include "srm/control/comparator.hpp"
 
 namespace srm {
-
-/// The comparator's thresholds [A]. Above `upper` the leg chops; with soft chopping a current that
-/// still runs away past `runaway` (the reference fell faster than freewheeling can follow) is
-/// driven down by the full voltage until it is back at the reference.
-struct Thresholds {
-  double lower, centre, upper, runaway;
-};
-
-inline Thresholds thresholds(const PhaseCommand<double>& c) {
-  const double band = min(c.i_band, c.i_ref / 2);  // a reference inside its band must still start
-  return {c.i_ref - band, c.i_ref, c.i_ref + band, c.i_ref + 2 * band};
-}
 
 /// A current threshold ahead of the phase, and the leg once it is met. direction: +1 the current
 /// meets it from below, -1 from above, 0 there is none.
@@ -30,20 +17,10 @@ struct Crossing {
   Leg then = Leg::demagnetize;
 };
 
-/// The comparator's leg for a current inside or outside its band; inside, the leg stays.
-inline Leg compared(const PhaseCommand<double>& c, Leg leg, double i) {
-  if (!(c.i_ref > 0)) return Leg::demagnetize;
-  const Thresholds at = thresholds(c);
-  if (i < at.lower) return Leg::magnetize;
-  if (i > at.runaway) return Leg::demagnetize;
-  if (leg == Leg::demagnetize) return i > at.centre ? leg : c.chop;
-  return i > at.upper ? c.chop : leg;
-}
-
 /// What the comparator waits for: up to two thresholds, one above and one below the current.
 inline std::array<Crossing, 2> awaited(const PhaseCommand<double>& c, Leg leg) {
   if (!(c.i_ref > 0)) return {};
-  const Thresholds at = thresholds(c);
+  const Thresholds<double> at = thresholds(c);
   switch (leg) {
     case Leg::magnetize:
       return {Crossing{at.upper, +1, c.chop}};

@@ -63,8 +63,8 @@ class Simulation {
       *row++ = static_cast<double>(gates_[k].leg);
       *row++ = command_[k].i_ref;
     }
-    if (resolution_.record_every > 0)
-      t_record_ = resolution_.record_every * std::round(t_ / resolution_.record_every + 1);
+    const double interval = resolution_.record_every;
+    if (interval > 0) t_record_ = interval * std::round(t_ / interval + 1);
   }
 
   /// Adds the integrals so far and the extremes since the last call to the periods.
