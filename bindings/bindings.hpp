@@ -91,18 +91,19 @@ struct Setting {
   srm::Outer outer;
   srm::SpeedPi<double> speed;
   double tracker_bandwidth;  // [rad/s]; 0: angle and speed are used as measured
+  srm::Comparators comparators;
 };
 
-/// The law with its speed loop and angle tracker.
+/// The law with its speed loop, angle tracker and comparators.
 template <class Law>
 srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
   using T = typename Law::Scalar;
   const srm::SpeedPi<T> speed{T(s.speed.K_p), T(s.speed.K_i), T(s.speed.tau_min),
                               T(s.speed.tau_max), T(s.speed.T_s)};
   const int N_r = std::visit([](const auto& machine) { return machine.N_r; }, s.machine);
-  const srm::Motion motion =
-      s.tracker_bandwidth > 0 ? srm::Motion::tracked : srm::Motion::measured;
-  return {law, s.outer, speed, motion, {T(s.speed.T_s), T(s.tracker_bandwidth), N_r}};
+  const srm::Motion motion = s.tracker_bandwidth > 0 ? srm::Motion::tracked : srm::Motion::measured;
+  return {law,          s.outer, speed, motion, {T(s.speed.T_s), T(s.tracker_bandwidth), N_r},
+          s.comparators};
 }
 
 /// Closes law, speed loop and state into the controller that the loop calls; measurement and

@@ -54,6 +54,7 @@ inline nb::object described(srm::AngleWatch v) { return described_enum("srm::Ang
 inline nb::object described(srm::Carriers v) { return described_enum("srm::Carriers", v); }
 inline nb::object described(srm::Shape v) { return described_enum("srm::Shape", v); }
 inline nb::object described(srm::Motion v) { return described_enum("srm::Motion", v); }
+inline nb::object described(srm::Comparators v) { return described_enum("srm::Comparators", v); }
 inline nb::object described(srm::Outer v) { return described_enum("srm::Outer", v); }
 
 template <class V>
@@ -262,11 +263,12 @@ nb::object described(const srm::EdgeMpc<M, N>& law) {
 
 template <class Law>
 nb::object described(const srm::DriveControl<Law>& control) {
-  const auto& [law, outer, speed, motion, tracker] = control;
+  const auto& [law, outer, speed, motion, tracker, comparators] = control;
   const nb::object inside = described(law);
   const std::string type = nb::cast<std::string>(inside["type"]);
   return described_fields(template_id("srm::DriveControl", type),
-                          "law, outer, speed, motion, tracker", law, outer, speed, motion, tracker);
+                          "law, outer, speed, motion, tracker, comparators", law, outer, speed,
+                          motion, tracker, comparators);
 }
 
 template <class... V>

@@ -74,19 +74,24 @@ void bind_simulation(nb::module_& m) {
   nb::enum_<srm::Outer>(m, "Outer")
       .value("torque", srm::Outer::torque)
       .value("speed", srm::Outer::speed);
+  nb::enum_<srm::Comparators>(m, "Comparators")
+      .value("analog", srm::Comparators::analog)
+      .value("sampled", srm::Comparators::sampled);
   nb::class_<AnyController>(m, "Controller", "A complete controller, ready to be sampled.");
   nb::class_<Setting>(m, "Setting", "What every control law is given beside its own parameters.")
       .def(
           "__init__",
           [](Setting* self, const AnyMachine& machine, int n_phases, bool single, srm::Outer outer,
              double K_p, double K_i, double tau_min, double tau_max, double T_s,
-             double tracker_bandwidth) {
-            new (self) Setting{machine, n_phases, single, outer, {K_p, K_i, tau_min, tau_max, T_s},
-                               tracker_bandwidth};
+             double tracker_bandwidth, srm::Comparators comparators) {
+            new (self) Setting{
+                machine,           n_phases,   single, outer, {K_p, K_i, tau_min, tau_max, T_s},
+                tracker_bandwidth, comparators};
           },
           nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"),
           nb::arg("outer"), nb::arg("K_p"), nb::arg("K_i"), nb::arg("tau_min"), nb::arg("tau_max"),
-          nb::arg("T_s"), nb::arg("tracker_bandwidth") = 0.0);
+          nb::arg("T_s"), nb::arg("tracker_bandwidth") = 0.0,
+          nb::arg("comparators") = srm::Comparators::analog);
   nb::class_<AnySimulation>(m, "Simulation", "The closed loop. SI units.")
       .def(
           "__init__",
@@ -119,7 +124,8 @@ void bind_simulation(nb::module_& m) {
            "of each phase.")
       .def("take_periods", &AnySimulation::take_periods,
            "Rows at the ends of electrical periods since the last call: t, theta_m, omega_m, W_f, "
-           "turn_ons, S_on, S_off, tau_min, tau_max, omega_min, omega_max, i_peak, integrals of p_dc, "
+           "turn_ons, S_on, S_off, tau_min, tau_max, omega_min, omega_max, i_peak, integrals of "
+           "p_dc, "
            "p_winding, p_mech, tau, tau^2, (tau - tau_ref)^2, i^2 per phase, tau_ref.");
 }
 

@@ -107,13 +107,18 @@ class Outer(enum.Enum):
 
     speed = 1
 
+class Comparators(enum.Enum):
+    analog = 0
+
+    sampled = 1
+
 class Controller:
     """A complete controller, ready to be sampled."""
 
 class Setting:
     """What every control law is given beside its own parameters."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0, comparators: Comparators = Comparators.analog) -> None: ...
 
 class Simulation:
     """The closed loop. SI units."""

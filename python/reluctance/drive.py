@@ -89,13 +89,14 @@ class Reference(Section):
 
 
 class Sensing(Section):
-    """Sensors and computing time. Zero bits or counts mean ideal."""
+    """Sensors, computing time, and who compares currents. Zero bits or counts mean ideal."""
 
     delay_samples: int = Field(0, ge=0, le=1)
     adc_bits: int = Field(0, ge=0, le=24)
     i_range_A: float = Field(0.0, ge=0)  # full scale of the current converter
     encoder_counts: int = Field(0, ge=0)  # per revolution
     tracker_bandwidth_Hz: float = Field(80.0, gt=0)  # of the observer on a counted angle
+    comparators: Literal["analog", "sampled"] = "analog"  # at any instant; or at the samples only
 
     @property
     def tracker_bandwidth(self) -> float:

@@ -1,5 +1,5 @@
-// The hysteresis comparator's rule: of the gate drive in simulation, and of a fast software loop on
-// boards without analog comparators.
+// The hysteresis comparator's rule: of the gate drive in simulation, of a fast software loop on
+// boards without analog comparators, and of a controller that compares in its own samples.
 #pragma once
 
 #include "srm/control/interface.hpp"
@@ -41,6 +41,18 @@ constexpr Leg compared(const PhaseCommand<T>& order, Leg leg, T i, T theta_e, in
     return Leg::demagnetize;
   }
   return compared(order, leg, i);
+}
+
+/// Orders that need no comparator: where they ask for one, the leg that it would choose for the
+/// currents of this sample, held until the next. leg: the legs ordered before.
+template <Real T, int N>
+Command<T, N> compared_now(Command<T, N> orders, const Measurement<T, N>& y,
+                           const std::array<Leg, N>& leg) {
+  for (int k = 0; k < N; ++k) {
+    if (orders[k].gate == Gate::timer) continue;
+    orders[k] = hold<T>(compared<N>(orders[k], leg[k], y.i[k], y.theta_e, k));
+  }
+  return orders;
 }
 
 }  // namespace srm

@@ -1,7 +1,9 @@
-// The whole controller: angle tracker, speed loop or torque reference, then the control law.
+// The whole controller: angle tracker, speed loop or torque reference, the control law, and its
+// comparators where the board has none.
 #pragma once
 
 #include "srm/control/angle_tracker.hpp"
+#include "srm/control/comparator.hpp"
 #include "srm/control/interface.hpp"
 #include "srm/control/speed_pi.hpp"
 
@@ -12,6 +14,10 @@ enum class Outer : std::int8_t { torque, speed };
 
 /// Where angle and speed come from: as measured, or tracked on the measured angle.
 enum class Motion : std::int8_t { measured, tracked };
+
+/// Who compares currents with their bands: analog comparators at any instant, or the controller at
+/// its samples.
+enum class Comparators : std::int8_t { analog, sampled };
 
 template <ControlLaw Law>
 struct DriveControl {
@@ -24,12 +30,14 @@ struct DriveControl {
   SpeedPi<T> speed;  // used with Outer::speed
   Motion motion;
   AngleTracker<T> tracker;  // used with Motion::tracked
+  Comparators comparators;
 
   struct State {
     typename Law::State law;
     typename SpeedPi<T>::State speed;
     typename AngleTracker<T>::State tracker;
-    T tau_ref{};  // the torque reference of the last step [N m]
+    T tau_ref{};                      // the torque reference of the last step [N m]
+    std::array<Leg, n_phases> leg{};  // ordered last; used with Comparators::sampled
   };
 
   /// reference: torque [N m] or speed [rad/s], as `outer` says.
@@ -41,7 +49,11 @@ struct DriveControl {
     }
     state.tau_ref =
         outer == Outer::speed ? speed.step(state.speed, reference, y.omega_m) : reference;
-    return law.step(state.law, y, state.tau_ref);
+    const Command<T, n_phases> orders = law.step(state.law, y, state.tau_ref);
+    if (comparators == Comparators::analog) return orders;
+    const Command<T, n_phases> held = compared_now<T, n_phases>(orders, y, state.leg);
+    for (int k = 0; k < n_phases; ++k) state.leg[k] = held[k].leg[2];
+    return held;
   }
 };
 

@@ -10,6 +10,11 @@ from reluctance.drive import Drive, Load, Reference
 from reluctance.errors import ParameterError
 from reluctance.schema import checked
 
+COMPARATORS = {
+    "analog": "analog: they see the true current and switch at any instant",
+    "sampled": "sampled: the control compares the currents that it measures, once a sample",
+}
+
 
 def operating_point(drive: Drive) -> Drive:
     """The drive at its working speed and torque, with the shaft held.
@@ -105,6 +110,7 @@ def in_words(point: Drive, f_target: float) -> list[str]:
         f"switching frequency {f_target / 1e3:g} kHz a switch; sampling every "
         f"{point.control.T_s_us:g} us (with a carrier: at its period, not below that), "
         f"delay {s.delay_samples} samples, computed in {point.control.precision}",
+        f"comparators {COMPARATORS[s.comparators]}",
         f"current {bits}; angle {angle}; the control has resistance x {m.R_factor:g}, "
         f"flux x {m.flux_factor:g}, angle {m.angle_offset_deg:+g} deg el. wrong",
     ]

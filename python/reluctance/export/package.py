@@ -248,8 +248,8 @@ GATES = {
 FAST_LOOP = (
     "Without analog comparators, call `fast_loop` of `main.c` from a second timer: every call "
     "reads the currents and sets the legs by the same rule. A current then leaves its band by up "
-    "to di/dt times the loop's period. At the unaligned angle di/dt is u_dc/L_u; simulate with "
-    "that as the band before you trust it."
+    "to di/dt times the loop's period. At the unaligned angle di/dt is u_dc/L_u; simulate "
+    'with `[sensing] comparators = "sampled"` at that period before you trust it.'
 )
 NO_FAST_LOOP = "So `fast_loop` of `main.c` is not needed."
 

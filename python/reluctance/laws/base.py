@@ -68,6 +68,7 @@ class Control(Section):
             tau_max=tau_max,
             T_s=self.T_s,
             tracker_bandwidth=drive.sensing.tracker_bandwidth,
+            comparators=getattr(_core.Comparators, drive.sensing.comparators),
         )
 
 
