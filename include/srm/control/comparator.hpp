@@ -43,16 +43,16 @@ constexpr Leg compared(const PhaseCommand<T>& order, Leg leg, T i, T theta_e, in
   return compared(order, leg, i);
 }
 
-/// Orders that need no comparator: where they ask for one, the leg that it would choose for the
-/// currents of this sample, held until the next. leg: the legs ordered before.
+/// Turns orders that need a comparator into ones that do not: the leg that it would choose for the
+/// currents of this sample, held until the next. leg: ordered before, and now.
 template <Real T, int N>
-Command<T, N> compared_now(Command<T, N> orders, const Measurement<T, N>& y,
-                           const std::array<Leg, N>& leg) {
+void compare_now(Command<T, N>& orders, const Measurement<T, N>& y, std::array<Leg, N>& leg) {
   for (int k = 0; k < N; ++k) {
-    if (orders[k].gate == Gate::timer) continue;
-    orders[k] = hold<T>(compared<N>(orders[k], leg[k], y.i[k], y.theta_e, k));
+    if (orders[k].gate != Gate::timer) {
+      orders[k] = hold<T>(compared<N>(orders[k], leg[k], y.i[k], y.theta_e, k));
+    }
+    leg[k] = orders[k].leg[2];
   }
-  return orders;
 }
 
 }  // namespace srm

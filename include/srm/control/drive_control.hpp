@@ -49,11 +49,9 @@ struct DriveControl {
     }
     state.tau_ref =
         outer == Outer::speed ? speed.step(state.speed, reference, y.omega_m) : reference;
-    const Command<T, n_phases> orders = law.step(state.law, y, state.tau_ref);
-    if (comparators == Comparators::analog) return orders;
-    const Command<T, n_phases> held = compared_now<T, n_phases>(orders, y, state.leg);
-    for (int k = 0; k < n_phases; ++k) state.leg[k] = held[k].leg[2];
-    return held;
+    Command<T, n_phases> orders = law.step(state.law, y, state.tau_ref);
+    if (comparators == Comparators::sampled) compare_now<T, n_phases>(orders, y, state.leg);
+    return orders;
   }
 };
 
