@@ -125,14 +125,14 @@ srm::Controller<Law::n_phases> close(const srm::DriveControl<Law>& control,
     orders.tau_ref = state.tau_ref;
     for (int k = 0; k < N; ++k) {
       const srm::PhaseCommand<T>& c = command[k];
-      orders.command[k] = {.gate = c.gate,
-                           .leg = c.leg,
-                           .t_edge = {double(c.t_edge[0]), double(c.t_edge[1])},
+      orders.command[k] = {.leg = c.leg,
+                           .gate = c.gate,
+                           .chop = c.chop,
                            .i_ref = c.i_ref,
                            .i_band = c.i_band,
-                           .chop = c.chop,
                            .theta_on = c.theta_on,
                            .theta_off = c.theta_off};
+      for (int n = 0; n < srm::max_edges; ++n) orders.command[k].t_edge[n] = c.t_edge[n];
     }
     return orders;
   };

@@ -6,26 +6,24 @@ namespace bound {
 namespace {
 
 /// Phase commands as rows of numbers, in the order of srm::PhaseCommand.
-constexpr int command_columns = 11;
+constexpr int command_columns = 7 + 2 * srm::max_edges;
 
 void write(const srm::PhaseCommand<double>& c, double* row) {
-  for (const double value :
-       {double(c.gate), double(c.leg[0]), double(c.leg[1]), double(c.leg[2]), c.t_edge[0],
-        c.t_edge[1], c.i_ref, c.i_band, double(c.chop), c.theta_on, c.theta_off}) {
-    *row++ = value;
-  }
+  *row++ = double(c.gate);
+  for (const srm::Leg leg : c.leg) *row++ = double(leg);
+  *row++ = double(c.chop);
+  for (const double t : c.t_edge) *row++ = t;
+  for (const double value : {c.i_ref, c.i_band, c.theta_on, c.theta_off}) *row++ = value;
 }
 
 srm::PhaseCommand<double> read(const double* row) {
-  const auto leg = [&](int column) { return srm::Leg(int(row[column])); };
-  return {.gate = srm::Gate(int(row[0])),
-          .leg = {leg(1), leg(2), leg(3)},
-          .t_edge = {row[4], row[5]},
-          .i_ref = row[6],
-          .i_band = row[7],
-          .chop = leg(8),
-          .theta_on = row[9],
-          .theta_off = row[10]};
+  srm::PhaseCommand<double> c;
+  c.gate = srm::Gate(int(*row++));
+  for (srm::Leg& leg : c.leg) leg = srm::Leg(int(*row++));
+  c.chop = srm::Leg(int(*row++));
+  for (double& t : c.t_edge) t = *row++;
+  for (double* value : {&c.i_ref, &c.i_band, &c.theta_on, &c.theta_off}) *value = *row++;
+  return c;
 }
 
 std::vector<double> step(AnyController& controller, const std::vector<double>& i, double theta_e,
@@ -59,7 +57,8 @@ AnyController from_function(int n_phases, nb::callable function) {
       const auto rows =
           nb::cast<std::vector<double>>((*owner)(i, y.theta_e, y.omega_m, y.u_dc, reference));
       if (int(rows.size()) != N * command_columns + 1) {
-        throw std::invalid_argument("need 11 numbers a phase and the torque reference");
+        throw std::invalid_argument(
+            "need COMMAND_COLUMNS numbers a phase and the torque reference");
       }
       srm::Orders<N> orders;
       for (int k = 0; k < N; ++k) orders.command[k] = read(&rows[k * command_columns]);
@@ -81,8 +80,8 @@ void bind_controller(nb::module_& m) {
   m.def("step", &step, nb::arg("controller"), nb::arg("i"), nb::kw_only(), nb::arg("theta_e"),
         nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("reference"),
         "One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link "
-        "voltage [V], reference [N m or rad/s] to commands. Per phase 11 numbers: gate, three "
-        "legs, two edges [s], i_ref, i_band [A], chop, theta_on, theta_off [rad]; last the torque "
+        "voltage [V], reference [N m or rad/s] to commands. Per phase 15 numbers: gate, five legs, "
+        "chop, four edges [s], i_ref, i_band [A], theta_on, theta_off [rad]; last the torque "
         "reference worked to [N m].");
   m.def("controller_from", &from_function, nb::arg("n_phases"), nb::arg("function"),
         "A controller that calls function(i, theta_e, omega_m, u_dc, reference) at every sample "

@@ -29,19 +29,19 @@ enum { RELUCTANCE_DEMAGNETIZE = -1, RELUCTANCE_FREEWHEEL = 0, RELUCTANCE_MAGNETI
 
 /* Who switches the leg until the next step. */
 enum {
-  RELUCTANCE_TIMER = 0,      /* leg[0], then leg[1] from t_edge_s[0], then leg[2] from t_edge_s[1] */
+  RELUCTANCE_TIMER = 0,      /* leg[0], then leg[1] from t_edge_s[0], leg[2] from t_edge_s[1], ... */
   RELUCTANCE_COMPARATOR = 1, /* hysteresis: current held at i_ref_A +- i_band_A */
   RELUCTANCE_WINDOW = 2      /* the same from theta_on to theta_off, demagnetize outside */
 };
 
 /* Orders for one phase. Fields that the gate does not use have no meaning. */
 typedef struct {
+  int8_t leg[5];       /* timer: RELUCTANCE_DEMAGNETIZE, _FREEWHEEL or _MAGNETIZE */
   int8_t gate;         /* RELUCTANCE_TIMER, _COMPARATOR or _WINDOW */
-  int8_t leg[3];       /* timer: RELUCTANCE_DEMAGNETIZE, _FREEWHEEL or _MAGNETIZE */
-  float t_edge_s[2];   /* timer: from the start of the period, rising; past its end: no edge [s] */
+  int8_t chop;         /* comparator: leg above the band, freewheel or demagnetize */
+  float t_edge_s[4];   /* timer: from the start of the period, rising; past its end: no edge [s] */
   float i_ref_A;       /* comparator: reference; 0 or less demagnetizes [A] */
   float i_band_A;      /* comparator: half width of the band [A] */
-  int8_t chop;         /* comparator: leg above the band, freewheel or demagnetize */
   float theta_on_rad;  /* window: electrical angles of this phase [rad] */
   float theta_off_rad; /* [rad] */
 } reluctance_phase_command;

@@ -1,4 +1,5 @@
 // The control laws against their own rules: a line per law, exit status 1 if any is broken.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>
@@ -158,7 +159,9 @@ struct Coil {
   template <Real T>
   void obey(const PhaseCommand<T>& c, T theta_e, T t) {
     if (c.gate == Gate::timer) {
-      leg = c.leg[(t >= c.t_edge[0]) + (t >= c.t_edge[1])];
+      int edges = 0;
+      while (edges < max_edges && t >= c.t_edge[edges]) ++edges;
+      leg = c.leg[edges];
     } else if (!(c.i_ref > 0) ||
                (c.gate == Gate::window && !conducts(theta_e, c.theta_on, c.theta_off))) {
       leg = Leg::demagnetize;
@@ -277,12 +280,15 @@ double ditc_role_mismatches() {
   return mismatches;
 }
 
-/// Mean voltage of a modulated sample in units of u_dc, by summing its three intervals.
+/// Mean voltage of a modulated sample in units of u_dc, by summing its intervals.
 double mean_voltage(const PhaseCommand<double>& c, double T_s) {
-  const double first = min(c.t_edge[0], T_s), second = min(c.t_edge[1], T_s);
-  return (static_cast<int>(c.leg[0]) * first + static_cast<int>(c.leg[1]) * (second - first) +
-          static_cast<int>(c.leg[2]) * (T_s - second)) /
-         T_s;
+  double sum = 0, from = 0;
+  for (int n = 0; n <= max_edges; ++n) {
+    const double to = n < max_edges ? min(c.t_edge[n], T_s) : T_s;
+    sum += static_cast<int>(c.leg[n]) * (to - from);
+    from = to;
+  }
+  return sum / T_s;
 }
 
 double worst_modulation() {
@@ -294,7 +300,7 @@ double worst_modulation() {
             modulate(n / 100.0, 50e-6, pulse_centre<5, double>(carriers, k));
         const double duty = clamp(n / 100.0, -1.0, 1.0);
         worst = std::fmax(worst, std::fabs(mean_voltage(c, 50e-6) - duty));
-        if (c.t_edge[0] < 0 || c.t_edge[1] < c.t_edge[0]) worst = HUGE_VAL;
+        if (c.t_edge[0] < 0 || !std::is_sorted(c.t_edge.begin(), c.t_edge.end())) worst = HUGE_VAL;
       }
     }
   }

@@ -51,7 +51,7 @@ void compare_now(Command<T, N>& orders, const Measurement<T, N>& y, std::array<L
     if (orders[k].gate != Gate::timer) {
       orders[k] = hold<T>(compared<N>(orders[k], leg[k], y.i[k], y.theta_e, k));
     }
-    leg[k] = orders[k].leg[2];
+    leg[k] = orders[k].leg.back();
   }
 }
 

@@ -4,7 +4,7 @@
 // flux linkages near the guide: the least-copper profile of zero torque ripple, computed offline.
 // At each sample the legs are extrapolated; where the torque would leave its band, an edge is set
 // at that instant and the leg combination that is worth most goes on from there. The timer gives
-// two edges a phase and sample, and the border between two samples is a third. A sample that is
+// four edges a phase and sample, and the border between two samples is a fifth. A sample that is
 // long against a pulse can run out of edges; so several plans compete, with bands stretched step by
 // step and with or without a change at the border, and the one of least cost is ordered.
 //
@@ -54,14 +54,15 @@ struct EdgeMpc {
     typename Plan::Levels last{};
     x.e = -abs(tau_ref);
     T along = T(0);
-    for (int k = 0; k < N; ++k) x.e = x.e + phases[k].tau;
-    for (int j = 0; j < plan.n_active; ++j) {
-      const int k = plan.phases[j].k;
-      last[j] = static_cast<int>(state.ordered[k].leg[2]);
-      x.away[j] = phases[k].psi - phases[k].goal;
-      along = along + plan.phases[j].gain * x.away[j];
+    for (const PhaseOutlook<T>& phase : phases) {
+      x.e = x.e + phase.tau;
+      if (!phase.idle) along = along + phase.gain * (phase.psi - phase.goal);
     }
-    plan.without_torque(x.away, along);
+    for (int j = 0; j < plan.n_active; ++j) {
+      const typename Plan::Active& a = plan.phases[j];
+      last[j] = static_cast<int>(state.ordered[a.k].leg.back());
+      x.away[j] = (phases[a.k].psi - phases[a.k].goal) * a.per_slack - a.spread * along;
+    }
 
     T band = max(plan.A, start_band * T_s / plan.pulse * plan.A);
     T least = T(1e30);
@@ -109,12 +110,12 @@ struct EdgeMpc {
       if (x.idle) continue;
       typename Plan::Active& a = p.phases[p.n_active++];
       a.k = k;
-      a.gain = x.gain;
-      a.share = x.gain * per_gain_squared;
       a.per_slack = abs(x.gain) * per_loose + T(1) / psi_slack;
-      a.slack = T(1) / a.per_slack;
+      a.spread = x.gain * per_gain_squared * a.per_slack;
       for (int level = -1; level <= 1; ++level) {
-        a.leaves[level + 1] = x.rate(level, u_dc, R) - x.goal_rate;
+        const T leaves = x.rate(level, u_dc, R) - x.goal_rate;
+        a.torque[level + 1] = x.gain * leaves;
+        a.flux[level + 1] = leaves * a.per_slack;
       }
       set_levels(a, x);
     }
@@ -148,13 +149,13 @@ struct EdgeMpc {
       t = t + stay;
       ++trial.n_edges;
       const auto next = plan.best(x, level, edges, change && decision == 0);
-      const int levels = plan.distance(level, next);
-      if (levels == 0) {  // the legs are best as they are: now only the torque can ask again
+      const T change = plan.switching(level, next);
+      if (!(change > T(0))) {  // the legs are best as they are: now only the torque can ask again
         stay = Plan::torque_exit(x.e, d.e, band, T_s);
         if (!(stay > T(0))) break;
         continue;
       }
-      trial.cost = trial.cost + w_sw * T(0.5) * static_cast<T>(levels);
+      trial.cost = trial.cost + change;
       for (int j = 0; j < plan.n_active; ++j) {
         if (next[j] != level[j]) order(trial.command[plan.phases[j].k], edges[j], next[j], t);
       }
@@ -164,7 +165,7 @@ struct EdgeMpc {
     }
     trial.cost = trial.cost + Plan::squared(x.e, d.e, T_s - t);
     plan.advance(x, d, T_s - t);
-    trial.cost = trial.cost + plan.dwell_at_end(x, d) + plan.flux_cost(x, d);
+    trial.cost = trial.cost + plan.dwell_at_end(x.e, d.e) + plan.flux_cost(x, d);
     trial.fits = abs(x.e) <= band * T(1.01);
     return trial;
   }
@@ -172,15 +173,8 @@ struct EdgeMpc {
   /// A new level from time t on: from the start of the sample, or as the next edge.
   static void order(PhaseCommand<T>& c, int& edges, int level, T t) {
     const Leg leg = static_cast<Leg>(level);
-    if (!(t > T(0))) {
-      c.leg = {leg, leg, leg};
-      return;
-    }
-    const bool first = edges == 0;
-    c.t_edge[first ? 0 : 1] = t;
-    if (first) c.leg[1] = leg;
-    c.leg[2] = leg;
-    ++edges;
+    if (t > T(0)) c.t_edge[edges++] = t;
+    for (int n = edges; n <= max_edges; ++n) c.leg[n] = leg;
   }
 };
 

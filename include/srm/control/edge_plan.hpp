@@ -24,27 +24,28 @@ namespace srm {
 
 template <Real T, int N>
 struct EdgePlan {
-  /// A phase that may conduct.
+  /// A phase that may conduct. Levels -1, 0, 1 are at places 0, 1, 2.
   struct Active {
     int k{};                    // its place among the phases
     int lowest{}, highest{};    // levels that it may take
-    T gain{};                   // dtau/dpsi [N m/Wb]
-    T share{};                  // gain/(sum of gain^2) [Wb/(N m)]
-    T slack{}, per_slack{};     // flux deviation that counts as the whole band [Wb], its inverse
-    std::array<T, 3> leaves{};  // slope of the deviation from the guide at each level [V]
+    T per_slack{};              // 1/(flux deviation that counts as the whole band) [1/Wb]
+    T spread{};                 // deviation that a torque error is shared to it with [1/(N m)]
+    std::array<T, 3> torque{};  // slope of the torque at each level, against the guide's [N m/s]
+    std::array<T, 3> flux{};    // slope of the deviation from the guide [1/s]
   };
 
-  /// A predicted instant, or its slope. away: deviations without their torque part.
+  /// A predicted instant, or its slope. away: deviations from the guide, in units of the slack,
+  /// without their torque part.
   struct Point {
     T e{};                    // torque error [N m]
-    std::array<T, N> away{};  // [Wb]
+    std::array<T, N> away{};  // [1]
   };
   using Levels = std::array<int, N>;  // of the active phases: -1, 0, 1
 
   std::array<Active, N> phases{};
   int n_active = 0;
   T w_sw{};    // cost of a turn-on [N^2 m^2 s]
-  T w_flux{};  // cost of a deviation of `slack` over a pulse, against A^2
+  T w_flux{};  // cost of a deviation of the slack over a pulse, against A^2
   T A{};       // half width of the torque band [N m]
   T pulse{};   // length of a pulse period at this band [s]
   T drift{};   // of the torque while all active phases follow the guide [N m/s]
@@ -53,18 +54,12 @@ struct EdgePlan {
   Point slopes(const Levels& level) const {
     Point d;
     T along = T(0);
-    for (int j = 0; j < n_active; ++j) {
-      d.away[j] = phases[j].leaves[level[j] + 1];
-      along = along + phases[j].gain * d.away[j];
-    }
+    for (int j = 0; j < n_active; ++j) along = along + phases[j].torque[level[j] + 1];
     d.e = drift + along;
-    without_torque(d.away, along);
+    for (int j = 0; j < n_active; ++j) {
+      d.away[j] = phases[j].flux[level[j] + 1] - phases[j].spread * along;
+    }
     return d;
-  }
-
-  /// Takes the part along the gains out of deviations; along = sum of gain * away.
-  void without_torque(std::array<T, N>& away, T along) const {
-    for (int j = 0; j < n_active; ++j) away[j] = away[j] - phases[j].share * along;
   }
 
   /// Time until |e| passes `band`; 0 where it is outside and does not return.
@@ -80,11 +75,12 @@ struct EdgePlan {
     for (int j = 0; j < n_active; ++j) {
       const Active& p = phases[j];
       if (level[j] < p.lowest || level[j] > p.highest) return T(0);
-      const bool can_rise = level[j]<p.highest, can_fall = level[j]> p.lowest;
-      if (can_rise && d.away[j] < T(0) && x.away[j] + d.away[j] * t < -p.slack) {
-        t = max((-p.slack - x.away[j]) / d.away[j], T(0));
-      } else if (can_fall && d.away[j] > T(0) && x.away[j] + d.away[j] * t > p.slack) {
-        t = max((p.slack - x.away[j]) / d.away[j], T(0));
+      const bool can_rise = level[j] < p.highest;
+      const bool can_fall = level[j] > p.lowest;
+      if (can_rise && d.away[j] < T(0) && x.away[j] + d.away[j] * t < T(-1)) {
+        t = max((T(-1) - x.away[j]) / d.away[j], T(0));
+      } else if (can_fall && d.away[j] > T(0) && x.away[j] + d.away[j] * t > T(1)) {
+        t = max((T(1) - x.away[j]) / d.away[j], T(0));
       }
     }
     return t;
@@ -101,29 +97,29 @@ struct EdgePlan {
     return t * (e * e + e * end + end * end) * T(1.0 / 3);
   }
 
-  /// Leg levels between two combinations; a turn-on is one level up, a turn-off one down.
-  int distance(const Levels& from, const Levels& to) const {
+  /// Cost of going from legs to others; a turn-on is one level up, a turn-off one down.
+  T switching(const Levels& from, const Levels& to) const {
     int levels = 0;
     for (int j = 0; j < n_active; ++j) {
       levels += to[j] > from[j] ? to[j] - from[j] : from[j] - to[j];
     }
-    return levels;
+    return w_sw * T(0.5) * static_cast<T>(levels);
   }
 
-  /// What going on from x costs beyond the mean, while its legs stay.
-  T dwell(const Point& x, const Point& d) const {
-    T t = torque_exit(x.e, d.e, A, pulse);
+  /// What going on from an error costs beyond the mean, while its legs stay.
+  T dwell(T e, T slope) const {
+    T t = torque_exit(e, slope, A, pulse);
     if (leaves(t)) t = pulse;  // these legs are wrong at once: what they would do in a pulse
-    return squared(x.e, d.e, t) - A * A * t;
+    return squared(e, slope, t) - A * A * t;
   }
 
   /// The same at the end of a sample, where other legs may follow at once; outside the band they
   /// need time to come back, at the mean slope of 4 A in a pulse.
-  T dwell_at_end(const Point& x, const Point& d) const {
-    const T t = torque_exit(x.e, d.e, A, pulse);
-    if (!leaves(t)) return squared(x.e, d.e, t) - A * A * t;
-    const T outside = max(abs(x.e) - A, T(0));
-    return outside / (T(4) * A) * pulse * (x.e * x.e - A * A) / T(2);
+  T dwell_at_end(T e, T slope) const {
+    const T t = torque_exit(e, slope, A, pulse);
+    if (!leaves(t)) return squared(e, slope, t) - A * A * t;
+    const T outside = max(abs(e) - A, T(0));
+    return outside / (T(4) * A) * pulse * (e * e - A * A) / T(2);
   }
 
   bool leaves(T exit) const { return exit < pulse * T(0.05); }
@@ -132,30 +128,33 @@ struct EdgePlan {
   T flux_cost(const Point& x, const Point& d) const {
     T sum = T(0);
     for (int j = 0; j < n_active; ++j) {
-      const T away = (x.away[j] + d.away[j] * pulse) * phases[j].per_slack;
+      const T away = x.away[j] + d.away[j] * pulse;
       sum = sum + away * away;
     }
     return w_flux * A * A * pulse * sum;
   }
 
-  /// Best legs to go on with. A phase with two edges behind it keeps its leg; `other` asks for a
+  /// Best legs to go on with. A phase whose edges are used up keeps its leg; `other` asks for a
   /// change in any case.
   Levels best(const Point& x, const Levels& last, const Levels& edges, bool other) const {
     Levels found = last, level{}, low{}, high{};
     for (int j = 0; j < n_active; ++j) {
-      low[j] = edges[j] < 2 ? phases[j].lowest : last[j];
-      high[j] = edges[j] < 2 ? phases[j].highest : last[j];
+      low[j] = edges[j] < max_edges ? phases[j].lowest : last[j];
+      high[j] = edges[j] < max_edges ? phases[j].highest : last[j];
     }
     level = low;
     T least = T(1e30);
     for (bool more = true; more;) {
-      const int levels = distance(last, level);
-      if (levels > 0 || !other) {
+      const T change = switching(last, level);
+      if (change > T(0) || !other) {
         const Point d = slopes(level);
-        const T cost = dwell(x, d) + flux_cost(x, d) + w_sw * T(0.5) * static_cast<T>(levels);
-        if (cost < least) {
-          least = cost;
-          found = level;
+        const T cost = dwell(x.e, d.e) + change;
+        if (cost < least) {  // else the flux linkages, which cost no less than nothing, can wait
+          const T whole = cost + flux_cost(x, d);
+          if (whole < least) {
+            least = whole;
+            found = level;
+          }
         }
       }
       more = false;

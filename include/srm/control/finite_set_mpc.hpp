@@ -60,7 +60,7 @@ struct FiniteSetMpc {
     search.horizon = horizon;
     std::array<int, N> last;
     for (int k = 0; k < N; ++k) {
-      last[k] = static_cast<int>(state.ordered[k].leg[2]);
+      last[k] = static_cast<int>(state.ordered[k].leg.back());
       const bool off_duty = search.phases[k].idle && w_psi > T(0);
       search.lowest[k] = -1;
       search.highest[k] = off_duty || tau_ref == T(0) ? -1 : 1;

@@ -20,20 +20,32 @@ struct Measurement {
 
 /// Who switches a leg between two samples.
 enum class Gate : std::int8_t {
-  timer,       // leg[0], then leg[1] from t_edge[0], then leg[2] from t_edge[1]
+  timer,       // leg[0], then leg[1] from t_edge[0], leg[2] from t_edge[1], and so on
   comparator,  // hysteresis: the current is held at i_ref +- i_band
   window       // the same between theta_on and theta_off, demagnetize outside (position compare)
 };
 
+/// Changes of a leg that a timer can make in one sample: two pulses.
+inline constexpr int max_edges = 4;
+
+/// A leg state from the start of a sample and after each edge.
+using Legs = std::array<Leg, max_edges + 1>;
+
+constexpr Legs all_legs(Leg leg) { return {leg, leg, leg, leg, leg}; }
+
+/// An edge that does not come.
+template <Real T>
+inline constexpr T never = T(1e30);
+
 /// Orders for one phase, valid until the next ones. Fields that the gate does not use are ignored.
 template <Real T>
 struct PhaseCommand {
+  Legs leg{Leg::demagnetize, Leg::demagnetize, Leg::demagnetize, Leg::demagnetize, Leg::demagnetize};
   Gate gate = Gate::timer;
-  std::array<Leg, 3> leg{Leg::demagnetize, Leg::demagnetize, Leg::demagnetize};
-  std::array<T, 2> t_edge{};  // from the start of the sample, rising [s]; past its end: no edge
+  Leg chop = Leg::freewheel;  // comparator: leg above the band, freewheel or demagnetize
+  std::array<T, max_edges> t_edge{never<T>, never<T>, never<T>, never<T>};  // rising [s]
   T i_ref{};                  // comparator: reference [A]; 0 or less demagnetizes
   T i_band{};                 // comparator: half width [A]
-  Leg chop = Leg::freewheel;  // comparator: leg above the band (freewheel soft, demagnetize hard)
   T theta_on{}, theta_off{};  // window: electrical angles of this phase [rad]
 };
 
@@ -43,13 +55,23 @@ using Command = std::array<PhaseCommand<T>, N>;
 /// One leg state for a whole sample.
 template <Real T>
 constexpr PhaseCommand<T> hold(Leg leg) {
-  return {.gate = Gate::timer, .leg = {leg, leg, leg}};
+  return {.leg = all_legs(leg), .gate = Gate::timer};
+}
+
+/// One pulse: `inside` between two instants of the sample, `outside` before and after.
+template <Real T>
+constexpr PhaseCommand<T> pulse(Leg outside, Leg inside, T from, T to) {
+  PhaseCommand<T> command = hold<T>(outside);
+  command.leg[1] = inside;
+  command.t_edge[0] = from;
+  command.t_edge[1] = to;
+  return command;
 }
 
 /// Current reference for the hysteresis comparator.
 template <Real T>
 constexpr PhaseCommand<T> regulate(T i_ref, T i_band, Leg chop = Leg::freewheel) {
-  return {.gate = Gate::comparator, .i_ref = i_ref, .i_band = i_band, .chop = chop};
+  return {.gate = Gate::comparator, .chop = chop, .i_ref = i_ref, .i_band = i_band};
 }
 
 /// A control law is its parameters; what it remembers is a plain value, `State`; a default State

@@ -28,16 +28,9 @@ constexpr PhaseCommand<T> modulate(T duty, T T_s, T centre = T(0.5)) {
   if (width >= T(1)) return hold<T>(active);
   const T start = centre - width / T(2);
   const T end = centre + width / T(2);
-  PhaseCommand<T> command{.leg = {active, Leg::freewheel, active}};  // split over the two ends
-  if (start < T(0)) {
-    command.t_edge = {end * T_s, (start + T(1)) * T_s};
-  } else if (end > T(1)) {
-    command.t_edge = {(end - T(1)) * T_s, start * T_s};
-  } else {
-    command.leg = {Leg::freewheel, active, Leg::freewheel};
-    command.t_edge = {start * T_s, end * T_s};
-  }
-  return command;
+  if (start < T(0)) return pulse(active, Leg::freewheel, end * T_s, (start + T(1)) * T_s);
+  if (end > T(1)) return pulse(active, Leg::freewheel, (end - T(1)) * T_s, start * T_s);
+  return pulse(Leg::freewheel, active, start * T_s, end * T_s);
 }
 
 }  // namespace srm

@@ -43,11 +43,13 @@ struct PhaseOutlook {
 /// Volt-seconds of a timer command over one sample, per volt of the dc link [s].
 template <Real T>
 T magnetizing_time(const PhaseCommand<T>& c, T T_s) {
-  const T first = clamp(c.t_edge[0], T(0), T_s);
-  const T second = clamp(c.t_edge[1], first, T_s);
-  const auto level = [](Leg leg) { return static_cast<T>(static_cast<int>(leg)); };
-  return level(c.leg[0]) * first + level(c.leg[1]) * (second - first) +
-         level(c.leg[2]) * (T_s - second);
+  T sum = T(0), from = T(0);
+  for (int n = 0; n <= max_edges; ++n) {
+    const T to = n < max_edges ? clamp(c.t_edge[n], from, T_s) : T_s;
+    sum = sum + static_cast<T>(static_cast<int>(c.leg[n])) * (to - from);
+    from = to;
+  }
+  return sum;
 }
 
 /// What a law remembers from sample to sample.

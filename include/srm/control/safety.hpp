@@ -191,7 +191,10 @@ struct Protection {
   /// True where the orders magnetize a phase that reads zero until it has travelled `ahead`.
   constexpr bool magnetizes(const PhaseCommand<T>& c, T theta_e, T ahead, int k) const {
     if (c.gate == Gate::timer) {
-      return c.leg[0] == Leg::magnetize && c.leg[1] == Leg::magnetize && c.leg[2] == Leg::magnetize;
+      for (const Leg leg : c.leg) {
+        if (leg != Leg::magnetize) return false;
+      }
+      return true;
     }
     if (!(c.i_ref > T(0) && c.i_ref - min(c.i_band, c.i_ref / T(2)) > T(1.25) * i_zero)) {
       return false;  // a phase held there may well read zero

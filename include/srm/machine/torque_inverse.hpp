@@ -26,10 +26,10 @@ T current_for_torque(const M& machine, T tau, T theta_e, T i_max) {
   for (int steps = 0; steps < 3; ++steps) {
     const Magnetics<T> y = machine.at(i, theta_e);
     if (!(y.tau > T(0) && y.psi_theta > T(0))) return T(0);
-    const T n = clamp(i * y.psi_theta / y.tau, T(1), T(2));
+    const T curved = clamp(i * y.psi_theta / y.tau - T(1), T(0), T(1));
     const T quadratic = T(2) * (sqrt(tau * y.tau) - y.tau);
     const T straight = tau - y.tau;
-    const T step = ((n - T(1)) * quadratic + (T(2) - n) * straight) / y.psi_theta;
+    const T step = (straight + curved * (quadratic - straight)) / y.psi_theta;
     i = clamp(i + step, i / T(4), i_max);
     if (abs(step) < i / T(32)) break;  // the error falls at least with the square of the step
   }

@@ -97,7 +97,7 @@ class Simulation {
   /// Brings the leg of phase k to what the orders ask for now.
   void follow_orders(int k) {
     int& edges = gates_[k].edges;
-    while (edges < 2 && t_orders_ + command_[k].t_edge[edges] <= t_) ++edges;
+    while (edges < max_edges && t_orders_ + command_[k].t_edge[edges] <= t_) ++edges;
     switch_leg(k, ordered(command_[k], gates_[k], at_.x.i[k]));
   }
 
@@ -172,7 +172,7 @@ class Simulation {
       circuit.leg[k] = gates_[k].leg;
       circuit.flows[k] = conducts(gates_[k].leg, at_.x.i[k]);
       const int edges = gates_[k].edges;
-      if (edges < 2) t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
+      if (edges < max_edges) t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
     }
     const Rates<N> k1 = rates(plant_, at_.x, circuit);
     extremes_.include(at_.x, k1.tau);

@@ -225,7 +225,7 @@ CONTENDERS: dict[str, Contender] = {
             free=ASKED_FREQUENCY,
             what="Predictive: switching instants in the sample as variables, flux near the guide.",
             when="The smoothest torque at the least copper, on FPGA and microcontroller.",
-            needs="timers with two edges a sample",
+            needs="timers with four edges a sample",
         ),
     )
 }

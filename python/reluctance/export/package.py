@@ -233,8 +233,9 @@ DELAY = {
     "start of the next period.",
 }
 GATES = {
-    0: "- `RELUCTANCE_TIMER`: three leg states and two instants a period. Needs one timer channel "
-    "with two compare events per switch, loaded at the start of the period. No comparator.",
+    0: "- `RELUCTANCE_TIMER`: five leg states and four instants a period, of which most laws use "
+    "two or none. Needs a timer with as many compare events per leg, loaded at the start of the "
+    "period. No comparator.",
     1: "- `RELUCTANCE_COMPARATOR`: the current is held at `i_ref_A` +- `i_band_A` between two "
     "steps. Needs an analog comparator per phase with a DAC for the reference and hysteresis, "
     "acting on the leg without software.",

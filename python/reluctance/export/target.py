@@ -34,13 +34,13 @@ STOPPED = "the emulated target stopped before the simulation did"
 # Words of the C structs (reluctance_controller.h), as the desk numbers the same columns.
 PHASE = np.dtype(
     [
+        ("leg", "i1", (5,)),
         ("gate", "i1"),
-        ("leg", "i1", (3,)),
-        ("t_edge", "<f4", (2,)),
+        ("chop", "i1"),
+        ("padding", "V1"),
+        ("t_edge", "<f4", (4,)),
         ("i_ref", "<f4"),
         ("i_band", "<f4"),
-        ("chop", "i1"),
-        ("padding", "V3"),
         ("theta_on", "<f4"),
         ("theta_off", "<f4"),
     ]
@@ -53,7 +53,7 @@ class Answers:
 
     status: NDArray[np.uint32]  # (n,)
     instructions: NDArray[np.uint32]  # (n,) of each step, call included
-    commands: NDArray[np.float32]  # (n, 11 n_phases + 1), columns as _core.step
+    commands: NDArray[np.float32]  # (n, 15 n_phases + 1), columns as _core.step
     fingerprint: int
     stack: int  # deepest, from the call of the step [B]
 
@@ -184,7 +184,7 @@ def _columns(orders: NDArray[np.void], n_phases: int) -> NDArray[np.float32]:
     parts = []
     for k in range(n_phases):
         phase = orders["phase"][:, k]
-        for name in ("gate", "leg", "t_edge", "i_ref", "i_band", "chop", "theta_on", "theta_off"):
+        for name in ("gate", "leg", "chop", "t_edge", "i_ref", "i_band", "theta_on", "theta_off"):
             parts.append(phase[name].reshape(len(orders), -1).astype("<f4"))
     parts.append(orders["tau_ref"][:, None])
     return np.hstack(parts)
