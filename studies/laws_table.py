@@ -90,7 +90,7 @@ def section(hardware: Class, found: Comparison, picture: Path | None) -> str:
 def draw(found: Comparison, picture: Path) -> None:
     """The figure of a comparison, small enough for a page."""
     made = figure(found)
-    write_whole(picture, lambda path: made.savefig(path, dpi=70, metadata={"Software": None}))
+    write_whole(picture, lambda path: made.savefig(path, dpi=80, metadata={"Software": None}))
 
 
 def main() -> None:

@@ -27,6 +27,7 @@ class Comparison:
     point: Drive  # the operating point; its own control law is one of many here
     f_target: float  # mean switching frequency per switch [Hz]
     bound: limit.Profile  # least copper without ripple; with least ripple where there must be some
+    floor: limit.RippleFloor  # the least ripple at f_target, of any control near that profile
     entries: tuple[Entry, ...]
     step_time: dict[str, float]  # of a control step on this computer, by name [s]
 
@@ -83,6 +84,9 @@ def compare(
     contenders = chosen(controls)
     point = operating_point(drive)
     bound = best_profile(point)
+    floor = limit.floor_of(
+        point, tau_ref=bound.tau_ref, omega_m=bound.omega_m, switching_frequency=f_switch
+    )
     _fill_the_cache(point, [c.name for c in contenders])
     tasks: list[Task] = [(point, c.name, f_switch, octaves) for c in contenders]
     found: dict[str, Entry] = {}
@@ -95,6 +99,7 @@ def compare(
         point=point,
         f_target=f_switch,
         bound=bound,
+        floor=floor,
         entries=tuple(replace(e, samples=None) for e in entries),
         step_time={e.name: step_time(point, e) for e in entries if e.samples is not None},
     )

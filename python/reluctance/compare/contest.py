@@ -45,7 +45,7 @@ class Entry:
     kpis: Kpis | None = None
     speed_ripple: float = 0.0  # see `torque_to_speed_ripple` [1]
     front: tuple[FrontPoint, ...] = ()
-    stroke: NDArray[np.float64] | None = None  # (2, n) angle [rad el.] and torque [N m]
+    torque: NDArray[np.float64] | None = None  # (2, n) of the last period: angle [rad el.], [N m]
     samples: NDArray[np.float64] | None = None  # (n, n_phases + 4) for the core's step_time
 
 
@@ -89,7 +89,7 @@ def contest(point: Drive, name: str, f_target: float, octaves: tuple[float, ...]
         kpis=result.kpis,
         speed_ripple=torque_to_speed_ripple(result),
         front=front,
-        stroke=_last_stroke(result),
+        torque=_last_period(result),
         samples=_samples(result),
     )
 
@@ -154,10 +154,9 @@ def torque_to_speed_ripple(result: Result) -> float:
     return float(np.ptp(swing) / result.drive.J / abs(result.kpis.speed_mean))
 
 
-def _last_stroke(result: Result) -> NDArray[np.float64]:
-    machine = result.drive.machine
-    theta = machine.N_r * result.theta_m
-    last = theta >= theta[-1] - 2 * np.pi / machine.n_phases
+def _last_period(result: Result) -> NDArray[np.float64]:
+    theta = result.drive.machine.N_r * result.theta_m
+    last = theta >= theta[-1] - 2 * np.pi
     return np.vstack([theta[last] - theta[last][0], result.tau[last]])
 
 

@@ -71,6 +71,7 @@ def as_json(found: Comparison) -> Record:
             "p_cu_W": found.bound.p_cu,
             "torque_error_max_Nm": found.bound.tau_error_max,
             "torque_error_rms_Nm": found.bound.tau_error_rms,
+            "ripple_bound_rms_Nm": found.floor.bound_rms,
         },
         "controls": records(found),
     }

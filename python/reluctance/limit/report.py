@@ -87,26 +87,34 @@ def limit_of(
     ParameterError : the drive asks for no torque and none is given.
     """
     tau_ref, omega_m = operating_point(drive, tau_ref=tau_ref, omega_m=omega_m)
-    machine, n_phases = drive.machine, drive.machine.n_phases
-    point = _given(drive)
-    floor = None
-    if switching_frequency is not None:
-        smooth = best_profile(
-            machine.magnetics,
-            tau_ref=tau_ref,
-            omega_m=omega_m,
-            norm="rms",
-            smoothing=FLOOR_SMOOTHING,
-            **point,
-        )
-        floor = ripple_floor(
-            machine.magnetics, smooth, n_phases=n_phases, switching_frequency=switching_frequency
-        )
+    machine, F = drive.machine.magnetics, switching_frequency
     return Limit(
         drive=drive,
-        least_copper=best_profile(machine.magnetics, tau_ref=tau_ref, omega_m=omega_m, **point),
+        least_copper=best_profile(machine, tau_ref=tau_ref, omega_m=omega_m, **_given(drive)),
         tau_max=float(_envelope(drive, np.array([omega_m]), tau_ref).tau_max[0]),
-        floor=floor,
+        floor=None
+        if F is None
+        else floor_of(drive, tau_ref=tau_ref, omega_m=omega_m, switching_frequency=F),
+    )
+
+
+def floor_of(
+    drive: Drive, *, tau_ref: float, omega_m: float, switching_frequency: float
+) -> RippleFloor:
+    """The least ripple at a mean switching frequency [Hz], torque [N m] and speed [rad/s]."""
+    smooth = best_profile(
+        drive.machine.magnetics,
+        tau_ref=tau_ref,
+        omega_m=omega_m,
+        norm="rms",
+        smoothing=FLOOR_SMOOTHING,
+        **_given(drive),
+    )
+    return ripple_floor(
+        drive.machine.magnetics,
+        smooth,
+        n_phases=drive.machine.n_phases,
+        switching_frequency=switching_frequency,
     )
 
 
