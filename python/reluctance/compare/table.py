@@ -82,7 +82,7 @@ class Column:
     """How a figure is shown."""
 
     key: str
-    head: str
+    head: tuple[str, str]  # two lines on a terminal
     form: str  # of str.format
     scale: float = 1.0
 
@@ -92,18 +92,18 @@ class Column:
 
 
 COLUMNS = (
-    Column("f_switch_Hz", "f sw. kHz", "{:.2f}", 1e-3),
-    Column("torque_ripple_pp", "ripple p-p %", "{:.2f}", 100),
-    Column("torque_ripple_rms", "ripple rms %", "{:.2f}", 100),
-    Column("torque_error_rms", "error rms %", "{:.2f}", 100),
-    Column("torque_error_mean", "mean error %", "{:+.2f}", 100),
-    Column("i_rms_over_limit", "i rms / limit", "{:.3f}"),
-    Column("i_peak_over_limit", "i peak / limit", "{:.3f}"),
-    Column("p_cu_W", "copper W", "{:.0f}"),
-    Column("efficiency", "effic. %", "{:.2f}", 100),
-    Column("speed_ripple_pp", "speed ripple %", "{:.4f}", 100),
-    Column("control_period_s", "T_s us", "{:.4g}", 1e6),
-    Column("ns_per_step", "ns / step", "{:.0f}"),
+    Column("f_switch_Hz", ("f sw.", "kHz"), "{:.2f}", 1e-3),
+    Column("torque_ripple_pp", ("ripple", "p-p %"), "{:.2f}", 100),
+    Column("torque_ripple_rms", ("ripple", "rms %"), "{:.2f}", 100),
+    Column("torque_error_rms", ("error", "rms %"), "{:.2f}", 100),
+    Column("torque_error_mean", ("mean", "error %"), "{:+.2f}", 100),
+    Column("i_rms_over_limit", ("i rms", "/ limit"), "{:.3f}"),
+    Column("i_peak_over_limit", ("i peak", "/ limit"), "{:.3f}"),
+    Column("p_cu_W", ("copper", "W"), "{:.0f}"),
+    Column("efficiency", ("effic.", "%"), "{:.2f}", 100),
+    Column("speed_ripple_pp", ("speed", "ripple %"), "{:.4f}", 100),
+    Column("control_period_s", ("T_s", "us"), "{:.4g}", 1e6),
+    Column("ns_per_step", ("ns /", "step"), "{:.0f}"),
 )
 
 
@@ -129,7 +129,7 @@ def tuned(record: Record) -> str:
 def markdown(found: Comparison) -> str:
     """The table and the tuned values as Markdown; a missed frequency is marked and explained."""
     rows = records(found)
-    head = ["control", *(c.head for c in COLUMNS)]
+    head = ["control", *(" ".join(c.head) for c in COLUMNS)]
     lines = [
         "| " + " | ".join(head) + " |",
         "|---|" + "---:|" * len(COLUMNS),
@@ -147,13 +147,13 @@ def markdown(found: Comparison) -> str:
 
 
 def plain(found: Comparison) -> list[str]:
-    """The table in aligned columns, then what the misses are."""
+    """The table in aligned columns, at most 110 wide, then what the misses are."""
     rows = records(found)
-    cells = [["control", *(c.head for c in COLUMNS)]]
+    cells = [[name, *(c.head[j] for c in COLUMNS)] for j, name in enumerate(("control", ""))]
     cells += [[r["control"] + star(r), *(c.cell(r) for c in COLUMNS)] for r in rows]
     widths = [max(len(row[j]) for row in cells) for j in range(len(cells[0]))]
     lines = [
-        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in cells
+        " ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in cells
     ]
     return [*lines, *(f"{r['control']}{star(r)}: {r['note']}" for r in rows if r["note"])]
 

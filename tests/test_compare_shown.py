@@ -1,4 +1,4 @@
-"""The figure of a comparison: no two laws look alike, no two names overlap."""
+"""A comparison as it is shown: no two laws look alike, no names overlap, the table fits."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -10,6 +10,7 @@ from matplotlib.text import Annotation
 import reluctance as rl
 from reluctance.compare import CONTENDERS, Comparison, Entry, compare
 from reluctance.compare import figure as drawing
+from reluctance.compare.table import plain
 
 RATED = Path(__file__).parents[1] / "examples" / "paper_rated.toml"
 SHARING = [name for name in CONTENDERS if name.startswith("sharing_")]
@@ -42,3 +43,10 @@ def test_a_law_that_failed_is_named_in_the_title(found: Comparison) -> None:
     failed = Entry("ditc", {}, met=False, note="not possible here: angles", runs=0)
     made = drawing.figure(replace(found, entries=(failed,)))
     assert "ditc" in made.get_suptitle()
+
+
+def test_the_table_of_all_laws_fits_a_terminal(found: Comparison) -> None:
+    rows = tuple(replace(found.entries[0], name=name, met=False) for name in CONTENDERS)
+    lines = plain(replace(found, entries=rows, step_time=dict.fromkeys(CONTENDERS, 98765e-9)))
+    assert max(map(len, lines)) <= 110
+    assert len({len(line) for line in lines[: 2 + len(rows)]}) == 1
