@@ -14,6 +14,8 @@ from reluctance.limit.report import Limit
 from reluctance.save import WRITERS, check_ending, write_whole
 
 ENDINGS = {".png", ".svg", ".pdf"}
+# Of M. Okabe and K. Ito, 2008: told apart by colour-blind readers.
+PHASES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
 def save_profile(limit: Limit, path: str | Path) -> None:
@@ -43,44 +45,57 @@ def save_envelope(envelope: Envelope, path: str | Path) -> None:
 
 def plot_currents(ax: Axes, limit: Limit) -> Axes:
     """Current of every phase over the angle of the first."""
-    for k in range(limit.drive.machine.n_phases):
-        ax.plot(_degrees(limit), _shifted(limit, limit.least_copper.i, k), label="abcdef"[k])
-    ax.set(xlabel="electrical angle (deg)", ylabel="current (A)")
-    ax.legend(title="phase", loc="upper left", bbox_to_anchor=(1, 1), fontsize=8)
+    _plot_phases(ax, limit, limit.least_copper.i)
+    best, i_max = limit.least_copper, limit.drive.machine.i_max_A
+    ax.set(
+        title=f"{best.i_rms:.4g} A rms, {best.i_peak:.4g} A peak of {i_max:g} A allowed",
+        ylabel="current (A)",
+    )
     return ax
 
 
 def plot_torque(ax: Axes, limit: Limit) -> Axes:
     """Torque of every phase and their sum."""
-    tau = _phase_torque(limit)
-    shares = [_shifted(limit, tau, k) for k in range(limit.drive.machine.n_phases)]
-    for share in shares:
-        ax.plot(_degrees(limit), share, lw=0.9)
-    ax.plot(_degrees(limit), np.sum(shares, axis=0), "k", lw=1.5, label="sum")
-    ax.set(xlabel="electrical angle (deg)", ylabel="torque (N m)")
-    ax.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=8)
+    best, tau = limit.least_copper, _phase_torque(limit)
+    _plot_phases(ax, limit, tau)
+    total = sum(_shifted(limit, tau, k) for k in range(limit.drive.machine.n_phases))
+    ax.plot(*_closed(limit, np.asarray(total)), "k", lw=2, label="sum")
+    ax.axhline(best.tau_ref, color="k", lw=0.8, ls=":", label="reference")
+    error = f"error {best.tau_error_max:.3g} N m at most, {best.tau_error_rms:.3g} rms"
+    ax.set(title="no ripple" if limit.ripple_free else error, ylabel="torque (N m)")
     return ax
 
 
 def plot_voltage(ax: Axes, limit: Limit) -> Axes:
-    """Voltage of the first phase within the dc link, and its flux."""
+    """Voltage of the first phase within the dc link, and its flux; both zeros at one height."""
     best = limit.least_copper
-    ax.step(_degrees(limit), best.u, where="post")
-    for level in (-best.u_dc, best.u_dc):
-        ax.axhline(level, color="k", ls=":", lw=0.8)
-    ax.set(xlabel="electrical angle (deg)", ylabel="voltage (V)")
+    ax.step(*_closed(limit, best.u), where="post", color=PHASES[0])
+    ax.axhspan(-best.u_dc, best.u_dc, color="k", alpha=0.06, lw=0)
+    ax.set(title="phase a: voltage, within the dc link's, and flux linkage", ylabel="voltage (V)")
+    ax.yaxis.label.set_color(PHASES[0])
+    ax.set_ylim(-1.1 * best.u_dc, 1.1 * best.u_dc)
     flux = ax.twinx()
-    flux.plot(_degrees(limit), best.psi, "C1")
-    flux.set_ylabel("flux linkage (Wb)", color="C1")
+    flux.plot(*_closed(limit, best.psi), color="k", ls="--")
+    flux.set_ylabel("flux linkage, dashed (Wb)", loc="top")
+    top = 1.1 * float(best.psi.max()) or 1.0
+    flux.set_yticks([tick for tick in flux.get_yticks() if tick >= 0])
+    flux.set_ylim(-top, top)
     return ax
 
 
 def plot_envelope(ax: Axes, limit: Limit, envelope: Envelope) -> Axes:
     """Greatest ripple-free torque over speed, and the operating point."""
-    ax.plot(envelope.omega_m * 30 / np.pi, envelope.tau_max, marker=".", label="ripple-free up to")
     best = limit.least_copper
-    ax.plot(best.omega_m * 30 / np.pi, best.tau_ref, "k*", ms=10, label="operating point")
-    ax.set(xlabel="speed (rpm)", ylabel="torque (N m)")
+    rpm = envelope.omega_m * 30 / np.pi
+    ax.fill_between(rpm, envelope.tau_max, color=PHASES[0], alpha=0.15, lw=0)
+    ax.plot(rpm, envelope.tau_max, marker=".", color=PHASES[0], label="greatest without ripple")
+    ax.plot(best.omega_m * 30 / np.pi, best.tau_ref, "k*", ms=12, label="operating point")
+    ax.set(
+        title=f"{limit.tau_max:.4g} N m without ripple at this speed",
+        xlabel="speed (rpm)",
+        ylabel="torque (N m)",
+    )
+    ax.margins(x=0)
     ax.set_ylim(*((0, None) if best.tau_ref >= 0 else (None, 0)))
     ax.legend(fontsize=8)
     return ax
@@ -88,13 +103,20 @@ def plot_envelope(ax: Axes, limit: Limit, envelope: Envelope) -> Axes:
 
 def figure(limit: Limit, envelope: Envelope) -> Figure:
     """Currents, torques and voltage of the best profile, and the envelope; own canvas."""
-    drawn = Figure(figsize=(11, 7), layout="constrained")
+    drawn = Figure(figsize=(12, 8), layout="constrained")
     FigureCanvasAgg(drawn)
     currents, torque, voltage, border = drawn.subplots(2, 2).flat
     plot_currents(currents, limit)
     plot_torque(torque, limit)
     plot_voltage(voltage, limit)
+    for ax in (currents, torque, voltage):
+        ax.set(xlim=(0, 360), xticks=range(0, 361, 60))
+        ax.set_xlabel("electrical angle of phase a (deg): 0 unaligned, 180 aligned")
     plot_envelope(border, limit, envelope)
+    for ax in (currents, torque, voltage, border):
+        ax.grid(alpha=0.25)
+    handles, labels = torque.get_legend_handles_labels()
+    drawn.legend(handles, labels, ncols=len(labels), loc="outside lower center")
     best = limit.least_copper
     what = "without ripple" if limit.ripple_free else "with least ripple"
     drawn.suptitle(
@@ -118,8 +140,15 @@ def _save(path: str | Path, table: dict[str, FloatArray]) -> None:
     write_whole(path, lambda temporary: write(temporary, table))
 
 
-def _degrees(limit: Limit) -> FloatArray:
-    return np.asarray(np.degrees(limit.least_copper.theta_e))
+def _plot_phases(ax: Axes, limit: Limit, values: FloatArray) -> None:
+    for k in range(limit.drive.machine.n_phases):
+        name = f"phase {'abcdef'[k]}"
+        ax.plot(*_closed(limit, _shifted(limit, values, k)), color=PHASES[k], label=name)
+
+
+def _closed(limit: Limit, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Angle [deg] and values with the first point once more at the end of the period."""
+    return np.append(np.degrees(limit.least_copper.theta_e), 360.0), np.append(values, values[0])
 
 
 def _shifted(limit: Limit, values: FloatArray, k: int) -> FloatArray:
