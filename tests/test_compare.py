@@ -164,6 +164,11 @@ def test_a_drive_without_a_point_to_compare_at_is_refused(override, says):
         operating_point(rl.load(RATED, [override]))
 
 
+def test_a_frequency_without_its_unit_is_refused(rated):
+    with pytest.raises(ParameterError, match="100 Hz here; is a unit missing"):
+        compare(rated, FAST, f_switch=20.0)
+
+
 def test_files_are_whole_and_the_command_prints_what_they_hold(found, tmp_path):
     files = write(found, tmp_path / "new")
     assert [f.name for f in files] == ["compare.csv", "compare.json", "compare.md", "compare.png"]

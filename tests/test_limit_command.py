@@ -14,6 +14,7 @@ from reluctance.limit import (
     Envelope,
     Limit,
     best_profile,
+    check_point,
     envelope_of,
     files,
     limit_of,
@@ -129,3 +130,29 @@ def test_command_says_what_is_wrong_on_one_line(arguments: list[str], message: s
     assert ran.returncode == 2
     assert ran.stderr.count("\n") == 1
     assert message in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--tau", 5000], "torque 5000 N m, need at most"),
+        (["--tau", "nan"], "torque nan N m, need at most"),
+        (["--at-switching-frequency", 20], "need at least the electrical frequency, 100 Hz"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_in_one_line(arguments: list[object], says: str) -> None:
+    ran = command(RATED, *arguments)
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert says in ran.stderr and ran.stderr.count("\n") == 1
+
+
+def test_the_greatest_torque_of_the_check_is_that_of_all_phases() -> None:
+    """The machine can hold somewhat less without ripple than it can give at its best angle."""
+    drive = load(RATED)
+    check_point(drive, tau_ref=limit_of(drive).tau_max, omega_m=0.0)
+    theta_e = np.linspace(0, 2 * np.pi, 3600)
+    phases = [drive.machine.torque(150.0, theta_e - k * 2 * np.pi / 3) for k in range(3)]
+    most = np.maximum(phases, 0).sum(axis=0).max()
+    check_point(drive, tau_ref=-0.999 * most, omega_m=0.0)
+    with pytest.raises(ParameterError, match="impossible at any angle"):
+        check_point(drive, tau_ref=1.001 * most, omega_m=0.0)

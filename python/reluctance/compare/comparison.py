@@ -68,7 +68,8 @@ def compare(
     Raises
     ------
     ParameterError
-        If a name is unknown, the frequency is not positive, or the drive has no working point.
+        If a name is unknown, the frequency is not positive or below the electrical one, or the
+        drive has no working point.
 
     Examples
     --------
@@ -83,10 +84,10 @@ def compare(
         raise ParameterError(f"switching frequency {f_switch:g} Hz, need > 0")
     contenders = chosen(controls)
     point = operating_point(drive)
+    tau_ref, omega_m = point.reference.course[1][0], point.omega_nominal
+    limit.check_point(point, tau_ref=tau_ref, omega_m=omega_m, switching_frequency=f_switch)
     bound = best_profile(point)
-    floor = limit.floor_of(
-        point, tau_ref=bound.tau_ref, omega_m=bound.omega_m, switching_frequency=f_switch
-    )
+    floor = limit.floor_of(point, tau_ref=tau_ref, omega_m=omega_m, switching_frequency=f_switch)
     _fill_the_cache(point, [c.name for c in contenders])
     tasks: list[Task] = [(point, c.name, f_switch, octaves) for c in contenders]
     found: dict[str, Entry] = {}

@@ -2,9 +2,10 @@
 
 from reluctance.limit.envelope import Envelope, torque_speed_envelope
 from reluctance.limit.magnetics import LeHuyParameters, Machine, phase_magnetics
+from reluctance.limit.point import check_point, operating_point
 from reluctance.limit.profile import Profile, best_profile
 from reluctance.limit.programme import Programme, Setting
-from reluctance.limit.report import Limit, envelope_of, floor_of, limit_of, operating_point
+from reluctance.limit.report import Limit, envelope_of, floor_of, limit_of
 from reluctance.limit.ripple import RippleFloor, ripple_floor
 from reluctance.limit.table import Table, profile_table
 
@@ -19,6 +20,7 @@ __all__ = [
     "Setting",
     "Table",
     "best_profile",
+    "check_point",
     "envelope_of",
     "floor_of",
     "limit_of",

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reluctance import _core
-from reluctance.errors import ParameterError
 from reluctance.limit.envelope import Envelope, torque_speed_envelope
 from reluctance.limit.magnetics import FloatArray
+from reluctance.limit.point import check_point, operating_point
 from reluctance.limit.profile import Profile, best_profile
 from reluctance.limit.programme import FEASIBLE
 from reluctance.limit.ripple import RippleFloor, ripple_floor
@@ -84,9 +84,11 @@ def limit_of(
 
     Raises
     ------
-    ParameterError : the drive asks for no torque and none is given.
+    ParameterError : the drive asks for no torque and none is given, or what is asked cannot be
+        meant; see `check_point`.
     """
     tau_ref, omega_m = operating_point(drive, tau_ref=tau_ref, omega_m=omega_m)
+    check_point(drive, tau_ref=tau_ref, omega_m=omega_m, switching_frequency=switching_frequency)
     machine, F = drive.machine.magnetics, switching_frequency
     return Limit(
         drive=drive,
@@ -138,36 +140,6 @@ def envelope_of(
         omega_max = 2 * best.omega_m or 2 * _corner(limit.drive)
     speeds = np.linspace(0.0, omega_max, SPEEDS)
     return _envelope(limit.drive, speeds, best.tau_ref, progress)
-
-
-def operating_point(
-    drive: Drive, *, tau_ref: float | None = None, omega_m: float | None = None
-) -> tuple[float, float]:
-    """Torque [N m] and speed [rad/s] that a drive is asked for.
-
-    The speed is the one held, or the greatest reference. The torque is the reference of greatest
-    magnitude; with a speed reference it is what load and friction take at that speed.
-    """
-    speed = _speed(drive) if omega_m is None else omega_m
-    if tau_ref is not None:
-        return tau_ref, speed
-    if drive.reference.kind == "torque":
-        return _greatest(drive.reference.course[1]), speed
-    if drive.reference.kind == "none":
-        raise ParameterError("[reference] kind = 'none' asks for no torque; give one with --tau")
-    load = drive.load
-    pump = load.k_pump_Nms2 * speed * abs(speed)
-    return pump + drive.machine.B_Nms * speed + load.tau_Nm, speed
-
-
-def _speed(drive: Drive) -> float:
-    if drive.reference.kind == "speed":
-        return _greatest(drive.reference.course[1])
-    return drive.load.speed_rpm * np.pi / 30
-
-
-def _greatest(values: list[float]) -> float:
-    return max(values, key=abs)
 
 
 def _corner(drive: Drive) -> float:

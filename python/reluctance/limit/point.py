@@ -1,0 +1,69 @@
+"""The operating point that a drive is asked for, and whether it can be meant."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from reluctance.errors import ParameterError
+
+if TYPE_CHECKING:
+    from reluctance.drive import Drive
+
+
+def operating_point(
+    drive: Drive, *, tau_ref: float | None = None, omega_m: float | None = None
+) -> tuple[float, float]:
+    """Torque [N m] and speed [rad/s] that a drive is asked for.
+
+    The speed is the one held, or the greatest reference. The torque is the reference of greatest
+    magnitude; with a speed reference it is what load and friction take at that speed.
+    """
+    speed = _speed(drive) if omega_m is None else omega_m
+    if tau_ref is not None:
+        return tau_ref, speed
+    if drive.reference.kind == "torque":
+        return _greatest(drive.reference.course[1]), speed
+    if drive.reference.kind == "none":
+        raise ParameterError("[reference] kind = 'none' asks for no torque; give one with --tau")
+    load = drive.load
+    pump = load.k_pump_Nms2 * speed * abs(speed)
+    return pump + drive.machine.B_Nms * speed + load.tau_Nm, speed
+
+
+def check_point(
+    drive: Drive, *, tau_ref: float, omega_m: float, switching_frequency: float | None = None
+) -> None:
+    """Refuses what is surely a slip: a torque beyond all phases at i_max at the best angle, or less
+    than one turn-on of a switch per electrical period.
+
+    Raises
+    ------
+    ParameterError : with the greatest torque [N m], or the electrical frequency [Hz].
+    """
+    machine = drive.machine
+    theta_e = np.linspace(0, 2 * np.pi, 720, endpoint=False)  # 720: whole steps for 2 to 6 phases
+    tau = np.maximum(machine.torque(machine.i_max_A, theta_e), 0.0)
+    most = tau.reshape(machine.n_phases, -1).sum(axis=0).max()
+    if not abs(tau_ref) <= most:
+        raise ParameterError(
+            f"torque {tau_ref:g} N m, need at most {most:.4g}: more is impossible at any angle "
+            f"with i_max_A = {machine.i_max_A:g}; lower the torque or raise i_max_A"
+        )
+    f_e = machine.N_r * abs(omega_m) / (2 * np.pi)
+    if switching_frequency is not None and switching_frequency < f_e * (1 - 1e-9):
+        raise ParameterError(
+            f"switching frequency {switching_frequency:g} Hz, need at least the electrical "
+            f"frequency, {f_e:.4g} Hz here; is a unit missing, as in 20kHz?"
+        )
+
+
+def _speed(drive: Drive) -> float:
+    if drive.reference.kind == "speed":
+        return _greatest(drive.reference.course[1])
+    return drive.load.speed_rpm * np.pi / 30
+
+
+def _greatest(values: list[float]) -> float:
+    return max(values, key=abs)
