@@ -1,6 +1,7 @@
 """The judge separates good maps from bad; repair and fits keep what they promise."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -18,10 +19,12 @@ from reluctance.maps import (
     plot_inductance,
     plot_magnetisation,
     plot_torque,
+    read_map,
     repair_map,
     surface,
 )
 
+MACHINES = Path(__file__).parents[1] / "machines"
 GOOD = sampled(np.linspace(0, 450, 46), np.linspace(0, np.pi, 31))
 COARSE = sampled(np.linspace(0, 450, 19), np.radians([0, 40, 80, 120, 160, 180]))
 
@@ -178,6 +181,15 @@ def test_a_linear_table_has_no_saturation_to_fit():
     i, theta_e = np.linspace(0, 10, 11), np.linspace(0, np.pi, 13)
     table = FluxTable(4, i, theta_e, np.outer(i, 0.02 - 0.015 * np.cos(theta_e)))
     with pytest.raises(ParameterError, match="no saturation"):
+        fit_lehuy(table)
+
+
+def test_a_linear_machine_with_another_shape_has_none_either():
+    """Its straight inductance leaves a residual that a little saturation would lessen."""
+    table = read_map(
+        MACHINES / "guc_linear_6_4.csv", N_r=4, angle_kind="electrical", zero="unaligned"
+    )
+    with pytest.raises(ParameterError, match="no saturation up to 15 A"):
         fit_lehuy(table)
 
 

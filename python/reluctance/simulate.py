@@ -11,7 +11,7 @@ from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.kpis import Kpis, evaluated, kpis
-from reluctance.laws.angles import NEVER_REACHED
+from reluctance.laws.base import NEVER_REACHED
 from reluctance.losses import iron_loss
 
 FloatArray = NDArray[np.float64]

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.laws.base import BAND_PART
+from reluctance.laws.base import BAND_PART, NEVER_REACHED
 from reluctance.laws.pulse_current import PulseCurrent
 
 if TYPE_CHECKING:
     from reluctance.drive import Drive
-
-NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage [A]
 
 
 class Angles(PulseCurrent):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 GUIDE_LEVELS = 19  # torques in a guide table, zero included
 GUIDE_POINTS = 180  # angles in it, over one electrical period
 BAND_PART = 0.02  # of the current limit: default half width of a current band
+NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage; no waveform [A]
 
 
 class Control(Section):
