@@ -117,6 +117,10 @@ def test_a_missing_file_is_named(tmp_path):
         ("T_s_us=3", "need section.key=value"),
         ("control.T_us=3", "unknown key `T_us`"),
         ("control.law.x=3", "`law` is not a table"),
+        ("control.i_band=", "no such key to remove; did you mean `i_band_A`"),
+        ("control.law=", "law = None is unknown"),
+        ("control.T_s_us=", "missing key `T_s_us`"),
+        ("machine=", "need section.key=value"),
     ],
 )
 def test_a_wrong_override_is_named(override, says):
@@ -133,6 +137,16 @@ def test_an_override_replaces_a_value():
     assert drive.control.T_s == pytest.approx(25e-6)
     assert drive.machine.R == 0.5
     assert drive.control.precision == "float"
+
+
+@pytest.mark.parametrize("empty", ["", " "])
+def test_an_override_without_a_value_removes_the_key(empty):
+    path = EXAMPLES / "paper_rated.toml"
+    given = rl.load(path, ["control.i_band_A=3"])
+    removed = rl.load(path, ["control.i_band_A=3", f"control.i_band_A={empty}"])
+    assert given.control.i_band_A == 3
+    assert removed.control.i_band_A is None
+    assert rl.load(path, ['machine.assumed=""']).machine.assumed == ""
 
 
 def test_resistance_follows_the_winding_temperature():

@@ -37,7 +37,11 @@ app.add_typer(export_app, name="export")
 DriveFile = Annotated[Path, typer.Argument(metavar="DRIVE.toml", help="Drive file.")]
 Overrides = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Replace a value of the drive file."),
+    typer.Option(
+        "--set",
+        metavar="SECTION.KEY=VALUE",
+        help="Replace a value of the drive file; without VALUE, remove it.",
+    ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 

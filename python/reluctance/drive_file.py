@@ -36,8 +36,8 @@ def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
         The drive file. Its `machine` is a name from the machine library, a path to a machine file
         relative to the drive file, or a table.
     overrides : list of str, optional
-        `section.key=value` with the value as in TOML; bare words are text. `machine=...` takes a
-        name from the library or a path.
+        `section.key=value` with the value as in TOML; bare words are text; no value removes the
+        key. `machine=...` takes a name from the library or a path.
 
     Raises
     ------
@@ -139,13 +139,15 @@ def _law(data: dict[str, Any]) -> object:
 
 def _keep_known(control: dict[str, Any]) -> None:
     """Drops the keys of [control] that its law does not have."""
-    if control["law"] in LAWS:
-        for key in set(control) - set(LAWS[control["law"]].model_fields):
+    law = control.get("law")
+    if law in LAWS:
+        for key in set(control) - set(LAWS[law].model_fields):
             del control[key]
 
 
 def _override(data: dict[str, Any], text: str) -> None:
-    """Puts `section.key=value` into the tables; `machine=NAME or PATH` replaces the machine."""
+    """Puts `section.key=value` into the tables, or takes the key out where no value is given;
+    `machine=NAME or PATH` replaces the machine."""
     name, equals, value = text.partition("=")
     if name.strip() == "machine" and value.strip():
         data["machine"] = machine_table(value.strip().strip("\"'"), Path())
@@ -162,4 +164,9 @@ def _override(data: dict[str, Any], text: str) -> None:
         table = table.setdefault(part, {})
         if not isinstance(table, dict):
             raise ParameterError(f"--set {text}: `{part}` is not a table")
-    table[key] = parsed
+    if value.strip():
+        table[key] = parsed
+    elif key in table:
+        del table[key]
+    else:
+        raise ParameterError(f"--set {text}: no such key to remove{did_you_mean(key, table)}")

@@ -22,7 +22,11 @@ export_app = typer.Typer(no_args_is_help=True, help="Hand a drive over to other 
 DriveFile = Annotated[Path, typer.Argument(metavar="DRIVE.toml", help="Drive file.")]
 Overrides = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Replace a value of the drive file."),
+    typer.Option(
+        "--set",
+        metavar="SECTION.KEY=VALUE",
+        help="Replace a value of the drive file; without VALUE, remove it.",
+    ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 CpuOption = Annotated[str, typer.Option("--cpu", help="cortex-m4 or cortex-m7, emulated.")]
