@@ -4,6 +4,7 @@ import json
 import shutil
 import signal
 import sys
+import textwrap
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -188,7 +189,7 @@ def compare(
         print(json.dumps(table.as_json(found)))
         return
     for line in (*conditions.in_words(found.point, f_switch), table.limit_line(found), ""):
-        print(line)
+        print(wrapped(line))
     if as_markdown:
         print(table.markdown(found), end="")
     else:
@@ -291,6 +292,11 @@ def kpi_table(name: str, kpis: Kpis) -> Table:
     if kpis.beyond_map > 0:
         table.add_row("peak current beyond the flux map", f"{kpis.beyond_map:.1%} extrapolated")
     return table
+
+
+def wrapped(line: str) -> str:
+    """Broken between words on a terminal, whole in a pipe."""
+    return textwrap.fill(line, shutil.get_terminal_size().columns) if sys.stdout.isatty() else line
 
 
 def loss(value: float | None, needs: str) -> str:
