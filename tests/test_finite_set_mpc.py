@@ -36,7 +36,8 @@ def sequence_cost(x: np.ndarray, legs: np.ndarray, w_psi: float, w_i: float, w_s
     psi, last, cost = x[:, PSI].copy(), x[:, LEG], 0.0
     for j, level in enumerate(legs):
         t = w["T_s"] * (j + 1)
-        flows = (psi > 0) | (level > 0)
+        carries = psi > 0  # else a switch turns at no cost
+        flows = carries | (level > 0)
         psi = np.maximum(psi + flows * w["T_s"] * (level * w["u_dc"] - w["R"] * x[:, CURRENT]), 0)
         moved = psi - x[:, PSI]
         i = np.where(
@@ -47,7 +48,8 @@ def sequence_cost(x: np.ndarray, legs: np.ndarray, w_psi: float, w_i: float, w_s
         errors = (tau.sum() - w["tau_ref"]) ** 2 + w_psi * away @ away + w_i * i @ i
         cost += (w["t_end"] if j + 1 == len(legs) else w["T_s"]) * errors
         cost += (
-            w_sw / 2 * np.abs(level - last).sum() + 1e12 * ((i > w["i_max"]) & (level > -1)).sum()
+            w_sw / 2 * np.abs(level - last)[carries].sum()
+            + 1e12 * ((i > w["i_max"]) & (level > -1)).sum()
         )
         last = level
     return cost

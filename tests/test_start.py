@@ -1,9 +1,7 @@
 """Every law starts a phase from zero current, from standstill, at every rotor angle, both ways.
 
 The laws without a guide are tried at every degree on three to six phases in core/laws_check.cpp;
-here are all laws as a drive file sets them up, over 72 angles. One is an exception: finite-set MPC
-without its guide, which starts where its horizon is long (20 us here), but at no angle with one
-sample of 2 us. A turn-on then costs more than the torque that the current of one sample gives.
+here are all laws as a drive file sets them up, over 72 angles.
 """
 
 from dataclasses import replace
@@ -59,6 +57,8 @@ PULSE, BAND, MODEL = 0.4, 0.02, 0.005
         ("paper_rated", PAPER, 41.339, BAND),
         ("finite_set_mpc", PAPER, 41.339, MODEL),
         ("finite_set_mpc", [*PAPER, "control.horizon=3"], 41.339, MODEL),
+        ("finite_set_mpc", [*PAPER, "control.guided=false"], 41.339, BAND),
+        ("finite_set_mpc", [*PAPER, "control.guided=false", "control.horizon=2"], 41.339, BAND),
         ("finite_set_mpc", [*PAPER, "control.guided=false", "control.T_s_us=20"], 41.339, BAND),
         ("edge_mpc_fpga", PAPER, 41.339, MODEL),
         ("edge_mpc_mcu", PAPER, 41.339, MODEL),

@@ -2,12 +2,13 @@
 //
 //   cost = sum over samples of [ t (e^2 + w_psi |psi - goal|^2 + w_i |i|^2) + w_sw/2 leg levels ]
 //
-// with e the torque error at the sample's end and t = T_s; for the last sample t = t_end, the time
-// for which its state will matter: an error that a turn-on removes would have lasted. Each term is
-// positive, so a sequence whose first part costs more than a known whole one is out (J. Rodriguez,
-// P. Cortes, Predictive Control of Power Converters and Electrical Drives, Wiley 2012; T. Geyer, D.
-// E. Quevedo, "Multistep finite control set model predictive control for power electronics", IEEE
-// Trans. Power Electron. 29(12), 2014). The first known one takes the best step at each sample.
+// over the legs of phases that carry current, with e the torque error at the sample's end and t =
+// T_s; for the last sample t = t_end, the time for which its state will matter: an error that a
+// turn-on removes would have lasted. Each term is positive, so a sequence whose first part costs
+// more than a known whole one is out (J. Rodriguez, P. Cortes, Predictive Control of Power
+// Converters and Electrical Drives, Wiley 2012; T. Geyer, D. E. Quevedo, "Multistep finite control
+// set model predictive control for power electronics", IEEE Trans. Power Electron. 29(12), 2014).
+// The first known one takes the best step at each sample.
 #pragma once
 
 #include "srm/control/outlook.hpp"
@@ -74,7 +75,8 @@ struct LegSearch {
       const T moved = psi - x.psi;
       const T i = conducting ? max(x.i + x.i_drift * t + x.i_gain * moved, T(0)) : T(0);
       const T away = psi - x.goal - x.goal_rate * t;
-      const int levels = level > node.level[k] ? level - node.level[k] : node.level[k] - level;
+      int levels = level > node.level[k] ? level - node.level[k] : node.level[k] - level;
+      if (!(node.psi[k] > T(0))) levels = 0;  // without current a switch turns at no cost
       T cost =
           weight(j) * (w_psi * away * away + w_i * i * i) + w_sw / T(2) * static_cast<T>(levels);
       if (i > i_max && level > -1) cost = cost + beyond_limit;
