@@ -29,6 +29,7 @@ DRIVES = {
     "finite_set_1": ("finite_set_mpc", []),
     "finite_set_2": ("finite_set_mpc", ["control.horizon=2"]),
     "edge_mpc": ("edge_mpc_fpga", []),
+    "edge_mpc_late": ("edge_mpc_mcu", []),
     "deadbeat": ("deadbeat", []),
     "pwm_current": ("pwm_current", []),
     "five_phases": ("five_phases_losses", []),

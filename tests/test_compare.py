@@ -104,13 +104,35 @@ def test_a_frequency_out_of_reach_is_told_and_not_hidden(rated):
 
 
 def test_a_law_that_is_smoother_with_less_switching_is_told(rated):
-    late = replace(rated, sensing=type(rated.sensing)(delay_samples=1))
-    slow = replace(late, control=rated.control.model_copy(update={"T_s_us": 20.0}))
-    out = compare(slow, ["edge_mpc"], f_switch=20e3, octaves=(-1.0,), processes=1)
+    sampled = replace(rated, sensing=type(rated.sensing)(comparators="sampled"))
+    slow = replace(sampled, control=rated.control.model_copy(update={"T_s_us": 4.0}))
+    out = compare(slow, ["sharing_cubic"], f_switch=20e3, octaves=(-1.0,), processes=1)
     (entry,) = out.entries
     half, full = entry.front
     assert entry.met and half.torque_error_rms < full.torque_error_rms
     assert entry.note.startswith("smoother with less") and entry.note in markdown(out)
+
+
+@pytest.mark.parametrize("point", ["paper_rated", "paper_half"])
+def test_predictive_edges_halve_ditc_and_third_every_sharing_function_at_equal_sampling(point):
+    """At 5 us and 20 kHz; with analog comparators no control can (docs/control/best_mpc.md)."""
+    drive = rl.load(
+        ROOT / "examples" / f"{point}.toml",
+        ["control.T_s_us=5", "sensing.comparators=sampled"],
+    )
+    sharing = [name for name in CONTENDERS if name.startswith("sharing")]
+    out = compare(drive, ["edge_mpc", "ditc", *sharing], f_switch=20e3, octaves=())
+    best, ditc, *others = (entry.kpis for entry in out.entries)
+    assert best.switching_frequency < 20.5e3
+    assert best.torque_ripple_rms < 0.004
+    assert best.i_rms < 1.002 * out.bound.i_rms
+    assert best.torque_ripple_rms < ditc.torque_ripple_rms / 2
+    assert best.torque_error_rms < ditc.torque_error_rms / 2
+    assert len(others) == 5
+    for other in others:
+        assert best.torque_ripple_rms < other.torque_ripple_rms / 3
+        assert best.torque_error_rms < other.torque_error_rms / 3
+        assert best.i_rms / best.tau_mean < 1.001 * other.i_rms / other.tau_mean
 
 
 def test_a_law_that_does_not_suit_the_machine_is_told_and_not_hidden():

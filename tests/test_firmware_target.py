@@ -13,6 +13,7 @@ import pytest
 from firmware_tools import DRIVES, ROOT, drive, needs_target
 
 import reluctance as rl
+from reluctance._core import COMMAND_COLUMNS
 from reluctance.export import firmware
 from reluctance.export.cost import cost
 from reluctance.export.parity import in_the_loop, parity, record
@@ -101,9 +102,9 @@ def assert_safe_from(answers, n, status):
     """All legs off in the step of the fault and in every later one; the cause is latched."""
     assert not answers.status[:n].any()
     assert (answers.status[n:] == status).all()
-    phases = answers.commands[n:, :-1].reshape(len(answers.status) - n, -1, 11)
+    phases = answers.commands[n:, :-1].reshape(len(answers.status) - n, -1, COMMAND_COLUMNS)
     assert (phases[:, :, 0] == 0).all()  # timer
-    assert (phases[:, :, 1:4] == -1).all()  # demagnetize
+    assert (phases[:, :, 1:6] == -1).all()  # demagnetize
 
 
 FAULTS = {  # name: (status, the readings from the fault on, of samples, step and trip levels)
