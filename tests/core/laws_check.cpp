@@ -297,7 +297,7 @@ double worst_modulation() {
     for (Carriers carriers : {Carriers::in_phase, Carriers::interleaved}) {
       for (int n = -120; n <= 120; ++n) {
         const PhaseCommand<double> c =
-            modulate(n / 100.0, 50e-6, pulse_centre<5, double>(carriers, k));
+            modulate(n / 100.0, 50e-6, 0.0, pulse_centre<5, double>(carriers, k));
         const double duty = clamp(n / 100.0, -1.0, 1.0);
         worst = std::fmax(worst, std::fabs(mean_voltage(c, 50e-6) - duty));
         if (c.t_edge[0] < 0 || !std::is_sorted(c.t_edge.begin(), c.t_edge.end())) worst = HUGE_VAL;
