@@ -200,10 +200,10 @@ nb::object described(const srm::Angles<T, N>& law) {
 
 template <class M, int N>
 nb::object described(const srm::PwmCurrent<M, N>& law) {
-  const auto& [machine, R, conduction, reference, bandwidth, T_s] = law;
+  const auto& [machine, R, conduction, reference, bandwidth, T_s, t_dead] = law;
   return described_fields(template_id("srm::PwmCurrent", type_name(machine), N),
-                          "machine, R, conduction, reference, bandwidth, T_s", machine, R,
-                          conduction, reference, bandwidth, T_s);
+                          "machine, R, conduction, reference, bandwidth, T_s, t_dead", machine, R,
+                          conduction, reference, bandwidth, T_s, t_dead);
 }
 
 template <class M, int N>
@@ -223,10 +223,10 @@ nb::object described(const srm::Ditc<M, N>& law) {
 
 template <class M, int N>
 nb::object described(const srm::Deadbeat<M, N>& law) {
-  const auto& [machine, R, sharing, i_max, T_s, delay, carriers] = law;
+  const auto& [machine, R, sharing, i_max, T_s, t_dead, delay, carriers] = law;
   return described_fields(template_id("srm::Deadbeat", type_name(machine), N),
-                          "machine, R, sharing, i_max, T_s, delay, carriers", machine, R, sharing,
-                          i_max, T_s, delay, carriers);
+                          "machine, R, sharing, i_max, T_s, t_dead, delay, carriers", machine, R,
+                          sharing, i_max, T_s, t_dead, delay, carriers);
 }
 
 /// The target's capacities are what the parameters use: N_p and N_c themselves.

@@ -123,7 +123,7 @@ class Setting:
 class Simulation:
     """The closed loop. SI units."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, u_dc: float, v_switch: float, R_switch: float, v_diode: float, R_diode: float, shaft: Shaft, J: float, B: float, k_pump: float, tau_load: float, T_s: float, delay: int, adc_bits: int, i_range: float, encoder_counts: int, controller: Controller, t_ref: Sequence[float], ref: Sequence[float], omega_m: float, theta_m: float, dt_max: float, i_scale: float = 100.0, record_every: float) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, u_dc: float, v_switch: float, R_switch: float, v_diode: float, R_diode: float, dead_time: float = 0.0, shaft: Shaft, J: float, B: float, k_pump: float, tau_load: float, T_s: float, delay: int, adc_bits: int, i_range: float, encoder_counts: int, controller: Controller, t_ref: Sequence[float], ref: Sequence[float], omega_m: float, theta_m: float, dt_max: float, i_scale: float = 100.0, record_every: float) -> None: ...
 
     def advance(self, t_stop: float) -> float:
         """Runs to t_stop [s] or until a table is full; returns the time reached."""
@@ -144,11 +144,11 @@ class Simulation:
         Rows at the ends of electrical periods since the last call: t, theta_m, omega_m, W_f, turn_ons, S_on, S_off, tau_min, tau_max, omega_min, omega_max, i_peak, integrals of p_dc, p_winding, p_mech, tau, tau^2, (tau - tau_ref)^2, i^2 per phase, tau_ref.
         """
 
-COMMAND_COLUMNS: int = 11
+COMMAND_COLUMNS: int = 15
 
 def step(controller: Controller, i: Sequence[float], *, theta_e: float, omega_m: float, u_dc: float, reference: float) -> list[float]:
     """
-    One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s] to commands. Per phase 11 numbers: gate, three legs, two edges [s], i_ref, i_band [A], chop, theta_on, theta_off [rad]; last the torque reference worked to [N m].
+    One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s] to commands. Per phase 15 numbers: gate, five legs, chop, four edges [s], i_ref, i_band [A], theta_on, theta_off [rad]; last the torque reference worked to [N m].
     """
 
 def controller_from(n_phases: int, function: Callable) -> Controller:
@@ -307,7 +307,7 @@ def with_angle_offset(controller: Controller, offset: float) -> Controller:
     The controller behind an angle sensor that shows the electrical angle plus offset [rad].
     """
 
-def pwm_current(setting: Setting, *, conduction: Conduction, reference: MeanTorque, R: float, bandwidth: float, T_s: float) -> Controller:
+def pwm_current(setting: Setting, *, conduction: Conduction, reference: MeanTorque, R: float, bandwidth: float, T_s: float, t_dead: float) -> Controller:
     """
     Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.
     """
@@ -322,7 +322,7 @@ def ditc(setting: Setting, *, conduction: Conduction, inner: float, outer: float
     Legs chosen by the torque error. inner, outer: half widths of the torque bands [N m].
     """
 
-def deadbeat(setting: Setting, *, sharing: Sharing, R: float, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
+def deadbeat(setting: Setting, *, sharing: Sharing, R: float, i_max: float, T_s: float, t_dead: float, delay: int, carriers: Carriers) -> Controller:
     """
     The duty cycle that brings each phase to its shared torque in one sample.
     """

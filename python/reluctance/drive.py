@@ -26,6 +26,12 @@ class Converter(SwitchingEnergies):
     R_switch_ohm: float = Field(0.0, ge=0)
     v_diode_V: float = Field(0.0, ge=0)
     R_diode_ohm: float = Field(0.0, ge=0)
+    dead_time_us: float = Field(0.0, ge=0)  # a switch turns on this much later than ordered
+
+    @property
+    def dead_time(self) -> float:
+        """From the order to turn on until a switch is on [s]."""
+        return self.dead_time_us * 1e-6
 
 
 class Load(Section):

@@ -70,7 +70,8 @@ PwmCurrent<LeHuy<T>, N> pwm_current() {
           .conduction = conduction<T, N>(),
           .reference = constant_current(T(80)),
           .bandwidth = T(6000),
-          .T_s = T(20e-6)};
+          .T_s = T(20e-6),
+          .t_dead = T(0)};
 }
 template <Real T, int N>
 TorqueSharing<LeHuy<T>, N> torque_sharing(Shape shape) {
@@ -93,6 +94,7 @@ Deadbeat<LeHuy<T>, N> deadbeat(int delay, Carriers carriers) {
           .sharing = sharing_of<T>(Shape::cubic, 10, 160 - 360.0 / N),
           .i_max = T(200),
           .T_s = T(20e-6),
+          .t_dead = T(0),
           .delay = delay,
           .carriers = carriers};
 }
@@ -291,16 +293,23 @@ double mean_voltage(const PhaseCommand<double>& c, double T_s) {
   return sum / T_s;
 }
 
+/// Ordered against wanted: with a dead time pulses of +u_dc are longer by it, of -u_dc shorter.
 double worst_modulation() {
   double worst = 0;
   for (int k = 0; k < 5; ++k) {
     for (Carriers carriers : {Carriers::in_phase, Carriers::interleaved}) {
-      for (int n = -120; n <= 120; ++n) {
-        const PhaseCommand<double> c =
-            modulate(n / 100.0, 50e-6, pulse_centre<5, double>(carriers, k));
-        const double duty = clamp(n / 100.0, -1.0, 1.0);
-        worst = std::fmax(worst, std::fabs(mean_voltage(c, 50e-6) - duty));
-        if (c.t_edge[0] < 0 || !std::is_sorted(c.t_edge.begin(), c.t_edge.end())) worst = HUGE_VAL;
+      for (double t_dead : {0.0, 1e-6, 15e-6}) {
+        for (int n = -120; n <= 120; ++n) {
+          const PhaseCommand<double> c =
+              modulate(n / 100.0, 50e-6, t_dead, pulse_centre<5, double>(carriers, k));
+          const double duty = clamp(n / 100.0, -1.0, 1.0);
+          const double longer = n == 0 || n <= -100 ? 0 : t_dead / 50e-6;
+          const double expected = duty > 0 ? min(duty + longer, 1.0) : min(duty + longer, 0.0);
+          worst = std::fmax(worst, std::fabs(mean_voltage(c, 50e-6) - expected));
+          if (c.t_edge[0] < 0 || !std::is_sorted(c.t_edge.begin(), c.t_edge.end())) {
+            worst = HUGE_VAL;
+          }
+        }
       }
     }
   }

@@ -46,7 +46,7 @@ int main() {
     return srm::Orders<N>{.command = law.step(state, y, tau), .tau_ref = tau};
   };
   const srm::Plant<Machine, N> plant{
-      machine, 0.72, {240, 1, 0.001, 0.8, 0.001}, {srm::Shaft::turning, 0.008, 0.02, 0.0015, 0}};
+      machine, 0.72, {240, 1, 0.001, 0.8, 0.001, 0}, {srm::Shaft::turning, 0.008, 0.02, 0.0015, 0}};
   srm::Simulation<Machine, N> loop(plant, {20e-6, 0, 12, 200, 4096}, std::move(controller),
                                    {{0}, {41.339}}, {.i = {}, .omega_m = 157, .theta_m = 0},
                                    {.dt_max = 10e-6, .i_scale = 150, .record_every = 0});

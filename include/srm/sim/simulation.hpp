@@ -1,15 +1,16 @@
 // The loop in which plant and control meet.
 //
-// Between two events the plant is smooth and integrated by Runge-Kutta steps. An event is a sample
-// or a timer edge (both known in time), a current that meets a comparator threshold or zero, an
-// angle that meets a window edge or the end of an electrical period (located on the step). So no
-// result depends on how the steps fall.
+// Between two events the plant is smooth and integrated by Runge-Kutta steps. An event is a sample,
+// a timer edge or the end of a dead time (all known in time), a current that meets a comparator
+// threshold or zero, an angle that meets a window edge or the end of an electrical period (located
+// on the step). So no result depends on how the steps fall.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "srm/plant/dead_time.hpp"
 #include "srm/sim/gate.hpp"
 #include "srm/sim/guard.hpp"
 #include "srm/sim/recorder.hpp"
@@ -44,6 +45,9 @@ class Simulation {
   double advance(double t_stop, Rows& waveforms, Rows& periods) {
     while (t_ < t_stop && !waveforms.full() && !periods.full()) {
       if (t_ >= t_sample_) sample();
+      for (int k = 0; k < N; ++k) {
+        if (lags(k)) settle(k);
+      }
       if (resolution_.record_every == 0 || t_ >= t_record_) record(waveforms);
       if (std::abs(at_.x.theta_m - theta_period_) <= angle_tolerance) {
         close_period(periods);
@@ -60,7 +64,7 @@ class Simulation {
     for (const double value : {t_, at_.x.theta_m, at_.x.omega_m, tau_ref_}) *row++ = value;
     for (int k = 0; k < N; ++k) {
       *row++ = at_.x.i[k];
-      *row++ = static_cast<double>(gates_[k].leg);
+      *row++ = static_cast<double>(switches_[k].leg);
       *row++ = command_[k].i_ref;
     }
     const double interval = resolution_.record_every;
@@ -98,14 +102,26 @@ class Simulation {
   void follow_orders(int k) {
     int& edges = gates_[k].edges;
     while (edges < max_edges && t_orders_ + command_[k].t_edge[edges] <= t_) ++edges;
-    switch_leg(k, ordered(command_[k], gates_[k], at_.x.i[k]));
+    order(k, ordered(command_[k], gates_[k], at_.x.i[k]));
   }
 
-  void switch_leg(int k, Leg leg) {
-    const int levels = static_cast<int>(leg) - static_cast<int>(gates_[k].leg);
-    switchings_.count(levels, plant_.converter.u_dc, at_.x.i[k]);
+  void order(int k, Leg leg) {
+    if (leg == gates_[k].leg) return;
+    delay_turn_on(switches_[k], gates_[k].leg, leg, t_ + plant_.converter.dead_time);
     gates_[k].leg = leg;
+    settle(k);
   }
+
+  /// The switches of phase k do what the gate orders, as far as dead time lets them by now.
+  void settle(int k) {
+    const Leg leg = reached(switches_[k], gates_[k].leg, t_);
+    const int levels = static_cast<int>(leg) - static_cast<int>(switches_[k].leg);
+    switchings_.count(levels, plant_.converter.u_dc, at_.x.i[k]);
+    switches_[k].leg = leg;
+  }
+
+  /// True while a dead time of phase k runs.
+  bool lags(int k) const { return switches_[k].leg != gates_[k].leg; }
 
   int direction() const { return at_.x.omega_m < 0 ? -1 : 1; }
 
@@ -154,9 +170,9 @@ class Simulation {
       }
     };
     for (int k = 0; k < N; ++k) {
-      const Leg leg = gates_[k].leg;
+      const Leg leg = switches_[k].leg;
       if (!conducts(leg, at_.x.i[k])) continue;
-      if (leg != Leg::magnetize) consider({k, 0, -1, leg});
+      if (leg != Leg::magnetize) consider({k, 0, -1, gates_[k].leg});
       for (const Crossing& c : awaited(command_[k], gates_[k])) {
         if (c.direction != 0) consider({k, c.i, c.direction, c.then});
       }
@@ -169,8 +185,9 @@ class Simulation {
   void step(double t_limit) {
     Circuit<N> circuit;
     for (int k = 0; k < N; ++k) {
-      circuit.leg[k] = gates_[k].leg;
-      circuit.flows[k] = conducts(gates_[k].leg, at_.x.i[k]);
+      circuit.leg[k] = switches_[k].leg;
+      circuit.flows[k] = conducts(circuit.leg[k], at_.x.i[k]);
+      if (lags(k)) t_limit = std::min(t_limit, next_rise(switches_[k]));
       const int edges = gates_[k].edges;
       if (edges < max_edges) t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
     }
@@ -210,7 +227,7 @@ class Simulation {
       return;
     }
     if (met.value == 0) at_.x.i[met.k] = 0;  // the diodes block
-    switch_leg(met.k, met.then);
+    order(met.k, met.then);
   }
 
   static constexpr int nobody = -2;
@@ -223,6 +240,7 @@ class Simulation {
 
   Point<N> at_;
   std::array<GateState, N> gates_;
+  std::array<SwitchedLeg, N> switches_;
   Command<double, N> command_, pending_;
   double t_ = 0, t_sample_ = 0, t_orders_ = 0, t_record_;
   double theta_period_ = 0;

@@ -104,9 +104,10 @@ def in_words(point: Drive, f_target: float) -> list[str]:
         if any((c.v_switch_V, c.R_switch_ohm, c.v_diode_V, c.R_diode_ohm))
         else "ideal"
     )
+    late = f", dead time {c.dead_time_us:g} us" if c.dead_time_us else ""
     return [
         f"{point.machine.name}; {c.u_dc_V:g} V, {point.load.speed_rpm:g} rpm, "
-        f"{point.reference.course[1][0]:g} N m; switches {drops}",
+        f"{point.reference.course[1][0]:g} N m; switches {drops}{late}",
         f"switching frequency {f_target / 1e3:g} kHz a switch; sampling every "
         f"{point.control.T_s_us:g} us (with a carrier: at its period, not below that), "
         f"delay {s.delay_samples} samples, computed in {point.control.precision}",

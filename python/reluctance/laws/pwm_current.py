@@ -48,5 +48,6 @@ class PwmCurrent(PulseCurrent):
                 R=drive.control_machine.R,
                 bandwidth=bandwidth,
                 T_s=self.T_s,
+                t_dead=drive.converter.dead_time,
             )
         )
