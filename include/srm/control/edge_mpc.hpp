@@ -149,13 +149,13 @@ struct EdgeMpc {
       t = t + stay;
       ++trial.n_edges;
       const auto next = plan.best(x, level, edges, change && decision == 0);
-      const T change = plan.switching(level, next);
-      if (!(change > T(0))) {  // the legs are best as they are: now only the torque can ask again
+      const T price = plan.switching(level, next);
+      if (!(price > T(0))) {  // the legs are best as they are: now only the torque can ask again
         stay = Plan::torque_exit(x.e, d.e, band, T_s);
         if (!(stay > T(0))) break;
         continue;
       }
-      trial.cost = trial.cost + change;
+      trial.cost = trial.cost + price;
       for (int j = 0; j < plan.n_active; ++j) {
         if (next[j] != level[j]) order(trial.command[plan.phases[j].k], edges[j], next[j], t);
       }

@@ -145,10 +145,10 @@ struct EdgePlan {
     level = low;
     T least = T(1e30);
     for (bool more = true; more;) {
-      const T change = switching(last, level);
-      if (change > T(0) || !other) {
+      const T price = switching(last, level);
+      if (price > T(0) || !other) {
         const Point d = slopes(level);
-        const T cost = dwell(x.e, d.e) + change;
+        const T cost = dwell(x.e, d.e) + price;
         if (cost < least) {  // else the flux linkages, which cost no less than nothing, can wait
           const T whole = cost + flux_cost(x, d);
           if (whole < least) {
