@@ -32,6 +32,8 @@ struct EdgeMpc {
   static constexpr T start_band = T(0.6);
   static constexpr T stretch = T(1.2);
   static constexpr int n_bands = 3;
+  /// No wider band is tried after so many decisions: this bounds the time of a step.
+  static constexpr int enough = 12;
 
   M machine;
   AngleTable<T> guide;  // flux linkage over torque reference and electrical angle [Wb]
@@ -66,7 +68,8 @@ struct EdgeMpc {
 
     T band = max(plan.A, start_band * T_s / plan.pulse * plan.A);
     T least = T(1e30);
-    for (int j = 0; j < n_bands; ++j) {
+    int decisions = 0;
+    for (int j = 0; j < n_bands && decisions < enough; ++j) {
       const Trial as_is = roll_out(plan, x, last, band, false);
       if (as_is.n_edges == 0) return state.ordered = as_is.command;  // nothing to decide
       const Trial changed = roll_out(plan, x, last, band, true);
@@ -76,6 +79,7 @@ struct EdgeMpc {
         state.ordered = better.command;
       }
       if (as_is.fits && changed.fits) break;
+      decisions += as_is.n_edges + changed.n_edges;
       band = band * stretch;
     }
     return state.ordered;
