@@ -11,7 +11,7 @@
 // current control of a three-phase inverter", IEEE Trans. Ind. Electron. 59(2), 2012.
 #pragma once
 
-#include "srm/base/table.hpp"
+#include "srm/control/guide.hpp"
 #include "srm/control/interface.hpp"
 #include "srm/machine/magnetics.hpp"
 
@@ -65,12 +65,12 @@ struct Outlook {
   using T = typename M::Scalar;
 
   M machine;
-  AngleTable<T> guide;  // flux linkage over torque reference and electrical angle [Wb]
-  T R;                  // phase resistance [ohm]
-  T T_s;                // control period [s]
-  int delay;            // samples from measurement to effect: 0 or 1
-  T ahead;              // length of the secants [s]
-  T off;                // a guide below this flux linkage wants no current [Wb]
+  Profiles<T> guide;  // flux linkage over torque reference and electrical angle [Wb]
+  T R;                // phase resistance [ohm]
+  T T_s;              // control period [s]
+  int delay;          // samples from measurement to effect: 0 or 1
+  T ahead;            // length of the secants [s]
+  T off;              // a guide below this flux linkage wants no current [Wb]
 
   std::array<PhaseOutlook<T>, N> at(const Measurement<T, N>& y, T tau_ref,
                                     Memory<T, N>& memory) const {

@@ -10,7 +10,7 @@
 // frequency reached 10 to 20 % lower.
 #pragma once
 
-#include "srm/base/table.hpp"
+#include "srm/control/guide.hpp"
 #include "srm/machine/inverse.hpp"
 
 namespace srm {
@@ -35,14 +35,15 @@ constexpr T ripple_rate(T gain, T u, T u_dc) {
   return abs(gain) * u_dc * duty * (T(1) - duty);
 }
 
-/// guide: flux linkage over torque and angle. f_switch: turn-ons per switch and second.
+/// guide: flux linkage at this speed. f_switch: turn-ons per switch and second.
 template <Machine M, class T = typename M::Scalar>
-T switching_weight(const M& machine, const AngleTable<T>& guide, T R, T tau_ref, T omega_m, T u_dc,
+T switching_weight(const M& machine, const Profiles<T>& guide, T R, T tau_ref, T omega_m, T u_dc,
                    T i_max, T f_switch) {
-  const T step = two_pi<T> / static_cast<T>(guide.columns);
+  const int columns = guide.table.columns;
+  const T step = two_pi<T> / static_cast<T>(columns);
   const T omega_e = static_cast<T>(machine.N_r) * (tau_ref < T(0) ? -omega_m : omega_m);
   T sum = T(0);
-  for (int j = 0; j < guide.columns; ++j) {
+  for (int j = 0; j < columns; ++j) {
     const T theta = step * (static_cast<T>(j) + T(0.5));
     const T psi = guide.at(abs(tau_ref), theta);
     const T i = current_from_flux(machine, psi, theta, i_max);
@@ -55,7 +56,7 @@ T switching_weight(const M& machine, const AngleTable<T>& guide, T R, T tau_ref,
     const T root = cube_root(ripple_rate(m.psi_theta / m.L_inc, u, u_dc));
     sum = sum + root * root;
   }
-  const T ratio = sum / static_cast<T>(guide.columns) / (T(4) * f_switch);
+  const T ratio = sum / static_cast<T>(columns) / (T(4) * f_switch);
   return T(4) / T(3) * ratio * ratio * ratio;
 }
 
