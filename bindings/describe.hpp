@@ -140,15 +140,15 @@ nb::object described(const M& m) {
 /// The table of the first speed has those of the others behind it.
 template <srm::Real T>
 nb::object described(const srm::Guide<T>& guide) {
-  const auto& [first, omega, n_speeds, u_dc] = guide;
+  const auto& [first, omega, n_speeds, u_dc, drop] = guide;
   const auto& [values, rows, columns, level_max] = first;
   const char* element = type_name(T{});
   return described_fields(
-      template_id("srm::Guide", element), "first, omega, n_speeds, u_dc",
+      template_id("srm::Guide", element), "first, omega, n_speeds, u_dc, drop",
       described_fields(template_id("srm::AngleTable", element), "values, rows, columns, level_max",
                        described_table(element, values, n_speeds * rows * columns), rows, columns,
                        level_max),
-      described_table(element, omega, n_speeds), n_speeds, u_dc);
+      described_table(element, omega, n_speeds), n_speeds, u_dc, drop);
 }
 
 /// A law's numbers at the speeds of its guide.

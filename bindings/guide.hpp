@@ -11,7 +11,7 @@ struct Guide {
   int n_levels, n_angles;
   double tau_max;             // of the highest level [N m]
   std::vector<double> omega;  // of each speed [rad/s]
-  double u_dc;                // of the profiles [V]
+  double u_dc, drop;          // of the profiles, and R i at their peak [V]
 };
 
 /// A guide in the law's precision, and the law's numbers at each of its speeds. The law points into
@@ -24,7 +24,8 @@ class GuideTables {
         view_{{keep(guide.values), guide.n_levels, guide.n_angles, T(guide.tau_max)},
               keep(guide.omega),
               int(guide.omega.size()),
-              T(guide.u_dc)} {}
+              T(guide.u_dc),
+              T(guide.drop)} {}
 
   const srm::Guide<T>& view() const { return view_; }
 

@@ -229,9 +229,14 @@ def incremental_mpc(*, N_p: int, N_c: int, r_w: float, a: float, b: float, c: Se
 class Guide:
     """Profiles over torque, electrical angle and speed."""
 
-    def __init__(self, values: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], *, tau_max: float, omega_m: Sequence[float], u_dc: float) -> None:
+    def __init__(self, values: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], *, tau_max: float, omega_m: Sequence[float], u_dc: float, drop: float = 0.0) -> None:
         """
-        values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc [V].
+        values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc [V]; drop: R i at their peak [V].
+        """
+
+    def at(self, tau: float, theta_e: float, *, omega_m: float, u_dc: float) -> float:
+        """
+        The value at a torque [N m], electrical angle [rad], speed [rad/s] and voltage [V].
         """
 
 N_p_max: int = 10

@@ -34,7 +34,7 @@ int main() {
     }
   }
   const srm::PaperMpc<Machine, N, 3, 2> law{.machine = machine,
-                                            .guide = {{guide, rows, columns, 41.339}, &omega, 1, 240},
+                                            .guide = {{guide, rows, columns, 41.339}, &omega, 1, 240, 0},
                                             .mpc = {3, 2, 0.05, 0, 1},
                                             .w_i = 0.05,
                                             .R = 0.72,

@@ -11,9 +11,10 @@
 // the time, and with h = horizon T_s,
 //
 //   t_end = p^2/(24 h): a turn-on pays when (A + s h)^2 - (A - s h)^2, s = 2 A/p, lasts so long
-//   w_psi = 200 w_sw f^3/u_dc^2: leaving the guide by the flux of half a switching period costs A^2
+//   w_psi = (tau_ref/(psi_max reserve))^2: with full voltage reserve the whole flux linkage counts as
+//   the whole torque; where the guide takes all of the voltage no deviation is made good
 //
-// Measured with T_s = 2 us, h = 2..6 us, f = 20 kHz: 18 to 24 kHz. A long sample limits it by
+// Measured with T_s = 2 us, h = 2..6 us, f = 18 kHz: 19 to 23 kHz. A long sample limits it by
 // itself.
 #pragma once
 

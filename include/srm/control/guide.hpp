@@ -1,13 +1,13 @@
 // The profiles that a predictive law follows, over torque, angle and speed.
 //
-// R i aside, a profile depends on speed and dc link through their ratio alone: u_dc/omega is what
-// the flux linkage can rise in a radian. So profiles for several speeds at one dc-link voltage
-// serve every voltage, at the speed omega u_dc_profiles/u_dc.
+// A profile depends on speed and dc link through (u_dc - R i)/omega, what the flux linkage can rise
+// in a radian. So profiles for several speeds at one dc-link voltage serve every voltage u, at the
+// speed omega (u_dc - drop)/(u - drop). drop is R i at the peak, where the voltage is shortest.
 //
-// Between two speeds the profiles are blended linearly in 1/omega. With psi' <= u_dc/omega_1 and
-// psi' <= u_dc/omega_2 the blend of weight w has psi' <= u_dc ((1 - w)/omega_1 + w/omega_2), which
-// is u_dc/omega: two profiles within the voltage give one within the voltage. Below the first speed
-// its profiles serve: what the voltage allows at one speed it allows at all lower ones.
+// Between two speeds the profiles are blended linearly in 1/omega. With psi' <= u/omega_1 and psi'
+// <= u/omega_2 the blend of weight w has psi' <= u ((1 - w)/omega_1 + w/omega_2), which is u/omega:
+// two profiles within the voltage give one within the voltage. Below the first speed its profiles
+// serve: what the voltage allows at one speed it allows at all lower ones.
 #pragma once
 
 #include "srm/base/table.hpp"
@@ -42,11 +42,13 @@ struct Guide {
   const T* omega = nullptr;  // speeds, increasing [rad/s]
   int n_speeds = 0;
   T u_dc{};  // dc-link voltage of the profiles [V]
+  T drop{};  // of the resistance at their peak [V]
 
   Profiles<T> at(T omega_m, T u_dc_now) const {
     Profiles<T> p{first, 0, T(0)};
     if (n_speeds < 2) return p;
-    const T speed = abs(omega_m) * u_dc / u_dc_now;
+    const T left = max(u_dc_now - drop, u_dc / T(100));
+    const T speed = abs(omega_m) * (u_dc - drop) / left;
     if (!(speed > omega[0])) return p;
     while (p.speed < n_speeds - 2 && speed > omega[p.speed + 1]) ++p.speed;
     const T lower = omega[p.speed], upper = omega[p.speed + 1];

@@ -18,13 +18,14 @@ FULL_VOLTAGE = 0.98  # of the dc link: above, a leg is held
 LEAST_RESERVE = 0.2  # that weights are made for; the least that was tried is 0.25
 
 
-def packed(tables: list[Table], quantity: str) -> _core.Guide:
+def packed(tables: list[Table], quantity: str, R: float) -> _core.Guide:
     """One quantity, "i" or "psi", of the tables of several speeds as a law takes it."""
     return _core.Guide(
         np.stack([getattr(table, quantity) for table in tables]),
         tau_max=tables[0].tau_ref[-1],
         omega_m=[table.omega_m for table in tables],
         u_dc=tables[0].u_dc,
+        drop=R * float(tables[0].i.max()),
     )
 
 
@@ -42,7 +43,7 @@ class FluxGuide:
     @property
     def profiles(self) -> _core.Guide:
         """Flux linkage over torque, angle and speed."""
-        return packed(self.tables, "psi")
+        return packed(self.tables, "psi", self.R)
 
     @property
     def reserve(self) -> list[float]:

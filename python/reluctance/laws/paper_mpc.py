@@ -39,7 +39,7 @@ class PaperMpc(Guided):
         i_max = drive.control_machine.i_max_A
         return _core.paper_mpc(
             self.setting(drive),
-            guide=packed(self.tables(drive), "i"),
+            guide=packed(self.tables(drive), "i", drive.control_machine.R),
             N_p=self.N_p,
             N_c=self.N_c,
             r_w=self.r_w,
