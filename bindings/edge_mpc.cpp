@@ -28,10 +28,10 @@ AnyController edge_mpc(const Setting& setting, const Guide& guide, double w_sw,
 double switching_weight(const AnyMachine& machine, const Guide& guide, double R, double tau_ref,
                         double omega_m, double u_dc, double i_max, double f_switch) {
   const GuideTables<double> tables(guide);
-  const srm::Profiles<double> profiles = tables.view().at(omega_m, u_dc);
+  const srm::Profile<double> profile = tables.view().at(tau_ref, omega_m, u_dc);
   return std::visit(
       [&](const auto& m) {
-        return srm::switching_weight(m, profiles, R, tau_ref, omega_m, u_dc, i_max, f_switch);
+        return srm::switching_weight(m, profile, R, omega_m, u_dc, i_max, f_switch);
       },
       machine);
 }

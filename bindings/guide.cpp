@@ -37,7 +37,7 @@ void bind_guide(nb::module_& m) {
       .def(
           "at",
           [](const Guide& self, double tau, double theta_e, double omega_m, double u_dc) {
-            return GuideTables<double>(self).view().at(omega_m, u_dc).at(tau, srm::wrap(theta_e));
+            return GuideTables<double>(self).view().at(tau, omega_m, u_dc).at(srm::wrap(theta_e));
           },
           nb::arg("tau"), nb::arg("theta_e"), nb::kw_only(), nb::arg("omega_m"), nb::arg("u_dc"),
           "The value at a torque [N m], electrical angle [rad], speed [rad/s] and voltage [V].");

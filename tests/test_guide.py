@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from firmware_tools import ROOT
-from mpc_loop import PAPER, RATED, RPM, U_DC, Point, Timing, controller, figures
+from mpc_loop import PAPER, RATED, RPM, STUDY, U_DC, Point, controller, figures
 
 import reluctance as rl
 from reluctance import _core
 
 N_ANGLES = 90
 OMEGA = [100.0, 160.0, 250.0]
-TIMING = Timing(5e-6)
 
 
 def tent(omega):
@@ -84,10 +83,10 @@ def test_less_voltage_reserve_means_a_closer_guide():
 def test_at_twice_the_nominal_speed_only_a_guide_over_speed_comes_near_the_limit(law):
     """The limit there: 3.0 % rms error, with conduction all around and 79 A rms."""
     fast = replace(RATED, rpm=3000, guide_rpm=(1500, 2250, 3000))
-    y = figures(controller(law, fast, TIMING, 10e3), fast, TIMING)
+    y = figures(controller(law, fast, STUDY, 10e3), fast, STUDY)
     assert y.error_rms < 0.05
     one_speed = replace(fast, guide_rpm=(1500,))
-    assert figures(controller(law, one_speed, TIMING, 10e3), fast, TIMING).error_rms > 0.15
+    assert figures(controller(law, one_speed, STUDY, 10e3), fast, STUDY).error_rms > 0.15
 
 
 @pytest.mark.parametrize("law", ["edge_mpc", "finite_set_mpc"])
@@ -95,7 +94,7 @@ def test_at_twice_the_nominal_speed_only_a_guide_over_speed_comes_near_the_limit
 def test_near_the_end_of_ripple_free_torque_the_laws_stay_on_the_guide(law, guide_rpm):
     """At 2625 rpm the least rms current without ripple is 49.85 A."""
     point = Point(41.339, 2625, PAPER, guide_rpm=guide_rpm)
-    y = figures(controller(law, point, TIMING, 10e3), point, TIMING)
+    y = figures(controller(law, point, STUDY, 10e3), point, STUDY)
     assert y.error_rms < 0.012
     assert y.i_rms < 1.01 * 49.85
 
@@ -106,10 +105,10 @@ def test_a_sagging_dc_link_is_a_higher_speed(law):
     sagging = Point(
         41.339, 2250, PAPER, u_dc=200.0, guide_rpm=(1500, 1800, 2100, 2400, 2550, 2700, 2850, 3000)
     )
-    y = figures(controller(law, sagging, TIMING, 10e3), sagging, TIMING)
+    y = figures(controller(law, sagging, STUDY, 10e3), sagging, STUDY)
     assert y.error_rms < 0.06
     its_own = replace(sagging, guide_rpm=(2250,))
-    assert figures(controller(law, its_own, TIMING, 10e3), sagging, TIMING).error_rms > 0.09
+    assert figures(controller(law, its_own, STUDY, 10e3), sagging, STUDY).error_rms > 0.09
 
 
 @pytest.mark.parametrize(

@@ -46,9 +46,9 @@ struct EdgeMpc {
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     const T ahead = max(T_s, T(10e-6));
-    const Profiles<T> profiles = guide.at(y.omega_m, y.u_dc);
-    const T slack = profiles.of(psi_slack);
-    const Outlook<M, N> outlook{machine, profiles, R, T_s, delay, ahead, slack / T(100)};
+    const Profile<T> profile = guide.at(abs(tau_ref), y.omega_m, y.u_dc);
+    const T slack = profile.of(psi_slack);
+    const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
     const auto phases = outlook.at(y, tau_ref, state);
     const Plan plan = problem(phases, y.u_dc, abs(tau_ref), slack);
 

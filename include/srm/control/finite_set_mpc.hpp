@@ -11,8 +11,8 @@
 // the time, and with h = horizon T_s,
 //
 //   t_end = p^2/(24 h): a turn-on pays when (A + s h)^2 - (A - s h)^2, s = 2 A/p, lasts so long
-//   w_psi = (tau_ref/(psi_max reserve))^2: with full voltage reserve the whole flux linkage counts as
-//   the whole torque; where the guide takes all of the voltage no deviation is made good
+//   w_psi = (tau_ref/(psi_max reserve))^2: with full voltage reserve the whole flux linkage counts
+//   as the whole torque; where the guide takes all of the voltage no deviation is made good
 //
 // Measured with T_s = 2 us, h = 2..6 us, f = 18 kHz: 19 to 23 kHz. A long sample limits it by
 // itself.
@@ -46,8 +46,8 @@ struct FiniteSetMpc {
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     const T ahead = T_s * static_cast<T>(horizon);
     const T off = y.u_dc * T(1e-7);  // the flux of 0.1 us
-    const Profiles<T> profiles = guide.at(y.omega_m, y.u_dc);
-    const Outlook<M, N> model{machine, profiles, R, T_s, delay, ahead, off};
+    const Profile<T> profile = guide.at(abs(tau_ref), y.omega_m, y.u_dc);
+    const Outlook<M, N> model{machine, profile, R, T_s, delay, ahead, off};
     LegSearch<T, N> search;
     search.phases = model.at(y, tau_ref, state);
     search.tau_ref = abs(tau_ref);
@@ -56,7 +56,7 @@ struct FiniteSetMpc {
     search.i_max = i_max;
     search.T_s = T_s;
     search.t_end = max(t_end, T_s);
-    search.w_psi = profiles.of(w_psi);
+    search.w_psi = profile.of(w_psi);
     search.w_i = w_i;
     search.w_sw = w_sw;
     search.horizon = horizon;

@@ -14,25 +14,25 @@
 
 namespace srm {
 
-/// Profiles over torque and angle at one speed.
+/// The guide at one torque and speed.
 template <Real T>
-struct Profiles {
-  AngleTable<T> table;  // of the next lower speed; that of the next higher one lies behind it
-  int speed;            // index of the lower one
-  T weight;             // of the higher one [1]
+struct Profile {
+  AngleRow<T> row;            // at the next lower speed
+  const T* faster = nullptr;  // values at the next higher one; none: the lower one serves alone
+  T weight{};                 // of the higher one [1]
+  int speed = 0;              // index of the lower one
 
-  T at(T torque, T theta_e) const {
-    const T lower = table.at(torque, theta_e);
-    if (!(weight > T(0))) return lower;
-    AngleTable<T> next = table;
-    next.values += table.rows * table.columns;
-    return lower + weight * (next.at(torque, theta_e) - lower);
+  T at(T theta_e) const {
+    const T slow = row.at(theta_e);
+    if (!faster) return slow;
+    const T fast = AngleRow<T>{faster, row.columns, row.weight}.at(theta_e);
+    return slow + weight * (fast - slow);
   }
 
   /// The value here of a number that the law has for each of the guide's speeds.
   T of(const T* per_speed) const {
-    const T lower = per_speed[speed];
-    return weight > T(0) ? lower + weight * (per_speed[speed + 1] - lower) : lower;
+    const T slow = per_speed[speed];
+    return faster ? slow + weight * (per_speed[speed + 1] - slow) : slow;
   }
 };
 
@@ -44,16 +44,18 @@ struct Guide {
   T u_dc{};  // dc-link voltage of the profiles [V]
   T drop{};  // of the resistance at their peak [V]
 
-  Profiles<T> at(T omega_m, T u_dc_now) const {
-    Profiles<T> p{first, 0, T(0)};
+  Profile<T> at(T torque, T omega_m, T u_dc_now) const {
+    Profile<T> p{first.at(torque)};
     if (n_speeds < 2) return p;
     const T left = max(u_dc_now - drop, u_dc / T(100));
-    const T speed = abs(omega_m) * (u_dc - drop) / left;
-    if (!(speed > omega[0])) return p;
-    while (p.speed < n_speeds - 2 && speed > omega[p.speed + 1]) ++p.speed;
-    const T lower = omega[p.speed], upper = omega[p.speed + 1];
-    p.table.values += p.speed * first.rows * first.columns;
-    p.weight = speed < upper ? upper / speed * (speed - lower) / (upper - lower) : T(1);
+    const T same = abs(omega_m) * (u_dc - drop) / left;  // speed with u_dc
+    if (!(same > omega[0])) return p;
+    while (p.speed < n_speeds - 2 && same > omega[p.speed + 1]) ++p.speed;
+    const T slower = omega[p.speed], faster = omega[p.speed + 1];
+    const int size = first.rows * first.columns;
+    p.row.values += p.speed * size;
+    p.faster = p.row.values + size;
+    p.weight = same < faster ? faster / same * (same - slower) / (faster - slower) : T(1);
     return p;
   }
 };

@@ -48,7 +48,7 @@ struct PaperMpc {
     // A negative torque is the positive one of the mirrored machine.
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
     const T demand = sense * tau_ref;
-    const Profiles<T> profiles = guide.at(y.omega_m, y.u_dc);
+    const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;  // electrical, per sample
 
     std::array<T, N> here;          // present current, as the regulator holds it
@@ -69,7 +69,7 @@ struct PaperMpc {
 
       T most = here[k];
       for (int j = 0; j < mpc.N_p; ++j) {
-        target[j][k] = profiles.at(demand, middle(j));
+        target[j][k] = profile.at(middle(j));
         most = max(most, target[j][k]);
       }
       if (most == T(0)) {  // an idle phase that nobody asks for
