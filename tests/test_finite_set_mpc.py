@@ -113,7 +113,7 @@ def test_no_phase_above_the_current_limit_is_kept_on() -> None:
 def test_guided_law_reaches_little_ripple_at_the_copper_of_the_limit(
     point: Point, limit_A: float, horizon: int
 ) -> None:
-    law = controller("finite_set_mpc", point, FPGA, 17e3, horizon=horizon)
+    law = controller("finite_set_mpc", point, FPGA, 16.5e3, horizon=horizon)
     y = figures(law, point, FPGA, periods=4)
     assert y.error_rms < 0.006
     assert y.ripple_pp < 0.04
