@@ -22,7 +22,6 @@
 
 #include "describe.hpp"
 #include "flux_map_table.hpp"
-#include "srm/base/table.hpp"
 #include "srm/control/drive_control.hpp"
 #include "srm/machine/lehuy.hpp"
 #include "srm/sim/sampling.hpp"
@@ -66,21 +65,6 @@ auto with_phases(int n_phases, F&& f) {
       return f.template operator()<6>();
   }
   throw std::invalid_argument("n_phases = " + std::to_string(n_phases) + ", need 2 to 6");
-}
-
-/// A table in the law's precision that lives as long as the controller that holds it.
-template <srm::Real T>
-struct OwnedTable {
-  std::shared_ptr<std::vector<T>> values;
-  srm::AngleTable<T> view;
-};
-
-template <srm::Real T>
-OwnedTable<T> owned_table(const Matrix& values, double level_max) {
-  const auto n = values.shape(0) * values.shape(1);
-  auto copy = std::make_shared<std::vector<T>>(n);
-  for (std::size_t j = 0; j < n; ++j) (*copy)[j] = T(values.data()[j]);
-  return {copy, {copy->data(), int(values.shape(0)), int(values.shape(1)), T(level_max)}};
 }
 
 /// What every law is given beside its own parameters.
@@ -186,6 +170,7 @@ void bind_incremental_mpc(nb::module_& m);
 void bind_law_parts(nb::module_& m);
 void bind_flux_map(nb::module_& m);
 void bind_machine(nb::module_& m);
+void bind_guide(nb::module_& m);
 void bind_paper_mpc(nb::module_& m);
 void bind_pwm_current(nb::module_& m);
 void bind_simulation(nb::module_& m);

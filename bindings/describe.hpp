@@ -35,6 +35,9 @@ namespace bound {
 
 namespace nb = nanobind;
 
+/// A node that is made already.
+inline nb::object described(const nb::object& node) { return node; }
+
 template <class V>
   requires(std::is_arithmetic_v<V>)
 nb::object described(V value) {
@@ -134,18 +137,24 @@ nb::object described(const M& m) {
   return described(m.map);
 }
 
+/// The table of the first speed has those of the others behind it.
 template <srm::Real T>
-nb::object described(const srm::AngleTable<T>& t) {
-  const auto& [values, rows, columns, level_max] = t;
-  nb::dict fields;
-  fields["values"] = described_table(type_name(T{}), values, rows * columns);
-  fields["rows"] = rows;
-  fields["columns"] = columns;
-  fields["level_max"] = level_max;
-  nb::dict node;
-  node["type"] = template_id("srm::AngleTable", type_name(T{}));
-  node["fields"] = fields;
-  return node;
+nb::object described(const srm::Guide<T>& guide) {
+  const auto& [first, omega, n_speeds, u_dc, drop] = guide;
+  const auto& [values, rows, columns, level_max] = first;
+  const char* element = type_name(T{});
+  return described_fields(
+      template_id("srm::Guide", element), "first, omega, n_speeds, u_dc, drop",
+      described_fields(template_id("srm::AngleTable", element), "values, rows, columns, level_max",
+                       described_table(element, values, n_speeds * rows * columns), rows, columns,
+                       level_max),
+      described_table(element, omega, n_speeds), n_speeds, u_dc, drop);
+}
+
+/// A law's numbers at the speeds of its guide.
+template <srm::Real T>
+nb::object described_per_speed(const srm::Guide<T>& guide, const T* values) {
+  return described_table(type_name(T{}), values, guide.n_speeds);
 }
 
 template <srm::Real T>
@@ -250,7 +259,8 @@ nb::object described(const srm::FiniteSetMpc<M, N>& law) {
   const auto& [machine, guide, horizon, w_psi, w_i, w_sw, t_end, R, i_max, T_s, delay] = law;
   return described_fields(template_id("srm::FiniteSetMpc", type_name(machine), N),
                           "machine, guide, horizon, w_psi, w_i, w_sw, t_end, R, i_max, T_s, delay",
-                          machine, guide, horizon, w_psi, w_i, w_sw, t_end, R, i_max, T_s, delay);
+                          machine, guide, horizon, described_per_speed(guide, w_psi), w_i, w_sw,
+                          t_end, R, i_max, T_s, delay);
 }
 
 template <class M, int N>
@@ -258,7 +268,7 @@ nb::object described(const srm::EdgeMpc<M, N>& law) {
   const auto& [machine, guide, w_sw, psi_slack, R, i_max, T_s, delay] = law;
   return described_fields(template_id("srm::EdgeMpc", type_name(machine), N),
                           "machine, guide, w_sw, psi_slack, R, i_max, T_s, delay", machine, guide,
-                          w_sw, psi_slack, R, i_max, T_s, delay);
+                          w_sw, described_per_speed(guide, psi_slack), R, i_max, T_s, delay);
 }
 
 template <class Law>

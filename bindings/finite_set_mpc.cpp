@@ -1,22 +1,22 @@
 // Finite-control-set predictive torque control, and its search by itself.
 #include "srm/control/finite_set_mpc.hpp"
 
-#include "bindings.hpp"
+#include "guide.hpp"
 
 namespace bound {
 
 namespace {
 
-AnyController finite_set_mpc(const Setting& setting, const Matrix& guide, double tau_max,
-                             int horizon, double w_psi, double w_i, double w_sw, double t_end,
-                             double R, double i_max, double T_s, int delay) {
+AnyController finite_set_mpc(const Setting& setting, const Guide& guide, int horizon,
+                             const std::vector<double>& w_psi, double w_i, double w_sw,
+                             double t_end, double R, double i_max, double T_s, int delay) {
   return controller(setting, [&]<class T, int N>(const auto& model) {
     using M = std::decay_t<decltype(model)>;
-    const auto table = owned_table<T>(guide, tau_max);
+    GuideTables<T> tables(guide);
     const srm::FiniteSetMpc<M, N> law{.machine = model,
-                                      .guide = table.view,
+                                      .guide = tables.view(),
                                       .horizon = horizon,
-                                      .w_psi = T(w_psi),
+                                      .w_psi = tables.per_speed(w_psi),
                                       .w_i = T(w_i),
                                       .w_sw = T(w_sw),
                                       .t_end = T(t_end),
@@ -24,7 +24,7 @@ AnyController finite_set_mpc(const Setting& setting, const Matrix& guide, double
                                       .i_max = T(i_max),
                                       .T_s = T(T_s),
                                       .delay = delay};
-    return std::pair(law, std::shared_ptr<void>(table.values));
+    return std::pair(law, tables.memory());
   });
 }
 
@@ -63,10 +63,10 @@ nb::tuple leg_search(const Matrix& phases, double tau_ref, double u_dc, double R
 
 void bind_finite_set_mpc(nb::module_& m) {
   m.def("finite_set_mpc", &finite_set_mpc, nb::arg("setting"), nb::kw_only(), nb::arg("guide"),
-        nb::arg("tau_max"), nb::arg("horizon"), nb::arg("w_psi"), nb::arg("w_i"), nb::arg("w_sw"),
-        nb::arg("t_end"), nb::arg("R"), nb::arg("i_max"), nb::arg("T_s"), nb::arg("delay"),
-        "Finite-control-set predictive torque control. guide: (n_levels, n_angles) flux linkage "
-        "[Wb] for torques 0..tau_max [N m] over one electrical period; zeros: none.");
+        nb::arg("horizon"), nb::arg("w_psi"), nb::arg("w_i"), nb::arg("w_sw"), nb::arg("t_end"),
+        nb::arg("R"), nb::arg("i_max"), nb::arg("T_s"), nb::arg("delay"),
+        "Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: "
+        "weight of the distance to it, at each of its speeds [N^2 m^2/Wb^2].");
   m.def("leg_search", &leg_search, nb::arg("phases"), nb::kw_only(), nb::arg("tau_ref"),
         nb::arg("u_dc"), nb::arg("R"), nb::arg("i_max"), nb::arg("T_s"), nb::arg("t_end"),
         nb::arg("w_psi"), nb::arg("w_i"), nb::arg("w_sw"), nb::arg("horizon"), nb::arg("prune"),

@@ -12,6 +12,7 @@ NB_MODULE(_core, m) {
   bound::bind_step_time(m);
   bound::bind_box_qp(m);
   bound::bind_incremental_mpc(m);
+  bound::bind_guide(m);
   bound::bind_paper_mpc(m);
   bound::bind_law_parts(m);
   bound::bind_angles(m);

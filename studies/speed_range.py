@@ -7,6 +7,9 @@ asked for the rated torque; then for more and more, with its angles by rule, to 
 torque that it follows: mean within 2 % of the reference, current within 5 % of its limit. Figure
 and table: ripple, rms current and torque over speed, beside the physical limit. Standstill is
 2 % of the rated speed, with angles by rule and one electrical period evaluated: at 0 none ends.
+
+A predictive law has one guide for the whole study, over torque up to the top and the speeds from
+the rated one on, as a drive would have it.
 """
 
 from __future__ import annotations
@@ -25,11 +28,13 @@ import reluctance as rl
 from reluctance import limit
 from reluctance.compare.comparison import PROCESSES, best_profile
 from reluctance.compare.conditions import operating_point, period
-from reluctance.compare.contenders import CONTENDERS
+from reluctance.compare.contenders import CONTENDERS, Contender
 from reluctance.compare.figure import MARKERS
 from reluctance.compare.tuning import Tuner
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
+from reluctance.laws import LAWS
+from reluctance.laws.guided import Guided
 
 RATED = Path(__file__).parents[1] / "examples" / "paper_rated.toml"
 SETTINGS = ["control.T_s_us=5"]
@@ -62,7 +67,7 @@ class Task:
     """A law at one speed."""
 
     point: Drive
-    control: str
+    contender: Contender
     slow: bool
     budget: int
     top: float  # of the capability search [N m]
@@ -74,19 +79,27 @@ def at_speed(drive: Drive, part: float) -> Drive:
     return replace(drive, load=load)
 
 
+def with_guide(contender: Contender, speeds: list[float], top: float) -> Contender:
+    """The law, with one guide for all points if it follows one."""
+    if not issubclass(LAWS[contender.law], Guided):
+        return contender
+    guide = (("guide_speed_rpm", speeds), ("tau_max_Nm", top))
+    return replace(contender, keys=(*contender.keys, *guide))
+
+
 def measured(task: Task) -> Row:
     """One law at one speed."""
-    contender = CONTENDERS[task.control]
+    contender = task.contender
     slow = {"n_periods": 2, "budget": 0} if task.slow else {"budget": task.budget}
     tuner = Tuner(task.point, contender, F_SWITCH, **slow)
     speed_rpm = task.point.load.speed_rpm
     try:
         best = tuner.match({}, tuner.start()) if task.slow else tuner.best()
     except ParameterError:
-        return Row(task.control, speed_rpm, *[np.nan] * 7)
+        return Row(contender.name, speed_rpm, *[np.nan] * 7)
     k = best.kpis
     return Row(
-        task.control,
+        contender.name,
         speed_rpm,
         k.switching_frequency,
         k.tau_mean,
@@ -100,7 +113,7 @@ def measured(task: Task) -> Row:
 
 def capability(task: Task, free: float) -> float:
     """The greatest of LEVELS torques that the law follows, by bisection [N m]."""
-    contender = CONTENDERS[task.control]
+    contender = task.contender
 
     def follows(level: int) -> bool:
         tau = task.top * level / LEVELS
@@ -157,9 +170,11 @@ def study(parts: tuple[float, ...], controls: list[str], budget: int) -> list[Ro
     points = [at_speed(rated, part) for part in parts]
     limits = bound(points)
     top = 1.2 * max(row.torque_capability_Nm for row in limits)
+    speeds = [p.load.speed_rpm for p in points if p.load.speed_rpm >= rated.load.speed_rpm]
+    contenders = [with_guide(CONTENDERS[control], speeds, top) for control in controls]
     tasks = [
-        Task(point, control, part < SLOW, budget, top)
-        for control in controls
+        Task(point, contender, part < SLOW, budget, top)
+        for contender in contenders
         for part, point in zip(parts, points, strict=True)
     ]
     with multiprocessing.get_context("spawn").Pool(PROCESSES) as pool:

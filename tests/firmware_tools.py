@@ -30,6 +30,7 @@ DRIVES = {
     "finite_set_2": ("finite_set_mpc", ["control.horizon=2"]),
     "edge_mpc": ("edge_mpc_fpga", []),
     "edge_mpc_late": ("edge_mpc_mcu", []),
+    "edge_mpc_speeds": ("edge_mpc_fpga", ["control.guide_speed_rpm=[1000.0, 1250.0, 1750.0]"]),
     "deadbeat": ("deadbeat", []),
     "pwm_current": ("pwm_current", []),
     "five_phases": ("five_phases_losses", []),

@@ -7,6 +7,7 @@ import pytest
 from mpc_loop import FPGA, HALF, PAPER, RATED, Point, Timing, controller, figures, loop
 
 from reluctance import _core, kpis
+from reluctance.laws.finite_set_mpc import NO_GUIDE
 
 WEIGHTS = {"R": 0.72, "i_max": 150.0, "T_s": 20e-6, "t_end": 30e-6, "u_dc": 240.0, "tau_ref": 40.0}
 PSI, CURRENT, TAU, GAIN, DRIFT, GOAL, GOAL_RATE, I_GAIN, I_DRIFT, LEG = range(10)
@@ -106,13 +107,13 @@ def test_no_phase_above_the_current_limit_is_kept_on() -> None:
 
 @pytest.mark.parametrize(
     ("point", "limit_A"),
-    [(RATED, 48.93), (HALF, 28.73), (Point(-41.339, -1500, PAPER, guide_rpm=1500), 48.93)],
+    [(RATED, 48.93), (HALF, 28.73), (Point(-41.339, -1500, PAPER, guide_rpm=(1500,)), 48.93)],
 )
 @pytest.mark.parametrize("horizon", [1, 3])
 def test_guided_law_reaches_little_ripple_at_the_copper_of_the_limit(
     point: Point, limit_A: float, horizon: int
 ) -> None:
-    law = controller("finite_set_mpc", point, FPGA, 17e3, horizon=horizon)
+    law = controller("finite_set_mpc", point, FPGA, 16.5e3, horizon=horizon)
     y = figures(law, point, FPGA, periods=4)
     assert y.error_rms < 0.006
     assert y.ripple_pp < 0.04
@@ -127,7 +128,7 @@ def test_without_guide_and_horizon_the_law_is_myopic() -> None:
         K_p=0, K_i=0, tau_min=0, tau_max=0, T_s=5e-6,
     )  # fmt: skip
     law = _core.finite_set_mpc(
-        setting, guide=np.zeros((2, 3)), tau_max=45, horizon=1, w_psi=0, w_i=1e-4, w_sw=1e-6,
+        setting, guide=NO_GUIDE, horizon=1, w_psi=[0], w_i=1e-4, w_sw=1e-6,
         t_end=5e-6, R=0.72, i_max=150, T_s=5e-6, delay=0,
     )  # fmt: skip
     y = figures(law, RATED, Timing(5e-6), periods=4)
@@ -137,7 +138,7 @@ def test_without_guide_and_horizon_the_law_is_myopic() -> None:
 def test_starts_from_zero_current_at_every_angle() -> None:
     for tau in (41.339, -41.339):
         for theta_e in np.linspace(0, 2 * np.pi, 12, endpoint=False):
-            point = Point(tau, 0.0, PAPER, guide_rpm=1500)
+            point = Point(tau, 0.0, PAPER, guide_rpm=(1500,))
             law = controller("finite_set_mpc", point, FPGA, 17e3)
             run = loop(law, point, FPGA, theta_m=theta_e / 4 + 1e-3)
             run.advance(3e-3)

@@ -226,14 +226,25 @@ def incremental_mpc(*, N_p: int, N_c: int, r_w: float, a: float, b: float, c: Se
     Rows of H, then f, then the free displacement of the one-channel problem.
     """
 
+class Guide:
+    """Profiles over torque, electrical angle and speed."""
+
+    def __init__(self, values: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], *, tau_max: float, omega_m: Sequence[float], u_dc: float, drop: float = 0.0) -> None:
+        """
+        values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc [V]; drop: R i at their peak [V].
+        """
+
+    def at(self, tau: float, theta_e: float, *, omega_m: float, u_dc: float) -> float:
+        """
+        The value at a torque [N m], electrical angle [rad], speed [rad/s] and voltage [V].
+        """
+
 N_p_max: int = 10
 
 N_c_max: int = 4
 
-def paper_mpc(setting: Setting, *, guide: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], tau_max: float, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: int) -> Controller:
-    """
-    Predictive controller of current references. guide: (n_levels, n_angles) phase current [A] for torques 0..tau_max [N m] over one electrical period.
-    """
+def paper_mpc(setting: Setting, *, guide: Guide, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: int) -> Controller:
+    """Predictive controller of current references. guide: phase current [A]."""
 
 class Leg(enum.Enum):
     demagnetize = -1
@@ -327,9 +338,9 @@ def deadbeat(setting: Setting, *, sharing: Sharing, R: float, i_max: float, T_s:
     The duty cycle that brings each phase to its shared torque in one sample.
     """
 
-def finite_set_mpc(setting: Setting, *, guide: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], tau_max: float, horizon: int, w_psi: float, w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Controller:
+def finite_set_mpc(setting: Setting, *, guide: Guide, horizon: int, w_psi: Sequence[float], w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Controller:
     """
-    Finite-control-set predictive torque control. guide: (n_levels, n_angles) flux linkage [Wb] for torques 0..tau_max [N m] over one electrical period; zeros: none.
+    Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of the distance to it, at each of its speeds [N^2 m^2/Wb^2].
     """
 
 def leg_search(phases: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, tau_ref: float, u_dc: float, R: float, i_max: float, T_s: float, t_end: float, w_psi: float, w_i: float, w_sw: float, horizon: int, prune: bool) -> tuple:
@@ -337,12 +348,12 @@ def leg_search(phases: Annotated[NDArray[numpy.float64], dict(shape=(None, None)
     Best first legs of three phases, the cost of their sequence, and the combinations visited. phases: (3, 10) psi, i, tau, gain, drift, goal, goal_rate, i_gain, i_drift, last leg.
     """
 
-def edge_mpc(setting: Setting, *, guide: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], tau_max: float, w_sw: float, psi_slack: float, R: float, i_max: float, T_s: float, delay: int) -> Controller:
+def edge_mpc(setting: Setting, *, guide: Guide, w_sw: float, psi_slack: Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Controller:
     """
-    Predictive torque control with switching instants as variables. guide: (n_levels, n_angles) flux linkage [Wb] for torques 0..tau_max [N m] over one electrical period.
+    Predictive torque control with switching instants as variables. guide: flux linkage [Wb]. psi_slack: most that a phase may leave it, at each of its speeds [Wb].
     """
 
-def switching_weight(machine: LeHuy | FluxMap, *, guide: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], tau_max: float, R: float, tau_ref: float, omega_m: float, u_dc: float, i_max: float, f_switch: float) -> float:
+def switching_weight(machine: LeHuy | FluxMap, *, guide: Guide, R: float, tau_ref: float, omega_m: float, u_dc: float, i_max: float, f_switch: float) -> float:
     """
     Cost of a turn-on [N^2 m^2 s] that makes about f_switch [Hz] per switch.
     """

@@ -27,13 +27,14 @@ int main() {
 
   // A plain guide: a flat top whose height grows with the torque.
   static double guide[rows * columns];
+  const double omega = 157;
   for (int row = 0; row < rows; ++row) {
     for (int column = 10; column < 40; ++column) {
       guide[row * columns + column] = 80.0 * row / (rows - 1);
     }
   }
   const srm::PaperMpc<Machine, N, 3, 2> law{.machine = machine,
-                                            .guide = {guide, rows, columns, 41.339},
+                                            .guide = {{guide, rows, columns, 41.339}, &omega, 1, 240, 0},
                                             .mpc = {3, 2, 0.05, 0, 1},
                                             .w_i = 0.05,
                                             .R = 0.72,

@@ -5,6 +5,27 @@
 
 namespace srm {
 
+/// The table at one level: between two rows.
+template <Real T>
+struct AngleRow {
+  const T* values;  // of the lower row; the upper one lies behind it
+  int columns;
+  T weight;  // of the upper row [1]
+
+  /// theta_e in [0, 2 pi).
+  T at(T theta_e) const {
+    const T x = theta_e * (static_cast<T>(columns) / two_pi<T>);
+    int left = static_cast<int>(x);
+    if (left >= columns) left = columns - 1;  // rounding may reach the edge
+    const int right = left + 1 < columns ? left + 1 : 0;
+    const T wx = x - static_cast<T>(left);
+    const T* upper = values + columns;
+    const T below = values[left] + wx * (values[right] - values[left]);
+    const T above = upper[left] + wx * (upper[right] - upper[left]);
+    return below + weight * (above - below);
+  }
+};
+
 /// values[row * columns + column]: row j of n holds the level level_max (j/(n - 1))^2, columns are
 /// angles 0..2 pi in equal steps without the last, which is the first again. Squared levels suit
 /// currents over torque, which grows as i^2 before saturation. The table does not own its
@@ -16,21 +37,11 @@ struct AngleTable {
   int columns = 0;
   T level_max{};
 
-  /// Levels outside 0..level_max give the nearest row; theta_e in [0, 2 pi).
-  T at(T level, T theta_e) const {
+  /// Levels outside 0..level_max give the nearest row.
+  AngleRow<T> at(T level) const {
     const T y = sqrt(clamp(level / level_max, T(0), T(1))) * static_cast<T>(rows - 1);
-    const T x = theta_e * (static_cast<T>(columns) / two_pi<T>);
     const int row = y < static_cast<T>(rows - 2) ? static_cast<int>(y) : rows - 2;
-    int left = static_cast<int>(x);
-    if (left >= columns) left = columns - 1;  // rounding may reach the edge
-    const int right = left + 1 < columns ? left + 1 : 0;
-    const T wx = x - static_cast<T>(left);
-    const T wy = y - static_cast<T>(row);
-    const T* lower = values + row * columns;
-    const T* upper = lower + columns;
-    const T below = lower[left] + wx * (lower[right] - lower[left]);
-    const T above = upper[left] + wx * (upper[right] - upper[left]);
-    return below + wy * (above - below);
+    return {values + row * columns, columns, y - static_cast<T>(row)};
   }
 };
 

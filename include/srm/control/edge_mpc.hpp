@@ -36,21 +36,23 @@ struct EdgeMpc {
   static constexpr int enough = 12;
 
   M machine;
-  AngleTable<T> guide;  // flux linkage over torque reference and electrical angle [Wb]
-  T w_sw;               // cost of a turn-on: switching_weight.hpp [N^2 m^2 s]
-  T psi_slack;          // most that a phase may leave the guide [Wb]
-  T R;                  // phase resistance [ohm]
-  T i_max;              // current limit [A]
-  T T_s;                // control period [s]
-  int delay;            // samples from measurement to effect: 0 or 1
+  Guide<T> guide;      // flux linkage over torque reference, electrical angle and speed [Wb]
+  T w_sw;              // cost of a turn-on: switching_weight.hpp [N^2 m^2 s]
+  const T* psi_slack;  // most that a phase may leave the guide, at each of its speeds [Wb]
+  T R;                 // phase resistance [ohm]
+  T i_max;             // current limit [A]
+  T T_s;               // control period [s]
+  int delay;           // samples from measurement to effect: 0 or 1
 
   using State = Memory<T, N>;
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     const T ahead = max(T_s, T(10e-6));
-    const Outlook<M, N> outlook{machine, guide, R, T_s, delay, ahead, psi_slack / T(100)};
+    const Profile<T> profile = guide.at(abs(tau_ref), y.omega_m, y.u_dc);
+    const T slack = profile.of(psi_slack);
+    const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
     const auto phases = outlook.at(y, tau_ref, state);
-    const Plan plan = problem(phases, y.u_dc, abs(tau_ref));
+    const Plan plan = problem(phases, y.u_dc, abs(tau_ref), slack);
 
     typename Plan::Point x;
     typename Plan::Levels last{};
@@ -93,7 +95,7 @@ struct EdgeMpc {
     bool fits = false;  // within its band to the end
   };
 
-  Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand) const {
+  Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand, T slack) const {
     Plan p;
     T ripple = demand * T(1e3);  // 0.1 % of the torque in a microsecond, where no phase acts
     T gain_squared = T(0);
@@ -114,7 +116,7 @@ struct EdgeMpc {
       if (x.idle) continue;
       typename Plan::Active& a = p.phases[p.n_active++];
       a.k = k;
-      a.per_slack = abs(x.gain) * per_loose + T(1) / psi_slack;
+      a.per_slack = abs(x.gain) * per_loose + T(1) / slack;
       a.spread = x.gain * per_gain_squared * a.per_slack;
       for (int level = -1; level <= 1; ++level) {
         const T leaves = x.rate(level, u_dc, R) - x.goal_rate;

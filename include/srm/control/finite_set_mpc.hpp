@@ -11,9 +11,10 @@
 // the time, and with h = horizon T_s,
 //
 //   t_end = p^2/(24 h): a turn-on pays when (A + s h)^2 - (A - s h)^2, s = 2 A/p, lasts so long
-//   w_psi = 200 w_sw f^3/u_dc^2: leaving the guide by the flux of half a switching period costs A^2
+//   w_psi = (tau_ref/(psi_max reserve))^2: with full voltage reserve the whole flux linkage counts
+//   as the whole torque; where the guide takes all of the voltage no deviation is made good
 //
-// Measured with T_s = 2 us, h = 2..6 us, f = 20 kHz: 18 to 24 kHz. A long sample limits it by
+// Measured with T_s = 2 us, h = 2..6 us, f = 18 kHz: 19 to 23 kHz. A long sample limits it by
 // itself.
 #pragma once
 
@@ -29,23 +30,24 @@ struct FiniteSetMpc {
   static constexpr int horizon_max = 4;
 
   M machine;
-  AngleTable<T> guide;  // flux linkage over torque reference and electrical angle [Wb]
-  int horizon;          // samples, 1..horizon_max
-  T w_psi;              // distance to the guide [N^2 m^2/Wb^2]; 0: unguided
-  T w_i;                // copper [N^2 m^2/A^2]
-  T w_sw;               // cost of a turn-on [N^2 m^2 s]
-  T t_end;              // weight of the last sample, at least T_s [s]
-  T R;                  // phase resistance [ohm]
-  T i_max;              // current limit [A]
-  T T_s;                // control period [s]
-  int delay;            // samples from measurement to effect: 0 or 1
+  Guide<T> guide;  // flux linkage over torque reference, electrical angle and speed [Wb]
+  int horizon;     // samples, 1..horizon_max
+  const T* w_psi;  // distance to the guide, at each of its speeds [N^2 m^2/Wb^2]; 0: none
+  T w_i;           // copper [N^2 m^2/A^2]
+  T w_sw;          // cost of a turn-on [N^2 m^2 s]
+  T t_end;         // weight of the last sample, at least T_s [s]
+  T R;             // phase resistance [ohm]
+  T i_max;         // current limit [A]
+  T T_s;           // control period [s]
+  int delay;       // samples from measurement to effect: 0 or 1
 
   using State = Memory<T, N>;
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     const T ahead = T_s * static_cast<T>(horizon);
     const T off = y.u_dc * T(1e-7);  // the flux of 0.1 us
-    const Outlook<M, N> model{machine, guide, R, T_s, delay, ahead, off};
+    const Profile<T> profile = guide.at(abs(tau_ref), y.omega_m, y.u_dc);
+    const Outlook<M, N> model{machine, profile, R, T_s, delay, ahead, off};
     LegSearch<T, N> search;
     search.phases = model.at(y, tau_ref, state);
     search.tau_ref = abs(tau_ref);
@@ -54,14 +56,14 @@ struct FiniteSetMpc {
     search.i_max = i_max;
     search.T_s = T_s;
     search.t_end = max(t_end, T_s);
-    search.w_psi = w_psi;
+    search.w_psi = profile.of(w_psi);
     search.w_i = w_i;
     search.w_sw = w_sw;
     search.horizon = horizon;
     std::array<int, N> last;
     for (int k = 0; k < N; ++k) {
       last[k] = static_cast<int>(state.ordered[k].leg.back());
-      const bool off_duty = search.phases[k].idle && w_psi > T(0);
+      const bool off_duty = search.phases[k].idle && search.w_psi > T(0);
       search.lowest[k] = -1;
       search.highest[k] = off_duty || tau_ref == T(0) ? -1 : 1;
     }

@@ -11,7 +11,7 @@
 // current control of a three-phase inverter", IEEE Trans. Ind. Electron. 59(2), 2012.
 #pragma once
 
-#include "srm/base/table.hpp"
+#include "srm/control/guide.hpp"
 #include "srm/control/interface.hpp"
 #include "srm/machine/magnetics.hpp"
 
@@ -65,17 +65,16 @@ struct Outlook {
   using T = typename M::Scalar;
 
   M machine;
-  AngleTable<T> guide;  // flux linkage over torque reference and electrical angle [Wb]
-  T R;                  // phase resistance [ohm]
-  T T_s;                // control period [s]
-  int delay;            // samples from measurement to effect: 0 or 1
-  T ahead;              // length of the secants [s]
-  T off;                // a guide below this flux linkage wants no current [Wb]
+  Profile<T> guide;  // flux linkage over electrical angle [Wb]
+  T R;               // phase resistance [ohm]
+  T T_s;             // control period [s]
+  int delay;         // samples from measurement to effect: 0 or 1
+  T ahead;           // length of the secants [s]
+  T off;             // a guide below this flux linkage wants no current [Wb]
 
   std::array<PhaseOutlook<T>, N> at(const Measurement<T, N>& y, T tau_ref,
                                     Memory<T, N>& memory) const {
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
-    const T demand = sense * tau_ref;
     const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
     const T begin = static_cast<T>(delay) * T_s;
     std::array<PhaseOutlook<T>, N> phases;
@@ -88,7 +87,7 @@ struct Outlook {
                     memory.bias[k]);
         memory.i_expected[k] = i;
       }
-      phases[k] = phase(i, angle(begin), angle(begin + ahead), sense * y.omega_m, demand, y.u_dc);
+      phases[k] = phase(i, angle(begin), angle(begin + ahead), sense * y.omega_m, y.u_dc);
       phases[k].bias = memory.bias[k];
     }
     return phases;
@@ -120,10 +119,10 @@ struct Outlook {
     return i_end;
   }
 
-  PhaseOutlook<T> phase(T i, T theta, T theta_next, T omega_m, T demand, T u_dc) const {
+  PhaseOutlook<T> phase(T i, T theta, T theta_next, T omega_m, T u_dc) const {
     const Magnetics<T> here = machine.at(i, theta);
-    const T goal = guide.at(demand, theta);
-    const T goal_next = guide.at(demand, theta_next);
+    const T goal = guide.at(theta);
+    const T goal_next = guide.at(theta_next);
     // A phase without current can only be magnetized: its secant goes there.
     const T move = i > T(0) ? max(goal_next - goal, -here.psi) : u_dc * ahead;
     const T emf = i > T(0) ? omega_m * here.psi_theta : T(0);

@@ -16,7 +16,7 @@
 // docs/control/paper_mpc.md has the reasons in full.
 #pragma once
 
-#include "srm/base/table.hpp"
+#include "srm/control/guide.hpp"
 #include "srm/control/incremental_mpc.hpp"
 #include "srm/control/interface.hpp"
 #include "srm/machine/magnetics.hpp"
@@ -31,14 +31,14 @@ struct PaperMpc {
   static constexpr int n_phases = N;
 
   M machine;
-  AngleTable<T> guide;  // phase current over torque reference and electrical angle [A]
-  Mpc mpc;              // N_p, N_c, r_w; a = 0, b = 1
-  T w_i;                // weight of the distance to the guide, against torque error squared
-  T R;                  // phase resistance [ohm]
-  T i_max;              // current limit [A]
-  T i_band;             // half width of the regulator's band [A]
-  T T_s;                // control period [s]
-  T delay;              // samples from measurement to effect
+  Guide<T> guide;  // phase current over torque reference, electrical angle and speed [A]
+  Mpc mpc;         // N_p, N_c, r_w; a = 0, b = 1
+  T w_i;           // weight of the distance to the guide, against torque error squared
+  T R;             // phase resistance [ohm]
+  T i_max;         // current limit [A]
+  T i_band;        // half width of the regulator's band [A]
+  T T_s;           // control period [s]
+  T delay;         // samples from measurement to effect
 
   struct State {
     std::array<T, N> u{};  // last references [A]
@@ -48,6 +48,7 @@ struct PaperMpc {
     // A negative torque is the positive one of the mirrored machine.
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
     const T demand = sense * tau_ref;
+    const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;  // electrical, per sample
 
     std::array<T, N> here;          // present current, as the regulator holds it
@@ -68,7 +69,7 @@ struct PaperMpc {
 
       T most = here[k];
       for (int j = 0; j < mpc.N_p; ++j) {
-        target[j][k] = guide.at(demand, middle(j));
+        target[j][k] = profile.at(middle(j));
         most = max(most, target[j][k]);
       }
       if (most == T(0)) {  // an idle phase that nobody asks for

@@ -10,7 +10,7 @@
 // frequency reached 10 to 20 % lower.
 #pragma once
 
-#include "srm/base/table.hpp"
+#include "srm/control/guide.hpp"
 #include "srm/machine/inverse.hpp"
 
 namespace srm {
@@ -35,27 +35,27 @@ constexpr T ripple_rate(T gain, T u, T u_dc) {
   return abs(gain) * u_dc * duty * (T(1) - duty);
 }
 
-/// guide: flux linkage over torque and angle. f_switch: turn-ons per switch and second.
+/// guide: flux linkage at this torque and speed. f_switch: turn-ons per switch and second.
 template <Machine M, class T = typename M::Scalar>
-T switching_weight(const M& machine, const AngleTable<T>& guide, T R, T tau_ref, T omega_m, T u_dc,
-                   T i_max, T f_switch) {
-  const T step = two_pi<T> / static_cast<T>(guide.columns);
-  const T omega_e = static_cast<T>(machine.N_r) * (tau_ref < T(0) ? -omega_m : omega_m);
+T switching_weight(const M& machine, const Profile<T>& guide, T R, T omega_m, T u_dc, T i_max,
+                   T f_switch) {
+  const int columns = guide.row.columns;
+  const T step = two_pi<T> / static_cast<T>(columns);
+  const T omega_e = static_cast<T>(machine.N_r) * omega_m;
   T sum = T(0);
-  for (int j = 0; j < guide.columns; ++j) {
+  for (int j = 0; j < columns; ++j) {
     const T theta = step * (static_cast<T>(j) + T(0.5));
-    const T psi = guide.at(abs(tau_ref), theta);
+    const T psi = guide.at(theta);
     const T i = current_from_flux(machine, psi, theta, i_max);
     if (!(i > i_max / T(200))) continue;
-    const T rise = guide.at(abs(tau_ref), wrap(theta + step / T(2))) -
-                   guide.at(abs(tau_ref), theta - step / T(2));
+    const T rise = guide.at(wrap(theta + step / T(2))) - guide.at(theta - step / T(2));
     const T u = R * i + rise / step * omega_e;
     if (abs(u) > T(0.98) * u_dc) continue;  // one long pulse: no switching here
     const Magnetics<T> m = machine.at(i, theta);
     const T root = cube_root(ripple_rate(m.psi_theta / m.L_inc, u, u_dc));
     sum = sum + root * root;
   }
-  const T ratio = sum / static_cast<T>(guide.columns) / (T(4) * f_switch);
+  const T ratio = sum / static_cast<T>(columns) / (T(4) * f_switch);
   return T(4) / T(3) * ratio * ratio * ratio;
 }
 

@@ -47,7 +47,7 @@ class Contender:
     what: str  # the law in a sentence
     when: str  # to use it
     needs: str  # of the hardware, beside sensors
-    keys: tuple[tuple[str, str | int | bool], ...] = ()  # of [control], fixed
+    keys: tuple[tuple[str, Any], ...] = ()  # of [control], fixed
     place: Place | None = None  # the searched numbers; None: there are none
 
     def drive(self, point: Drive, values: Values) -> Drive:

@@ -1,7 +1,7 @@
 """The control laws: one file per [control] table, and the controller that the core makes of it."""
 
 from reluctance.laws.angles import Angles
-from reluctance.laws.base import Control, guide
+from reluctance.laws.base import Control
 from reluctance.laws.deadbeat import Deadbeat
 from reluctance.laws.ditc import Ditc
 from reluctance.laws.edge_mpc import EdgeMpc
@@ -10,7 +10,7 @@ from reluctance.laws.paper_mpc import PaperMpc
 from reluctance.laws.pwm_current import PwmCurrent
 from reluctance.laws.torque_sharing import TorqueSharing
 
-__all__ = ["LAWS", "Control", "guide"]
+__all__ = ["LAWS", "Control"]
 
 LAWS: dict[str, type[Control]] = {
     "angles": Angles,

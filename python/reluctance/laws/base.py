@@ -1,4 +1,4 @@
-"""What every control law has in its [control] table, and the guide that predictive laws share."""
+"""What every control law has in its [control] table."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from pydantic import Field
 
-from reluctance import _core, limit
+from reluctance import _core
 from reluctance.schema import Section
 
 if TYPE_CHECKING:
     from reluctance.drive import Drive
 
-GUIDE_LEVELS = 19  # torques in a guide table, zero included
-GUIDE_POINTS = 180  # angles in it, over one electrical period
 BAND_PART = 0.02  # of the current limit: default half width of a current band
 NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage; no waveform [A]
 
@@ -71,28 +69,3 @@ class Control(Section):
             tracker_bandwidth=drive.sensing.tracker_bandwidth,
             comparators=getattr(_core.Comparators, drive.sensing.comparators),
         )
-
-
-def guide(drive: Drive, speed_rpm: float | None, n_points: int = GUIDE_POINTS) -> limit.Table:
-    """Least-copper profiles of zero ripple over torque and angle, at one speed.
-
-    Parameters
-    ----------
-    drive : Drive
-    speed_rpm : float or None
-        Speed of the profiles; None takes the speed that the drive is asked for.
-    n_points : int
-        Angles of an electrical period, a multiple of the phase count.
-    """
-    omega_m = drive.omega_nominal if speed_rpm is None else speed_rpm * np.pi / 30
-    return limit.profile_table(
-        drive.control_machine.magnetics,
-        n_phases=drive.control_machine.n_phases,
-        R=drive.control_machine.R,
-        tau_max=drive.tau_max,
-        omega_m=omega_m,
-        u_dc=drive.converter.u_dc_V,
-        i_max=drive.control_machine.i_max_A,
-        n_levels=GUIDE_LEVELS,
-        n_points=n_points,
-    )

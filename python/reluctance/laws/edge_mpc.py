@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
 from reluctance import _core
 from reluctance.laws.guided import FluxGuided
 
@@ -19,16 +17,14 @@ class EdgeMpc(FluxGuided):
     law: Literal["edge_mpc"]
 
     def controller(self, drive: Drive) -> _core.Controller:
-        machine = drive.control_machine
-        table = self.flux_guide(drive)
+        guide = self.flux_guide(drive)
         return _core.edge_mpc(
             self.setting(drive),
-            guide=np.ascontiguousarray(table.psi),
-            tau_max=drive.tau_max,
-            w_sw=self.switching_weight(drive, table),
-            psi_slack=table.u_dc / (2 * self.f_switch),
-            R=machine.R,
-            i_max=machine.i_max_A,
+            guide=guide.profiles,
+            w_sw=guide.w_sw,
+            psi_slack=guide.psi_slack,
+            R=guide.R,
+            i_max=guide.i_max,
             T_s=self.T_s,
             delay=drive.sensing.delay_samples,
         )

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from reluctance.drive import Drive
 
 PULSES_PER_TURN_ON = 4.8  # pulses a second of the phase in charge, of a turn-on of one switch
-FLUX_WEIGHT = 200.0  # w_psi = 200 w_sw f_switch^3/u_dc^2
+NO_GUIDE = _core.Guide(np.zeros((1, 2, 3)), tau_max=1.0, omega_m=[0.0], u_dc=1.0)
 
 
 class FiniteSetMpc(FluxGuided):
@@ -26,22 +26,18 @@ class FiniteSetMpc(FluxGuided):
     w_i: float = Field(0.0, ge=0)  # weight of copper [N^2 m^2/A^2]
 
     def controller(self, drive: Drive) -> _core.Controller:
-        machine = drive.control_machine
-        table = self.flux_guide(drive)
-        w_sw = self.switching_weight(drive, table)
+        guide = self.flux_guide(drive)
         pulse = 1 / (PULSES_PER_TURN_ON * self.f_switch)
-        w_psi = FLUX_WEIGHT * w_sw * self.f_switch**3 / table.u_dc**2
         return _core.finite_set_mpc(
             self.setting(drive),
-            guide=np.ascontiguousarray(table.psi if self.guided else np.zeros_like(table.psi)),
-            tau_max=drive.tau_max,
+            guide=guide.profiles if self.guided else NO_GUIDE,
             horizon=self.horizon,
-            w_psi=w_psi if self.guided else 0.0,
+            w_psi=guide.w_psi if self.guided else [0.0],
             w_i=self.w_i,
-            w_sw=w_sw,
+            w_sw=guide.w_sw,
             t_end=pulse**2 / (24 * self.horizon * self.T_s),
-            R=machine.R,
-            i_max=machine.i_max_A,
+            R=guide.R,
+            i_max=guide.i_max,
             T_s=self.T_s,
             delay=drive.sensing.delay_samples,
         )

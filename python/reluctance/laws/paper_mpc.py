@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.laws.base import Control, guide
+from reluctance.laws.flux_guide import packed
+from reluctance.laws.guided import Guided
 
 if TYPE_CHECKING:
     from reluctance.drive import Drive
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 BAND_PART = 0.01  # of the current limit: default half width of the band
 
 
-class PaperMpc(Control):
+class PaperMpc(Guided):
     """The source paper's structure: predictive current references, hysteresis regulator."""
 
     law: Literal["paper_mpc"]
@@ -25,7 +26,6 @@ class PaperMpc(Control):
     r_w: float = Field(0.05, gt=0)  # weight of reference increments [N^2 m^2/A^2]
     w_i: float = Field(0.05, ge=0)  # weight of the distance to the guide [N^2 m^2/A^2]
     i_band_A: float | None = Field(None, gt=0)  # half width of the regulator's band
-    guide_speed_rpm: float | None = Field(None, ge=0)  # by default the speed of the reference
 
     @model_validator(mode="after")
     def moves_fit_the_horizon(self) -> PaperMpc:
@@ -36,12 +36,10 @@ class PaperMpc(Control):
         return self
 
     def controller(self, drive: Drive) -> _core.Controller:
-        table = guide(drive, self.guide_speed_rpm)
         i_max = drive.control_machine.i_max_A
         return _core.paper_mpc(
             self.setting(drive),
-            guide=table.i,
-            tau_max=drive.tau_max,
+            guide=packed(self.tables(drive), "i", drive.control_machine.R),
             N_p=self.N_p,
             N_c=self.N_c,
             r_w=self.r_w,

@@ -16,6 +16,7 @@ through CasADi (J. Andersson et al., Math. Prog. Comp. 11, 2019, 1-36).
 """
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, Literal
 
 import casadi as ca
@@ -30,6 +31,7 @@ Constraint = Literal["none", "max", "rms", "constant"]
 
 ALGORITHM = 3  # part of every cache key: raise it when the numbers of this package move
 SLACK = 1e-4  # share of the least error given back before copper is minimised at that error
+MORE_SLACK = (SLACK, 10 * SLACK, 100 * SLACK)  # in this order until IPOPT finds an optimum
 FEASIBLE = 1e-6  # error relative to tau_ref below which a profile counts as free of ripple
 
 _IPOPT: dict[str, Any] = {
@@ -125,11 +127,12 @@ class Programme:
         any_error = (0.0, np.inf)
         tries = [self._solve("error", norm, i_0, tau_ref=tau_ref, s=any_error) for i_0 in tried]
         # The next step can fail from an ill-conditioned least error: then from the second least.
-        for i_0, e, found in sorted(tries, key=lambda t: t[1]):
-            if found and e > FEASIBLE * tau_ref:
-                e *= 1 + SLACK
-                i, _, found = self._solve("copper", norm, i_0, tau_ref=tau_ref, s=(e, e))
-            elif found:
+        least = sorted(((e, i_0) for i_0, e, found in tries if found), key=lambda t: t[0])
+        for slack, (e, i_0) in product(MORE_SLACK, least):
+            if e > FEASIBLE * tau_ref:
+                bounds = (e * (1 + slack), e * (1 + slack))
+                i, _, found = self._solve("copper", norm, i_0, tau_ref=tau_ref, s=bounds)
+            else:
                 i, _, found = self._solve("copper", "none", i_0, tau_ref=tau_ref)
             if found:
                 return i

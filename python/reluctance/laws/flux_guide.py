@@ -1,0 +1,97 @@
+"""A flux guide, and the weights that follow from it and from the wanted switching frequency.
+
+A deviation from the guide can be made good only where the guide leaves some of the voltage. So the
+weights follow the reserve, the share of the conduction in which it does: the less, the closer the
+guide must be kept. docs/control/best_mpc.md has the measurements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reluctance import _core
+from reluctance.limit import Table
+
+FULL_VOLTAGE = 0.98  # of the dc link: above, a leg is held
+LEAST_RESERVE = 0.2  # that weights are made for; the least that was tried is 0.25
+
+
+def packed(tables: list[Table], quantity: str, R: float) -> _core.Guide:
+    """One quantity, "i" or "psi", of the tables of several speeds as a law takes it."""
+    return _core.Guide(
+        np.stack([getattr(table, quantity) for table in tables]),
+        tau_max=tables[0].tau_ref[-1],
+        omega_m=[table.omega_m for table in tables],
+        u_dc=tables[0].u_dc,
+        drop=R * float(tables[0].i.max()),
+    )
+
+
+@dataclass(frozen=True)
+class FluxGuide:
+    """Least-copper profiles of one or several speeds, at a working torque."""
+
+    tables: list[Table]
+    machine: _core.LeHuy | _core.FluxMap
+    R: float  # [ohm]
+    i_max: float  # [A]
+    tau_ref: float  # [N m]
+    f_switch: float  # wanted turn-ons per switch and second [Hz]
+
+    @property
+    def profiles(self) -> _core.Guide:
+        """Flux linkage over torque, angle and speed."""
+        return packed(self.tables, "psi", self.R)
+
+    @property
+    def reserve(self) -> list[float]:
+        """Share of the conduction that leaves some voltage, at each speed [1]."""
+        return [self._reserve(table) for table in self.tables]
+
+    @property
+    def psi_slack(self) -> list[float]:
+        """How far a phase may leave the guide, at each speed [Wb]: reserve^2 times the flux linkage
+        of half a switching period."""
+        half_period = self.tables[0].u_dc / (2 * self.f_switch)
+        return [half_period * reserve**2 for reserve in self.reserve]
+
+    @property
+    def w_psi(self) -> list[float]:
+        """Weight of the distance to the guide, at each speed [N^2 m^2/Wb^2]: with full reserve all
+        of the flux linkage counts as all of the torque."""
+        levels = [self._level(table) for table in self.tables]
+        per_flux = [t.tau_ref[j] / t.psi[j].max() for t, j in zip(self.tables, levels, strict=True)]
+        return [(g / r) ** 2 for g, r in zip(per_flux, self.reserve, strict=True)]
+
+    @property
+    def w_sw(self) -> float:
+        """What a turn-on may cost [N^2 m^2 s]. The lowest speed decides: above it less of a period
+        is left to switch in, and at the same cost there are fewer turn-ons."""
+        lowest = self.tables[0]
+        return _core.switching_weight(
+            self.machine,
+            guide=self.profiles,
+            R=self.R,
+            tau_ref=self.tau_ref,
+            omega_m=lowest.omega_m,
+            u_dc=lowest.u_dc,
+            i_max=self.i_max,
+            f_switch=self.f_switch,
+        )
+
+    def _level(self, table: Table) -> int:
+        """The row nearest to the working torque, zero torque left out."""
+        return 1 + int(np.argmin(np.abs(table.tau_ref[1:] - self.tau_ref)))
+
+    def _reserve(self, table: Table) -> float:
+        level = self._level(table)
+        psi, i = table.psi[level], table.i[level]
+        slope = (np.roll(psi, -1) - np.roll(psi, 1)) * psi.size / (4 * np.pi)  # [Wb/rad]
+        u = self.R * i + self.machine.N_r * table.omega_m * slope
+        conducts = i > self.i_max / 200
+        if not conducts.any():
+            return 1.0
+        share = np.mean(np.abs(u[conducts]) < FULL_VOLTAGE * table.u_dc)
+        return max(float(share), LEAST_RESERVE)

@@ -1,0 +1,135 @@
+"""The guide over speed: its interpolation, its weights, and the laws that follow it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from firmware_tools import ROOT
+from mpc_loop import PAPER, RATED, RPM, STUDY, U_DC, Point, controller, figures
+
+import reluctance as rl
+from reluctance import _core
+
+N_ANGLES = 90
+OMEGA = [100.0, 160.0, 250.0]
+
+
+def tent(omega):
+    """Flux linkage that rises with all of the voltage for a third of a turn, then falls so."""
+    theta = 2 * np.pi * np.arange(N_ANGLES) / N_ANGLES
+    width = 2 * np.pi / 3
+    return U_DC / omega * np.maximum(width - np.abs(theta - width), 0)
+
+
+def guide(drop=0.0):
+    """Three tents, the same for every torque but zero."""
+    values = np.array([[np.zeros(N_ANGLES), tent(omega)] for omega in OMEGA])
+    return _core.Guide(values, tau_max=1.0, omega_m=OMEGA, u_dc=U_DC, drop=drop)
+
+
+def along(g, omega_m, u_dc=U_DC):
+    angles = 2 * np.pi * np.arange(N_ANGLES) / N_ANGLES
+    return np.array([g.at(1.0, theta, omega_m=omega_m, u_dc=u_dc) for theta in angles])
+
+
+@pytest.mark.parametrize(
+    ("omega", "profile"), [(0, 0), (60, 0), (100, 0), (160, 1), (250, 2), (999, 2)]
+)
+def test_guide_is_the_profile_of_its_speeds_and_the_nearest_beyond_them(omega, profile):
+    for sense in (1, -1):
+        values = along(guide(), sense * omega)
+        np.testing.assert_allclose(values, tent(OMEGA[profile]), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("omega", [101.0, 130.0, 159.0, 170.0, 249.0])
+def test_between_its_speeds_the_guide_uses_the_voltage_and_no_more(omega):
+    slope = np.abs(np.diff(along(guide(), omega))).max() * N_ANGLES / (2 * np.pi)
+    assert slope * omega == pytest.approx(U_DC, rel=1e-9)
+
+
+@pytest.mark.parametrize("drop", [0.0, 60.0])
+@pytest.mark.parametrize("u_dc", [170.0, 200.0, 300.0])
+def test_another_voltage_is_another_speed(drop, u_dc):
+    same = 140.0 * (U_DC - drop) / (u_dc - drop)
+    np.testing.assert_allclose(
+        along(guide(drop), 140.0, u_dc), along(guide(drop), same), rtol=1e-12
+    )
+
+
+@pytest.mark.parametrize("u_dc", [0.0, 60.0, -1.0])
+def test_without_voltage_the_profile_of_the_highest_speed_is_left(u_dc):
+    np.testing.assert_allclose(
+        along(guide(60.0), 140.0, u_dc), tent(OMEGA[-1]), rtol=1e-12, atol=1e-12
+    )
+
+
+def test_less_voltage_reserve_means_a_closer_guide():
+    weights = replace(RATED, guide_rpm=(1500, 2250, 3000)).guide(10e3)
+    assert np.all(np.diff(weights.reserve) < 0)
+    assert np.all(np.diff(weights.psi_slack) < 0)
+    assert np.all(np.diff(weights.w_psi) > 0)
+    # The voltage of the least-copper profile at 1500 rpm, from its flux linkage by itself.
+    table = weights.tables[0]
+    level = np.argmin(np.abs(table.tau_ref - RATED.tau))
+    psi, i = table.psi[level], table.i[level]
+    between = (psi + np.roll(psi, -1)) / 2
+    rise = np.gradient(np.tile(between, 3), table.theta_e[1])[psi.size : 2 * psi.size]
+    u = 4 * table.omega_m * rise + RATED.R * (i + np.roll(i, -1)) / 2
+    conducts = i > 1
+    assert weights.reserve[0] == pytest.approx(np.mean(np.abs(u[conducts]) < 235), abs=0.03)
+
+
+@pytest.mark.parametrize("law", ["edge_mpc", "finite_set_mpc"])
+def test_at_twice_the_nominal_speed_only_a_guide_over_speed_comes_near_the_limit(law):
+    """The limit there: 3.0 % rms error, with conduction all around and 79 A rms."""
+    fast = replace(RATED, rpm=3000, guide_rpm=(1500, 2250, 3000))
+    y = figures(controller(law, fast, STUDY, 10e3), fast, STUDY)
+    assert y.error_rms < 0.05
+    one_speed = replace(fast, guide_rpm=(1500,))
+    assert figures(controller(law, one_speed, STUDY, 10e3), fast, STUDY).error_rms > 0.15
+
+
+@pytest.mark.parametrize("law", ["edge_mpc", "finite_set_mpc"])
+@pytest.mark.parametrize("guide_rpm", [(), (1500, 2250, 2625, 3000)])
+def test_near_the_end_of_ripple_free_torque_the_laws_stay_on_the_guide(law, guide_rpm):
+    """At 2625 rpm the least rms current without ripple is 49.85 A."""
+    point = Point(41.339, 2625, PAPER, guide_rpm=guide_rpm)
+    y = figures(controller(law, point, STUDY, 10e3), point, STUDY)
+    assert y.error_rms < 0.012
+    assert y.i_rms < 1.01 * 49.85
+
+
+@pytest.mark.parametrize("law", ["edge_mpc", "finite_set_mpc"])
+def test_a_sagging_dc_link_is_a_higher_speed(law):
+    """240 V -> 200 V at 2250 rpm: as fast as 2893 rpm. The limit: 2.0 % error, 69.6 A."""
+    sagging = Point(
+        41.339, 2250, PAPER, u_dc=200.0, guide_rpm=(1500, 1800, 2100, 2400, 2550, 2700, 2850, 3000)
+    )
+    y = figures(controller(law, sagging, STUDY, 10e3), sagging, STUDY)
+    assert y.error_rms < 0.06
+    its_own = replace(sagging, guide_rpm=(2250,))
+    assert figures(controller(law, its_own, STUDY, 10e3), sagging, STUDY).error_rms > 0.09
+
+
+@pytest.mark.parametrize(
+    ("speeds", "fault"),
+    [
+        ("[1500, 1500]", "need rising speeds"),
+        ("[3000.0, 1500.0]", "need rising speeds"),
+        ("[-1.0, 1500.0]", r"guide_speed_rpm\.0 = -1\.0, need >= 0"),
+        ("[]", "guide_speed_rpm"),
+        ("'fast'", "guide_speed_rpm"),
+    ],
+)
+def test_speeds_that_do_not_rise_are_refused(speeds, fault):
+    with pytest.raises(rl.ParameterError, match=fault):
+        rl.load(ROOT / "examples" / "edge_mpc_fpga.toml", [f"control.guide_speed_rpm={speeds}"])
+
+
+def test_one_speed_and_a_list_of_it_are_the_same_guide():
+    one, many = (
+        rl.load(ROOT / "examples" / "edge_mpc_fpga.toml", [f"control.guide_speed_rpm={speeds}"])
+        for speeds in ("1500", "[1500]")
+    )
+    assert one.control == many.control
+    assert one.control.tables(one)[0].omega_m == pytest.approx(1500 * RPM)
