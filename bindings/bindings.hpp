@@ -76,9 +76,10 @@ struct Setting {
   srm::SpeedPi<double> speed;
   double tracker_bandwidth;  // [rad/s]; 0: angle and speed are used as measured
   srm::Comparators comparators;
+  double t_dead;  // of the converter [s]
 };
 
-/// The law with its speed loop, angle tracker and comparators.
+/// The law with all that stands around it.
 template <class Law>
 srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
   using T = typename Law::Scalar;
@@ -86,8 +87,8 @@ srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
                               T(s.speed.tau_max), T(s.speed.T_s)};
   const int N_r = std::visit([](const auto& machine) { return machine.N_r; }, s.machine);
   const srm::Motion motion = s.tracker_bandwidth > 0 ? srm::Motion::tracked : srm::Motion::measured;
-  return {law,          s.outer, speed, motion, {T(s.speed.T_s), T(s.tracker_bandwidth), N_r},
-          s.comparators};
+  const srm::AngleTracker<T> tracker{T(s.speed.T_s), T(s.tracker_bandwidth), N_r};
+  return {law, s.outer, speed, motion, tracker, s.comparators, T(s.t_dead)};
 }
 
 /// Closes law, speed loop and state into the controller that the loop calls; measurement and

@@ -8,7 +8,7 @@ namespace bound {
 namespace {
 
 AnyController deadbeat(const Setting& setting, const srm::Sharing<double>& sharing, double R,
-                       double i_max, double T_s, double t_dead, int delay, srm::Carriers carriers) {
+                       double i_max, double T_s, int delay, srm::Carriers carriers) {
   return controller(setting, [&]<class T, int N>(const auto& model) {
     using M = std::decay_t<decltype(model)>;
     const srm::Deadbeat<M, N> law{.machine = model,
@@ -16,7 +16,6 @@ AnyController deadbeat(const Setting& setting, const srm::Sharing<double>& shari
                                   .sharing = in_precision<T>(sharing),
                                   .i_max = T(i_max),
                                   .T_s = T(T_s),
-                                  .t_dead = T(t_dead),
                                   .delay = delay,
                                   .carriers = carriers};
     return std::pair(law, std::shared_ptr<void>());
@@ -27,7 +26,7 @@ AnyController deadbeat(const Setting& setting, const srm::Sharing<double>& shari
 
 void bind_deadbeat(nb::module_& m) {
   m.def("deadbeat", &deadbeat, nb::arg("setting"), nb::kw_only(), nb::arg("sharing"), nb::arg("R"),
-        nb::arg("i_max"), nb::arg("T_s"), nb::arg("t_dead"), nb::arg("delay"), nb::arg("carriers"),
+        nb::arg("i_max"), nb::arg("T_s"), nb::arg("delay"), nb::arg("carriers"),
         "The duty cycle that brings each phase to its shared torque in one sample.");
 }
 

@@ -209,10 +209,10 @@ nb::object described(const srm::Angles<T, N>& law) {
 
 template <class M, int N>
 nb::object described(const srm::PwmCurrent<M, N>& law) {
-  const auto& [machine, R, conduction, reference, bandwidth, T_s, t_dead] = law;
+  const auto& [machine, R, conduction, reference, bandwidth, T_s] = law;
   return described_fields(template_id("srm::PwmCurrent", type_name(machine), N),
-                          "machine, R, conduction, reference, bandwidth, T_s, t_dead", machine, R,
-                          conduction, reference, bandwidth, T_s, t_dead);
+                          "machine, R, conduction, reference, bandwidth, T_s", machine, R,
+                          conduction, reference, bandwidth, T_s);
 }
 
 template <class M, int N>
@@ -232,10 +232,10 @@ nb::object described(const srm::Ditc<M, N>& law) {
 
 template <class M, int N>
 nb::object described(const srm::Deadbeat<M, N>& law) {
-  const auto& [machine, R, sharing, i_max, T_s, t_dead, delay, carriers] = law;
+  const auto& [machine, R, sharing, i_max, T_s, delay, carriers] = law;
   return described_fields(template_id("srm::Deadbeat", type_name(machine), N),
-                          "machine, R, sharing, i_max, T_s, t_dead, delay, carriers", machine, R,
-                          sharing, i_max, T_s, t_dead, delay, carriers);
+                          "machine, R, sharing, i_max, T_s, delay, carriers", machine, R, sharing,
+                          i_max, T_s, delay, carriers);
 }
 
 /// The target's capacities are what the parameters use: N_p and N_c themselves.
@@ -273,12 +273,12 @@ nb::object described(const srm::EdgeMpc<M, N>& law) {
 
 template <class Law>
 nb::object described(const srm::DriveControl<Law>& control) {
-  const auto& [law, outer, speed, motion, tracker, comparators] = control;
+  const auto& [law, outer, speed, motion, tracker, comparators, t_dead] = control;
   const nb::object inside = described(law);
   const std::string type = nb::cast<std::string>(inside["type"]);
   return described_fields(template_id("srm::DriveControl", type),
-                          "law, outer, speed, motion, tracker, comparators", law, outer, speed,
-                          motion, tracker, comparators);
+                          "law, outer, speed, motion, tracker, comparators, t_dead", law, outer,
+                          speed, motion, tracker, comparators, t_dead);
 }
 
 template <class... V>

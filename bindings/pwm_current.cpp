@@ -9,7 +9,7 @@ namespace {
 
 AnyController pwm_current(const Setting& setting, const srm::Conduction<double>& conduction,
                           const srm::MeanTorque<double>& reference, double R, double bandwidth,
-                          double T_s, double t_dead) {
+                          double T_s) {
   return controller(setting, [&]<class T, int N>(const auto& model) {
     using M = std::decay_t<decltype(model)>;
     const srm::PwmCurrent<M, N> law{.machine = model,
@@ -17,8 +17,7 @@ AnyController pwm_current(const Setting& setting, const srm::Conduction<double>&
                                     .conduction = in_precision<T>(conduction),
                                     .reference = in_precision<T>(reference),
                                     .bandwidth = T(bandwidth),
-                                    .T_s = T(T_s),
-                                    .t_dead = T(t_dead)};
+                                    .T_s = T(T_s)};
     return std::pair(law, std::shared_ptr<void>());
   });
 }
@@ -27,7 +26,7 @@ AnyController pwm_current(const Setting& setting, const srm::Conduction<double>&
 
 void bind_pwm_current(nb::module_& m) {
   m.def("pwm_current", &pwm_current, nb::arg("setting"), nb::kw_only(), nb::arg("conduction"),
-        nb::arg("reference"), nb::arg("R"), nb::arg("bandwidth"), nb::arg("T_s"), nb::arg("t_dead"),
+        nb::arg("reference"), nb::arg("R"), nb::arg("bandwidth"), nb::arg("T_s"),
         "Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.");
 }
 

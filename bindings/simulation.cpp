@@ -83,15 +83,15 @@ void bind_simulation(nb::module_& m) {
           "__init__",
           [](Setting* self, const AnyMachine& machine, int n_phases, bool single, srm::Outer outer,
              double K_p, double K_i, double tau_min, double tau_max, double T_s,
-             double tracker_bandwidth, srm::Comparators comparators) {
+             double tracker_bandwidth, srm::Comparators comparators, double t_dead) {
             new (self) Setting{
-                machine,           n_phases,   single, outer, {K_p, K_i, tau_min, tau_max, T_s},
-                tracker_bandwidth, comparators};
+                machine,           n_phases,    single, outer, {K_p, K_i, tau_min, tau_max, T_s},
+                tracker_bandwidth, comparators, t_dead};
           },
           nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"),
           nb::arg("outer"), nb::arg("K_p"), nb::arg("K_i"), nb::arg("tau_min"), nb::arg("tau_max"),
           nb::arg("T_s"), nb::arg("tracker_bandwidth") = 0.0,
-          nb::arg("comparators") = srm::Comparators::analog);
+          nb::arg("comparators") = srm::Comparators::analog, nb::arg("t_dead") = 0.0);
   nb::class_<AnySimulation>(m, "Simulation", "The closed loop. SI units.")
       .def(
           "__init__",

@@ -118,7 +118,7 @@ class Controller:
 class Setting:
     """What every control law is given beside its own parameters."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0, comparators: Comparators = Comparators.analog) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0, comparators: Comparators = Comparators.analog, t_dead: float = 0.0) -> None: ...
 
 class Simulation:
     """The closed loop. SI units."""
@@ -318,7 +318,7 @@ def with_angle_offset(controller: Controller, offset: float) -> Controller:
     The controller behind an angle sensor that shows the electrical angle plus offset [rad].
     """
 
-def pwm_current(setting: Setting, *, conduction: Conduction, reference: MeanTorque, R: float, bandwidth: float, T_s: float, t_dead: float) -> Controller:
+def pwm_current(setting: Setting, *, conduction: Conduction, reference: MeanTorque, R: float, bandwidth: float, T_s: float) -> Controller:
     """
     Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.
     """
@@ -333,7 +333,7 @@ def ditc(setting: Setting, *, conduction: Conduction, inner: float, outer: float
     Legs chosen by the torque error. inner, outer: half widths of the torque bands [N m].
     """
 
-def deadbeat(setting: Setting, *, sharing: Sharing, R: float, i_max: float, T_s: float, t_dead: float, delay: int, carriers: Carriers) -> Controller:
+def deadbeat(setting: Setting, *, sharing: Sharing, R: float, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
     """
     The duty cycle that brings each phase to its shared torque in one sample.
     """

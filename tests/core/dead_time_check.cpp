@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "srm/control/dead_time.hpp"
 #include "srm/control/modulator.hpp"
 #include "srm/sim/simulation.hpp"
 
@@ -106,18 +107,21 @@ int main() {
   const auto fixed = [&](int) { return pulse(zero, up, 10e-6, 30e-6); };
   const auto coarse = run(fixed, 200, R, 10e-6), fine = run(fixed, 200, R, 0.7e-6);
   check("steps do not matter", coarse.i, fine.i, 1e-7);
-  const double q = std::exp(-R / L * T_s), on = 20e-6 - dead,
-               after = 20e-6;  // until the period's end
+  const double q = std::exp(-R / L * T_s), on = 20e-6 - dead;
+  const double after = 20e-6;  // until the period's end
   const double i_end = u_dc / R * (1 - std::exp(-R / L * on)) * std::exp(-R / L * after) / (1 - q);
   check("R-L response in steady state", fine.i, i_end, 1e-6);
 
-  // The modulator's edges come early by what the converter is late; all but the first, of `up`.
+  // Turn-ons of a modulator are ordered early by what the converter is late; all but the first, of
+  // `up`.
   double worst = 0, worst_plain = 0;
   for (const double duty : {0.02, 0.37, 0.7, -0.37, -0.9}) {
     for (const double centre : {0.1, 0.5, 0.9}) {
       const auto end = [&](double t_dead, double dead_time) {
         const auto order = [&](int j) {
-          return j < 20 ? hold<double>(up) : modulate(duty, T_s, t_dead, centre);
+          Command<double, 1> c{j < 20 ? hold<double>(up) : modulate(duty, T_s, centre)};
+          lead_turn_on<double, 1>(c, t_dead);
+          return c[0];
         };
         return run(order, 40, 0, 10e-6, dead_time).i;
       };

@@ -5,6 +5,7 @@
 #include <initializer_list>
 
 #include "srm/control/angles.hpp"
+#include "srm/control/dead_time.hpp"
 #include "srm/control/deadbeat.hpp"
 #include "srm/control/ditc.hpp"
 #include "srm/control/pwm_current.hpp"
@@ -70,8 +71,7 @@ PwmCurrent<LeHuy<T>, N> pwm_current() {
           .conduction = conduction<T, N>(),
           .reference = constant_current(T(80)),
           .bandwidth = T(6000),
-          .T_s = T(20e-6),
-          .t_dead = T(0)};
+          .T_s = T(20e-6)};
 }
 template <Real T, int N>
 TorqueSharing<LeHuy<T>, N> torque_sharing(Shape shape) {
@@ -94,7 +94,6 @@ Deadbeat<LeHuy<T>, N> deadbeat(int delay, Carriers carriers) {
           .sharing = sharing_of<T>(Shape::cubic, 10, 160 - 360.0 / N),
           .i_max = T(200),
           .T_s = T(20e-6),
-          .t_dead = T(0),
           .delay = delay,
           .carriers = carriers};
 }
@@ -293,22 +292,31 @@ double mean_voltage(const PhaseCommand<double>& c, double T_s) {
   return sum / T_s;
 }
 
-/// Ordered against wanted: with a dead time pulses of +u_dc are longer by it, of -u_dc shorter.
+/// The largest error of a duty cycle; and of one whose turn-ons are ordered ahead of a dead time,
+/// and are late by it, where the pulse leaves room for that.
 double worst_modulation() {
+  const double T_s = 50e-6, t_dead = 1e-6;
   double worst = 0;
   for (int k = 0; k < 5; ++k) {
     for (Carriers carriers : {Carriers::in_phase, Carriers::interleaved}) {
-      for (double t_dead : {0.0, 1e-6, 15e-6}) {
-        for (int n = -120; n <= 120; ++n) {
-          const PhaseCommand<double> c =
-              modulate(n / 100.0, 50e-6, t_dead, pulse_centre<5, double>(carriers, k));
-          const double duty = clamp(n / 100.0, -1.0, 1.0);
-          const double longer = n == 0 || n <= -100 ? 0 : t_dead / 50e-6;
-          const double expected = duty > 0 ? min(duty + longer, 1.0) : min(duty + longer, 0.0);
-          worst = std::fmax(worst, std::fabs(mean_voltage(c, 50e-6) - expected));
-          if (c.t_edge[0] < 0 || !std::is_sorted(c.t_edge.begin(), c.t_edge.end())) {
-            worst = HUGE_VAL;
-          }
+      for (int n = -120; n <= 120; ++n) {
+        const PhaseCommand<double> c =
+            modulate(n / 100.0, T_s, pulse_centre<5, double>(carriers, k));
+        const double duty = clamp(n / 100.0, -1.0, 1.0);
+        worst = std::fmax(worst, std::fabs(mean_voltage(c, T_s) - duty));
+        Command<double, 1> early{c};
+        lead_turn_on<double, 1>(early, t_dead);
+        PhaseCommand<double> late = early[0];
+        bool room = true;
+        for (int j = 0; j < max_edges; ++j) {
+          if (c.leg[j + 1] <= c.leg[j]) continue;
+          late.t_edge[j] += t_dead;
+          room = room && c.t_edge[j] - (j > 0 ? c.t_edge[j - 1] : 0) > t_dead;
+        }
+        if (room) worst = std::fmax(worst, std::fabs(mean_voltage(late, T_s) - duty));
+        for (const PhaseCommand<double>& order : {c, early[0]}) {
+          const auto& t = order.t_edge;
+          if (t[0] < 0 || !std::is_sorted(t.begin(), t.end())) worst = HUGE_VAL;
         }
       }
     }

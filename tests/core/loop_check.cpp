@@ -33,15 +33,16 @@ int main() {
       guide[row * columns + column] = 80.0 * row / (rows - 1);
     }
   }
-  const srm::PaperMpc<Machine, N, 3, 2> law{.machine = machine,
-                                            .guide = {{guide, rows, columns, 41.339}, &omega, 1, 240, 0},
-                                            .mpc = {3, 2, 0.05, 0, 1},
-                                            .w_i = 0.05,
-                                            .R = 0.72,
-                                            .i_max = 150,
-                                            .i_band = 1,
-                                            .T_s = 20e-6,
-                                            .delay = 0};
+  const srm::PaperMpc<Machine, N, 3, 2> law{
+      .machine = machine,
+      .guide = {{guide, rows, columns, 41.339}, &omega, 1, 240, 0},
+      .mpc = {3, 2, 0.05, 0, 1},
+      .w_i = 0.05,
+      .R = 0.72,
+      .i_max = 150,
+      .i_band = 1,
+      .T_s = 20e-6,
+      .delay = 0};
   srm::Controller<N> controller = [&law, state = decltype(law)::State{}](
                                       const srm::Measurement<double, N>& y, double tau) mutable {
     return srm::Orders<N>{.command = law.step(state, y, tau), .tau_ref = tau};

@@ -30,7 +30,6 @@ struct Deadbeat {
   Sharing<T> sharing;
   T i_max;        // [A]
   T T_s;          // control and carrier period [s]
-  T t_dead;       // of the converter [s]
   int delay = 0;  // samples from measurement to effect: 0 or 1
   Carriers carriers = Carriers::in_phase;
 
@@ -42,7 +41,7 @@ struct Deadbeat {
       const T tau_ph = sharing.template share<N>(theta) * abs(tau_ref);
       const T i_ref = current_for_torque(machine, tau_ph, theta, i_max);
       x.duty[k] = i_ref > T(0) ? duty(x.duty[k], y, k, i_ref, theta) : T(-1);
-      return modulate(x.duty[k], T_s, t_dead, pulse_centre<N, T>(carriers, k));
+      return modulate(x.duty[k], T_s, pulse_centre<N, T>(carriers, k));
     });
   }
 

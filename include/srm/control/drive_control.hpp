@@ -1,9 +1,10 @@
-// The whole controller: angle tracker, speed loop or torque reference, the control law, and its
-// comparators where the board has none.
+// The whole controller: angle tracker, speed loop or torque reference, the control law, its
+// comparators where the board has none, and what makes up for the converter's dead time.
 #pragma once
 
 #include "srm/control/angle_tracker.hpp"
 #include "srm/control/comparator.hpp"
+#include "srm/control/dead_time.hpp"
 #include "srm/control/interface.hpp"
 #include "srm/control/speed_pi.hpp"
 
@@ -31,6 +32,7 @@ struct DriveControl {
   Motion motion;
   AngleTracker<T> tracker;  // used with Motion::tracked
   Comparators comparators;
+  T t_dead;  // of the converter: dead_time.hpp [s]
 
   struct State {
     typename Law::State law;
@@ -51,6 +53,7 @@ struct DriveControl {
         outer == Outer::speed ? speed.step(state.speed, reference, y.omega_m) : reference;
     Command<T, n_phases> orders = law.step(state.law, y, state.tau_ref);
     if (comparators == Comparators::sampled) compare_now<T, n_phases>(orders, y, state.leg);
+    if (t_dead > T(0)) lead_turn_on<T, n_phases>(orders, t_dead);
     return orders;
   }
 };

@@ -1,10 +1,8 @@
 // From duty cycle to switching instants: centre-aligned PWM with soft switching.
 //
 // A period holds one pulse of the active leg, +u_dc or -u_dc, and freewheels for the rest; so the
-// mean winding voltage is duty * u_dc and each period turns each switch on at most once: where a
-// pulse of +u_dc starts, or one of -u_dc ends. A dead time makes that edge late, so it is ordered
-// earlier by as much. D. G. Holmes, T. A. Lipo, Pulse Width Modulation for Power Converters, Wiley
-// 2003, ch. 3 and 6.
+// mean winding voltage is duty * u_dc and each period turns each switch on at most once. D. G.
+// Holmes, T. A. Lipo, Pulse Width Modulation for Power Converters, Wiley 2003, ch. 3 and 6.
 #pragma once
 
 #include "srm/control/interface.hpp"
@@ -23,16 +21,13 @@ constexpr T pulse_centre(Carriers carriers, int k) {
 
 /// duty in [-1, 1], held there. A pulse that passes the end of the period goes on at its start.
 template <Real T>
-constexpr PhaseCommand<T> modulate(T duty, T T_s, T t_dead, T centre = T(0.5)) {
+constexpr PhaseCommand<T> modulate(T duty, T T_s, T centre = T(0.5)) {
   const Leg active = duty < T(0) ? Leg::demagnetize : Leg::magnetize;
-  const T late = abs(duty) < T(1) ? t_dead / T_s : T(0);  // a whole period has no turn-on
-  const T width = clamp(duty > T(0) ? duty + late : -duty - late, T(0), T(1));
+  const T width = clamp(abs(duty), T(0), T(1));
   if (width <= T(0)) return hold<T>(Leg::freewheel);
   if (width >= T(1)) return hold<T>(active);
-  const T early = centre - late / T(2);
-  const T middle = early < T(0) ? early + T(1) : early;
-  const T start = middle - width / T(2);
-  const T end = middle + width / T(2);
+  const T start = centre - width / T(2);
+  const T end = centre + width / T(2);
   if (start < T(0)) return pulse(active, Leg::freewheel, end * T_s, (start + T(1)) * T_s);
   if (end > T(1)) return pulse(active, Leg::freewheel, (end - T(1)) * T_s, start * T_s);
   return pulse(Leg::freewheel, active, start * T_s, end * T_s);

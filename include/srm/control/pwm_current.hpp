@@ -32,7 +32,6 @@ struct PwmCurrent {
   MeanTorque<T> reference;
   T bandwidth;  // of the current loop [rad/s]; below 0.3/T_s with one sample of delay
   T T_s;        // control and carrier period [s]
-  T t_dead;     // of the converter [s]
 
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
     const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
@@ -40,7 +39,7 @@ struct PwmCurrent {
     return per_phase<T, N>([&](int k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
       if (i_ref > T(0) && conducts(theta, window.theta_on, window.theta_off)) {
-        return modulate(duty(x.u_integral[k], y, k, i_ref), T_s, t_dead);
+        return modulate(duty(x.u_integral[k], y, k, i_ref), T_s);
       }
       x.u_integral[k] = T(0);
       return hold<T>(Leg::demagnetize);

@@ -25,7 +25,6 @@ class Deadbeat(SharedTorque):
             R=drive.control_machine.R,
             i_max=drive.control_machine.i_max_A,
             T_s=self.T_s,
-            t_dead=drive.converter.dead_time,
             delay=drive.sensing.delay_samples,
             carriers=getattr(_core.Carriers, self.carriers),
         )

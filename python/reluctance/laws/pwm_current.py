@@ -48,6 +48,5 @@ class PwmCurrent(PulseCurrent):
                 R=drive.control_machine.R,
                 bandwidth=bandwidth,
                 T_s=self.T_s,
-                t_dead=drive.converter.dead_time,
             )
         )
