@@ -19,6 +19,7 @@ RPM = np.pi / 30
 U_DC = 240.0  # of the guides
 PAPER = {"N_r": 4, "L_u": 0.67e-3, "L_a": 23.62e-3, "L_sat": 0.15e-3, "i_m": 450.0, "psi_m": 0.468}
 GENERIC = {**PAPER, "L_a": 23.6e-3, "psi_m": 0.486}
+SMALL = {"N_r": 6, "L_u": 8.7e-3, "L_a": 0.25, "L_sat": 0.5e-3, "i_m": 5.0, "psi_m": 0.3}
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class Point:
     n_phases: int = 3
     guide_rpm: tuple[float, ...] = ()  # speeds of the guide; by default this one
     u_dc: float = U_DC  # of the loop [V]
+    i_range: float = 200.0  # of the current sensor [A]
 
     @property
     def machine(self) -> Any:
@@ -72,6 +74,7 @@ STUDY = Timing(5e-6)
 MICROCONTROLLER = Timing(20e-6, delay=1, adc_bits=12, encoder_counts=4096)
 RATED = Point(41.339, 1500, PAPER)
 HALF = Point(20.669, 1060.7, PAPER)
+ONE_HP = Point(2.0, 1500, SMALL, R=2.15, i_max=5.0, n_phases=4, i_range=10.0)  # 8/6
 
 
 def controller(
@@ -138,7 +141,7 @@ def loop(
         T_s=timing.T_s,
         delay=timing.delay,
         adc_bits=timing.adc_bits,
-        i_range=200,
+        i_range=point.i_range,
         encoder_counts=timing.encoder_counts,
         controller=law,
         t_ref=[0],
@@ -205,6 +208,7 @@ def main() -> None:
         "paper 20.669 N m 1060.7 rpm": HALF,
         "60 kW 80 N m 1500 rpm": generic,
         "four phases 41.339 N m 1500 rpm": Point(41.339, 1500, PAPER, n_phases=4),
+        "8/6, 1 hp, 2 N m 1500 rpm": ONE_HP,
     }
     cells = [
         ("edge_mpc", FPGA, 21e3, 1),

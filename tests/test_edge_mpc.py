@@ -9,6 +9,7 @@ from mpc_loop import (
     GENERIC,
     HALF,
     MICROCONTROLLER,
+    ONE_HP,
     PAPER,
     RATED,
     Point,
@@ -28,13 +29,14 @@ CELLS = [
     (Point(-41.339, -1500, PAPER, guide_rpm=(1500,)), 48.93),
     (Point(80.0, 1500, GENERIC, R=0.05, i_max=200.0), 84.49),
     (Point(41.339, 1500, PAPER, n_phases=4), 38.09),
+    (ONE_HP, 1.898),
 ]
 
 
 @pytest.mark.parametrize(("point", "limit_A"), CELLS)
 @pytest.mark.parametrize(
     ("timing", "f_switch", "rms", "pp", "copper"),
-    [(FPGA, 21e3, 0.0040, 0.020, 1.005), (MICROCONTROLLER, 16e3, 0.0080, 0.050, 1.01)],
+    [(FPGA, 21e3, 0.0040, 0.020, 1.005), (MICROCONTROLLER, 16e3, 0.0065, 0.035, 1.01)],
 )
 def test_ripple_copper_and_switching_frequency_meet_the_targets(
     point: Point,
