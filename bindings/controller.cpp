@@ -5,7 +5,7 @@ namespace bound {
 
 namespace {
 
-/// Phase commands as rows of numbers, in the order of srm::PhaseCommand.
+/// Phase commands as rows of numbers: gate, legs, chop, edges, then currents and angles.
 constexpr int command_columns = 7 + 2 * srm::max_edges;
 
 void write(const srm::PhaseCommand<double>& c, double* row) {
@@ -57,8 +57,7 @@ AnyController from_function(int n_phases, nb::callable function) {
       const auto rows =
           nb::cast<std::vector<double>>((*owner)(i, y.theta_e, y.omega_m, y.u_dc, reference));
       if (int(rows.size()) != N * command_columns + 1) {
-        throw std::invalid_argument(
-            "need COMMAND_COLUMNS numbers a phase and the torque reference");
+        throw std::invalid_argument("need 15 numbers a phase and the torque reference");
       }
       srm::Orders<N> orders;
       for (int k = 0; k < N; ++k) orders.command[k] = read(&rows[k * command_columns]);

@@ -1,6 +1,9 @@
 // Python view of the guide of the predictive laws.
 #include "guide.hpp"
 
+#include <algorithm>
+#include <functional>
+
 namespace bound {
 
 namespace {
@@ -9,7 +12,11 @@ using Cube = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cp
 
 Guide guide(const Cube& values, double tau_max, const std::vector<double>& omega_m, double u_dc,
             double drop) {
-  if (values.shape(0) != omega_m.size()) throw std::invalid_argument("need a speed for each table");
+  if (values.shape(0) != omega_m.size() || omega_m.empty() || omega_m.front() < 0 ||
+      std::adjacent_find(omega_m.begin(), omega_m.end(), std::greater_equal{}) != omega_m.end()) {
+    throw std::invalid_argument("need a speed >= 0 for each table, increasing");
+  }
+  if (!(drop >= 0 && drop < u_dc)) throw std::invalid_argument("need 0 <= drop < u_dc");
   if (values.shape(1) < 2) throw std::invalid_argument("need two levels, zero and tau_max");
   return {.values = {values.data(), values.data() + values.size()},
           .n_levels = int(values.shape(1)),

@@ -96,24 +96,24 @@ void bind_simulation(nb::module_& m) {
       .def(
           "__init__",
           [](AnySimulation* self, const AnyMachine& machine, int n_phases, double R, double u_dc,
-             double v_switch, double R_switch, double v_diode, double R_diode, double dead_time,
+             double v_switch, double R_switch, double v_diode, double R_diode, double t_dead,
              srm::Shaft shaft, double J, double B, double k_pump, double tau_load, double T_s,
              int delay, int adc_bits, double i_range, int encoder_counts,
              const AnyController& controller, const std::vector<double>& t_ref,
              const std::vector<double>& ref, double omega_m, double theta_m, double dt_max,
              double i_scale, double record_every) {
             new (self) AnySimulation(
-                machine, n_phases, R, {u_dc, v_switch, R_switch, v_diode, R_diode, dead_time},
+                machine, n_phases, R, {u_dc, v_switch, R_switch, v_diode, R_diode, t_dead},
                 {shaft, J, B, k_pump, tau_load}, {T_s, delay, adc_bits, i_range, encoder_counts},
                 controller, {t_ref, ref}, omega_m, theta_m, {dt_max, i_scale, record_every});
           },
           nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("R"), nb::arg("u_dc"),
           nb::arg("v_switch"), nb::arg("R_switch"), nb::arg("v_diode"), nb::arg("R_diode"),
-          nb::arg("dead_time") = 0.0, nb::arg("shaft"), nb::arg("J"), nb::arg("B"),
-          nb::arg("k_pump"), nb::arg("tau_load"), nb::arg("T_s"), nb::arg("delay"),
-          nb::arg("adc_bits"), nb::arg("i_range"), nb::arg("encoder_counts"), nb::arg("controller"),
-          nb::arg("t_ref"), nb::arg("ref"), nb::arg("omega_m"), nb::arg("theta_m"),
-          nb::arg("dt_max"), nb::arg("i_scale") = 100.0, nb::arg("record_every"))
+          nb::arg("t_dead") = 0.0, nb::arg("shaft"), nb::arg("J"), nb::arg("B"), nb::arg("k_pump"),
+          nb::arg("tau_load"), nb::arg("T_s"), nb::arg("delay"), nb::arg("adc_bits"),
+          nb::arg("i_range"), nb::arg("encoder_counts"), nb::arg("controller"), nb::arg("t_ref"),
+          nb::arg("ref"), nb::arg("omega_m"), nb::arg("theta_m"), nb::arg("dt_max"),
+          nb::arg("i_scale") = 100.0, nb::arg("record_every"))
       .def("advance", &AnySimulation::advance, nb::arg("t_stop"),
            nb::call_guard<nb::gil_scoped_release>(),
            "Runs to t_stop [s] or until a table is full; returns the time reached.")

@@ -29,7 +29,7 @@ from reluctance import limit
 from reluctance.compare.comparison import PROCESSES, best_profile
 from reluctance.compare.conditions import operating_point, period
 from reluctance.compare.contenders import CONTENDERS, Contender
-from reluctance.compare.figure import MARKERS
+from reluctance.compare.figure import style
 from reluctance.compare.tuning import Tuner
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
@@ -186,13 +186,9 @@ def plot(rows: list[Row]) -> Figure:
     figure = Figure(figsize=(15, 5), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(1, 3)
-    for j, control in enumerate(dict.fromkeys(row.control for row in rows)):
+    for control in dict.fromkeys(row.control for row in rows):
         mine = [row for row in rows if row.control == control]
-        style = (
-            {"color": "k", "lw": 2, "ls": "--"}
-            if control == "limit"
-            else {"color": f"C{(j - 1) % 10}", "marker": MARKERS[j - 1], "ms": 4, "lw": 1}
-        )
+        look = {"color": "k", "lw": 2, "ls": ":"} if control == "limit" else style(control)
         speed = [row.speed_rpm for row in mine]
         for ax, values in zip(
             panels,
@@ -203,7 +199,7 @@ def plot(rows: list[Row]) -> Figure:
             ),
             strict=True,
         ):
-            ax.plot(speed, values, label=control, **style)
+            ax.plot(speed, values, label=control, **look)
     for ax, label in zip(
         panels,
         (

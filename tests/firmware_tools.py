@@ -31,7 +31,18 @@ DRIVES = {
     "edge_mpc": ("edge_mpc_fpga", []),
     "edge_mpc_late": ("edge_mpc_mcu", []),
     "edge_mpc_speeds": ("edge_mpc_fpga", ["control.guide_speed_rpm=[1000.0, 1250.0, 1750.0]"]),
+    "edge_mpc_8_6": (
+        "edge_mpc_mcu",
+        [
+            "machine=generic_1hp_8_6",
+            "reference.tau_Nm=2",
+            "control.tau_max_Nm=2.2",
+            "sensing.i_range_A=10",
+        ],
+    ),
     "deadbeat": ("deadbeat", []),
+    "deadbeat_dead_time": ("deadbeat", ["converter.dead_time_us=1"]),
+    "sharing_sampled": ("sharing_cubic", ["sensing.comparators=sampled"]),
     "pwm_current": ("pwm_current", []),
     "five_phases": ("five_phases_losses", []),
 }

@@ -42,7 +42,7 @@ class Point:
 
     def guide(self, f_switch: float) -> FluxGuide:
         """Flux profiles for torques up to 1.1 tau, and the weights of the rules."""
-        tables = [
+        tables = tuple(
             profile_table(
                 self.machine,
                 n_phases=self.n_phases,
@@ -55,7 +55,7 @@ class Point:
                 n_points=360 // self.n_phases * self.n_phases,
             )
             for rpm in self.guide_rpm or (self.rpm,)
-        ]
+        )
         return FluxGuide(tables, self.machine, self.R, self.i_max, abs(self.tau), f_switch)
 
 

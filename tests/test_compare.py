@@ -115,23 +115,28 @@ def test_a_law_that_is_smoother_with_less_switching_is_told(rated):
 
 @pytest.mark.parametrize("point", ["paper_rated", "paper_half"])
 def test_predictive_edges_halve_ditc_and_third_every_sharing_function_at_equal_sampling(point):
-    """At 5 us and 20 kHz; with analog comparators no control can (docs/control/best_mpc.md)."""
+    """At 5 us and just below 20 kHz; with analog comparators no control can
+    (docs/control/best_mpc.md). A rival that cannot switch so often has its ripple scaled down."""
     drive = rl.load(
         ROOT / "examples" / f"{point}.toml",
         ["control.T_s_us=5", "sensing.comparators=sampled"],
     )
     sharing = [name for name in CONTENDERS if name.startswith("sharing")]
-    out = compare(drive, ["edge_mpc", "ditc", *sharing], f_switch=20e3, octaves=())
+    out = compare(drive, ["edge_mpc", "ditc", *sharing], f_switch=19.6e3, octaves=())
     best, ditc, *others = (entry.kpis for entry in out.entries)
-    assert best.switching_frequency < 20.5e3
+    assert 19.2e3 < best.switching_frequency <= 20e3
+
+    def at_equal_frequency(figure, k):
+        return figure * min(k.switching_frequency / best.switching_frequency, 1)
+
     assert best.torque_ripple_rms < 0.004
     assert best.i_rms < 1.002 * out.bound.i_rms
-    assert best.torque_ripple_rms < ditc.torque_ripple_rms / 2
-    assert best.torque_error_rms < ditc.torque_error_rms / 2
+    assert best.torque_ripple_rms < at_equal_frequency(ditc.torque_ripple_rms, ditc) / 2
+    assert best.torque_error_rms < at_equal_frequency(ditc.torque_error_rms, ditc) / 2
     assert len(others) == 5
     for other in others:
-        assert best.torque_ripple_rms < other.torque_ripple_rms / 3
-        assert best.torque_error_rms < other.torque_error_rms / 3
+        assert best.torque_ripple_rms < at_equal_frequency(other.torque_ripple_rms, other) / 3
+        assert best.torque_error_rms < at_equal_frequency(other.torque_error_rms, other) / 3
         assert best.i_rms / best.tau_mean < 1.001 * other.i_rms / other.tau_mean
 
 

@@ -39,7 +39,7 @@ typedef struct {
   int8_t leg[5];       /* timer: RELUCTANCE_DEMAGNETIZE, _FREEWHEEL or _MAGNETIZE */
   int8_t gate;         /* RELUCTANCE_TIMER, _COMPARATOR or _WINDOW */
   int8_t chop;         /* comparator: leg above the band, freewheel or demagnetize */
-  float t_edge_s[4];   /* timer: from the start of the period, rising; past its end: no edge [s] */
+  float t_edge_s[4];   /* timer: from the period's start, never falling; past its end: none [s] */
   float i_ref_A;       /* comparator: reference; 0 or less demagnetizes [A] */
   float i_band_A;      /* comparator: half width of the band [A] */
   float theta_on_rad;  /* window: electrical angles of this phase [rad] */
@@ -65,7 +65,7 @@ typedef enum {
 
 /* What the controller remembers. Its content is its own business. */
 typedef struct {
-  uint32_t word[64];
+  uint32_t word[96];
 } reluctance_controller;
 
 /* Before the first step. */

@@ -123,7 +123,7 @@ class Setting:
 class Simulation:
     """The closed loop. SI units."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, u_dc: float, v_switch: float, R_switch: float, v_diode: float, R_diode: float, dead_time: float = 0.0, shaft: Shaft, J: float, B: float, k_pump: float, tau_load: float, T_s: float, delay: int, adc_bits: int, i_range: float, encoder_counts: int, controller: Controller, t_ref: Sequence[float], ref: Sequence[float], omega_m: float, theta_m: float, dt_max: float, i_scale: float = 100.0, record_every: float) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, u_dc: float, v_switch: float, R_switch: float, v_diode: float, R_diode: float, t_dead: float = 0.0, shaft: Shaft, J: float, B: float, k_pump: float, tau_load: float, T_s: float, delay: int, adc_bits: int, i_range: float, encoder_counts: int, controller: Controller, t_ref: Sequence[float], ref: Sequence[float], omega_m: float, theta_m: float, dt_max: float, i_scale: float = 100.0, record_every: float) -> None: ...
 
     def advance(self, t_stop: float) -> float:
         """Runs to t_stop [s] or until a table is full; returns the time reached."""

@@ -29,7 +29,7 @@ class Converter(SwitchingEnergies):
     dead_time_us: float = Field(0.0, ge=0)  # a switch turns on this much later than ordered
 
     @property
-    def dead_time(self) -> float:
+    def t_dead(self) -> float:
         """From the order to turn on until a switch is on [s]."""
         return self.dead_time_us * 1e-6
 

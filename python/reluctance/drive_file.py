@@ -169,4 +169,6 @@ def _override(data: dict[str, Any], text: str) -> None:
     elif key in table:
         del table[key]
     else:
-        raise ParameterError(f"--set {text}: no such key to remove{did_you_mean(key, table)}")
+        raise ParameterError(
+            f"--set {text}: no such key to remove{did_you_mean(key, table) if table else ''}"
+        )

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 OVER_CURRENT = 1.2  # of i_max_A
 ZERO_CURRENT = 0.02  # of i_max_A: a current sensor's offset and noise
+SURE_DEAD_TIME = 0.2  # of a control period: safety.hpp counts on 80 % of the volt-seconds
 OVER_VOLTAGE, UNDER_VOLTAGE = 1.25, 0.25  # of u_dc_V
 OVER_SPEED = 1.3  # of the speed that the drive works at
 ENCODER_STEPS = 1.5  # one by which the angle is late, half a one of margin
@@ -83,6 +84,12 @@ def limits(drive: Drive) -> Limits:
         raise ParameterError(
             f"[protection] angle_slack_deg = {slack:g}, need more than the encoder's step of "
             f"{step:g} deg electrical"
+        )
+    if drive.converter.t_dead > SURE_DEAD_TIME * drive.control.T_s:
+        raise ParameterError(
+            f"[converter] dead_time_us = {drive.converter.dead_time_us:g}, need at most "
+            f"{SURE_DEAD_TIME:g} of [control] T_s_us = {drive.control.T_s_us:g} for firmware: the "
+            "protection would find a healthy current sensor dead; take a longer control period"
         )
     return Limits(
         i_trip=i_trip,

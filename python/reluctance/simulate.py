@@ -120,7 +120,7 @@ def _simulation(
         R_switch=converter.R_switch_ohm,
         v_diode=converter.v_diode_V,
         R_diode=converter.R_diode_ohm,
-        dead_time=converter.dead_time,
+        t_dead=converter.t_dead,
         shaft=_core.Shaft.locked if load.kind == "locked" else _core.Shaft.turning,
         J=drive.J,
         B=machine.B_Nms,

@@ -43,13 +43,24 @@ constexpr Leg compared(const PhaseCommand<T>& order, Leg leg, T i, T theta_e, in
   return compared(order, leg, i);
 }
 
+/// The legs of a controller that has ordered nothing yet.
+template <int N>
+constexpr std::array<Leg, N> all_demagnetized() {
+  std::array<Leg, N> legs;
+  legs.fill(Leg::demagnetize);
+  return legs;
+}
+
 /// Turns orders that need a comparator into ones that do not: the leg that it would choose for the
-/// currents of this sample, held until the next. leg: ordered before, and now.
+/// currents of this sample, held until the next. The reference stays, for the record. leg: ordered
+/// before, and now.
 template <Real T, int N>
 void compare_now(Command<T, N>& orders, const Measurement<T, N>& y, std::array<Leg, N>& leg) {
   for (int k = 0; k < N; ++k) {
     if (orders[k].gate != Gate::timer) {
+      const T i_ref = orders[k].i_ref;
       orders[k] = hold<T>(compared<N>(orders[k], leg[k], y.i[k], y.theta_e, k));
+      orders[k].i_ref = i_ref;
     }
     leg[k] = orders[k].leg.back();
   }

@@ -38,8 +38,8 @@ struct DriveControl {
     typename Law::State law;
     typename SpeedPi<T>::State speed;
     typename AngleTracker<T>::State tracker;
-    T tau_ref{};                      // the torque reference of the last step [N m]
-    std::array<Leg, n_phases> leg{};  // ordered last; used with Comparators::sampled
+    T tau_ref{};  // the torque reference of the last step [N m]
+    std::array<Leg, n_phases> leg = all_demagnetized<n_phases>();  // ordered last
   };
 
   /// reference: torque [N m] or speed [rad/s], as `outer` says.

@@ -120,8 +120,8 @@ struct EdgeMpc {
       a.spread = x.gain * per_gain_squared * a.per_slack;
       for (int level = -1; level <= 1; ++level) {
         const T leaves = x.rate(level, u_dc, R) - x.goal_rate;
-        a.torque[level + 1] = x.gain * leaves;
-        a.flux[level + 1] = leaves * a.per_slack;
+        a.tau_rate[level + 1] = x.gain * leaves;
+        a.away_rate[level + 1] = leaves * a.per_slack;
       }
       set_levels(a, x);
     }

@@ -26,12 +26,12 @@ template <Real T, int N>
 struct EdgePlan {
   /// A phase that may conduct. Levels -1, 0, 1 are at places 0, 1, 2.
   struct Active {
-    int k{};                    // its place among the phases
-    int lowest{}, highest{};    // levels that it may take
-    T per_slack{};              // 1/(flux deviation that counts as the whole band) [1/Wb]
-    T spread{};                 // deviation that a torque error is shared to it with [1/(N m)]
-    std::array<T, 3> torque{};  // slope of the torque at each level, against the guide's [N m/s]
-    std::array<T, 3> flux{};    // slope of the deviation from the guide [1/s]
+    int k{};                       // its place among the phases
+    int lowest{}, highest{};       // levels that it may take
+    T per_slack{};                 // 1/(flux deviation that counts as the whole band) [1/Wb]
+    T spread{};                    // deviation that a torque error is shared to it with [1/(N m)]
+    std::array<T, 3> tau_rate{};   // of the torque at each level, against the guide's [N m/s]
+    std::array<T, 3> away_rate{};  // of the deviation from the guide at each level [1/s]
   };
 
   /// A predicted instant, or its slope. away: deviations from the guide, in units of the slack,
@@ -54,10 +54,10 @@ struct EdgePlan {
   Point slopes(const Levels& level) const {
     Point d;
     T along = T(0);
-    for (int j = 0; j < n_active; ++j) along = along + phases[j].torque[level[j] + 1];
+    for (int j = 0; j < n_active; ++j) along = along + phases[j].tau_rate[level[j] + 1];
     d.e = drift + along;
     for (int j = 0; j < n_active; ++j) {
-      d.away[j] = phases[j].flux[level[j] + 1] - phases[j].spread * along;
+      d.away[j] = phases[j].away_rate[level[j] + 1] - phases[j].spread * along;
     }
     return d;
   }

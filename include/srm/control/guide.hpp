@@ -2,7 +2,8 @@
 //
 // A profile depends on speed and dc link through (u_dc - R i)/omega, what the flux linkage can rise
 // in a radian. So profiles for several speeds at one dc-link voltage serve every voltage u, at the
-// speed omega (u_dc - drop)/(u - drop). drop is R i at the peak, where the voltage is shortest.
+// speed omega (u_dc - drop)/(u - drop). drop is R i at the peak, where the voltage is shortest; it
+// grows about as the square root of the torque.
 //
 // Between two speeds the profiles are blended linearly in 1/omega. With psi' <= u/omega_1 and psi'
 // <= u/omega_2 the blend of weight w has psi' <= u ((1 - w)/omega_1 + w/omega_2), which is u/omega:
@@ -42,13 +43,14 @@ struct Guide {
   const T* omega = nullptr;  // speeds, increasing [rad/s]
   int n_speeds = 0;
   T u_dc{};  // dc-link voltage of the profiles [V]
-  T drop{};  // of the resistance at their peak [V]
+  T drop{};  // of the resistance at the peak of the highest torque [V]
 
   Profile<T> at(T torque, T omega_m, T u_dc_now) const {
     Profile<T> p{first.at(torque)};
     if (n_speeds < 2) return p;
-    const T left = max(u_dc_now - drop, u_dc / T(100));
-    const T same = abs(omega_m) * (u_dc - drop) / left;  // speed with u_dc
+    const T lost = drop * sqrt(clamp(torque / first.level_max, T(0), T(1)));
+    const T left = max(u_dc_now - lost, u_dc / T(100));
+    const T same = abs(omega_m) * (u_dc - lost) / left;  // speed with u_dc
     if (!(same > omega[0])) return p;
     while (p.speed < n_speeds - 2 && same > omega[p.speed + 1]) ++p.speed;
     const T slower = omega[p.speed], faster = omega[p.speed + 1];

@@ -27,6 +27,7 @@ enum class Gate : std::int8_t {
 
 /// Changes of a leg that a timer can make in one sample: two pulses.
 inline constexpr int max_edges = 4;
+static_assert(max_edges == 4, "the lists of five legs and four edges below");
 
 /// A leg state from the start of a sample and after each edge.
 using Legs = std::array<Leg, max_edges + 1>;
@@ -40,13 +41,15 @@ inline constexpr T never = T(1e30);
 /// Orders for one phase, valid until the next ones. Fields that the gate does not use are ignored.
 template <Real T>
 struct PhaseCommand {
-  Legs leg{Leg::demagnetize, Leg::demagnetize, Leg::demagnetize, Leg::demagnetize, Leg::demagnetize};
+  Legs leg{Leg::demagnetize, Leg::demagnetize, Leg::demagnetize, Leg::demagnetize,
+           Leg::demagnetize};
   Gate gate = Gate::timer;
   Leg chop = Leg::freewheel;  // comparator: leg above the band, freewheel or demagnetize
-  std::array<T, max_edges> t_edge{never<T>, never<T>, never<T>, never<T>};  // rising [s]
-  T i_ref{};                  // comparator: reference [A]; 0 or less demagnetizes
-  T i_band{};                 // comparator: half width [A]
-  T theta_on{}, theta_off{};  // window: electrical angles of this phase [rad]
+  std::array<T, max_edges> t_edge{never<T>, never<T>, never<T>,
+                                  never<T>};  // from the sample's start, never falling [s]
+  T i_ref{};                                  // comparator: reference [A]; 0 or less demagnetizes
+  T i_band{};                                 // comparator: half width [A]
+  T theta_on{}, theta_off{};                  // window: electrical angles of this phase [rad]
 };
 
 template <Real T, int N>

@@ -6,12 +6,12 @@
 namespace srm {
 
 struct Converter {
-  double u_dc;       // dc-link voltage [V]
-  double v_switch;   // on-state voltage of a switch: threshold [V] ...
-  double R_switch;   // ... and slope [ohm]
-  double v_diode;    // forward voltage of a diode: threshold [V] ...
-  double R_diode;    // ... and slope [ohm]
-  double dead_time;  // a switch turns on this much later than ordered [s], see dead_time.hpp
+  double u_dc;      // dc-link voltage [V]
+  double v_switch;  // on-state voltage of a switch: threshold [V] ...
+  double R_switch;  // ... and slope [ohm]
+  double v_diode;   // forward voltage of a diode: threshold [V] ...
+  double R_diode;   // ... and slope [ohm]
+  double t_dead;    // a switch turns on this much later than ordered [s], see dead_time.hpp
 };
 
 /// Winding voltage for i > 0, or for a magnetized leg at any current. Magnetize puts two switches

@@ -35,7 +35,7 @@ class Simulation {
         controller_(std::move(controller)),
         reference_(std::move(reference)),
         resolution_(resolution),
-        t_record_(resolution.record_every > 0 ? 0 : never) {
+        t_record_(resolution.record_every > 0 ? 0 : never<double>) {
     at_.x = start;
     theta_period_ = next_period();
   }
@@ -78,8 +78,6 @@ class Simulation {
   }
 
  private:
-  static constexpr double never = 1e300;
-
   // A step is halved while its midpoints are apart by more than this part of the current scale. At
   // 2e-5 a single pulse that collapses near alignment (1.6e6 A/s into the knee) is right to 3e-6 of
   // its peak with steps of 50 us, and the rated point costs 4 % more; at 6e-5, 5e-6 and 0.4 %.
@@ -107,7 +105,7 @@ class Simulation {
 
   void order(int k, Leg leg) {
     if (leg == gates_[k].leg) return;
-    delay_turn_on(switches_[k], gates_[k].leg, leg, t_ + plant_.converter.dead_time);
+    delay_turn_on(switches_[k], gates_[k].leg, leg, t_ + plant_.converter.t_dead);
     gates_[k].leg = leg;
     settle(k);
   }

@@ -53,7 +53,7 @@ def plot_front(ax: Axes, found: Comparison) -> Axes:
         error = np.array([100 * p.torque_error_rms for p in entry.front])
         kept = error <= GREATEST_ERROR
         if kept.any():
-            ax.plot(f[kept], error[kept], **_style(found, entry))
+            ax.plot(f[kept], error[kept], **style(entry.name, best=entry is _best(found)))
             ends.append((f[kept][-1], error[kept][-1], entry))
     f_target = found.f_target / 1e3
     ax.axvline(f_target, color="k", lw=0.8, ls=":")
@@ -83,8 +83,8 @@ def plot_price(ax: Axes, found: Comparison) -> Axes:
     for entry in _drawn(found):
         assert entry.kpis is not None
         at = entry.kpis.i_rms / found.bound.i_rms, 100 * entry.kpis.torque_error_rms
-        style = _style(found, entry) | {"ls": ""}
-        ax.plot(*at, **style, mfc=style["color"] if entry.met else "none")
+        look = style(entry.name, best=entry is _best(found)) | {"ls": ""}
+        ax.plot(*at, **look, mfc=look["color"] if entry.met else "none")
         points.append((*at, entry))
     ax.axvline(1.0, color="k", lw=0.8, ls=":")
     ax.axhspan(1e-6, _bound(found), color="k", alpha=0.12, lw=0)
@@ -170,13 +170,13 @@ def _look(entry: Entry) -> Look:
     return LOOKS[CONTENDERS[entry.name].law]
 
 
-def _style(found: Comparison, entry: Entry) -> dict[str, Any]:
-    law = CONTENDERS[entry.name].law
-    variant = [name for name, c in CONTENDERS.items() if c.law == law].index(entry.name)
-    best = entry is _best(found)
+def style(name: str, *, best: bool = False) -> dict[str, Any]:
+    """How a contender's line is drawn: colour and line by its law, the marker by the variant."""
+    law = CONTENDERS[name].law
+    variant = [other for other, c in CONTENDERS.items() if c.law == law].index(name)
     return {
-        "color": _look(entry).color,
-        "ls": _look(entry).line,
+        "color": LOOKS[law].color,
+        "ls": LOOKS[law].line,
         "marker": MARKERS[variant % len(MARKERS)],
         "lw": 3.0 if best else 1.2,
         "ms": 9 if best else 6,

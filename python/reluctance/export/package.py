@@ -220,6 +220,9 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "encoder": f"{drive.sensing.encoder_counts} counts per revolution"
         if drive.sensing.encoder_counts
         else "ideal",
+        "dead_time": DEAD_TIME.format(drive.converter.dead_time_us)
+        if drive.converter.t_dead > 0
+        else "none is needed, and none was simulated.",
         "gates": "\n".join(GATES[g] for g in sorted(gates)),
         "without_comparators": FAST_LOOP if gates & {1, 2} else NO_FAST_LOOP,
     }
@@ -232,6 +235,10 @@ DELAY = {
     1: "Orders act at the next sample: hold them, and load them into timers and comparators at the "
     "start of the next period.",
 }
+DEAD_TIME = (
+    "the converter was given as {:g} us late at turn-on. Turn-ons inside a period are ordered that "
+    "much earlier already: do not compensate again."
+)
 GATES = {
     0: "- `RELUCTANCE_TIMER`: five leg states and four instants a period, of which most laws use "
     "two or none. Needs a timer with as many compare events per leg, loaded at the start of the "

@@ -68,5 +68,5 @@ class Control(Section):
             T_s=self.T_s,
             tracker_bandwidth=drive.sensing.tracker_bandwidth,
             comparators=getattr(_core.Comparators, drive.sensing.comparators),
-            t_dead=drive.converter.dead_time,
+            t_dead=drive.converter.t_dead,
         )

@@ -7,7 +7,9 @@ guide must be kept. docs/control/best_mpc.md has the measurements.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -18,8 +20,8 @@ FULL_VOLTAGE = 0.98  # of the dc link: above, a leg is held
 LEAST_RESERVE = 0.2  # that weights are made for; the least that was tried is 0.25
 
 
-def packed(tables: list[Table], quantity: str, R: float) -> _core.Guide:
-    """One quantity, "i" or "psi", of the tables of several speeds as a law takes it."""
+def packed(tables: Sequence[Table], quantity: Literal["i", "psi"], R: float) -> _core.Guide:
+    """Current [A] or flux linkage [Wb] of tables for rising speeds, as a law takes it; R in ohm."""
     return _core.Guide(
         np.stack([getattr(table, quantity) for table in tables]),
         tau_max=tables[0].tau_ref[-1],
@@ -33,7 +35,7 @@ def packed(tables: list[Table], quantity: str, R: float) -> _core.Guide:
 class FluxGuide:
     """Least-copper profiles of one or several speeds, at a working torque."""
 
-    tables: list[Table]
+    tables: tuple[Table, ...]  # of rising speeds
     machine: _core.LeHuy | _core.FluxMap
     R: float  # [ohm]
     i_max: float  # [A]

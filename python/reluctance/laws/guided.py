@@ -70,7 +70,7 @@ class FluxGuided(Guided):
     the wanted switching frequency, the machine and the dc-link voltage (docs/control/best_mpc.md).
     """
 
-    f_switch_kHz: float = Field(16.0, gt=0)  # wanted, per switch; reached to 0.7 to 1.2 of it
+    f_switch_kHz: float = Field(16.0, gt=0)  # wanted, per switch, at the lowest guide speed
 
     @property
     def f_switch(self) -> float:
@@ -81,7 +81,7 @@ class FluxGuided(Guided):
         """The guide at the greatest torque reference."""
         asked = drive.reference.course[1] if drive.reference.kind == "torque" else []
         return FluxGuide(
-            tables=self.tables(drive, FLUX_POINTS),
+            tables=tuple(self.tables(drive, FLUX_POINTS)),
             machine=drive.control_machine.magnetics,
             R=drive.control_machine.R,
             i_max=drive.control_machine.i_max_A,
