@@ -51,6 +51,12 @@ def test_fast_samples_come_to_what_analog_comparators_do(name: str) -> None:
     assert slow.switching_frequency < 0.95 * analog.switching_frequency
 
 
+def test_the_record_shows_the_reference_either_way() -> None:
+    analog, sampled = (run("sharing_cubic", *more).i_ref.max() for more in ([], [SAMPLED]))
+    assert sampled == pytest.approx(analog, rel=0.01)
+    assert sampled > 50
+
+
 def test_the_leg_is_the_one_of_the_comparators_rule() -> None:
     """Currents below, inside and above the band of a sharing function's reference."""
     drive = rl.load(EXAMPLES / "sharing_cubic.toml", [SAMPLED])

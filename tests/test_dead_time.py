@@ -8,6 +8,7 @@ import pytest
 import reluctance as rl
 from reluctance import kpis
 from reluctance.compare.conditions import conditions, in_words, operating_point
+from reluctance.export import firmware
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CARRIER = ["deadbeat", "pwm_current"]
@@ -80,6 +81,13 @@ def test_waveforms_show_the_legs_of_the_winding(name: str) -> None:
     np.testing.assert_allclose(u_mean - copper.sum(axis=1), result.psi[:, -1], atol=2e-4)
     rises = np.maximum(np.diff(result.leg, axis=1, prepend=-1), 0).sum()
     assert rises == result.periods[-1][kpis.TURN_ONS]
+
+
+def test_firmware_is_not_made_for_a_dead_time_that_its_protection_cannot_take(tmp_path) -> None:
+    firmware(drive("deadbeat", 4), tmp_path / "long")
+    assert "4 us late at turn-on" in (tmp_path / "long" / "README.md").read_text()
+    with pytest.raises(rl.ParameterError, match=r"dead_time_us = 4.1, need at most 0.2 of"):
+        firmware(drive("deadbeat", 4.1), tmp_path / "longer")
 
 
 def test_a_comparison_says_under_which_dead_time() -> None:

@@ -27,9 +27,9 @@ def guide(drop=0.0):
     return _core.Guide(values, tau_max=1.0, omega_m=OMEGA, u_dc=U_DC, drop=drop)
 
 
-def along(g, omega_m, u_dc=U_DC):
+def along(g, omega_m, u_dc=U_DC, torque=1.0):
     angles = 2 * np.pi * np.arange(N_ANGLES) / N_ANGLES
-    return np.array([g.at(1.0, theta, omega_m=omega_m, u_dc=u_dc) for theta in angles])
+    return np.array([g.at(torque, theta, omega_m=omega_m, u_dc=u_dc) for theta in angles])
 
 
 @pytest.mark.parametrize(
@@ -49,11 +49,25 @@ def test_between_its_speeds_the_guide_uses_the_voltage_and_no_more(omega):
 
 @pytest.mark.parametrize("drop", [0.0, 60.0])
 @pytest.mark.parametrize("u_dc", [170.0, 200.0, 300.0])
-def test_another_voltage_is_another_speed(drop, u_dc):
-    same = 140.0 * (U_DC - drop) / (u_dc - drop)
+@pytest.mark.parametrize("torque", [1.0, 0.25])
+def test_another_voltage_is_another_speed(drop, u_dc, torque):
+    """The drop of the resistance goes as the current, about the square root of the torque."""
+    lost = drop * np.sqrt(torque)
+    same = 140.0 * (U_DC - lost) / (u_dc - lost)
     np.testing.assert_allclose(
-        along(guide(drop), 140.0, u_dc), along(guide(drop), same), rtol=1e-12
+        along(guide(drop), 140.0, u_dc, torque),
+        along(guide(drop), same, torque=torque),
+        rtol=1e-12,
     )
+
+
+@pytest.mark.parametrize(
+    ("omega", "drop"), [([], 0.0), ([100.0, 100.0], 0.0), ([-1.0, 100.0], 0.0), ([1.0, 2.0], U_DC)]
+)
+def test_a_guide_that_makes_no_sense_is_refused(omega, drop):
+    values = np.zeros((len(omega), 2, N_ANGLES))
+    with pytest.raises(ValueError, match="need"):
+        _core.Guide(values, tau_max=1.0, omega_m=omega, u_dc=U_DC, drop=drop)
 
 
 @pytest.mark.parametrize("u_dc", [0.0, 60.0, -1.0])
@@ -97,6 +111,15 @@ def test_near_the_end_of_ripple_free_torque_the_laws_stay_on_the_guide(law, guid
     y = figures(controller(law, point, STUDY, 10e3), point, STUDY)
     assert y.error_rms < 0.012
     assert y.i_rms < 1.01 * 49.85
+
+
+@pytest.mark.parametrize("law", ["edge_mpc", "finite_set_mpc"])
+@pytest.mark.parametrize("single", [False, True])
+def test_braking_follows_the_same_guide(law, single):
+    braking = Point(41.339, -2250, PAPER, guide_rpm=(1500, 2250, 3000))
+    y = figures(controller(law, braking, STUDY, 10e3, single=single), braking, STUDY)
+    assert y.error_rms < 0.012
+    assert y.i_rms < 1.05 * 49.1
 
 
 @pytest.mark.parametrize("law", ["edge_mpc", "finite_set_mpc"])
