@@ -33,7 +33,7 @@ struct EdgeMpc {
   static constexpr T stretch = T(1.2);
   static constexpr int n_bands = 3;
   /// No wider band is tried after so many decisions: this bounds the time of a step.
-  static constexpr int enough = 12;
+  static constexpr int enough = 8;
 
   M machine;
   Guide<T> guide;      // flux linkage over torque reference, electrical angle and speed [Wb]

@@ -134,33 +134,36 @@ struct EdgePlan {
     return w_flux * A * A * pulse * sum;
   }
 
-  /// Best legs to go on with. A phase whose edges are used up keeps its leg; `other` asks for a
-  /// change in any case.
+  /// Best legs to go on with: the last ones, or one phase at another level. A level that a phase
+  /// may not keep is left in any case; a phase whose edges are used up keeps its leg. `other` asks
+  /// for a change.
   Levels best(const Point& x, const Levels& last, const Levels& edges, bool other) const {
-    Levels found = last, level{}, low{}, high{};
+    Levels kept = last;
     for (int j = 0; j < n_active; ++j) {
-      low[j] = edges[j] < max_edges ? phases[j].lowest : last[j];
-      high[j] = edges[j] < max_edges ? phases[j].highest : last[j];
+      if (edges[j] >= max_edges) continue;
+      if (kept[j] < phases[j].lowest) kept[j] = phases[j].lowest;
+      if (kept[j] > phases[j].highest) kept[j] = phases[j].highest;
     }
-    level = low;
+    Levels found = kept;
     T least = T(1e30);
-    for (bool more = true; more;) {
+    const auto consider = [&](const Levels& level) {
       const T price = switching(last, level);
-      if (price > T(0) || !other) {
-        const Point d = slopes(level);
-        const T cost = dwell(x.e, d.e) + price;
-        if (cost < least) {  // else the flux linkages, which cost no less than nothing, can wait
-          const T whole = cost + flux_cost(x, d);
-          if (whole < least) {
-            least = whole;
-            found = level;
-          }
-        }
+      if (other && !(price > T(0))) return;
+      const Point d = slopes(level);
+      const T cost = dwell(x.e, d.e) + price;
+      if (!(cost < least)) return;  // the flux linkages, which cost no less than nothing, can wait
+      const T whole = cost + flux_cost(x, d);
+      if (whole < least) {
+        least = whole;
+        found = level;
       }
-      more = false;
-      for (int j = 0; j < n_active && !more; ++j) {  // count up, phase by phase
-        more = level[j] < high[j];
-        level[j] = more ? level[j] + 1 : low[j];
+    };
+    consider(kept);
+    for (int j = 0; j < n_active; ++j) {
+      if (edges[j] >= max_edges) continue;
+      Levels level = kept;
+      for (level[j] = phases[j].lowest; level[j] <= phases[j].highest; ++level[j]) {
+        if (level[j] != kept[j]) consider(level);
       }
     }
     return found;
