@@ -212,7 +212,7 @@ def plot(rows: list[Row]) -> Figure:
         ax.set(xlabel="speed (rpm)", ylabel=label)
         ax.grid(alpha=0.3)
     panels[0].set(yscale="log", ylim=(0.1, 100))
-    panels[0].legend(fontsize=7)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right upper", fontsize=8)
     return figure
 
 
@@ -232,7 +232,7 @@ def main() -> None:
         writer = csv.DictWriter(file, list(asdict(rows[0])), lineterminator="\n")
         writer.writeheader()
         writer.writerows(asdict(row) for row in rows)
-    plot(rows).savefig(out / "speed_range.png", dpi=110, metadata={"Software": None})
+    plot(rows).savefig(out / "speed_range.png", dpi=80, metadata={"Software": None})
     for row in rows:
         print(
             f"{row.control:20s} {row.speed_rpm:6.0f} rpm  error {100 * row.torque_error_rms:6.2f} %"
