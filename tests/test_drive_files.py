@@ -53,6 +53,11 @@ FAULTS = [
     ({"converter__u_dc_V": True}, "[converter] u_dc_V = True, need a number"),
     ({"control__T_s_us": 0}, "[control] T_s_us = 0, need > 0"),
     ({"control__T_s_us": -20}, "[control] T_s_us = -20, need > 0"),
+    (
+        {"control__T_s_us": 2e-5},
+        "T_s_us = 2e-05 is 1.0e+10 steps in until_s = 0.2, need at most 1e+09",
+    ),
+    ({"simulation__dt_max_us": 1e-5}, "dt_max_us = 1e-05 is 2.0e+10 steps"),
     ({"control__N_c": 4}, "N_c = 4, need <= N_p = 3"),
     ({"control__N_p": 0}, "[control] N_p = 0, need >= 1"),
     ({"control__r_w": 0}, "[control] r_w = 0, need > 0"),

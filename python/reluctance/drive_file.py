@@ -25,6 +25,7 @@ TABLES: dict[str, type[Section]] = {
     "mismatch": Mismatch,
 }
 OPTIONAL = {"sensing", "protection", "mismatch"}
+MOST_STEPS = 1e9  # of a run; more takes a quarter of an hour at least, and is a slip of the unit
 
 
 def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
@@ -99,6 +100,16 @@ def _check_together(drive: Drive) -> None:
             f"[control] T_s_us = {drive.control.T_s_us:g} is not below [simulation] until_s = "
             f"{drive.simulation.until_s:g}; the controller would run once"
         )
+    until = drive.simulation.until_s
+    for name, step_us in (
+        ("[control] T_s_us", drive.control.T_s_us),
+        ("[simulation] dt_max_us", drive.simulation.dt_max_us),
+    ):
+        if until > MOST_STEPS * step_us * 1e-6:
+            raise ParameterError(
+                f"{name} = {step_us:g} is {until / step_us * 1e6:.1e} steps in until_s = "
+                f"{until:g}, need at most {MOST_STEPS:.0e}; it is in microseconds"
+            )
     band = getattr(drive.control, "i_band_A", None) or 0.0
     if band >= drive.machine.i_max_A:
         raise ParameterError(
