@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
+import reluctance as rl
+
 ROOT = Path(__file__).parents[1]
 RATED = str(ROOT / "examples" / "paper_rated.toml")
 PROMISED = (
@@ -162,3 +164,13 @@ def test_a_long_run_shows_progress_on_a_terminal_only():
         pass
     assert process.wait(timeout=60) == 0
     assert b"simulating paper_rated" in seen
+
+
+def test_figures_of_a_run_that_has_not_settled_say_so():
+    """A torque reference that steps within the evaluated half; held, it is settled."""
+    rated = ROOT / "examples" / "paper_rated.toml"
+    steps = ["reference.tau_Nm=", "reference.t_s=[0, 0.03, 0.03]", "reference.values=[20, 20, 40]"]
+    assert rl.simulate(rl.load(rated), until=0.05, record=None).kpis.remarks() == []
+    moved = rl.simulate(rl.load(rated, steps), until=0.05, record=None).kpis
+    assert moved.torque_drift > 0.1
+    assert any("has not settled" in remark for remark in moved.remarks())

@@ -72,6 +72,8 @@ FAULTS = [
     ({"reference__tau_Nm": 4000.0}, "out of reach"),
     ({"simulation__until_s": 0}, "[simulation] until_s = 0, need > 0"),
     ({"sensing__adc_bits": 12}, "adc_bits = 12 needs i_range_A > 0"),
+    ({"sensing__adc_bits": 12, "sensing__i_range_A": 100.0}, "i_range_A = 100, need at least"),
+    ({"converter__dead_time_us": 20.0}, "dead_time_us = 20, need less than [control] T_s_us = 20"),
     ({"sensing__delay_samples": 2}, "[sensing] delay_samples = 2, need <= 1"),
     ({"pumps__k": 1}, "unknown table `pumps`"),
 ]

@@ -110,6 +110,16 @@ def _check_together(drive: Drive) -> None:
                 f"{name} = {step_us:g} is {until / step_us * 1e6:.1e} steps in until_s = "
                 f"{until:g}, need at most {MOST_STEPS:.0e}; it is in microseconds"
             )
+    if drive.converter.t_dead >= drive.control.T_s:
+        raise ParameterError(
+            f"[converter] dead_time_us = {drive.converter.dead_time_us:g}, need less than "
+            f"[control] T_s_us = {drive.control.T_s_us:g}, or nothing turns on"
+        )
+    if drive.sensing.adc_bits > 0 and drive.sensing.i_range_A < drive.machine.i_max_A:
+        raise ParameterError(
+            f"[sensing] i_range_A = {drive.sensing.i_range_A:g}, need at least [machine] i_max_A = "
+            f"{drive.machine.i_max_A:g}: above its range the sensor shows the range"
+        )
     band = getattr(drive.control, "i_band_A", None) or 0.0
     if band >= drive.machine.i_max_A:
         raise ParameterError(
@@ -134,12 +144,12 @@ def _check_together(drive: Drive) -> None:
         )
     if drive.tau_max == 0:
         raise ParameterError("[reference] torque is 0 throughout; set [control] tau_max_Nm")
-    reachable = float(drive.machine.torque(drive.machine.i_max_A, np.linspace(0, np.pi, 181)).max())
-    if drive.tau_max > 2 * reachable:
+    most = drive.machine.greatest_torque
+    if drive.tau_max > most:
         raise ParameterError(
-            f"torque {drive.tau_max:g} N m is out of reach: one phase gives at most "
-            f"{reachable:.4g} N m at i_max_A = {drive.machine.i_max_A:g}; lower the torque or "
-            "raise i_max_A"
+            f"torque {drive.tau_max:g} N m is out of reach: more than {most:.4g} N m is impossible "
+            f"at any angle with i_max_A = {drive.machine.i_max_A:g}; lower the torque or raise "
+            "i_max_A"
         )
 
 

@@ -76,6 +76,13 @@ def firmware(
         for key in list(rows[0])[3:]:
             table.add_row(key, *(str(row[key]) for row in rows))
         console.print(table)
+        clock = max(row["instructions_max"] for row in rows) / drive.control.T_s_us
+        console.print(
+            f"worst step within T_s = {drive.control.T_s_us:g} us at one instruction a cycle: "
+            f"{clock:.0f} MHz and more",
+            soft_wrap=True,
+            highlight=False,
+        )
 
 
 @export_app.command("parity")

@@ -15,6 +15,7 @@ E_DC, E_WINDING, E_MECH, TAU, TAU_SQUARED, ERROR_SQUARED, I_SQUARED = range(12, 
 
 
 NOT_HELD = 0.05  # deviation of the mean torque from its reference that is worth a remark
+DRIFTS = 0.02  # of the mean torque, by a period: above, the drive has not settled
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class Kpis:
     speed_mean: float  # [rad/s]
     speed_ripple: float  # (max - min)/mean [1]
     energy_residual: float  # what the loop's balance leaves open, over the energy supplied [1]
+    torque_drift: float  # largest deviation of one period's mean torque, over the mean [1]
     beyond_map: float  # part of the peak current that lies past the flux map; else 0 [1]
     control_period: float  # [s]
     wall_time_ratio: float  # wall time per simulated time inside the loop [1]
@@ -52,6 +54,11 @@ class Kpis:
             found.append(
                 f"{self.periods} whole electrical periods in the second half of the run: the "
                 "figures include its start; run longer (--until)"
+            )
+        if self.periods >= 2 and self.torque_drift > DRIFTS:
+            found.append(
+                f"the torque has not settled (a period's mean is up to {self.torque_drift:.1%} "
+                "off): the ripple figures contain that; run longer (--until)"
             )
         held = self.tau_mean / self.tau_ref if self.tau_ref else 1.0
         if self.periods >= 2 and abs(held - 1) > NOT_HELD:
@@ -138,6 +145,9 @@ def kpis(
     tau_span = inside[:, TAU_MAX].max() - inside[:, TAU_MIN].min()
     omega_span = inside[:, OMEGA_MAX].max() - inside[:, OMEGA_MIN].min()
     omega_mean = (last[THETA] - first[THETA]) / duration
+    lengths = np.diff(window[:, T])
+    whole = lengths > lengths.max() / 2  # not the instant between two rows of one end
+    means = np.diff(window[:, TAU])[whole] / lengths[whole]  # torque of each period
     error = np.sqrt(d[ERROR_SQUARED] / duration if tau_ref else variance)
     return Kpis(
         periods=periods,
@@ -159,6 +169,7 @@ def kpis(
         speed_mean=omega_mean,
         speed_ripple=_ratio(omega_span, omega_mean),
         energy_residual=_ratio(d[E_WINDING] - E_cu - d[E_MECH] - d[W_F], supplied),
+        torque_drift=_ratio(np.abs(means - tau_mean).max(), tau_mean),
         beyond_map=max(0.0, 1 - machine.i_known_A / i_peak) if i_peak > 0 else 0.0,
         control_period=T_s,
         wall_time_ratio=wall_time_ratio,

@@ -60,6 +60,13 @@ class MachineFile(Section):
         """The largest current that the magnetisation is known for; beyond it is extrapolation."""
         return np.inf
 
+    @property
+    def greatest_torque(self) -> float:
+        """Of all phases at i_max_A, at the best angle, each left out where it would brake [N m]."""
+        theta_e = np.linspace(0, 2 * np.pi, 720, endpoint=False)  # whole steps for 2 to 6 phases
+        tau = np.maximum(self.torque(self.i_max_A, theta_e), 0.0)
+        return float(tau.reshape(self.n_phases, -1).sum(axis=0).max())
+
     def torque(self, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
         """Torque of one phase [N m] at currents [A] and electrical angles [rad], broadcast."""
         i, theta_e = np.broadcast_arrays(np.asarray(i, float), np.asarray(theta_e, float))

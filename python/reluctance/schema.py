@@ -30,7 +30,8 @@ NEEDS = {  # pydantic's kinds of fault, as a need
     "int_type": "need a whole number",
     "string_type": "need text in quotes",
     "literal_error": "need {expected}",
-    "list_type": "need a list",
+    "list_type": "need a list, as in [1, 2]",
+    "too_short": "need at least {min_length} value",
     "tuple_type": "need a list",
     "model_type": "need a table",
 }

@@ -9,7 +9,7 @@ import numpy as np
 
 from reluctance.compare.comparison import Comparison
 from reluctance.compare.conditions import conditions
-from reluctance.compare.contenders import CONTENDERS
+from reluctance.compare.contenders import CONTENDERS, Contender
 from reluctance.compare.contest import Entry
 
 Record = dict[str, Any]
@@ -45,7 +45,7 @@ def _record(found: Comparison, entry: Entry) -> Record:
     return record | {
         "free_parameter": contender.free.key,
         "values": entry.values,
-        "needs": contender.needs,
+        "needs": needs(found, contender),
         "runs": entry.runs,
         "note": entry.note,
         "front": [
@@ -58,6 +58,13 @@ def _record(found: Comparison, entry: Entry) -> Record:
             for p in entry.front
         ],
     }
+
+
+def needs(found: Comparison, contender: Contender) -> str:
+    """What a law needs beside sensors, where currents are compared as they are here."""
+    if found.point.sensing.comparators == "analog":
+        return contender.needs
+    return contender.needs.replace("a current comparator a phase", "fast sampling")
 
 
 def as_json(found: Comparison) -> Record:
@@ -155,7 +162,9 @@ def plain(found: Comparison) -> list[str]:
     lines = [
         " ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in cells
     ]
-    return [*lines, *(f"{r['control']}{star(r)}: {r['note']}" for r in rows if r["note"])]
+    notes = [f"{r['control']}{star(r)}: {r['note']}" for r in rows if r["note"]]
+    values = [f"{r['control']}: {tuned(r)}" for r in rows if r["values"]]
+    return [*lines, *notes, "", "tuned values, for [control]:", *values]
 
 
 def star(record: Record) -> str:

@@ -70,7 +70,7 @@ class FluxGuided(Guided):
     the wanted switching frequency, the machine and the dc-link voltage (docs/control/best_mpc.md).
     """
 
-    f_switch_kHz: float = Field(16.0, gt=0)  # wanted, per switch, at the lowest guide speed
+    f_switch_kHz: float = Field(16.0, gt=0, le=1e4)  # wanted, per switch, at the lowest guide speed
 
     @property
     def f_switch(self) -> float:

@@ -43,9 +43,7 @@ def check_point(
     ParameterError : with the greatest torque [N m], or the electrical frequency [Hz].
     """
     machine = drive.machine
-    theta_e = np.linspace(0, 2 * np.pi, 720, endpoint=False)  # 720: whole steps for 2 to 6 phases
-    tau = np.maximum(machine.torque(machine.i_max_A, theta_e), 0.0)
-    most = tau.reshape(machine.n_phases, -1).sum(axis=0).max()
+    most = machine.greatest_torque
     if not abs(tau_ref) <= most:
         raise ParameterError(
             f"torque {tau_ref:g} N m, need at most {most:.4g}: more is impossible at any angle "
