@@ -169,7 +169,7 @@ def test_a_long_run_shows_progress_on_a_terminal_only():
 def test_figures_of_a_run_that_has_not_settled_say_so():
     """A torque reference that steps within the evaluated half; held, it is settled."""
     rated = ROOT / "examples" / "paper_rated.toml"
-    steps = ["reference.tau_Nm=", "reference.t_s=[0, 0.03, 0.03]", "reference.values=[20, 20, 40]"]
+    steps = ["reference.tau_Nm=", "reference.t_s=[0, 0.04, 0.04]", "reference.values=[20, 20, 40]"]
     assert rl.simulate(rl.load(rated), until=0.05, record=None).kpis.remarks() == []
     moved = rl.simulate(rl.load(rated, steps), until=0.05, record=None).kpis
     assert moved.torque_drift > 0.1
