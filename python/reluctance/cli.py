@@ -17,6 +17,7 @@ from rich.table import Table
 
 import reluctance
 from reluctance import load, simulate
+from reluctance.cli_options import AsJson, DriveFile, Overrides
 from reluctance.errors import ParameterError
 from reluctance.export_cli import export_app
 from reluctance.kpis import Kpis
@@ -34,17 +35,6 @@ app = typer.Typer(
 
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")
-
-DriveFile = Annotated[Path, typer.Argument(metavar="DRIVE.toml", help="Drive file.")]
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="SECTION.KEY=VALUE",
-        help="Replace a value of the drive file; without VALUE, remove it.",
-    ),
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 
 @app.callback(invoke_without_command=True)

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from reluctance import export, load
+from reluctance.cli_options import AsJson, DriveFile, Overrides
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.cost import costs
@@ -19,16 +20,6 @@ from reluctance.export.target import MACHINES, Cpu
 
 export_app = typer.Typer(no_args_is_help=True, help="Hand a drive over to other tools.")
 
-DriveFile = Annotated[Path, typer.Argument(metavar="DRIVE.toml", help="Drive file.")]
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="SECTION.KEY=VALUE",
-        help="Replace a value of the drive file; without VALUE, remove it.",
-    ),
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 CpuOption = Annotated[str, typer.Option("--cpu", help="cortex-m4 or cortex-m7, emulated.")]
 Steps = Annotated[int, typer.Option(metavar="N", min=1, help="Control steps to replay.")]
 

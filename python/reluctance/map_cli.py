@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from reluctance.cli_options import AsJson
 from reluctance.errors import ParameterError
 from reluctance.library import machine_table
 from reluctance.map_file import accept_in, machine_text, write_text
@@ -63,7 +64,6 @@ Torque = Annotated[
 MaxCurrent = Annotated[
     float | None, typer.Option("--i_max_A", metavar="AMPERE", help="Current limit of the drive.")
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 
 @dataclass(frozen=True)
