@@ -72,9 +72,9 @@ struct EdgeMpc {
     T least = T(1e30);
     int decisions = 0;
     for (int j = 0; j < n_bands && decisions < enough; ++j) {
-      const Trial as_is = roll_out(plan, x, last, band, false);
+      const Trial as_is = roll_out(plan, x, last, band, Border::free);
       if (as_is.n_edges == 0) return state.ordered = as_is.command;  // nothing to decide
-      const Trial changed = roll_out(plan, x, last, band, true);
+      const Trial changed = roll_out(plan, x, last, band, Border::change);
       const Trial& better = changed.cost < as_is.cost ? changed : as_is;
       if (better.cost < least) {
         least = better.cost;
@@ -138,9 +138,9 @@ struct EdgeMpc {
   }
 
   /// The orders that keep the torque within a band, and what they cost up to the sample's end and
-  /// in the dwell that follows. change: other legs from the start.
+  /// in the dwell that follows. border: with the sample before.
   Trial roll_out(const Plan& plan, typename Plan::Point x, typename Plan::Levels level, T band,
-                 bool change) const {
+                 Border border) const {
     Trial trial;
     for (int j = 0; j < plan.n_active; ++j) {
       trial.command[plan.phases[j].k] = hold<T>(static_cast<Leg>(level[j]));
@@ -148,13 +148,13 @@ struct EdgeMpc {
     typename Plan::Levels edges{};
     T t = T(0);
     typename Plan::Point d = plan.slopes(level);
-    T stay = change ? T(0) : plan.stay(x, d, level, band, T_s);
+    T stay = border == Border::change ? T(0) : plan.stay(x, d, level, band, T_s);
     for (int decision = 0; decision < 2 * N + 2 && t + stay < T_s; ++decision) {
       trial.cost = trial.cost + Plan::squared(x.e, d.e, stay);
       plan.advance(x, d, stay);
       t = t + stay;
       ++trial.n_edges;
-      const auto next = plan.best(x, level, edges, change && decision == 0);
+      const auto next = plan.best(x, level, edges, decision == 0 ? border : Border::free);
       const T price = plan.switching(level, next);
       if (!(price > T(0))) {  // the legs are best as they are: now only the torque can ask again
         stay = Plan::torque_exit(x.e, d.e, band, T_s);

@@ -22,6 +22,9 @@
 
 namespace srm {
 
+/// What a plan does at the border of two samples: go on as it is best, or change a leg in any case.
+enum class Border : std::int8_t { free, change };
+
 template <Real T, int N>
 struct EdgePlan {
   /// A phase that may conduct. Levels -1, 0, 1 are at places 0, 1, 2.
@@ -135,9 +138,8 @@ struct EdgePlan {
   }
 
   /// Best legs to go on with: the last ones, or one phase at another level. A level that a phase
-  /// may not keep is left in any case; a phase whose edges are used up keeps its leg. `other` asks
-  /// for a change.
-  Levels best(const Point& x, const Levels& last, const Levels& edges, bool other) const {
+  /// may not keep is left in any case; a phase whose edges are used up keeps its leg.
+  Levels best(const Point& x, const Levels& last, const Levels& edges, Border border) const {
     Levels kept = last;
     for (int j = 0; j < n_active; ++j) {
       if (edges[j] >= max_edges) continue;
@@ -148,7 +150,7 @@ struct EdgePlan {
     T least = T(1e30);
     const auto consider = [&](const Levels& level) {
       const T price = switching(last, level);
-      if (other && !(price > T(0))) return;
+      if (border == Border::change && !(price > T(0))) return;
       const Point d = slopes(level);
       const T cost = dwell(x.e, d.e) + price;
       if (!(cost < least)) return;  // the flux linkages, which cost no less than nothing, can wait
