@@ -35,6 +35,7 @@ class Point:
     guide_rpm: tuple[float, ...] = ()  # speeds of the guide; by default this one
     u_dc: float = U_DC  # of the loop [V]
     i_range: float = 200.0  # of the current sensor [A]
+    smoothing: float = 1e-3  # of the guide, see `best_profile` [rad^2]
 
     @property
     def machine(self) -> Any:
@@ -53,6 +54,7 @@ class Point:
                 i_max=self.i_max,
                 n_levels=10,
                 n_points=360 // self.n_phases * self.n_phases,
+                smoothing=self.smoothing,
             )
             for rpm in self.guide_rpm or (self.rpm,)
         )
@@ -200,6 +202,32 @@ def over_speed() -> None:
         print(row + "|")
 
 
+def single_figures() -> None:
+    """What the text of docs/control/best_mpc.md says beside its tables, of edge_mpc."""
+
+    def told(what: str, point: Point, timing: Timing, f_switch: float) -> None:
+        y = figures(controller("edge_mpc", point, timing, f_switch), point, timing, periods=30)
+        print(f"{what}: {y.error_rms:.2%} rms, {y.i_rms:.2f} A at {y.f_switch / 1e3:.1f} kHz")
+
+    reserve = replace(RATED, guide_rpm=(1500, 2625, 3000)).guide(10e3).reserve
+    print("voltage reserve at 1500, 2625, 3000 rpm:", ", ".join(f"{r:.2f}" for r in reserve))
+    for guide_rpm in ((2625, 3000), (2700, 2850), (2812,)):
+        told(
+            f"2812 rpm, guide {guide_rpm}",
+            replace(RATED, rpm=2812, guide_rpm=guide_rpm),
+            STUDY,
+            10e3,
+        )
+    for smoothing, f_switch in ((1e-3, 21e3), (0.1, 22e3)):
+        told(
+            f"guide smoothed by {smoothing:g}", replace(RATED, smoothing=smoothing), FPGA, f_switch
+        )
+    told("20 us, one sample late, sensed", RATED, MICROCONTROLLER, 16e3)
+    told("20 us, ideal", RATED, Timing(20e-6), 16e3)
+    told("2 us, ideal", RATED, FPGA, 14e3)
+    told("20 us, one sample late, sensed", RATED, MICROCONTROLLER, 26e3)
+
+
 def main() -> None:
     """The first table of docs/control/best_mpc.md."""
     generic = Point(80.0, 1500, GENERIC, R=0.05, i_max=200.0)
@@ -233,3 +261,4 @@ def main() -> None:
 if __name__ == "__main__":
     main()
     over_speed()
+    single_figures()

@@ -3,8 +3,8 @@
 // Torque is held within a band whose width follows from the cost of a turn-on (edge_plan.hpp), the
 // flux linkages near the guide: the least-copper profile of zero torque ripple, computed offline.
 // At each sample the legs are extrapolated; where the torque would leave its band, an edge is set
-// at that instant and the leg combination that is worth most goes on from there. The timer gives
-// four edges a phase and sample, and the border between two samples is a fifth. A sample that is
+// at that instant: one phase goes to the level that is worth most from there. The timer gives four
+// edges a phase and sample, and the border between two samples is a fifth. A sample that is
 // long against a pulse can run out of edges; so several plans compete, with bands stretched step by
 // step and with or without a change at the border, and the one of least cost is ordered.
 //
@@ -28,7 +28,7 @@ struct EdgeMpc {
   /// ... and leaving it so far for a pulse costs this share of the torque ripple.
   static constexpr T w_flux = T(0.3);
   /// Bands tried in a sample: A or, in a sample of two pulses and more, this share of A T_s/pulse
-  /// (2/3 would last for three edges), then wider by `stretch` until a plan fits into it.
+  /// (0.4 would last for five edges), then wider by `stretch` until a plan fits into it.
   static constexpr T start_band = T(0.6);
   static constexpr T stretch = T(1.2);
   static constexpr int n_bands = 3;
@@ -73,7 +73,7 @@ struct EdgeMpc {
     int decisions = 0;
     for (int j = 0; j < n_bands && decisions < enough; ++j) {
       const Trial as_is = roll_out(plan, x, last, band, Border::free);
-      if (as_is.n_edges == 0) return state.ordered = as_is.command;  // nothing to decide
+      if (as_is.n_decisions == 0) return state.ordered = as_is.command;  // nothing to decide
       const Trial changed = roll_out(plan, x, last, band, Border::change);
       const Trial& better = changed.cost < as_is.cost ? changed : as_is;
       if (better.cost < least) {
@@ -81,7 +81,7 @@ struct EdgeMpc {
         state.ordered = better.command;
       }
       if (as_is.fits && changed.fits) break;
-      decisions += as_is.n_edges + changed.n_edges;
+      decisions += as_is.n_decisions + changed.n_decisions;
       band = band * stretch;
     }
     return state.ordered;
@@ -91,7 +91,7 @@ struct EdgeMpc {
   struct Trial {
     Command<T, N> command{};
     T cost{};
-    int n_edges = 0;
+    int n_decisions = 0;
     bool fits = false;  // within its band to the end
   };
 
@@ -153,7 +153,7 @@ struct EdgeMpc {
       trial.cost = trial.cost + Plan::squared(x.e, d.e, stay);
       plan.advance(x, d, stay);
       t = t + stay;
-      ++trial.n_edges;
+      ++trial.n_decisions;
       const auto next = plan.best(x, level, edges, decision == 0 ? border : Border::free);
       const T price = plan.switching(level, next);
       if (!(price > T(0))) {  // the legs are best as they are: now only the torque can ask again

@@ -49,19 +49,19 @@ class FluxGuide:
 
     @property
     def reserve(self) -> list[float]:
-        """Share of the conduction that leaves some voltage, at each speed [1]."""
+        """Share of the conduction that leaves some voltage, (n_speeds,) [1]."""
         return [self._reserve(table) for table in self.tables]
 
     @property
     def psi_slack(self) -> list[float]:
-        """How far a phase may leave the guide, at each speed [Wb]: reserve^2 times the flux linkage
+        """How far a phase may leave the guide, (n_speeds,) [Wb]: reserve^2 times the flux linkage
         of half a switching period."""
         half_period = self.tables[0].u_dc / (2 * self.f_switch)
         return [half_period * reserve**2 for reserve in self.reserve]
 
     @property
     def w_psi(self) -> list[float]:
-        """Weight of the distance to the guide, at each speed [N^2 m^2/Wb^2]: with full reserve all
+        """Weight of the distance to the guide, (n_speeds,) [N^2 m^2/Wb^2]: with full reserve all
         of the flux linkage counts as all of the torque."""
         levels = [self._level(table) for table in self.tables]
         per_flux = [t.tau_ref[j] / t.psi[j].max() for t, j in zip(self.tables, levels, strict=True)]

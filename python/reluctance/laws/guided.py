@@ -46,6 +46,13 @@ class Guided(Control):
         drive : Drive
         n_points : int
             Angles of an electrical period, a multiple of the phase count.
+
+        Raises
+        ------
+        ParameterError
+            If a speed or the drive's numbers are out of range.
+        RuntimeError
+            If no profile is found.
         """
         speeds = self.guide_speed_rpm
         omega = [drive.omega_nominal] if speeds is None else [rpm * np.pi / 30 for rpm in speeds]
