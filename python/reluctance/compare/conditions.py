@@ -8,6 +8,7 @@ import numpy as np
 
 from reluctance.drive import Drive, Load, Reference
 from reluctance.errors import ParameterError
+from reluctance.limit.point import operating_point as asked_of
 from reluctance.schema import checked
 
 COMPARATORS = {
@@ -38,10 +39,7 @@ def operating_point(drive: Drive) -> Drive:
     course = drive.reference.course[1]
     if min(course) != max(course):
         raise ParameterError("[reference] changes over time: laws are compared at one point")
-    tau = course[0]
-    if drive.reference.kind == "speed":
-        load = drive.load
-        tau = load.tau_Nm + load.k_pump_Nms2 * omega**2 + drive.machine.B_Nms * omega
+    tau, _ = asked_of(drive, omega_m=omega)
     if tau <= 0:
         raise ParameterError(f"torque {tau:g} N m, need > 0 to compare laws at it")
     speed_rpm = drive.load.speed_rpm if drive.load.kind == "locked" else omega * 30 / np.pi
