@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := $(shell find include bindings python machines examples firmware -type f \
+SOURCES := $(shell find include bindings tests/core_module python machines examples firmware -type f \
              -not -name '*.so' -not -path '*/__pycache__/*' 2>/dev/null) CMakeLists.txt pyproject.toml
 
 .PHONY: run test lint bench clean
@@ -28,7 +28,7 @@ $(VENV)/installed: $(SOURCES) | $(VENV)/made
 	@touch $@
 
 $(VENV)/installed-test: $(SOURCES) | $(VENV)/made
-	$(BIN)/pip install --quiet '.[test]'
+	$(BIN)/pip install --quiet -C cmake.define.RELUCTANCE_TEST_MODULE=ON '.[test]'
 	@touch $@ $(VENV)/installed
 
 $(VENV)/made:

@@ -71,7 +71,7 @@ def test_the_package_holds_exactly_the_headers_that_it_includes(tmp_path):
     held = {str(p.relative_to(folder / "include")) for p in (folder / "include").rglob("*.hpp")}
     sources = [p.read_text() for p in folder.glob("*.[ch]pp")]
     assert held == set(headers(sources))
-    assert "srm/control/ditc.hpp" in held
+    assert "srm/control/law/ditc.hpp" in held
     assert not any("sim/" in h or "plant/" in h for h in held)
 
 

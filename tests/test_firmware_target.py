@@ -13,7 +13,7 @@ import pytest
 from firmware_tools import DRIVES, ROOT, drive, needs_target
 
 import reluctance as rl
-from reluctance._core import COMMAND_COLUMNS
+from reluctance._core import ORDER_COLUMNS
 from reluctance.export import firmware
 from reluctance.export.cost import cost
 from reluctance.export.parity import in_the_loop, parity, record
@@ -102,9 +102,10 @@ def assert_safe_from(answers, n, status):
     """All legs off in the step of the fault and in every later one; the cause is latched."""
     assert not answers.status[:n].any()
     assert (answers.status[n:] == status).all()
-    phases = answers.commands[n:, :-1].reshape(len(answers.status) - n, -1, COMMAND_COLUMNS)
-    assert (phases[:, :, 0] == 0).all()  # timer
-    assert (phases[:, :, 1:6] == -1).all()  # demagnetize
+    phases = answers.commands[n:, :-1].reshape(len(answers.status) - n, -1, len(ORDER_COLUMNS))
+    columns = dict(zip(ORDER_COLUMNS, np.moveaxis(phases, 2, 0), strict=True))
+    assert (columns["gate"] == 0).all()  # timer
+    assert all((columns[f"leg_{n}"] == -1).all() for n in range(5))  # demagnetize
 
 
 FAULTS = {  # name: (status, the readings from the fault on, of samples, step and trip levels)
@@ -175,7 +176,7 @@ def test_a_target_that_stops_is_told_and_nothing_waits_for_it(packages):
     broken.write_bytes(b"no program")
     with (
         pytest.raises(rl.ParameterError, match="stopped before the simulation did"),
-        processor_in_the_loop(broken, "cortex-m7", n_phases=3, follows_torque=True),
+        processor_in_the_loop(broken, "cortex-m7", n_phases=3),
     ):
         pass
 

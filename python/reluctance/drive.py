@@ -84,9 +84,9 @@ class Reference(Section):
 
     @property
     def course(self) -> tuple[list[float], list[float]]:
-        """Times [s] and references [N m or rad/s]; zero where there is none."""
+        """Times [s] and references [N m or rad/s]; 1, to motor, where the law has its own current."""
         if self.kind == "none":
-            return [0.0], [0.0]
+            return [0.0], [1.0]
         unit = 1.0 if self.kind == "torque" else np.pi / 30
         constant = self.tau_Nm if self.kind == "torque" else self.speed_rpm
         if constant is not None:
@@ -145,11 +145,8 @@ class Drive:
         return as_known(self.machine, self.mismatch)
 
     def controller(self) -> _core.Controller:
-        """The control law as it meets the plant: behind its angle sensor."""
-        controller = self.control.controller(self)
-        if self.mismatch.angle_offset_deg == 0:
-            return controller
-        return _core.with_angle_offset(controller, np.radians(self.mismatch.angle_offset_deg))
+        """The control law with all that stands around it."""
+        return self.control.controller(self)
 
     @property
     def J(self) -> float:

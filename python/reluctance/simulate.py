@@ -131,6 +131,7 @@ def _simulation(
         adc_bits=drive.sensing.adc_bits,
         i_range=drive.sensing.i_range_A,
         encoder_counts=drive.sensing.encoder_counts,
+        angle_offset=np.radians(drive.mismatch.angle_offset_deg),
         controller=controller,
         t_ref=t_ref,
         ref=ref,

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "srm/control/paper_mpc.hpp"
+#include "srm/control/law/paper_mpc.hpp"
 #include "srm/machine/lehuy.hpp"
 #include "srm/sim/simulation.hpp"
 

@@ -265,7 +265,8 @@ NO_FAST_LOOP = "So `fast_loop` of `main.c` is not needed."
 def _gates(drive: Drive) -> set[int]:
     """Which gates the law uses, over one electrical period at the drive's speed."""
     controller = desk_controller(drive)
-    reference = 1.0 if drive.reference.kind == "none" else float(np.max(drive.reference.course[1]))
+    reference = float(np.max(drive.reference.course[1]))
+    columns = _core.ORDER_COLUMNS
     used: set[int] = set()
     for theta_e in np.linspace(0, 2 * np.pi, 36, endpoint=False):
         rows = _core.step(
@@ -276,5 +277,5 @@ def _gates(drive: Drive) -> set[int]:
             u_dc=drive.converter.u_dc_V,
             reference=reference,
         )
-        used |= {int(gate) for gate in rows[: -1 : _core.COMMAND_COLUMNS]}
+        used |= {int(gate) for gate in rows[columns.index("gate") : -1 : len(columns)]}
     return used

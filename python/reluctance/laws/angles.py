@@ -43,13 +43,11 @@ class Angles(PulseCurrent):
         else:
             reference = self.reference(drive, window)
         i_band = BAND_PART * drive.machine.i_max_A if self.i_band_A is None else self.i_band_A
-        return self.finished(
-            _core.angles(
-                self.setting(drive),
-                conduction=self.conduction(drive, window),
-                reference=reference,
-                i_band=i_band,
-                chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
-                watch=getattr(_core.AngleWatch, self.watch),
-            )
+        return _core.angles(
+            self.setting(drive),
+            conduction=self.conduction(drive, window),
+            reference=reference,
+            i_band=i_band,
+            chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
+            watch=getattr(_core.AngleWatch, self.watch),
         )

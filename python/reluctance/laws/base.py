@@ -60,7 +60,7 @@ class Control(Section):
             machine=drive.control_machine.magnetics,
             n_phases=drive.control_machine.n_phases,
             single=self.precision == "float",
-            outer=_core.Outer.speed if drive.reference.kind == "speed" else _core.Outer.torque,
+            outer=getattr(_core.Outer, drive.reference.kind),
             K_p=K_p,
             K_i=K_p * bandwidth / 2 if self.K_i_Nm is None else self.K_i_Nm,
             tau_min=-tau_max,

@@ -49,8 +49,7 @@ class Ditc(ConductionAngles):
         return _core.ditc(
             self.setting(drive),
             conduction=self.conduction(drive, self._window(drive)),
-            inner=inner,
-            outer=outer,
+            bands=_core.TorqueBands(inner=inner, outer=outer),
             i_max=drive.control_machine.i_max_A,
         )
 

@@ -43,7 +43,3 @@ class PulseCurrent(ConductionAngles):
             return _core.MeanTorque.constant(self.i_ref_A)
         table = flat_top.current_table(self.point(drive), *window, drive.tau_max)
         return _core.MeanTorque(tau_max=drive.tau_max, i_ref=table)
-
-    def finished(self, controller: _core.Controller) -> _core.Controller:
-        """The controller, told of no torque reference where the current is fixed."""
-        return controller if self.follows_torque else _core.without_reference(controller)

@@ -40,13 +40,11 @@ class PwmCurrent(PulseCurrent):
         bandwidth = BANDWIDTH_PART / self.T_s
         if self.bandwidth_Hz is not None:
             bandwidth = 2 * np.pi * self.bandwidth_Hz
-        return self.finished(
-            _core.pwm_current(
-                self.setting(drive),
-                conduction=self.conduction(drive, window),
-                reference=self.reference(drive, window),
-                R=drive.control_machine.R,
-                bandwidth=bandwidth,
-                T_s=self.T_s,
-            )
+        return _core.pwm_current(
+            self.setting(drive),
+            conduction=self.conduction(drive, window),
+            reference=self.reference(drive, window),
+            R=drive.control_machine.R,
+            bandwidth=bandwidth,
+            T_s=self.T_s,
         )
