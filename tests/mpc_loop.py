@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from reluctance import _core
-from reluctance.kpis import ERROR_SQUARED, I_SQUARED, TAU_MAX, TAU_MIN, TURN_ONS, T
 from reluctance.laws.flux_guide import FluxGuide
 from reluctance.limit import best_profile, profile_table
+from reluctance.run.kpis import ERROR_SQUARED, I_SQUARED, TAU_MAX, TAU_MIN, TURN_ONS, T
 
 RPM = np.pi / 30
 U_DC = 240.0  # of the guides

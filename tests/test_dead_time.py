@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance import kpis
 from reluctance.compare.conditions import conditions, in_words, operating_point
 from reluctance.export import firmware
+from reluctance.run import kpis
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CARRIER = ["deadbeat", "pwm_current"]

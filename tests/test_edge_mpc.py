@@ -19,8 +19,8 @@ from mpc_loop import (
     loop,
 )
 
-from reluctance.kpis import TAU, TAU_MAX, TAU_MIN, T
 from reluctance.limit import best_profile
+from reluctance.run.kpis import TAU, TAU_MAX, TAU_MIN, T
 
 # The paper's machine, the default 60 kW machine, four phases: (point, least rms current [A]).
 CELLS = [

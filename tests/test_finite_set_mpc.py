@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from mpc_loop import FPGA, HALF, PAPER, RATED, Point, Timing, controller, figures, loop
 
-from reluctance import _core, kpis
+from reluctance import _core
 from reluctance.laws.finite_set_mpc import NO_GUIDE
+from reluctance.run import kpis
 
 WEIGHTS = {"R": 0.72, "i_max": 150.0, "T_s": 20e-6, "t_end": 30e-6, "u_dc": 240.0, "tau_ref": 40.0}
 PSI, CURRENT, TAU, GAIN, DRIFT, GOAL, GOAL_RATE, I_GAIN, I_DRIFT, LEG = range(10)

@@ -8,10 +8,11 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive_file import drive_from
+from reluctance.drive.library import machine_table
 from reluctance.errors import ParameterError
+from reluctance.files import read_toml
 from reluctance.laws import flat_top
-from reluctance.library import machine_table, read_toml
+from reluctance.load import drive_from
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SHARING, DITC, PWM = (EXAMPLES / f"{n}.toml" for n in ("sharing_cubic", "ditc", "pwm_current"))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance import kpis
 from reluctance.drive import Drive
-from reluctance.drive_file import drive_from
-from reluctance.library import machine_table
+from reluctance.drive.library import machine_table
+from reluctance.load import drive_from
+from reluctance.run import kpis
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -9,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import reluctance as rl
-from reluctance.drive import Converter
-from reluctance.energy_loop import energy_loops, save_energy_loop
-from reluctance.kpis import evaluated
-from reluctance.losses import Iron, iron_loss, loops
+from reluctance.drive.loss_data import Iron
+from reluctance.drive.tables import Converter
+from reluctance.run.energy_loop import energy_loops, save_energy_loop
+from reluctance.run.kpis import evaluated
+from reluctance.run.losses import iron_loss, loops
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 IRON = Iron(p_ref_W=60.0, psi_ref_Wb=0.3, f_ref_Hz=100.0, alpha=1.4, beta=1.9)

@@ -12,8 +12,8 @@ import pytest
 
 import reluctance as rl
 from reluctance.drive import Drive
-from reluctance.kpis import TAU, T
-from reluctance.simulate import _simulation
+from reluctance.run.kpis import TAU, T
+from reluctance.run.simulate import _simulation
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 PAPER = ("machine=paper_6_4", "control.tau_max_Nm=45")

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from reluctance.drive import Drive, Load, Reference
+from reluctance.drive import Drive
+from reluctance.drive.schema import checked
+from reluctance.drive.tables import Load, Reference
 from reluctance.errors import ParameterError
 from reluctance.limit.point import operating_point as asked_of
-from reluctance.schema import checked
 
 COMPARATORS = {
     "analog": "analog: they see the true current and switch at any instant",

@@ -16,9 +16,10 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.drive import Drive
+from reluctance.drive.protection import limits
 from reluctance.errors import ParameterError
 from reluctance.export.constants import Node, Tables, constant, literal
-from reluctance.protection import limits
+from reluctance.resources import resources
 
 FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
 PHASES = range(3, 6)
@@ -152,12 +153,6 @@ def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:
         ]
     )
     return text, fingerprint, tables.size
-
-
-def resources(name: str) -> Path:
-    """The folder `include` or `firmware`: in the installed package, or beside the sources."""
-    installed = Path(__file__).parents[1] / name
-    return installed if installed.is_dir() else Path(__file__).parents[3] / name
 
 
 def headers(texts: list[str]) -> list[str]:

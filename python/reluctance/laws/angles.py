@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.laws.base import BAND_PART, NEVER_REACHED
+from reluctance.drive.control import BAND_PART, NEVER_REACHED
 from reluctance.laws.pulse_current import PulseCurrent
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from reluctance import limit
-from reluctance.laws.base import Control
+from reluctance.drive.control import Control
 from reluctance.laws.flux_guide import FluxGuide
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core, limit
+from reluctance.drive.control import Control
 from reluctance.errors import ParameterError
-from reluctance.laws.base import Control
 
 if TYPE_CHECKING:
     from reluctance.drive import Drive

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field
 
 from reluctance import _core
-from reluctance.laws.base import BAND_PART
+from reluctance.drive.control import BAND_PART
 from reluctance.laws.shared_torque import SharedTorque
 
 if TYPE_CHECKING:

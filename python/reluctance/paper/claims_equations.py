@@ -5,12 +5,12 @@ from numpy.typing import NDArray
 
 from reluctance import _core, limit
 from reluctance.drive import Drive
-from reluctance.kpis import Kpis
-from reluctance.machine import MachineFile
+from reluctance.drive.machine import MachineFile
 from reluctance.paper import printed, pump
 from reluctance.paper.claim import Claim, verdict
 from reluctance.paper.points import HALF, RATED, Point, le_huy
 from reluctance.paper.study import Study
+from reluctance.run.kpis import Kpis
 
 PSI_M_DEFAULT = 0.486  # of the generic machine with the same L_d, L_q and I_m [Wb]
 I_SAMPLE = 50.0  # a current of ordinary operation, for the equations that are compared [A]

@@ -6,14 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from reluctance.drive import Converter, Drive, Load, Reference, Sensing, SimulationSettings
+from reluctance.drive import Drive
+from reluctance.drive.library import machine_from, machine_table
+from reluctance.drive.map_machine import with_paths
+from reluctance.drive.mismatch import Mismatch
+from reluctance.drive.protection import Protection
+from reluctance.drive.schema import Section, checked, did_you_mean
+from reluctance.drive.tables import Converter, Load, Reference, Sensing, SimulationSettings
 from reluctance.errors import ParameterError
+from reluctance.files import read_toml
 from reluctance.laws import LAWS
-from reluctance.library import machine_from, machine_table, read_toml
-from reluctance.map_machine import with_paths
-from reluctance.mismatch import Mismatch
-from reluctance.protection import Protection
-from reluctance.schema import Section, checked, did_you_mean
 
 TABLES: dict[str, type[Section]] = {
     "converter": Converter,

@@ -1,7 +1,6 @@
 """Machine files: geometry, winding and magnetisation of one machine."""
 
 from math import gcd
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -9,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.losses import Iron
-from reluctance.schema import Section
+from reluctance.drive.loss_data import Iron
+from reluctance.drive.schema import Section
 
 COPPER_COEFFICIENT = 0.00393  # resistance of copper per kelvin at 20 degC, IEC 60028 [1/K]
 
@@ -109,9 +108,3 @@ class LeHuyMachine(MachineFile):
             i_m=self.i_m_A,
             psi_m=self.psi_m_Wb,
         )
-
-
-def library() -> Path:
-    """The folder of the machine library: in the installed package, or beside the sources."""
-    installed = Path(__file__).parent / "machines"
-    return installed if installed.is_dir() else Path(__file__).parents[2] / "machines"

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reluctance.losses import SwitchingEnergies
-from reluctance.machine import MachineFile
+from reluctance.drive.loss_data import SwitchingEnergies
+from reluctance.drive.machine import MachineFile
+from reluctance.run.losses import switching_loss
 
 # Columns of the period rows that the core writes (include/srm/sim/recorder.hpp).
 T, THETA, OMEGA, W_F, TURN_ONS, S_ON, S_OFF = range(7)
@@ -137,7 +138,7 @@ def kpis(
     variance = max(d[TAU_SQUARED] / duration - tau_mean**2, 0.0)
     squared = d[I_SQUARED : I_SQUARED + n_phases]
     E_cu = machine.R * squared.sum()
-    p_sw = switching.switching_loss(d[S_ON] / duration, d[S_OFF] / duration)
+    p_sw = switching_loss(switching, d[S_ON] / duration, d[S_OFF] / duration)
     p_in = d[E_DC] / duration + (p_fe or 0.0) + (p_sw or 0.0)
     inside = window[1:]
     i_peak = float(inside[:, I_PEAK].max())

@@ -1,20 +1,14 @@
-"""A drive: machine, converter, load, reference, control law and sensors, as checked tables."""
+"""The tables of a drive file: converter, load, reference, sensing, simulation."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from reluctance import _core
-from reluctance.laws.base import Control
-from reluctance.losses import SwitchingEnergies
-from reluctance.machine import MachineFile
-from reluctance.mismatch import Mismatch, as_known
-from reluctance.protection import Protection
-from reluctance.schema import Section
+from reluctance.drive.loss_data import SwitchingEnergies
+from reluctance.drive.schema import Section
 
 
 class Converter(SwitchingEnergies):
@@ -122,52 +116,3 @@ class SimulationSettings(Section):
     until_s: float = Field(gt=0)
     dt_max_us: float = Field(10.0, gt=0)  # largest integration step
     theta_start_deg: float = 0.0  # mechanical rotor angle at the start
-
-
-@dataclass(frozen=True)
-class Drive:
-    """All that a run depends on, checked. Values carry their units in their names."""
-
-    name: str
-    machine: MachineFile
-    converter: Converter
-    load: Load
-    reference: Reference
-    control: Control
-    sensing: Sensing
-    simulation: SimulationSettings
-    protection: Protection
-    mismatch: Mismatch
-
-    @property
-    def control_machine(self) -> MachineFile:
-        """The machine as the control knows it."""
-        return as_known(self.machine, self.mismatch)
-
-    def controller(self) -> _core.Controller:
-        """The control law as it meets the plant: behind its angle sensor."""
-        controller = self.control.controller(self)
-        if self.mismatch.angle_offset_deg == 0:
-            return controller
-        return _core.with_angle_offset(controller, np.radians(self.mismatch.angle_offset_deg))
-
-    @property
-    def J(self) -> float:
-        """Inertia of rotor and load [kg m^2]."""
-        return self.machine.J_kgm2 + self.load.J_kgm2
-
-    @property
-    def tau_max(self) -> float:
-        """Largest torque that the controller may ask for [N m]."""
-        if self.control.tau_max_Nm is not None:
-            return self.control.tau_max_Nm
-        return float(np.max(np.abs(self.reference.course[1])))
-
-    @property
-    def omega_nominal(self) -> float:
-        """The speed that the drive works at: held, or the greatest reference [rad/s]."""
-        if self.load.kind == "locked":
-            return abs(self.load.speed_rpm) * np.pi / 30
-        if self.reference.kind == "speed":
-            return float(np.max(np.abs(self.reference.course[1])))
-        return abs(self.load.speed_rpm) * np.pi / 30

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive import Drive
+from reluctance.drive.control import NEVER_REACHED
 from reluctance.errors import ParameterError
-from reluctance.kpis import Kpis, evaluated, kpis
-from reluctance.laws.base import NEVER_REACHED
-from reluctance.losses import iron_loss
+from reluctance.run.kpis import Kpis, evaluated, kpis
+from reluctance.run.losses import iron_loss
 
 FloatArray = NDArray[np.float64]
 

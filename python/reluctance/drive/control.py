@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from reluctance import _core
-from reluctance.schema import Section
+from reluctance.drive.schema import Section
 
 if TYPE_CHECKING:
     from reluctance.drive import Drive

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import Field
 
+from reluctance.drive.schema import Section
 from reluctance.errors import ParameterError
-from reluctance.schema import Section
 
 if TYPE_CHECKING:
     from reluctance.drive import Drive

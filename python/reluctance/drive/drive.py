@@ -1,0 +1,63 @@
+"""A drive: machine, converter, load, reference, control law and sensors, as checked tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reluctance import _core
+from reluctance.drive.control import Control
+from reluctance.drive.machine import MachineFile
+from reluctance.drive.mismatch import Mismatch, as_known
+from reluctance.drive.protection import Protection
+from reluctance.drive.tables import Converter, Load, Reference, Sensing, SimulationSettings
+
+
+@dataclass(frozen=True)
+class Drive:
+    """All that a run depends on, checked. Values carry their units in their names."""
+
+    name: str
+    machine: MachineFile
+    converter: Converter
+    load: Load
+    reference: Reference
+    control: Control
+    sensing: Sensing
+    simulation: SimulationSettings
+    protection: Protection
+    mismatch: Mismatch
+
+    @property
+    def control_machine(self) -> MachineFile:
+        """The machine as the control knows it."""
+        return as_known(self.machine, self.mismatch)
+
+    def controller(self) -> _core.Controller:
+        """The control law as it meets the plant: behind its angle sensor."""
+        controller = self.control.controller(self)
+        if self.mismatch.angle_offset_deg == 0:
+            return controller
+        return _core.with_angle_offset(controller, np.radians(self.mismatch.angle_offset_deg))
+
+    @property
+    def J(self) -> float:
+        """Inertia of rotor and load [kg m^2]."""
+        return self.machine.J_kgm2 + self.load.J_kgm2
+
+    @property
+    def tau_max(self) -> float:
+        """Largest torque that the controller may ask for [N m]."""
+        if self.control.tau_max_Nm is not None:
+            return self.control.tau_max_Nm
+        return float(np.max(np.abs(self.reference.course[1])))
+
+    @property
+    def omega_nominal(self) -> float:
+        """The speed that the drive works at: held, or the greatest reference [rad/s]."""
+        if self.load.kind == "locked":
+            return abs(self.load.speed_rpm) * np.pi / 30
+        if self.reference.kind == "speed":
+            return float(np.max(np.abs(self.reference.course[1])))
+        return abs(self.load.speed_rpm) * np.pi / 30
