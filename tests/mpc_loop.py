@@ -12,7 +12,7 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.laws.flux_guide import FluxGuide
-from reluctance.limit import best_profile, profile_table
+from reluctance.limit import OperatingPoint, best_profile, profile_table
 from reluctance.run.kpis import ERROR_SQUARED, I_SQUARED, TAU_MAX, TAU_MIN, TURN_ONS, T
 
 RPM = np.pi / 30
@@ -41,24 +41,23 @@ class Point:
     def machine(self) -> Any:
         return _core.LeHuy(**self.lehuy)
 
+    def at(self, rpm: float, u_dc: float = U_DC) -> OperatingPoint:
+        """The machine at a speed, on the voltage of the guides."""
+        return OperatingPoint(self.machine, self.n_phases, self.R, self.i_max, u_dc, rpm * RPM)
+
     def guide(self, f_switch: float) -> FluxGuide:
         """Flux profiles for torques up to 1.1 tau, and the weights of the rules."""
         tables = tuple(
             profile_table(
-                self.machine,
-                n_phases=self.n_phases,
-                R=self.R,
-                tau_max=1.1 * abs(self.tau),
-                omega_m=rpm * RPM,
-                u_dc=U_DC,
-                i_max=self.i_max,
+                self.at(rpm),
+                1.1 * abs(self.tau),
                 n_levels=10,
                 n_points=360 // self.n_phases * self.n_phases,
                 smoothing=self.smoothing,
             )
             for rpm in self.guide_rpm or (self.rpm,)
         )
-        return FluxGuide(tables, self.machine, self.R, self.i_max, abs(self.tau), f_switch)
+        return FluxGuide(tables, self.at(self.rpm), abs(self.tau), f_switch)
 
 
 @dataclass(frozen=True)
@@ -189,10 +188,7 @@ def over_speed() -> None:
     """The second table of docs/control/best_mpc.md: one guide over speed."""
     speeds = (1500, 1800, 2100, 2400, 2550, 2700, 2850, 3000)
     for u_dc, rpm in ((240, 1500), (240, 2250), (240, 2625), (240, 3000), (200, 1500), (200, 2250)):
-        limit = best_profile(
-            RATED.machine, n_phases=3, R=RATED.R, tau_ref=RATED.tau, omega_m=rpm * RPM, u_dc=u_dc,
-            i_max=RATED.i_max, norm="rms",
-        )  # fmt: skip
+        limit = best_profile(RATED.at(rpm, u_dc), RATED.tau, norm="rms")
         row = f"| {u_dc} V, {rpm} rpm | {limit.tau_error_rms / RATED.tau:.2%}, {limit.i_rms:.1f} A "
         for law in ("edge_mpc", "finite_set_mpc"):
             for guide_rpm in ((1500,), speeds):

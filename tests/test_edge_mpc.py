@@ -58,10 +58,7 @@ def test_ripple_copper_and_switching_frequency_meet_the_targets(
 def test_the_least_currents_of_the_cells_are_those_of_the_limit(
     point: Point, limit_A: float
 ) -> None:
-    best = best_profile(
-        point.machine, n_phases=3, R=point.R, tau_ref=point.tau, omega_m=point.rpm * np.pi / 30,
-        u_dc=240.0, i_max=point.i_max,
-    )  # fmt: skip
+    best = best_profile(point.at(point.rpm), point.tau)
     assert best.i_rms == pytest.approx(limit_A, rel=1e-3)
 
 

@@ -139,7 +139,7 @@ def test_the_command_line_exports_and_tells_the_fingerprint(tmp_path):
 
 def test_a_controller_of_a_function_drives_the_simulation_as_the_law_does():
     torque = drive("ditc")
-    law = torque.control.controller(torque)
+    law = torque.control.controller(torque.known())
 
     def step(i, theta_e, omega_m, u_dc, reference):
         return _core.step(law, i, theta_e=theta_e, omega_m=omega_m, u_dc=u_dc, reference=reference)

@@ -14,11 +14,11 @@ from firmware_tools import DRIVES, ROOT, drive, needs_target
 
 import reluctance as rl
 from reluctance._core import COMMAND_COLUMNS
-from reluctance.drive.protection import limits
 from reluctance.export import firmware
 from reluctance.export.cost import cost
 from reluctance.export.parity import in_the_loop, parity, record
 from reluctance.export.target import build, processor_in_the_loop, replay
+from reluctance.export.trip_levels import limits
 
 pytestmark = needs_target
 

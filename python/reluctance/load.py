@@ -128,7 +128,7 @@ def _check_together(drive: Drive) -> None:
             f"[control] i_band_A = {band:g}, need less than [machine] i_max_A = "
             f"{drive.machine.i_max_A:g}"
         )
-    drive.control.check(drive)
+    drive.control.check(drive.known())
     if drive.control.follows_torque != (drive.reference.kind != "none"):
         raise ParameterError(
             "[control] fixes its current: it takes [reference] kind = 'none'"

@@ -11,6 +11,7 @@ from reluctance.cli.options import AsJson, DriveFile, Overrides
 from reluctance.cli.progress import progress_bar, wrapped
 from reluctance.compare import conditions, table
 from reluctance.load import load
+from reluctance.units import hertz
 
 
 def compare(
@@ -31,7 +32,7 @@ def compare(
     ] = False,
 ) -> None:
     """Control laws side by side, at equal switching frequency and under equal conditions."""
-    f_switch = conditions.hertz(at_switching_frequency)
+    f_switch = hertz(at_switching_frequency)
     drive = load(drive_file, overrides)
     names = None if controls is None else [name.strip() for name in controls.split(",")]
     with progress_bar("tuning control laws", 1.0) as told:

@@ -10,10 +10,10 @@ from rich.table import Table
 
 from reluctance.cli.options import AsJson, DriveFile, Overrides
 from reluctance.cli.progress import progress_bar
-from reluctance.compare.conditions import hertz
 from reluctance.files import TABLES, check_ending
 from reluctance.limit import envelope_of, limit_of, text
 from reluctance.load import load
+from reluctance.units import hertz, to_si
 
 
 def limit(
@@ -51,7 +51,7 @@ def limit(
     found = limit_of(
         load(drive_file, overrides),
         tau_ref=tau,
-        omega_m=None if speed is None else speed / 9.549296585513721,
+        omega_m=None if speed is None else to_si(speed, "rpm"),
         switching_frequency=f_switch,
     )
     if out is not None:

@@ -52,25 +52,6 @@ def operating_point(drive: Drive) -> Drive:
     )
 
 
-def hertz(text: str) -> float:
-    """A frequency as people write it: 20kHz, 20 kHz, 20000, 2e4 Hz.
-
-    Raises
-    ------
-    ParameterError
-        If it is not a positive frequency.
-    """
-    number = text.strip().lower().removesuffix("hz").rstrip()
-    scale = 1e3 if number.endswith("k") else 1.0
-    try:
-        value = scale * float(number.removesuffix("k"))
-    except ValueError:
-        value = np.nan
-    if not 0 < value < np.inf:
-        raise ParameterError(f"frequency `{text}`, need a positive one such as 20kHz or 20000")
-    return float(value)
-
-
 def period(point: Drive) -> float:
     """Electrical period [s]."""
     return 2 * np.pi / (point.machine.N_r * point.omega_nominal)

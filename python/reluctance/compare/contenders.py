@@ -63,7 +63,7 @@ class Contender:
             common["tau_max_Nm"] = point.control.tau_max_Nm
         table = {"law": self.law, **common, **dict(self.keys), **values}
         drive = replace(point, control=checked(LAWS[self.law], table, f"[control] of {self.name}"))
-        drive.control.check(drive)
+        drive.control.check(drive.known())
         return drive
 
 

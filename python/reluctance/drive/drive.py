@@ -8,8 +8,10 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.drive.control import Control
+from reluctance.drive.known import Known
 from reluctance.drive.machine import MachineFile
 from reluctance.drive.mismatch import Mismatch, as_known
+from reluctance.drive.operating_point import OperatingPoint
 from reluctance.drive.protection import Protection
 from reluctance.drive.tables import Converter, Load, Reference, Sensing, SimulationSettings
 
@@ -29,17 +31,34 @@ class Drive:
     protection: Protection
     mismatch: Mismatch
 
-    @property
-    def control_machine(self) -> MachineFile:
-        """The machine as the control knows it."""
-        return as_known(self.machine, self.mismatch)
+    def known(self) -> Known:
+        """What the controller may know of all this when it is set up."""
+        asked = self.reference.course[1] if self.reference.kind == "torque" else []
+        return Known(
+            machine=as_known(self.machine, self.mismatch),
+            u_dc=self.converter.u_dc_V,
+            omega_m=self.omega_nominal,
+            J=self.J,
+            reference=self.reference.kind,
+            tau_max=self.tau_max,
+            tau_working=max((abs(tau) for tau in asked), default=0.0) or self.tau_max,
+            T_s=self.control.T_s,
+            delay=self.sensing.delay_samples,
+            t_dead=self.converter.t_dead,
+            tracker_bandwidth=self.sensing.tracker_bandwidth,
+            comparators=self.sensing.comparators,
+        )
 
     def controller(self) -> _core.Controller:
         """The control law as it meets the plant: behind its angle sensor."""
-        controller = self.control.controller(self)
+        controller = self.control.controller(self.known())
         if self.mismatch.angle_offset_deg == 0:
             return controller
         return _core.with_angle_offset(controller, np.radians(self.mismatch.angle_offset_deg))
+
+    def at(self, omega_m: float) -> OperatingPoint:
+        """The plant at a speed [rad/s]: its machine as it is, not as the control believes."""
+        return self.machine.at(u_dc=self.converter.u_dc_V, omega_m=omega_m)
 
     @property
     def J(self) -> float:

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from reluctance import _core
 from reluctance.drive.loss_data import Iron
+from reluctance.drive.operating_point import Magnetics, OperatingPoint
 from reluctance.drive.schema import Section
 
 COPPER_COEFFICIENT = 0.00393  # resistance of copper per kelvin at 20 degC, IEC 60028 [1/K]
@@ -50,7 +51,7 @@ class MachineFile(Section):
         return self.R_ohm * (1 + COPPER_COEFFICIENT * (self.temp_w_degC - self.temp_R_degC))
 
     @property
-    def magnetics(self) -> _core.LeHuy | _core.FluxMap:
+    def magnetics(self) -> Magnetics:
         """The machine model of the core."""
         raise NotImplementedError
 
@@ -65,6 +66,17 @@ class MachineFile(Section):
         theta_e = np.linspace(0, 2 * np.pi, 720, endpoint=False)  # whole steps for 2 to 6 phases
         tau = np.maximum(self.torque(self.i_max_A, theta_e), 0.0)
         return float(tau.reshape(self.n_phases, -1).sum(axis=0).max())
+
+    def at(self, *, u_dc: float, omega_m: float) -> OperatingPoint:
+        """This machine on a dc link [V] at a speed [rad/s]."""
+        return OperatingPoint(
+            magnetics=self.magnetics,
+            n_phases=self.n_phases,
+            R=self.R,
+            i_max=self.i_max_A,
+            u_dc=u_dc,
+            omega_m=omega_m,
+        )
 
     def torque(self, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
         """Torque of one phase [N m] at currents [A] and electrical angles [rad], broadcast."""

@@ -16,9 +16,9 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.drive.protection import limits
 from reluctance.errors import ParameterError
 from reluctance.export.constants import Node, Tables, constant, literal
+from reluctance.export.trip_levels import limits
 from reluctance.resources import resources
 
 FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
@@ -122,7 +122,7 @@ def described(drive: Drive) -> dict[str, Node]:
 
 def desk_controller(drive: Drive) -> _core.Controller:
     """The controller that the target will run, on the desk: in single precision."""
-    return drive.control.model_copy(update={"precision": "float"}).controller(drive)
+    return drive.control.model_copy(update={"precision": "float"}).controller(drive.known())
 
 
 def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:

@@ -180,15 +180,8 @@ def maximum_point(drive: Drive, best: limit.Profile) -> list[Claim]:
     """I_m, theta_m, psi_m."""
     machine = drive.machine
     other = machine.model_copy(update={"psi_m_Wb": PSI_M_DEFAULT})
-    relaxed = limit.best_profile(
-        le_huy(other),
-        n_phases=other.n_phases,
-        R=other.R,
-        tau_ref=RATED.tau_ref,
-        omega_m=drive.omega_nominal,
-        u_dc=drive.converter.u_dc_V,
-        i_max=other.i_max_A,
-    )
+    point = other.at(u_dc=drive.converter.u_dc_V, omega_m=drive.omega_nominal)
+    relaxed = limit.best_profile(point, RATED.tau_ref)
     psi_15 = float(magnetics(other, printed.I_M, printed.THETA_M)[0])
     return [
         Claim(

@@ -60,15 +60,7 @@ def run_point(point: Point) -> Runs:
         locked=simulate(drive),
         pump=simulate(pump, until=PUMP_UNTIL, record=PUMP_RECORD),
         free=simulate(free, until=1.0, record=None).kpis,
-        best=limit.best_profile(
-            le_huy(drive.machine),
-            n_phases=drive.machine.n_phases,
-            R=drive.machine.R,
-            tau_ref=point.tau_ref,
-            omega_m=drive.omega_nominal,
-            u_dc=drive.converter.u_dc_V,
-            i_max=drive.machine.i_max_A,
-        ),
+        best=limit.best_profile(drive.at(drive.omega_nominal), point.tau_ref),
     )
 
 
