@@ -39,9 +39,9 @@ from matplotlib.figure import Figure
 import reluctance as rl
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.drive_file import drive_from
-from reluctance.library import machine_table
-from reluctance.simulate import Result
+from reluctance.drive.library import machine_table
+from reluctance.load import drive_from
+from reluctance.run.simulate import Result
 
 OMEGA_REF, TAU_LOAD = 100.0, 1.5  # [rad/s, N m]
 T_LOAD, T_END = 0.1, 0.5  # [s]

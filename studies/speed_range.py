@@ -136,15 +136,8 @@ def capability(task: Task, free: float) -> float:
 
 def bound(points: list[Drive]) -> list[Row]:
     """The limit at each speed: least error and copper at the rated torque, ripple-free torque."""
-    machine = points[0].machine
-    envelope = limit.torque_speed_envelope(
-        machine.magnetics,
-        n_phases=machine.n_phases,
-        R=machine.R,
-        omega_m=[p.omega_nominal for p in points],
-        u_dc=points[0].converter.u_dc_V,
-        i_max=machine.i_max_A,
-    )
+    speeds = [p.omega_nominal for p in points]
+    envelope = limit.torque_speed_envelope(points[0].at(speeds[0]), speeds)
     rows = []
     for point, tau_max in zip(points, envelope.tau_max, strict=True):
         b = best_profile(point)

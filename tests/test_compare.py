@@ -15,11 +15,12 @@ import pytest
 import reluctance as rl
 from reluctance import _core
 from reluctance.compare import CONTENDERS, compare, write
-from reluctance.compare.conditions import hertz, operating_point
+from reluctance.compare.conditions import operating_point
 from reluctance.compare.contest import torque_to_speed_ripple
 from reluctance.compare.table import as_json, markdown, plain
 from reluctance.compare.tuning import TOLERANCE, Tuner
 from reluctance.errors import ParameterError
+from reluctance.units import hertz
 
 ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"

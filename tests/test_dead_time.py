@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance import kpis
 from reluctance.compare.conditions import conditions, in_words, operating_point
 from reluctance.export import firmware
 
@@ -80,7 +79,7 @@ def test_waveforms_show_the_legs_of_the_winding(name: str) -> None:
     copper = result.drive.machine.R * (result.i[:, :-1] + result.i[:, 1:]) / 2 * np.diff(result.t)
     np.testing.assert_allclose(u_mean - copper.sum(axis=1), result.psi[:, -1], atol=2e-4)
     rises = np.maximum(np.diff(result.leg, axis=1, prepend=-1), 0).sum()
-    assert rises == result.periods[-1][kpis.TURN_ONS]
+    assert rises == result.periods["turn_ons"][-1]
 
 
 def test_firmware_is_not_made_for_a_dead_time_that_its_protection_cannot_take(tmp_path) -> None:

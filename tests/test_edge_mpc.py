@@ -17,9 +17,10 @@ from mpc_loop import (
     controller,
     figures,
     loop,
+    mean_torque,
+    taken,
 )
 
-from reluctance.kpis import TAU, TAU_MAX, TAU_MIN, T
 from reluctance.limit import best_profile
 
 # The paper's machine, the default 60 kW machine, four phases: (point, least rms current [A]).
@@ -58,10 +59,7 @@ def test_ripple_copper_and_switching_frequency_meet_the_targets(
 def test_the_least_currents_of_the_cells_are_those_of_the_limit(
     point: Point, limit_A: float
 ) -> None:
-    best = best_profile(
-        point.machine, n_phases=3, R=point.R, tau_ref=point.tau, omega_m=point.rpm * np.pi / 30,
-        u_dc=240.0, i_max=point.i_max,
-    )  # fmt: skip
+    best = best_profile(point.at(point.rpm), point.tau)
     assert best.i_rms == pytest.approx(limit_A, rel=1e-3)
 
 
@@ -96,15 +94,9 @@ def test_starts_from_zero_current_at_every_angle(
     for theta_e in np.linspace(0, 2 * np.pi, 12, endpoint=False):
         run = loop(controller("edge_mpc", point, timing, f_switch), point, timing,
                    theta_m=theta_e / 4 + 1e-3)  # fmt: skip
-        run.advance(3e-3)
-        run.close_period()
-        before = run.take_periods()[-1]
-        run.advance(5e-3)
-        run.close_period()
-        after = run.take_periods()[-1]
-        mean = (after[TAU] - before[TAU]) / (after[T] - before[T])
+        mean, span = mean_torque(run, point, 3e-3, 5e-3)
         assert mean == pytest.approx(tau, rel=0.01)
-        assert after[TAU_MAX] - after[TAU_MIN] < 0.06 * abs(tau)
+        assert span < 0.06 * abs(tau)
 
 
 def test_no_torque_is_asked_no_current_flows() -> None:
@@ -112,7 +104,7 @@ def test_no_torque_is_asked_no_current_flows() -> None:
     run = loop(controller("edge_mpc", RATED, FPGA, 20e3), point, FPGA)
     run.advance(1e-3)
     run.close_period()
-    assert run.take_periods()[-1][TAU_MAX] < 1e-3
+    assert taken(run, point)["tau_max"][-1] < 1e-3
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.2])

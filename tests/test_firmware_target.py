@@ -18,7 +18,7 @@ from reluctance.export import firmware
 from reluctance.export.cost import cost
 from reluctance.export.parity import in_the_loop, parity, record
 from reluctance.export.target import build, processor_in_the_loop, replay
-from reluctance.protection import limits
+from reluctance.export.trip_levels import limits
 
 pytestmark = needs_target
 

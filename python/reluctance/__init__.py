@@ -1,10 +1,9 @@
 """Switched-reluctance motor drives: simulate, control, find the physical limit, flash."""
 
 from reluctance.drive import Drive
-from reluctance.drive_file import load
 from reluctance.errors import ParameterError
-from reluctance.kpis import Kpis
-from reluctance.simulate import Result, simulate
+from reluctance.load import load
+from reluctance.run import Kpis, Result, simulate
 
 __all__ = ["Drive", "Kpis", "ParameterError", "Result", "load", "simulate"]
 __version__ = "0.1.0"

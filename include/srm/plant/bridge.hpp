@@ -22,7 +22,7 @@ using PerPhase = std::array<double, N>;
 
 /// On-state voltages: threshold [V] and slope [ohm] of a switch and of a diode.
 struct Devices {
-  double v_switch, R_switch, v_diode, R_diode;
+  double v_switch{}, R_switch{}, v_diode{}, R_diode{};
   SRM_FIELDS(v_switch, R_switch, v_diode, R_diode)
 
   double on(double i) const { return v_switch + R_switch * i; }

@@ -35,7 +35,7 @@ struct Battery {
   Course E;          // open-circuit voltage [V]
   double R;          // of battery and cable [ohm]
   double C;          // of the dc link [F]
-  bool one_way;      // a rectifier feeds, and never takes back
+  bool one_way = false;      // a rectifier feeds, and never takes back
   SRM_FIELDS(E, R, C, one_way)
 
   double start() const { return E.at(0); }

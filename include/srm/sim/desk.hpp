@@ -2,8 +2,8 @@
 #pragma once
 
 #include "srm/control/frame/drive_control.hpp"
+#include "srm/sim/controller.hpp"
 #include "srm/sim/tables.hpp"
-#include "srm/sim/sampling.hpp"
 
 namespace srm {
 

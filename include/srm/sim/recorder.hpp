@@ -21,6 +21,13 @@ class Rows {
   int columns() const { return columns_; }
   const double* data() const { return values_.data(); }
   void clear() { size_ = 0; }
+  /// A row as the struct that it was.
+  template <class S>
+  S row(int j) const {
+    S s;
+    read_columns(s, &values_[std::size_t(columns_) * j]);
+    return s;
+  }
   /// Adds a struct of as many columns.
   template <class S>
   void add(const S& row) {

@@ -1,35 +1,22 @@
-// The sampled side of the loop: sensors, the controller as the loop calls it, its reference.
+// Sensors and timing of the controller: what it sees of the plant.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "srm/control/frame/interface.hpp"
 #include "srm/plant/drive.hpp"
 
 namespace srm {
 
-/// What one call of a controller yields.
-template <int N>
-struct Orders {
-  Command<double, N> command;
-  double tau_ref = 0;  // the torque reference it worked to, for the record [N m]
-};
-
-/// A complete controller with its state inside: speed loop, torque law, float or double. Erased to
-/// one indirect call per sample, so that the loop is compiled once per machine and phase count.
-template <int N>
-using Controller = std::function<Orders<N>(const Measurement<double, N>&, double reference)>;
-
 /// Sensors and timing of the controller. Zero bits or counts mean an ideal sensor.
 struct Sampling {
-  double T_s;          // control period [s]
-  int delay;           // samples from measurement to effect: 0 or 1
-  int adc_bits;        // of the current converter
-  double i_range;      // its full scale [A]
-  int encoder_counts;  // per mechanical revolution
-  double angle_offset;  // of the angle sensor, electrical: shown less true [rad]
+  double T_s{};          // control period [s]
+  int delay{};           // samples from measurement to effect: 0 or 1
+  int adc_bits{};        // of the current converter
+  double i_range{};      // its full scale [A]
+  int encoder_counts{};  // per mechanical revolution
+  double angle_offset{};  // of the angle sensor, electrical: shown less true [rad]
   SRM_FIELDS(T_s, delay, adc_bits, i_range, encoder_counts, angle_offset)
 };
 

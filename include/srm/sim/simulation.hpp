@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "srm/plant/dead_time.hpp"
+#include "srm/sim/controller.hpp"
 #include "srm/sim/gate.hpp"
 #include "srm/sim/guard.hpp"
 #include "srm/sim/recorder.hpp"

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from reluctance.drive import Drive, Load, Reference
+from reluctance.drive import Drive
+from reluctance.drive.schema import checked
+from reluctance.drive.tables import Load, Reference
 from reluctance.errors import ParameterError
 from reluctance.limit.point import operating_point as asked_of
-from reluctance.schema import checked
 
 COMPARATORS = {
     "analog": "analog: they see the true current and switch at any instant",
@@ -49,25 +50,6 @@ def operating_point(drive: Drive) -> Drive:
         load=checked(Load, held, "[load]"),
         reference=checked(Reference, {"kind": "torque", "tau_Nm": tau}, "[reference]"),
     )
-
-
-def hertz(text: str) -> float:
-    """A frequency as people write it: 20kHz, 20 kHz, 20000, 2e4 Hz.
-
-    Raises
-    ------
-    ParameterError
-        If it is not a positive frequency.
-    """
-    number = text.strip().lower().removesuffix("hz").rstrip()
-    scale = 1e3 if number.endswith("k") else 1.0
-    try:
-        value = scale * float(number.removesuffix("k"))
-    except ValueError:
-        value = np.nan
-    if not 0 < value < np.inf:
-        raise ParameterError(f"frequency `{text}`, need a positive one such as 20kHz or 20000")
-    return float(value)
 
 
 def period(point: Drive) -> float:

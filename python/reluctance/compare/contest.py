@@ -11,11 +11,11 @@ from reluctance.compare.conditions import period
 from reluctance.compare.contenders import CONTENDERS, Contender
 from reluctance.compare.tuning import Trial, Tuner
 from reluctance.drive import Drive
+from reluctance.drive.mismatch import Mismatch
+from reluctance.drive.schema import checked
 from reluctance.errors import ParameterError
-from reluctance.kpis import Kpis
-from reluctance.mismatch import Mismatch
-from reluctance.schema import checked
-from reluctance.simulate import Result, simulate
+from reluctance.run.kpis import Kpis
+from reluctance.run.simulate import Result, simulate
 
 BUDGET = 150  # runs of a search; none has needed more than 80
 RECORD_PERIODS = 12  # electrical periods of the run whose figures are printed

@@ -15,8 +15,8 @@ from reluctance.compare.conditions import period
 from reluctance.compare.contenders import Contender
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-from reluctance.kpis import Kpis
-from reluctance.simulate import simulate
+from reluctance.run.kpis import Kpis
+from reluctance.run.simulate import simulate
 
 TOLERANCE = 0.02  # of the switching frequency
 MATCH_RUNS = 16  # for one set of values; 5 are usual

@@ -18,7 +18,8 @@ from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.constants import Node, Tables, constant, literal
-from reluctance.protection import limits
+from reluctance.export.trip_levels import limits
+from reluctance.resources import resources
 
 FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
 PHASES = range(3, 6)
@@ -121,7 +122,7 @@ def described(drive: Drive) -> dict[str, Node]:
 
 def desk_controller(drive: Drive) -> _core.Controller:
     """The controller that the target will run, on the desk: in single precision."""
-    return drive.control.model_copy(update={"precision": "float"}).controller(drive)
+    return drive.control.model_copy(update={"precision": "float"}).controller(drive.known())
 
 
 def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:
@@ -152,12 +153,6 @@ def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:
         ]
     )
     return text, fingerprint, tables.size
-
-
-def resources(name: str) -> Path:
-    """The folder `include` or `firmware`: in the installed package, or beside the sources."""
-    installed = Path(__file__).parents[1] / name
-    return installed if installed.is_dir() else Path(__file__).parents[3] / name
 
 
 def headers(texts: list[str]) -> list[str]:

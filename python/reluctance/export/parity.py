@@ -22,8 +22,8 @@ from reluctance.export.target import (
     replay,
     target_samples,
 )
-from reluctance.kpis import Kpis
-from reluctance.simulate import simulate
+from reluctance.run.kpis import Kpis
+from reluctance.run.simulate import simulate
 
 STEPS = 20_000  # of a replay, by default
 

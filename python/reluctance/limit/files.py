@@ -8,10 +8,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from reluctance import _core
+from reluctance.files import check_ending, write_table, write_whole
 from reluctance.limit.envelope import Envelope
 from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.report import Limit
-from reluctance.save import WRITERS, check_ending, write_whole
 
 ENDINGS = {".png", ".svg", ".pdf"}
 # Of M. Okabe and K. Ito, 2008: told apart by colour-blind readers.
@@ -135,9 +135,7 @@ def save_figure(limit: Limit, envelope: Envelope, path: str | Path) -> None:
 
 
 def _save(path: str | Path, table: dict[str, FloatArray]) -> None:
-    path = Path(path)
-    write = WRITERS[check_ending(path, WRITERS)]
-    write_whole(path, lambda temporary: write(temporary, table))
+    write_table(Path(path), table)
 
 
 def _plot_phases(ax: Axes, limit: Limit, values: FloatArray) -> None:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 
 def operating_point(

@@ -8,12 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from reluctance import plots
 from reluctance.paper import printed
 from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.response import LEVEL
 from reluctance.paper.study import Study
 from reluctance.paper.sweeps import Response
+from reluctance.run import plots
 
 MODEL, PAPER = "C0", "C3"
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from reluctance.cli_options import AsJson
+from reluctance.cli.options import AsJson
+from reluctance.drive.library import machine_table
+from reluctance.drive.map_file import accept_in, machine_text
+from reluctance.drive.map_machine import CONVENTIONS
 from reluctance.errors import ParameterError
-from reluctance.library import machine_table
-from reluctance.map_file import accept_in, machine_text, write_text
-from reluctance.map_machine import CONVENTIONS
-from reluctance.save import check_ending, write_whole
+from reluctance.files import check_ending, write_text, write_whole
 
 if TYPE_CHECKING:
     from reluctance.maps import FluxTable
@@ -227,7 +227,7 @@ def plot(
     from matplotlib.figure import Figure
 
     from reluctance import maps
-    from reluctance.plots import save_figure
+    from reluctance.run.plots import save_figure
 
     check_ending(out, {".png", ".svg"})
     stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque)

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.errors import ParameterError
-from reluctance.plots import save_figure
-from reluctance.save import check_ending
-from reluctance.simulate import Result
+from reluctance.files import check_ending
+from reluctance.run.plots import save_figure
+from reluctance.run.simulate import Result
 
 FloatArray = NDArray[np.float64]
 ENDINGS = {".png", ".svg"}

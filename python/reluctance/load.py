@@ -6,17 +6,27 @@ from typing import Any
 
 import numpy as np
 
-from reluctance.drive import Converter, Drive, Load, Reference, Sensing, SimulationSettings
+from reluctance.drive import Drive
+from reluctance.drive.library import machine_from, machine_table
+from reluctance.drive.map_machine import with_paths
+from reluctance.drive.mismatch import Mismatch
+from reluctance.drive.protection import Protection
+from reluctance.drive.schema import Section, checked, did_you_mean
+from reluctance.drive.tables import (
+    Converter,
+    Load,
+    Reference,
+    Sensing,
+    SimulationSettings,
+    Source,
+)
 from reluctance.errors import ParameterError
+from reluctance.files import read_toml
 from reluctance.laws import LAWS
-from reluctance.library import machine_from, machine_table, read_toml
-from reluctance.map_machine import with_paths
-from reluctance.mismatch import Mismatch
-from reluctance.protection import Protection
-from reluctance.schema import Section, checked, did_you_mean
 
 TABLES: dict[str, type[Section]] = {
     "converter": Converter,
+    "source": Source,
     "load": Load,
     "reference": Reference,
     "sensing": Sensing,
@@ -24,7 +34,7 @@ TABLES: dict[str, type[Section]] = {
     "protection": Protection,
     "mismatch": Mismatch,
 }
-OPTIONAL = {"sensing", "protection", "mismatch"}
+OPTIONAL = {"source", "sensing", "protection", "mismatch"}
 MOST_STEPS = 1e9  # of a run; more takes a quarter of an hour at least, and is a slip of the unit
 
 
@@ -126,7 +136,7 @@ def _check_together(drive: Drive) -> None:
             f"[control] i_band_A = {band:g}, need less than [machine] i_max_A = "
             f"{drive.machine.i_max_A:g}"
         )
-    drive.control.check(drive)
+    drive.control.check(drive.known())
     if drive.control.follows_torque != (drive.reference.kind != "none"):
         raise ParameterError(
             "[control] fixes its current: it takes [reference] kind = 'none'"

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from reluctance import _core
-from reluctance.schema import Section
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
+from reluctance.drive.known import Known
+from reluctance.drive.schema import Section
 
 BAND_PART = 0.02  # of the current limit: default half width of a current band
 NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage; no waveform [A]
@@ -37,8 +35,8 @@ class Control(Section):
         """False where the table fixes the current, and no torque can be asked for."""
         return True
 
-    def check(self, drive: Drive) -> None:
-        """What the law needs of the drive beside its own table.
+    def check(self, known: Known) -> None:
+        """What the law needs of the drive besides its own table.
 
         Raises
         ------
@@ -46,27 +44,26 @@ class Control(Section):
             If the drive does not have it.
         """
 
-    def controller(self, drive: Drive) -> _core.Controller:
+    def controller(self, known: Known) -> _core.Controller:
         """The law, its speed loop and its state, ready to be sampled."""
         raise NotImplementedError
 
-    def setting(self, drive: Drive) -> _core.Setting:
+    def setting(self, known: Known) -> _core.Setting:
         """What the core needs of every law. Default gains of the speed loop: the proportional one
         gives the bandwidth on inertia alone, the integral one acts half as fast."""
         bandwidth = 2 * np.pi * self.speed_bandwidth_Hz
-        K_p = bandwidth * drive.J if self.K_p_Nms is None else self.K_p_Nms
-        tau_max = drive.tau_max
+        K_p = bandwidth * known.J if self.K_p_Nms is None else self.K_p_Nms
         return _core.Setting(
-            machine=drive.control_machine.magnetics,
-            n_phases=drive.control_machine.n_phases,
+            machine=known.magnetics,
+            n_phases=known.n_phases,
             single=self.precision == "float",
-            outer=getattr(_core.Outer, drive.reference.kind),
+            outer=getattr(_core.Outer, known.reference),
             K_p=K_p,
             K_i=K_p * bandwidth / 2 if self.K_i_Nm is None else self.K_i_Nm,
-            tau_min=-tau_max,
-            tau_max=tau_max,
-            T_s=self.T_s,
-            tracker_bandwidth=drive.sensing.tracker_bandwidth,
-            comparators=getattr(_core.Comparators, drive.sensing.comparators),
-            t_dead=drive.converter.t_dead,
+            tau_min=-known.tau_max,
+            tau_max=known.tau_max,
+            T_s=known.T_s,
+            tracker_bandwidth=known.tracker_bandwidth,
+            comparators=getattr(_core.Comparators, known.comparators),
+            t_dead=known.t_dead,
         )

@@ -1,7 +1,6 @@
 """Machine files: geometry, winding and magnetisation of one machine."""
 
 from math import gcd
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -9,8 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.losses import Iron
-from reluctance.schema import Section
+from reluctance.drive.loss_data import Iron
+from reluctance.drive.operating_point import Magnetics, OperatingPoint
+from reluctance.drive.schema import Section
 
 COPPER_COEFFICIENT = 0.00393  # resistance of copper per kelvin at 20 degC, IEC 60028 [1/K]
 
@@ -51,7 +51,7 @@ class MachineFile(Section):
         return self.R_ohm * (1 + COPPER_COEFFICIENT * (self.temp_w_degC - self.temp_R_degC))
 
     @property
-    def magnetics(self) -> _core.LeHuy | _core.FluxMap:
+    def magnetics(self) -> Magnetics:
         """The machine model of the core."""
         raise NotImplementedError
 
@@ -66,6 +66,17 @@ class MachineFile(Section):
         theta_e = np.linspace(0, 2 * np.pi, 720, endpoint=False)  # whole steps for 2 to 6 phases
         tau = np.maximum(self.torque(self.i_max_A, theta_e), 0.0)
         return float(tau.reshape(self.n_phases, -1).sum(axis=0).max())
+
+    def at(self, *, u_dc: float, omega_m: float) -> OperatingPoint:
+        """This machine on a dc link [V] at a speed [rad/s]."""
+        return OperatingPoint(
+            magnetics=self.magnetics,
+            n_phases=self.n_phases,
+            R=self.R,
+            i_max=self.i_max_A,
+            u_dc=u_dc,
+            omega_m=omega_m,
+        )
 
     def torque(self, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
         """Torque of one phase [N m] at currents [A] and electrical angles [rad], broadcast."""
@@ -109,9 +120,3 @@ class LeHuyMachine(MachineFile):
             i_m=self.i_m_A,
             psi_m=self.psi_m_Wb,
         )
-
-
-def library() -> Path:
-    """The folder of the machine library: in the installed package, or beside the sources."""
-    installed = Path(__file__).parent / "machines"
-    return installed if installed.is_dir() else Path(__file__).parents[2] / "machines"

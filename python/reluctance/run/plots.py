@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from reluctance.save import check_ending, write_whole
-from reluctance.simulate import Result
+from reluctance.files import check_ending, write_whole
+from reluctance.run.simulate import Result
 
 ENDINGS = {".png", ".svg", ".html"}
 LEG_NAMES = ("demagnetize", "freewheel", "magnetize")

@@ -1,18 +1,13 @@
-"""The [protection] table: at which readings the exported controller switches all legs off."""
+"""The trip levels of a drive: as its [protection] table gives them, or by default."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import Field
 
+from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-from reluctance.schema import Section
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 OVER_CURRENT = 1.2  # of i_max_A
 ZERO_CURRENT = 0.02  # of i_max_A: a current sensor's offset and noise
@@ -22,17 +17,6 @@ OVER_SPEED = 1.3  # of the speed that the drive works at
 ENCODER_STEPS = 1.5  # one by which the angle is late, half a one of margin
 SMALLEST_SLACK_DEG = 0.1  # electrical; for an ideal sensor
 SETTLE = 8.0  # time constants of the angle tracker: e^-8 of a wrong first speed is left
-
-
-class Protection(Section):
-    """Trip levels; those that are left out follow from the drive."""
-
-    i_trip_A: float | None = Field(None, gt=0)
-    i_zero_A: float | None = Field(None, gt=0)  # readings up to this count as no current
-    u_dc_min_V: float | None = Field(None, ge=0)
-    u_dc_max_V: float | None = Field(None, gt=0)
-    speed_max_rpm: float | None = Field(None, gt=0)
-    angle_slack_deg: float | None = Field(None, gt=0)  # electrical, see control/safety.hpp
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ import tomllib
 from math import gcd
 from pathlib import Path
 
+from reluctance.drive.library import machine_from
+from reluctance.drive.map_machine import with_paths
 from reluctance.errors import ParameterError
-from reluctance.library import machine_from
-from reluctance.map_machine import with_paths
-from reluctance.save import write_whole
+from reluctance.files import write_text
 
 
 def machine_text(
@@ -82,15 +82,6 @@ def accept_in(path: Path, reason: str) -> None:
     table = tomllib.loads(text)["machine"]
     machine_from(with_paths(table, path.parent))
     write_text(path, text)
-
-
-def write_text(path: Path, text: str) -> None:
-    """All of the text or nothing."""
-
-    def write(temporary: Path) -> None:
-        temporary.write_text(text, encoding="utf-8")
-
-    write_whole(path, write)
 
 
 def quoted(text: str) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.machine import MachineFile
+from reluctance.drive.machine import MachineFile
 
 if TYPE_CHECKING:
     from reluctance.maps import FluxTable, MapReport, Surface

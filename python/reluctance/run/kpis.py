@@ -3,16 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from reluctance.losses import SwitchingEnergies
-from reluctance.machine import MachineFile
-
-# Columns of the period rows that the core writes (include/srm/sim/recorder.hpp).
-T, THETA, OMEGA, W_F, TURN_ONS, S_ON, S_OFF = range(7)
-TAU_MIN, TAU_MAX, OMEGA_MIN, OMEGA_MAX, I_PEAK = range(7, 12)
-E_DC, E_WINDING, E_MECH, TAU, TAU_SQUARED, ERROR_SQUARED, I_SQUARED = range(12, 19)
-
+from reluctance.drive.loss_data import SwitchingEnergies
+from reluctance.drive.machine import MachineFile
+from reluctance.run.columns import Table
+from reluctance.run.losses import switching_loss
 
 NOT_HELD = 0.05  # deviation of the mean torque from its reference that is worth a remark
 DRIFTS = 0.02  # of the mean torque, by a period: above, the drive has not settled
@@ -99,10 +94,11 @@ class Kpis:
 
 
 def kpis(
-    rows: NDArray[np.float64],
+    periods: Table,
     *,
     machine: MachineFile,
     switching: SwitchingEnergies,
+    n_switches: int,
     p_fe: float | None,
     T_s: float,
     wall_time_ratio: float,
@@ -111,11 +107,13 @@ def kpis(
 
     Parameters
     ----------
-    rows : ndarray, shape (n, 19 + n_phases)
+    periods : Table
         At the start, at the end of each electrical period and at the end of the run.
     machine : MachineFile
     switching : SwitchingEnergies
         Of the converter: what a turn-on and a turn-off cost.
+    n_switches : int
+        Of the converter.
     p_fe : float or None
         Iron loss over the window of the key figures [W].
     T_s : float
@@ -128,47 +126,46 @@ def kpis(
     Kpis
         Where the law has no torque reference, the torque error is against the mean torque.
     """
-    window, periods = evaluated(rows, machine.N_r)
-    n_phases = machine.n_phases
-    first, last = window[0], window[-1]
-    duration = last[T] - first[T]
-    d = last - first
-    tau_mean, tau_ref = d[TAU] / duration, d[-1] / duration
-    variance = max(d[TAU_SQUARED] / duration - tau_mean**2, 0.0)
-    squared = d[I_SQUARED : I_SQUARED + n_phases]
-    E_cu = machine.R * squared.sum()
-    p_sw = switching.switching_loss(d[S_ON] / duration, d[S_OFF] / duration)
-    p_in = d[E_DC] / duration + (p_fe or 0.0) + (p_sw or 0.0)
-    inside = window[1:]
-    i_peak = float(inside[:, I_PEAK].max())
-    supplied = max(d[E_DC], E_cu, abs(d[E_MECH]))
-    tau_span = inside[:, TAU_MAX].max() - inside[:, TAU_MIN].min()
-    omega_span = inside[:, OMEGA_MAX].max() - inside[:, OMEGA_MIN].min()
-    omega_mean = (last[THETA] - first[THETA]) / duration
-    lengths = np.diff(window[:, T])
+    window, n_periods = evaluated(periods, machine.N_r)
+    d = {name: values[..., -1] - values[..., 0] for name, values in window.items()}
+    duration = d["t"]
+    tau_mean, tau_ref = d["tau"] / duration, d["tau_ref"] / duration
+    variance = max(d["tau_squared"] / duration - tau_mean**2, 0.0)
+    E_cu = machine.R * d["i_squared"].sum()
+    p_sw = switching_loss(switching, d["S_on"] / duration, d["S_off"] / duration)
+    p_in = d["E_dc"] / duration + (p_fe or 0.0) + (p_sw or 0.0)
+    inside = {name: values[..., 1:] for name, values in window.items()}
+    i_peak = float(inside["i_peak"].max())
+    link = d["E_source"] - d["E_loss"] - d["W_dc"] - d["E_dc"]
+    left_open = link + d["E_winding"] - E_cu - d["E_mech"] - d["W_f"]
+    supplied = max(d["E_dc"], E_cu, abs(d["E_mech"]))
+    tau_span = inside["tau_max"].max() - inside["tau_min"].min()
+    omega_span = inside["omega_max"].max() - inside["omega_min"].min()
+    omega_mean = d["theta_m"] / duration
+    lengths = np.diff(window["t"])
     whole = lengths > lengths.max() / 2  # not the instant between two rows of one end
-    means = np.diff(window[:, TAU])[whole] / lengths[whole]  # torque of each period
-    error = np.sqrt(d[ERROR_SQUARED] / duration if tau_ref else variance)
+    means = np.diff(window["tau"])[whole] / lengths[whole]  # torque of each period
+    error = np.sqrt(d["error_squared"] / duration if tau_ref else variance)
     return Kpis(
-        periods=periods,
+        periods=n_periods,
         tau_mean=tau_mean,
         tau_ref=tau_ref,
         torque_ripple=_ratio(tau_span, tau_mean),
         torque_ripple_rms=_ratio(np.sqrt(variance), tau_mean),
         torque_error_rms=_ratio(error, tau_ref or tau_mean),
-        i_rms=float(np.sqrt(squared.max() / duration)),
+        i_rms=float(np.sqrt(d["i_squared"].max() / duration)),
         i_peak=i_peak,
         p_cu=E_cu / duration,
-        p_dev=(d[E_DC] - d[E_WINDING]) / duration,
-        p_mech=d[E_MECH] / duration,
+        p_dev=(d["E_dc"] - d["E_winding"]) / duration,
+        p_mech=d["E_mech"] / duration,
         p_fe=p_fe,
         p_sw=p_sw,
         p_in=p_in,
-        efficiency=_ratio(d[E_MECH] / duration, p_in),
-        switching_frequency=d[TURN_ONS] / duration / (2 * n_phases),
+        efficiency=_ratio(d["E_mech"] / duration, p_in),
+        switching_frequency=d["turn_ons"] / duration / n_switches,
         speed_mean=omega_mean,
         speed_ripple=_ratio(omega_span, omega_mean),
-        energy_residual=_ratio(d[E_WINDING] - E_cu - d[E_MECH] - d[W_F], supplied),
+        energy_residual=_ratio(left_open, supplied),
         torque_drift=_ratio(np.abs(means - tau_mean).max(), tau_mean),
         beyond_map=max(0.0, 1 - machine.i_known_A / i_peak) if i_peak > 0 else 0.0,
         control_period=T_s,
@@ -176,17 +173,18 @@ def kpis(
     )
 
 
-def evaluated(rows: NDArray[np.float64], N_r: int) -> tuple[NDArray[np.float64], int]:
+def evaluated(periods: Table, N_r: int) -> tuple[Table, int]:
     """The rows of the whole periods in the second half of the run, and how many those are."""
-    periods = rows[:, THETA] * N_r / (2 * np.pi)
-    whole = np.abs(periods - np.round(periods)) < 1e-6
-    moment = 1e-9 * rows[-1, T]  # a run that ends with a period has two rows at its end
-    ends = np.flatnonzero(whole & (np.diff(rows[:, T], append=np.inf) > moment))
-    second_half = ends[rows[ends, T] >= rows[-1, T] / 2 - moment]
+    t, turned = periods["t"], periods["theta_m"] * N_r / (2 * np.pi)
+    whole = np.abs(turned - np.round(turned)) < 1e-6
+    moment = 1e-9 * t[-1]  # a run that ends with a period has two rows at its end
+    ends = np.flatnonzero(whole & (np.diff(t, append=np.inf) > moment))
+    second_half = ends[t[ends] >= t[-1] / 2 - moment]
     ends = second_half if len(second_half) >= 2 else ends[-2:]
-    if len(ends) < 2 or abs(periods[ends[-1]] - periods[ends[0]]) < 0.5:
-        return rows, 0
-    return rows[ends[0] : ends[-1] + 1], len(ends) - 1
+    if len(ends) < 2 or abs(turned[ends[-1]] - turned[ends[0]]) < 0.5:
+        return periods, 0
+    chosen = slice(ends[0], ends[-1] + 1)
+    return {name: values[..., chosen] for name, values in periods.items()}, len(ends) - 1
 
 
 def _ratio(part: float, whole: float) -> float:

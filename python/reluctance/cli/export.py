@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from reluctance import export, load
-from reluctance.cli_options import AsJson, DriveFile, Overrides
+from reluctance.cli.options import AsJson, DriveFile, Overrides
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.cost import costs

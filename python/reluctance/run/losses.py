@@ -9,74 +9,25 @@ from math import gamma
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
 
-from reluctance.schema import Section
+from reluctance.drive.loss_data import Iron, SwitchingEnergies
 
 FloatArray = NDArray[np.float64]
 
 
-class Iron(Section):
-    """The [machine.iron] table: Steinmetz's exponents, and one measured or computed point.
+def switching_loss(energies: SwitchingEnergies, S_on: float, S_off: float) -> float | None:
+    """Mean switching loss [W]; None where no energies are given.
 
-    At the point every phase carries a sinusoidal flux linkage. From steel data: p_ref_W is the
-    specific loss at B_ref and f_ref times the mass of the iron that sees the flux of its pole, and
-    psi_ref_Wb = B_ref x turns in series x pole area.
+    Parameters
+    ----------
+    energies : SwitchingEnergies
+    S_on, S_off : float
+        Sums of u_dc i over the turn-ons and turn-offs of all switches, per second [VA/s].
     """
-
-    p_ref_W: float = Field(gt=0)  # iron loss of the whole machine at ...
-    psi_ref_Wb: float = Field(gt=0)  # ... this amplitude, without dc part, ...
-    f_ref_Hz: float = Field(gt=0)  # ... and frequency
-    alpha: float = Field(ge=1, le=3)  # exponent of frequency
-    beta: float = Field(ge=1, le=4)  # exponent of flux
-
-    @model_validator(mode="after")
-    def exponents_are_in_order(self) -> "Iron":
-        if self.beta < self.alpha:
-            raise ValueError(
-                f"beta = {self.beta:g}, need >= alpha = {self.alpha:g} (steel: about 2 and 1.5)"
-            )
-        return self
-
-
-class SwitchingEnergies(Section):
-    """What a datasheet says of one switching, at one voltage and current. Loss is taken to be
-    proportional to both."""
-
-    E_on_mJ: float = Field(0.0, ge=0)  # turn-on of a switch
-    E_off_mJ: float = Field(0.0, ge=0)  # turn-off
-    E_rr_mJ: float = Field(0.0, ge=0)  # recovery of the diode that a turn-on relieves
-    u_sw_ref_V: float | None = Field(None, gt=0)  # where these hold: voltage ...
-    i_sw_ref_A: float | None = Field(None, gt=0)  # ... and current
-
-    @model_validator(mode="after")
-    def energies_have_a_point(self) -> "SwitchingEnergies":
-        energies = self.E_on_mJ + self.E_off_mJ + self.E_rr_mJ
-        given = (self.u_sw_ref_V is not None) + (self.i_sw_ref_A is not None)
-        if energies > 0 and given < 2:
-            raise ValueError(
-                "E_on_mJ, E_off_mJ, E_rr_mJ hold at one voltage and current: give u_sw_ref_V and "
-                "i_sw_ref_A from the same datasheet"
-            )
-        if energies == 0 and given > 0:
-            raise ValueError(
-                "u_sw_ref_V and i_sw_ref_A have no effect without E_on_mJ, E_off_mJ or E_rr_mJ; "
-                "remove them"
-            )
-        return self
-
-    def switching_loss(self, S_on: float, S_off: float) -> float | None:
-        """Mean switching loss [W]; None where no energies are given.
-
-        Parameters
-        ----------
-        S_on, S_off : float
-            Sums of u_dc i over the turn-ons and turn-offs of all switches, per second [VA/s].
-        """
-        if self.u_sw_ref_V is None or self.i_sw_ref_A is None:
-            return None
-        energy = (self.E_on_mJ + self.E_rr_mJ) * S_on + self.E_off_mJ * S_off
-        return 1e-3 * energy / (self.u_sw_ref_V * self.i_sw_ref_A)
+    if energies.u_sw_ref_V is None or energies.i_sw_ref_A is None:
+        return None
+    energy = (energies.E_on_mJ + energies.E_rr_mJ) * S_on + energies.E_off_mJ * S_off
+    return 1e-3 * energy / (energies.u_sw_ref_V * energies.i_sw_ref_A)
 
 
 def iron_loss(iron: Iron, t: FloatArray, psi: FloatArray) -> float:

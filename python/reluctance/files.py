@@ -1,52 +1,37 @@
-"""Waveforms to files, all or nothing: a file appears only when it is complete."""
+"""Files: read TOML, check an ending, write whole or not at all, write a table of columns."""
 
 import os
 import tempfile
-from collections.abc import Callable
+import tomllib
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from reluctance.errors import ParameterError
-from reluctance.simulate import Result
+
+Columns = Mapping[str, NDArray[np.float64]]
 
 
-def columns(result: Result) -> dict[str, NDArray[np.float64]]:
-    """The waveforms under their border names, each of shape (n,)."""
-    table = {
-        "t_s": result.t,
-        "theta_m_rad": result.theta_m,
-        "speed_rpm": result.omega_m * 30 / np.pi,
-        "u_dc_V": result.u_dc,
-        "tau_Nm": result.tau,
-        "tau_ref_Nm": result.tau_ref,
-    }
-    for k in range(len(result.i)):
-        phase = "abcdef"[k]
-        table[f"i_{phase}_A"] = result.i[k]
-        table[f"u_{phase}_V"] = result.u[k]
-        table[f"psi_{phase}_Wb"] = result.psi[k]
-        table[f"tau_{phase}_Nm"] = result.tau_ph[k]
-        table[f"leg_{phase}"] = result.leg[k]
-        table[f"i_ref_{phase}_A"] = result.i_ref[k]
-    return table
-
-
-def save(result: Result, path: str | Path) -> None:
-    """Writes the waveforms; the ending chooses csv, npz, parquet or mat.
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file.
 
     Raises
     ------
     ParameterError
-        If the ending is unknown, the folder is missing, or parquet support is not installed.
+        If it cannot be read or parsed.
     """
-    path = Path(path)
-    write = WRITERS[check_ending(path, WRITERS)]
-    write_whole(path, lambda temporary: write(temporary, columns(result)))
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as fault:
+        raise ParameterError(f"cannot read {path}: {fault.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+        raise ParameterError(f"{path} is not valid TOML: {fault}") from None
 
 
-def check_ending(path: Path, endings: dict[str, Callable[..., None]] | set[str]) -> str:
+def check_ending(path: Path, endings: Collection[str]) -> str:
     """The ending of a path, if it is one of these and its folder exists."""
     ending = path.suffix.lower()
     if ending not in endings:
@@ -70,13 +55,34 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
         raise
 
 
+def write_text(path: Path, text: str) -> None:
+    """All of the text or nothing."""
+
+    def write(temporary: Path) -> None:
+        temporary.write_text(text, encoding="utf-8")
+
+    write_whole(path, write)
+
+
 def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
 
 
-def _csv(path: Path, table: dict[str, NDArray[np.float64]]) -> None:
+def write_table(path: Path, table: Columns) -> None:
+    """Writes columns of one length; the ending chooses csv, npz, parquet or mat.
+
+    Raises
+    ------
+    ParameterError
+        If the ending is unknown, the folder is missing, or parquet support is not installed.
+    """
+    write = TABLES[check_ending(path, TABLES)]
+    write_whole(path, lambda temporary: write(temporary, table))
+
+
+def _csv(path: Path, table: Columns) -> None:
     np.savetxt(
         path,
         np.column_stack(list(table.values())),
@@ -87,12 +93,12 @@ def _csv(path: Path, table: dict[str, NDArray[np.float64]]) -> None:
     )
 
 
-def _npz(path: Path, table: dict[str, NDArray[np.float64]]) -> None:
+def _npz(path: Path, table: Columns) -> None:
     with path.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **table)
 
 
-def _parquet(path: Path, table: dict[str, NDArray[np.float64]]) -> None:
+def _parquet(path: Path, table: Columns) -> None:
     try:
         import pyarrow
         import pyarrow.parquet
@@ -100,16 +106,16 @@ def _parquet(path: Path, table: dict[str, NDArray[np.float64]]) -> None:
         raise ParameterError(
             "parquet needs pyarrow; `pip install reluctance[parquet]` or write npz"
         ) from None
-    pyarrow.parquet.write_table(pyarrow.table(table), path)
+    pyarrow.parquet.write_table(pyarrow.table(dict(table)), path)
 
 
-def _mat(path: Path, table: dict[str, NDArray[np.float64]]) -> None:
+def _mat(path: Path, table: Columns) -> None:
     from scipy.io import savemat
 
     savemat(path, table, do_compression=True)
 
 
-WRITERS: dict[str, Callable[[Path, dict[str, NDArray[np.float64]]], None]] = {
+TABLES: dict[str, Callable[[Path, Columns], None]] = {
     ".csv": _csv,
     ".npz": _npz,
     ".parquet": _parquet,

@@ -1,16 +1,17 @@
 """The machine library, and the right class for a [machine] table."""
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from reluctance.drive.machine import LeHuyMachine, MachineFile
+from reluctance.drive.map_machine import MapMachine, with_paths
+from reluctance.drive.schema import checked, did_you_mean
 from reluctance.errors import ParameterError
-from reluctance.machine import LeHuyMachine, MachineFile, library
-from reluctance.map_machine import MapMachine, with_paths
-from reluctance.schema import checked, did_you_mean
+from reluctance.files import read_toml
+from reluctance.resources import resources
 
 MODELS: dict[str, type[MachineFile]] = {"lehuy": LeHuyMachine, "map": MapMachine}
 
@@ -64,7 +65,7 @@ class Entry:
 def entries() -> list[Entry]:
     """All machines of the library, by name."""
     found = []
-    for path in sorted(library().glob("*.toml")):
+    for path in sorted(resources("machines").glob("*.toml")):
         table = with_paths(read_toml(path)["machine"], path.parent)
         machine = machine_from(table, where=f"{path.name} [machine]")
         torque = machine.torque(machine.i_max_A, np.linspace(0, np.pi, 181))
@@ -74,7 +75,7 @@ def entries() -> list[Entry]:
 
 def machine_table(machine: str, folder: Path) -> dict[str, Any]:
     """The [machine] table of a library machine by its name, or of a file by its path."""
-    candidates = [folder / machine, library() / f"{machine}.toml"]
+    candidates = [folder / machine, resources("machines") / f"{machine}.toml"]
     for candidate in candidates:
         if candidate.is_file():
             data = read_toml(candidate)
@@ -82,23 +83,7 @@ def machine_table(machine: str, folder: Path) -> dict[str, Any]:
                 raise ParameterError(f"{candidate}: need the table [machine] and nothing else")
             table: dict[str, Any] = data["machine"]
             return with_paths(table, candidate.parent)
-    names = [p.stem for p in library().glob("*.toml")]
+    names = [p.stem for p in resources("machines").glob("*.toml")]
     raise ParameterError(
         f"machine `{machine}` is neither a file nor in the library{did_you_mean(machine, names)}"
     )
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """A TOML file.
-
-    Raises
-    ------
-    ParameterError
-        If it cannot be read or parsed.
-    """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise ParameterError(f"cannot read {path}: {fault.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise ParameterError(f"{path} is not valid TOML: {fault}") from None

@@ -2,8 +2,8 @@
 
 from pydantic import Field
 
-from reluctance.machine import MachineFile
-from reluctance.schema import Section
+from reluctance.drive.machine import MachineFile
+from reluctance.drive.schema import Section
 
 # What scales with the flux linkage, by model. The current of the aligned point stays.
 FLUX_KEYS = {"lehuy": ("L_u_H", "L_a_H", "L_sat_H", "psi_m_Wb"), "map": ("psi_factor",)}

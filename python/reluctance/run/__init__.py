@@ -1,0 +1,6 @@
+"""Run a drive, and look at what came out: waveforms, key figures, losses, figures, files."""
+
+from reluctance.run.kpis import Kpis
+from reluctance.run.simulate import Result, simulate
+
+__all__ = ["Kpis", "Result", "simulate"]
