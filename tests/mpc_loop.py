@@ -13,7 +13,7 @@ import numpy as np
 from reluctance import _core
 from reluctance.laws.flux_guide import FluxGuide
 from reluctance.limit import OperatingPoint, best_profile, profile_table
-from reluctance.run.kpis import ERROR_SQUARED, I_SQUARED, TAU_MAX, TAU_MIN, TURN_ONS, T
+from reluctance.run.columns import Rows, period_columns
 
 RPM = np.pi / 30
 U_DC = 240.0  # of the guides
@@ -154,6 +154,11 @@ def loop(
     )
 
 
+def sums(run: Any) -> dict[str, float]:
+    """The last period row of a run of three phases, by name."""
+    return dict(zip(period_columns(3), run.take_periods()[-1], strict=True))
+
+
 @dataclass(frozen=True)
 class Figures:
     """Over the last periods of a run; ratios to the torque reference [1]."""
@@ -172,15 +177,15 @@ def figures(law: Any, point: Point, timing: Timing, *, periods: int = 6) -> Figu
     while t < t_end:
         t = run.advance(t_end)
         blocks.append(run.take_periods())
-    rows = np.vstack(blocks)[-periods - 1 :]
-    total = rows[-1] - rows[0]
-    duration, N = total[T], point.n_phases
-    extremes = rows[1:, TAU_MAX].max() - rows[1:, TAU_MIN].min()
+    rows = Rows(np.vstack(blocks)[-periods - 1 :], period_columns(point.n_phases))
+    duration, N = rows.rise("t"), point.n_phases
+    extremes = rows["tau_max"][1:].max() - rows["tau_min"][1:].min()
+    squared = rows.phases("i_squared")[:, -1] - rows.phases("i_squared")[:, 0]
     return Figures(
-        error_rms=float(np.sqrt(total[ERROR_SQUARED] / duration) / abs(point.tau)),
+        error_rms=float(np.sqrt(rows.rise("error_squared") / duration) / abs(point.tau)),
         ripple_pp=float(extremes / abs(point.tau)),
-        i_rms=float(np.sqrt(total[I_SQUARED : I_SQUARED + N].mean() / duration)),
-        f_switch=float(total[TURN_ONS] / duration / (2 * N)),
+        i_rms=float(np.sqrt(squared.mean() / duration)),
+        f_switch=float(rows.rise("turn_ons") / duration / (2 * N)),
     )
 
 

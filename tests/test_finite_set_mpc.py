@@ -4,11 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
-from mpc_loop import FPGA, HALF, PAPER, RATED, Point, Timing, controller, figures, loop
+from mpc_loop import FPGA, HALF, PAPER, RATED, Point, Timing, controller, figures, loop, sums
 
 from reluctance import _core
 from reluctance.laws.finite_set_mpc import NO_GUIDE
-from reluctance.run import kpis
 
 WEIGHTS = {"R": 0.72, "i_max": 150.0, "T_s": 20e-6, "t_end": 30e-6, "u_dc": 240.0, "tau_ref": 40.0}
 PSI, CURRENT, TAU, GAIN, DRIFT, GOAL, GOAL_RATE, I_GAIN, I_DRIFT, LEG = range(10)
@@ -144,9 +143,9 @@ def test_starts_from_zero_current_at_every_angle() -> None:
             run = loop(law, point, FPGA, theta_m=theta_e / 4 + 1e-3)
             run.advance(3e-3)
             run.close_period()
-            before = run.take_periods()[-1]
+            before = sums(run)
             run.advance(5e-3)
             run.close_period()
-            after = run.take_periods()[-1]
-            mean = (after[kpis.TAU] - before[kpis.TAU]) / (after[kpis.T] - before[kpis.T])
+            after = sums(run)
+            mean = (after["tau"] - before["tau"]) / (after["t"] - before["t"])
             assert mean == pytest.approx(tau, rel=0.01)

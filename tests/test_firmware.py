@@ -147,7 +147,7 @@ def test_a_controller_of_a_function_drives_the_simulation_as_the_law_does():
     wrapped = _core.controller_from(3, step)
     a = rl.simulate(torque, until=0.01, record=None, controller=wrapped)
     b = rl.simulate(torque, until=0.01, record=None)
-    assert np.array_equal(a.periods, b.periods)
+    assert np.array_equal(a.periods.values, b.periods.values)
 
 
 def test_budget_and_drives_name_the_same_controllers():

@@ -12,7 +12,7 @@ import pytest
 
 import reluctance as rl
 from reluctance.drive import Drive
-from reluctance.run.kpis import TAU, T
+from reluctance.run.columns import Rows, period_columns
 from reluctance.run.simulate import _simulation
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -30,12 +30,13 @@ def mean_torques(drive: Drive, settled: float, until: float) -> list[float]:
         start = {"theta_start_deg": theta_e_deg / drive.machine.N_r}
         held = replace(drive, simulation=drive.simulation.model_copy(update=start))
         run = _simulation(held, law, -1.0)
-        sums = []
+        ends = []
         for t in (settled, until):
             run.advance(t)
             run.close_period()
-            sums.append(run.take_periods()[-1])
-        found.append((sums[1][TAU] - sums[0][TAU]) / (sums[1][T] - sums[0][T]))
+            ends.append(run.take_periods()[-1])
+        sums = Rows(np.array(ends), period_columns(drive.machine.n_phases))
+        found.append(sums.rise("tau") / sums.rise("t"))
     return found
 
 

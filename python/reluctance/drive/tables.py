@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from reluctance.drive.loss_data import SwitchingEnergies
 from reluctance.drive.schema import Section
+from reluctance.units import to_si
 
 
 class Converter(SwitchingEnergies):
@@ -25,7 +26,7 @@ class Converter(SwitchingEnergies):
     @property
     def t_dead(self) -> float:
         """From the order to turn on until a switch is on [s]."""
-        return self.dead_time_us * 1e-6
+        return to_si(self.dead_time_us, "us")
 
 
 class Load(Section):
@@ -81,11 +82,10 @@ class Reference(Section):
         """Times [s] and references [N m or rad/s]; zero where there is none."""
         if self.kind == "none":
             return [0.0], [0.0]
-        unit = 1.0 if self.kind == "torque" else np.pi / 30
         constant = self.tau_Nm if self.kind == "torque" else self.speed_rpm
-        if constant is not None:
-            return [0.0], [constant * unit]
-        return self.t_s, [value * unit for value in self.values]
+        t_s, values = (self.t_s, self.values) if constant is None else ([0.0], [constant])
+        unit = "Nm" if self.kind == "torque" else "rpm"
+        return t_s, [to_si(value, unit) for value in values]
 
 
 class Sensing(Section):

@@ -1,41 +1,21 @@
 """Run a drive: the closed loop of plant and control, down to each switching instant."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.drive.control import NEVER_REACHED
 from reluctance.errors import ParameterError
+from reluctance.run.columns import FloatArray, Rows, period_columns, waveform_columns
 from reluctance.run.kpis import Kpis, evaluated, kpis
 from reluctance.run.losses import iron_loss
-
-FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Result:
-    """Waveforms and key figures of a run. At an event the row shows what holds from then on."""
-
-    drive: Drive
-    kpis: Kpis
-    t: FloatArray  # (n,) [s]
-    theta_m: FloatArray  # (n,) [rad]
-    omega_m: FloatArray  # (n,) [rad/s]
-    tau: FloatArray  # (n,) [N m]
-    tau_ref: FloatArray  # (n,) [N m]; 0 where the law has no torque reference
-    i: FloatArray  # (n_phases, n) [A]
-    i_ref: FloatArray  # (n_phases, n) [A]; 0 where the law commands legs directly
-    leg: FloatArray  # (n_phases, n): 1 magnetize, 0 freewheel, -1 demagnetize
-    u: FloatArray  # (n_phases, n) winding voltages [V]
-    psi: FloatArray  # (n_phases, n) [Wb]
-    tau_ph: FloatArray  # (n_phases, n) [N m]
-    u_dc: FloatArray  # (n,) [V]
-    periods: FloatArray  # (n_periods, 19 + n_phases), see include/srm/sim/recorder.hpp
+from reluctance.run.result import Result
+from reluctance.units import to_si
 
 
 def simulate(
@@ -67,7 +47,7 @@ def simulate(
     Raises
     ------
     ParameterError
-        If `until` is not positive.
+        If an argument is of the wrong kind, or `until` or `record` is out of range.
 
     Examples
     --------
@@ -76,9 +56,7 @@ def simulate(
     >>> round(result.kpis.tau_mean)
     41
     """
-    end = drive.simulation.until_s if until is None else until
-    if not 0 < end < np.inf:
-        raise ParameterError(f"until = {end:g} s, need > 0")
+    end = _checked(drive, until, record)
     if controller is None:
         controller = drive.controller()
     iron = drive.machine.iron is not None  # its loss needs every point, whatever is kept
@@ -98,109 +76,111 @@ def simulate(
     if watched:
         loop.record()
     loop.close_period()
-    rows = np.vstack([*waveforms, loop.take_waveforms()])
-    period_rows = np.vstack([*periods, loop.take_periods()])
-    p_fe = _iron_loss(drive, rows, period_rows)
+    n_phases = drive.machine.n_phases
+    values = np.vstack([*waveforms, loop.take_waveforms()])
+    rows = Rows(values, waveform_columns(n_phases))
+    summed = Rows(np.vstack([*periods, loop.take_periods()]), period_columns(n_phases))
+    p_fe = _iron_loss(drive, rows, summed)
     if iron:
-        rows = rows[:0] if record is None else _on_grid(rows, record)
-    return _result(drive, rows, period_rows, wall / end, p_fe)
+        rows = rows.between(0, 0) if record is None else _on_grid(rows, record)
+    return _result(drive, rows, kpis(summed, drive, p_fe=p_fe, wall_s_per_sim_s=wall / end), summed)
+
+
+def _checked(drive: object, until: object, record: object) -> float:
+    """The end of the run [s], if the arguments can be meant."""
+    if not isinstance(drive, Drive):
+        raise ParameterError(
+            f"simulate takes a Drive, not {drive!r}; make one with reluctance.load(path)"
+        )
+    for name, value in (("until", until), ("record", record)):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+            raise ParameterError(f"{name} = {value!r}, need a number of seconds")
+    if isinstance(record, int | float) and not 0 <= record < np.inf:
+        raise ParameterError(f"record = {record:g} s, need >= 0, or None to keep no waveforms")
+    end = until if isinstance(until, int | float) else drive.simulation.until_s
+    if not 0 < end < np.inf:
+        raise ParameterError(f"until = {end:g} s, need > 0")
+    return end
 
 
 def _simulation(
     drive: Drive, controller: _core.Controller, record_every: float
 ) -> _core.Simulation:
-    machine, converter, load = drive.machine, drive.converter, drive.load
+    """The loop of the core: the only call that makes one."""
+    machine, load, sensing = drive.machine, drive.load, drive.sensing
+    converter = drive.converter.si
     t_ref, ref = drive.reference.course
     return _core.Simulation(
         machine=machine.magnetics,
         n_phases=machine.n_phases,
         R=machine.R,
-        u_dc=converter.u_dc_V,
-        v_switch=converter.v_switch_V,
-        R_switch=converter.R_switch_ohm,
-        v_diode=converter.v_diode_V,
-        R_diode=converter.R_diode_ohm,
-        t_dead=converter.t_dead,
+        **{key: converter[key] for key in ("u_dc", "v_switch", "R_switch", "v_diode", "R_diode")},
+        t_dead=drive.converter.t_dead,
         shaft=_core.Shaft.locked if load.kind == "locked" else _core.Shaft.turning,
         J=drive.J,
         B=machine.B_Nms,
         k_pump=load.k_pump_Nms2,
         tau_load=load.tau_Nm,
         T_s=drive.control.T_s,
-        delay=drive.sensing.delay_samples,
-        adc_bits=drive.sensing.adc_bits,
-        i_range=drive.sensing.i_range_A,
-        encoder_counts=drive.sensing.encoder_counts,
+        delay=sensing.delay_samples,
+        adc_bits=sensing.adc_bits,
+        i_range=sensing.i_range_A,
+        encoder_counts=sensing.encoder_counts,
         controller=controller,
         t_ref=t_ref,
         ref=ref,
-        omega_m=load.speed_rpm * np.pi / 30,
-        theta_m=np.radians(drive.simulation.theta_start_deg),
-        dt_max=drive.simulation.dt_max_us * 1e-6,
+        omega_m=to_si(load.speed_rpm, "rpm"),
+        theta_m=to_si(drive.simulation.theta_start_deg, "deg"),
+        dt_max=to_si(drive.simulation.dt_max_us, "us"),
         i_scale=machine.i_max_A,
         record_every=record_every,
     )
 
 
-def _magnetics(drive: Drive, rows: FloatArray) -> FloatArray:
+def _magnetics(drive: Drive, rows: Rows) -> FloatArray:
     """psi, W_c, tau, L_inc, psi_theta of each phase at each row, shape (5, n_phases, n)."""
-    machine = drive.machine
+    machine, i = drive.machine, rows.phases("i")
     k = np.arange(machine.n_phases)[:, None]
-    theta_e = machine.N_r * rows[:, 1] - 2 * np.pi * k / machine.n_phases
-    i = np.ascontiguousarray(rows[:, 4::3].T)
+    theta_e = machine.N_r * rows["theta_m"] - 2 * np.pi * k / machine.n_phases
     flat = _core.magnetics(machine.magnetics, i.ravel(), theta_e.ravel())
     return flat.T.reshape(5, *i.shape)
 
 
-def _on_grid(rows: FloatArray, record: float) -> FloatArray:
+def _on_grid(rows: Rows, record: float) -> Rows:
     """Rows at equal intervals [s] out of all: states between their neighbours, orders and legs as
     they last were. The last row stays."""
     if record == 0:
         return rows
-    t = rows[:, 0]
+    t = rows["t"]
     grid = record * np.arange(int(t[-1] / record * (1 - 1e-12)) + 1)
-    thinned = rows[np.searchsorted(t, grid + 1e-9 * record, side="right") - 1]
-    for column in (0, 1, 2, *range(4, rows.shape[1], 3)):
-        thinned[:, column] = np.interp(grid, t, rows[:, column])
-    return np.vstack([thinned, rows[-1:]])
+    thinned = rows.values[np.searchsorted(t, grid + 1e-9 * record, side="right") - 1]
+    for column, name in enumerate(rows.names):
+        if not name.startswith(("tau_ref", "leg", "i_ref")):
+            thinned[:, column] = np.interp(grid, t, rows.values[:, column])
+    return Rows(np.vstack([thinned, rows.values[-1:]]), rows.names)
 
 
-def _iron_loss(drive: Drive, rows: FloatArray, periods: FloatArray) -> float | None:
+def _iron_loss(drive: Drive, rows: Rows, periods: Rows) -> float | None:
     """Iron loss over the window of the key figures [W]."""
     if drive.machine.iron is None:
         return None
-    window, _ = evaluated(periods, drive.machine.N_r)
-    inside = rows[(rows[:, 0] >= window[0, 0]) & (rows[:, 0] <= window[-1, 0])]
-    return iron_loss(drive.machine.iron, inside[:, 0], _magnetics(drive, inside)[0])
+    window = evaluated(periods, drive.machine.N_r)[0]["t"]
+    inside = Rows(rows.values[(rows["t"] >= window[0]) & (rows["t"] <= window[-1])], rows.names)
+    return iron_loss(drive.machine.iron, inside["t"], _magnetics(drive, inside)[0])
 
 
-def _result(
-    drive: Drive,
-    rows: FloatArray,
-    periods: FloatArray,
-    wall_ratio: float,
-    p_fe: float | None,
-) -> Result:
-    t, theta_m, omega_m, tau_ref = rows[:, :4].T
-    i, leg, i_ref = (np.ascontiguousarray(rows[:, 4 + j :: 3].T) for j in range(3))
+def _result(drive: Drive, rows: Rows, figures: Kpis, periods: Rows) -> Result:
+    t, i, leg, i_ref = rows["t"], rows.phases("i"), rows.phases("leg"), rows.phases("i_ref")
     magnetics = _magnetics(drive, rows)
     psi, tau_ph = magnetics[0], magnetics[2]
-    figures = kpis(
-        periods,
-        machine=drive.machine,
-        switching=drive.converter,
-        p_fe=p_fe,
-        T_s=drive.control.T_s,
-        wall_time_ratio=wall_ratio,
-    )
     return Result(
         drive=drive,
         kpis=figures,
         t=t,
-        theta_m=theta_m,
-        omega_m=omega_m,
+        theta_m=rows["theta_m"],
+        omega_m=rows["omega_m"],
         tau=tau_ph.sum(axis=0),
-        tau_ref=tau_ref,
+        tau_ref=rows["tau_ref"],
         i=i,
         i_ref=np.where(i_ref < NEVER_REACHED, i_ref, 0.0),
         leg=leg,
