@@ -101,10 +101,10 @@ def measured(task: Task) -> Row:
     return Row(
         contender.name,
         speed_rpm,
-        k.switching_frequency,
+        k.f_switch,
         k.tau_mean,
         k.torque_error_rms,
-        k.torque_ripple,
+        k.torque_ripple_pp,
         k.i_rms,
         k.p_cu,
         capability(task, best.values[contender.free.key]),

@@ -13,7 +13,7 @@ import numpy as np
 from reluctance import _core
 from reluctance.laws.flux_guide import FluxGuide
 from reluctance.limit import OperatingPoint, best_profile, profile_table
-from reluctance.run.columns import Table, named
+from reluctance.run.columns import Rows
 
 RPM = np.pi / 30
 U_DC = 240.0  # of the guides
@@ -164,6 +164,11 @@ def _constant(value: float) -> Any:
     return _core.Course(t=[0.0], value=[value])
 
 
+def sums(run: Any) -> dict[str, float]:
+    """The last period row of a run of three phases, by name."""
+    return dict(zip(_core.period_columns(3), run.take_periods()[-1], strict=True))
+
+
 @dataclass(frozen=True)
 class Figures:
     """Over the last periods of a run; ratios to the torque reference [1]."""
@@ -178,35 +183,20 @@ def figures(law: Any, point: Point, timing: Timing, *, periods: int = 6) -> Figu
     """After two electrical periods of settling."""
     t_end = (2 + periods + 0.01) * 60 / (abs(point.rpm) * point.machine.N_r)
     run = loop(law, point, timing)
-    while run.advance(t_end) < t_end:
-        pass
-    ends = {name: values[..., -periods - 1 :] for name, values in taken(run, point).items()}
-    total = {name: values[..., -1] - values[..., 0] for name, values in ends.items()}
-    duration = total["t"]
-    extremes = ends["tau_max"][1:].max() - ends["tau_min"][1:].min()
+    blocks, t = [], 0.0
+    while t < t_end:
+        t = run.advance(t_end)
+        blocks.append(run.take_periods())
+    rows = Rows(np.vstack(blocks)[-periods - 1 :], _core.period_columns(point.n_phases))
+    duration, N = rows.rise("t"), point.n_phases
+    extremes = rows["tau_max"][1:].max() - rows["tau_min"][1:].min()
+    squared = rows.phases("i_squared")[:, -1] - rows.phases("i_squared")[:, 0]
     return Figures(
-        error_rms=float(np.sqrt(total["error_squared"] / duration) / abs(point.tau)),
+        error_rms=float(np.sqrt(rows.rise("error_squared") / duration) / abs(point.tau)),
         ripple_pp=float(extremes / abs(point.tau)),
-        i_rms=float(np.sqrt(total["i_squared"].mean() / duration)),
-        f_switch=float(total["turn_ons"] / duration / (2 * point.n_phases)),
+        i_rms=float(np.sqrt(squared.mean() / duration)),
+        f_switch=float(rows.rise("turn_ons") / duration / (2 * N)),
     )
-
-
-def taken(run: Any, point: Point) -> Table:
-    """The period rows since the last call, by the names of their columns."""
-    return named([run.take_periods()], _core.period_columns(point.n_phases))
-
-
-def mean_torque(run: Any, point: Point, settled: float, until: float) -> tuple[float, float]:
-    """Mean torque between two times [s], and its span [N m]."""
-    ends = []
-    for t in (settled, until):
-        run.advance(t)
-        run.close_period()
-        ends.append({name: values[..., -1] for name, values in taken(run, point).items()})
-    before, after = ends
-    mean = (after["tau"] - before["tau"]) / (after["t"] - before["t"])
-    return float(mean), float(after["tau_max"] - after["tau_min"])
 
 
 def over_speed() -> None:

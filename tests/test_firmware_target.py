@@ -185,7 +185,7 @@ def test_a_target_that_stops_is_told_and_nothing_waits_for_it(packages):
 def test_processor_in_the_loop_gives_the_key_figures_of_the_simulation(name):
     target, desk = in_the_loop(drive(name), until=0.04)
     assert desk.tau_mean > 1
-    assert replace(target, wall_time_ratio=0) == replace(desk, wall_time_ratio=0)
+    assert replace(target, wall_s_per_sim_s=0) == replace(desk, wall_s_per_sim_s=0)
 
 
 def test_the_folder_builds_in_an_empty_place_away_from_the_repository(tmp_path):

@@ -115,7 +115,7 @@ def test_table_of_a_straight_line_is_the_linear_sharing() -> None:
 def test_single_pulse_knows_no_current() -> None:
     """Without regulation every pulse is one turn-on of each switch."""
     result = rl.simulate(rl.load(PULSE), until=0.02)
-    assert result.kpis.switching_frequency == pytest.approx(3000 / 60 * 4, rel=1e-6)
+    assert result.kpis.f_switch == pytest.approx(3000 / 60 * 4, rel=1e-6)
     assert not result.tau_ref.any()
     assert not result.i_ref.any()
 
@@ -229,4 +229,4 @@ def test_optimised_sharing_is_smoother_than_cubic_for_no_more_current() -> None:
     )
     assert optimal.torque_error_rms < 0.8 * cubic.torque_error_rms
     assert optimal.i_rms < cubic.i_rms
-    assert optimal.switching_frequency < 1.05 * cubic.switching_frequency
+    assert optimal.f_switch < 1.05 * cubic.f_switch

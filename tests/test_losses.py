@@ -93,7 +93,7 @@ def test_losses_are_off_unless_asked_for():
     kpis = rl.simulate(rl.load(HALF), until=0.03, record=None).kpis
     assert kpis.p_fe is None
     assert kpis.p_sw is None
-    assert not {"p_fe_W", "p_sw_W"} & set(kpis.with_units())
+    assert kpis.with_units()["p_fe_W"] is kpis.with_units()["p_sw_W"] is None
 
 
 def test_losses_join_the_power_balance():
@@ -105,7 +105,7 @@ def test_losses_join_the_power_balance():
     assert min(k.p_fe, k.p_sw, k.p_dev, k.p_cu) > 0
     window, periods = evaluated(lossy.periods, 4)
     assert periods >= 2
-    field = (window["W_f"][-1] - window["W_f"][0]) / (window["t"][-1] - window["t"][0])
+    field = window.rise("W_f") / window.rise("t")
     spent = k.p_mech + k.p_cu + k.p_dev + k.p_fe + k.p_sw + field
     assert k.p_in == pytest.approx(spent, rel=1e-6)
     assert k.efficiency == pytest.approx(k.p_mech / k.p_in)
@@ -123,7 +123,7 @@ def test_switching_loss_is_that_of_the_legs_in_the_waveforms():
     inside = (result.t[1:] > window["t"][0]) & (result.t[1:] <= window["t"][-1])
     on, off = np.clip(change, 0, None) * i * inside, np.clip(-change, 0, None) * i * inside
     energy = 1e-3 * (2.5 * on.sum() + 1.5 * off.sum()) * 240 / 600 / 100
-    expected = energy / (window["t"][-1] - window["t"][0])
+    expected = energy / window.rise("t")
     assert result.kpis.p_sw == pytest.approx(expected, rel=1e-3)
 
 

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 import reluctance as rl
+from reluctance import _core
 from reluctance.drive import Drive
+from reluctance.run.columns import Rows
 from reluctance.run.plant import closed_loop
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -24,19 +26,18 @@ def mean_torques(drive: Drive, settled: float, until: float) -> list[float]:
     """Mean torque [N m] between two times [s] of runs from zero current with the rotor held, at
     every 5 deg el. from unaligned, exactly aligned and unaligned among them."""
     law = drive.controller()  # a run works on a copy
-    columns = _core.period_columns(drive.machine.n_phases)
     found = []
     for theta_e_deg in range(0, 360, 5):
         start = {"theta_start_deg": theta_e_deg / drive.machine.N_r}
         held = replace(drive, simulation=drive.simulation.model_copy(update=start))
         run = closed_loop(held, law, -1.0)
-        sums = []
+        ends = []
         for t in (settled, until):
             run.advance(t)
             run.close_period()
-            sums.append(run.take_periods()[-1])
-        d = dict(zip(columns, sums[1] - sums[0], strict=True))
-        found.append(d["tau"] / d["t"])
+            ends.append(run.take_periods()[-1])
+        sums = Rows(np.array(ends), _core.period_columns(drive.machine.n_phases))
+        found.append(sums.rise("tau") / sums.rise("t"))
     return found
 
 

@@ -1,6 +1,7 @@
 """Drive files: from TOML to a checked Drive, or to one line that says what is wrong."""
 
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,22 +56,39 @@ def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
     ParameterError
         With one line that says what is wrong and what is needed.
     """
+    if not isinstance(path, str | Path):
+        raise ParameterError(f"load takes the path of a drive file, not {path!r}")
+    if isinstance(overrides, str) or not isinstance(overrides or [], Sequence):
+        raise ParameterError(
+            f"overrides = {overrides!r}, need a list of texts as in [{str(overrides)!r}]"
+        )
     path = Path(path)
     data = read_toml(path)
     if isinstance(data.get("machine"), str):
         data["machine"] = machine_table(data["machine"], path.parent)
     elif isinstance(data.get("machine"), dict):
         data["machine"] = with_paths(data["machine"], path.parent)
-    law = _law(data)
-    for override in overrides or []:
-        _override(data, override)
-        if _law(data) != law:  # the old law's own keys go with it
-            law = _law(data)
-            _keep_known(data["control"])
+    for text in overrides or []:
+        name, value = _parsed(text)
+        _put(data, name, value, f"--set {text}")
     try:
         return drive_from(data, name=path.stem)
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None
+
+
+def with_values(drive: Drive, values: Mapping[str, Any]) -> Drive:
+    """See `Drive.with_values`."""
+    if not isinstance(values, Mapping):
+        raise ParameterError(
+            f"with_values takes a dict as in {{'converter.u_dc_V': 300}}, not {values!r}"
+        )
+    data = drive.tables()
+    for name, value in values.items():
+        if not isinstance(name, str):
+            raise ParameterError(f"with_values: {name!r} is not a `section.key`")
+        _put(data, name, _plain(value), f"with_values {name} = {value!r}")
+    return drive_from(data, name=drive.name)
 
 
 def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
@@ -176,30 +194,53 @@ def _keep_known(control: dict[str, Any]) -> None:
             del control[key]
 
 
-def _override(data: dict[str, Any], text: str) -> None:
-    """Puts `section.key=value` into the tables, or takes the key out where no value is given;
-    `machine=NAME or PATH` replaces the machine."""
-    name, equals, value = text.partition("=")
-    if name.strip() == "machine" and value.strip():
-        data["machine"] = machine_table(value.strip().strip("\"'"), Path())
-        return
-    *path, key = name.strip().split(".")
-    if not equals or not path or not key:
+def _parsed(text: str) -> tuple[str, Any]:
+    """Name and value of `section.key=value`; None where no value is given."""
+    if not isinstance(text, str):
+        raise ParameterError(f"override {text!r}, need a text as in 'section.key=value'")
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not equals:
         raise ParameterError(f"--set {text}: need section.key=value")
+    if not value:
+        return name, None
+    if name == "machine":
+        return name, value.strip("\"'")
     try:
-        parsed = tomllib.loads(f"value = {value}")["value"]
+        return name, tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
-        parsed = value.strip()
-    table = data
+        return name, value
+
+
+def _put(data: dict[str, Any], name: str, value: Any, where: str) -> None:
+    """Puts a value into the tables, or takes the key out where it is None. A new law takes the keys
+    with it that it does not have."""
+    if name == "machine" and value is not None:
+        data["machine"] = (
+            machine_table(value, Path()) if isinstance(value, str) else with_paths(value, Path())
+        )
+        return
+    *path, key = name.split(".")
+    if not path or not key:
+        raise ParameterError(f"{where}: need section.key=value")
+    table, law = data, _law(data)
     for part in path:
         table = table.setdefault(part, {})
         if not isinstance(table, dict):
-            raise ParameterError(f"--set {text}: `{part}` is not a table")
-    if value.strip():
-        table[key] = parsed
+            raise ParameterError(f"{where}: `{part}` is not a table")
+    if value is not None:
+        table[key] = value
     elif key in table:
         del table[key]
     else:
         raise ParameterError(
-            f"--set {text}: no such key to remove{did_you_mean(key, table) if table else ''}"
+            f"{where}: no such key to remove{did_you_mean(key, table) if table else ''}"
         )
+    if _law(data) != law:
+        _keep_known(data["control"])
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and lists as TOML has them, of NumPy's and of other sequences."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple | range) else value

@@ -17,6 +17,7 @@ from reluctance.export.cost import costs
 from reluctance.export.package import FLASH_LIMIT_KIB
 from reluctance.export.parity import STEPS, check_parity, in_the_loop
 from reluctance.export.target import MACHINES, Cpu
+from reluctance.run.kpis import shown
 
 export_app = typer.Typer(no_args_is_help=True, help="Hand a drive over to other tools.")
 
@@ -119,7 +120,7 @@ def pil(
     for (name, on_target), on_desk in zip(
         target.with_units().items(), desk.with_units().values(), strict=True
     ):
-        table.add_row(name, f"{on_target:.9g}", f"{on_desk:.9g}")
+        table.add_row(name, shown(on_target, "{:.9g}"), shown(on_desk, "{:.9g}"))
     Console().print(table)
 
 

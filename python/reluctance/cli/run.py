@@ -13,7 +13,9 @@ from reluctance.cli.progress import progress_bar
 from reluctance.files import TABLES, check_ending
 from reluctance.load import load
 from reluctance.run import Kpis, simulate
+from reluctance.run.kpis import shown
 from reluctance.run.save import save
+from reluctance.units import from_si
 
 
 def run(
@@ -83,29 +85,29 @@ def kpi_table(name: str, kpis: Kpis) -> Table:
     table = Table(title=name, show_header=False)
     table.add_column("key figure")
     table.add_column("value", justify="right")
-    rpm = kpis.speed_mean * 9.549296585513721
+    k = kpis
     for label, value in (
-        ("mean torque", f"{kpis.tau_mean:.3f} N m"),
-        ("mean torque reference", f"{kpis.tau_ref:.3f} N m" if kpis.tau_ref else "none"),
-        ("torque ripple, peak to peak", f"{kpis.torque_ripple:.2%}"),
-        ("torque ripple, rms", f"{kpis.torque_ripple_rms:.2%}"),
-        ("torque error, rms", f"{kpis.torque_error_rms:.2%}"),
-        ("switching frequency, mean per switch", f"{kpis.switching_frequency / 1e3:.2f} kHz"),
-        ("rms phase current", f"{kpis.i_rms:.2f} A"),
-        ("peak phase current", f"{kpis.i_peak:.2f} A"),
-        ("copper loss", f"{kpis.p_cu:.1f} W"),
-        ("device conduction loss", f"{kpis.p_dev:.1f} W"),
-        ("switching loss", loss(kpis.p_sw, "converter.E_on_mJ")),
-        ("iron loss, estimate", loss(kpis.p_fe, "machine.iron")),
-        ("mechanical power", f"{kpis.p_mech:.1f} W"),
-        ("power from the dc link", f"{kpis.p_in:.1f} W"),
-        ("efficiency", f"{kpis.efficiency:.2%}"),
-        ("mean speed", f"{rpm:.2f} rpm"),
-        ("speed ripple, peak to peak", f"{kpis.speed_ripple:.3%}"),
-        ("energy balance, left open", f"{kpis.energy_residual:.1e}"),
-        ("control period", f"{kpis.control_period * 1e6:g} us"),
-        ("electrical periods evaluated", f"{kpis.periods}"),
-        ("wall time per simulated time", f"{kpis.wall_time_ratio:.3f}"),
+        ("mean torque", f"{k.tau_mean:.3f} N m"),
+        ("mean torque reference", shown(k.tau_ref_mean, "{:.3f} N m")),
+        ("torque ripple, peak to peak", shown(k.torque_ripple_pp, "{:.2%}")),
+        ("torque ripple, rms", shown(k.torque_ripple_rms, "{:.2%}")),
+        ("torque error, rms", shown(k.torque_error_rms, "{:.2%}")),
+        ("switching frequency, mean per switch", f"{k.f_switch / 1e3:.2f} kHz"),
+        ("rms phase current", f"{k.i_rms:.2f} A"),
+        ("peak phase current", f"{k.i_peak:.2f} A"),
+        ("copper loss", f"{k.p_cu:.1f} W"),
+        ("device conduction loss", f"{k.p_dev:.1f} W"),
+        ("switching loss", loss(k.p_sw, "converter.E_on_mJ")),
+        ("iron loss, estimate", loss(k.p_fe, "machine.iron")),
+        ("mechanical power", f"{k.p_mech:.1f} W"),
+        ("power from the dc link", f"{k.p_in:.1f} W"),
+        ("efficiency", shown(k.efficiency, "{:.2%}")),
+        ("mean speed", f"{from_si(k.speed_mean, 'rpm'):.2f} rpm"),
+        ("speed ripple, peak to peak", shown(k.speed_ripple_pp, "{:.3%}")),
+        ("energy balance, left open", shown(k.energy_residual, "{:.1e}")),
+        ("control period", f"{from_si(k.control_period, 'us'):g} us"),
+        ("electrical periods evaluated", f"{k.periods}"),
+        ("wall time per simulated time", f"{k.wall_s_per_sim_s:.3f}"),
     ):
         table.add_row(label, value)
     if kpis.beyond_map > 0:

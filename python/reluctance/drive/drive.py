@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +40,38 @@ class Drive:
     simulation: SimulationSettings
     protection: Protection
     mismatch: Mismatch
+
+    def with_values(self, values: Mapping[str, Any]) -> Drive:
+        """This drive with other values, checked exactly like `--set`.
+
+        Parameters
+        ----------
+        values : mapping
+            `section.key` to its value; None removes the key. `control.law` changes the law: keys
+            that the new one does not have go with the old one. `machine` takes a name from the
+            library or a path.
+
+        Raises
+        ------
+        ParameterError
+            With one line that says what is wrong and what is needed.
+
+        Examples
+        --------
+        >>> import reluctance as rl
+        >>> drive = rl.load("examples/paper_rated.toml")
+        >>> drive.with_values({"converter.u_dc_V": 300, "control.i_band_A": 0.5}).converter.u_dc_V
+        300.0
+        """
+        from reluctance.load import with_values  # upwards: which laws exist, load knows
+
+        return with_values(self, values)
+
+    def tables(self) -> dict[str, dict[str, Any]]:
+        """The tables of a drive file that gives this drive."""
+        sections = {field.name: getattr(self, field.name) for field in fields(self)}
+        del sections["name"]
+        return {name: section.given for name, section in sections.items()}
 
     def known(self) -> Known:
         """What the controller may know of all this when it is set up."""

@@ -22,4 +22,4 @@ def as_known(machine: MachineFile, mismatch: Mismatch) -> MachineFile:
     keys = FLUX_KEYS[machine.model]
     changed = {key: getattr(machine, key) * mismatch.flux_factor for key in keys}
     changed["R_ohm"] = machine.R_ohm * mismatch.R_factor
-    return machine.model_copy(update=changed)
+    return machine.computed(**changed)

@@ -1,12 +1,13 @@
 """Strict tables: every unknown key, wrong type or value out of range becomes one clear line."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
-from typing import Any, TypeVar, get_args
+from typing import Any, Self, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 
+from reluctance import units
 from reluctance.errors import ParameterError
 
 
@@ -21,6 +22,26 @@ class Section(BaseModel):
         protected_namespaces=(),
         defer_build=True,  # a table's validator is made when first used: half of the import time
     )
+
+    @property
+    def si(self) -> dict[str, Any]:
+        """The values in SI, under their names without the unit: `T_s_us` is `T_s` in seconds."""
+        return units.si(dict(self))
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """The table as it was given, without the keys left to their defaults."""
+        return self.model_dump(exclude_unset=True)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with other values, checked like any table."""
+        if not update:
+            return super().model_copy(deep=deep)
+        return checked(type(self), {**self.given, **update}, f"[{type(self).__name__.lower()}]")
+
+    def computed(self, **values: Any) -> Self:
+        """A copy with values that were computed from checked ones, and are not checked again."""
+        return super().model_copy(update=values)
 
 
 S = TypeVar("S", bound=Section)

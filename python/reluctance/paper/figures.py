@@ -14,6 +14,7 @@ from reluctance.paper.response import LEVEL
 from reluctance.paper.study import Study
 from reluctance.paper.sweeps import Response
 from reluctance.run import plots
+from reluctance.run.kpis import definite
 
 MODEL, PAPER = "C0", "C3"
 
@@ -132,12 +133,15 @@ def settings(found: Study) -> Figure:
         row = [s for s in found.settings if s.name == name]
         x = [s.value for s in row]
         quantities = (
-            ("torque ripple\npeak to peak (%)", [s.kpis.torque_ripple * 100 for s in row]),
-            ("torque error\nrms (%)", [s.kpis.torque_error_rms * 100 for s in row]),
+            (
+                "torque ripple\npeak to peak (%)",
+                [definite(s.kpis.torque_ripple_pp) * 100 for s in row],
+            ),
+            ("torque error\nrms (%)", [definite(s.kpis.torque_error_rms) * 100 for s in row]),
             ("phase current\nrms (A)", [s.kpis.i_rms for s in row]),
             (
                 "switching frequency\nper switch (kHz)",
-                [s.kpis.switching_frequency / 1e3 for s in row],
+                [s.kpis.f_switch / 1e3 for s in row],
             ),
         )
         for line, (ylabel, y) in enumerate(quantities):

@@ -10,7 +10,8 @@ from reluctance.load import load
 from reluctance.paper import printed
 from reluctance.resources import resources
 from reluctance.run.kpis import Kpis
-from reluctance.run.simulate import Result, simulate
+from reluctance.run.result import Result
+from reluctance.run.simulate import simulate
 
 PUMP_UNTIL = (
     2.4  # the slowest mode of the speed loop is gone: 3.2 s gives the same speed ripple [s]

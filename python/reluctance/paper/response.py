@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from reluctance import _core
 from reluctance.drive.machine import MachineFile
-from reluctance.run.simulate import Result
+from reluctance.run.result import Result
 
 FloatArray = NDArray[np.float64]
 

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from reluctance.paper.points import Point
 from reluctance.paper.response import LEVEL, least_time, least_voltage, response_time
 from reluctance.run.kpis import Kpis
-from reluctance.run.simulate import Result, simulate
+from reluctance.run.result import Result
+from reluctance.run.simulate import simulate
 
 FloatArray = NDArray[np.float64]
 

@@ -1,23 +1,36 @@
-"""Tables of the core by the names of their columns."""
+"""Rows with names: what a run records, as include/srm/sim/recorder.hpp names it."""
 
-from collections.abc import Sequence
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-Table = dict[str, FloatArray]  # (n,) each; (n_phases, n) where there is a column for each phase
 
+@dataclass(frozen=True)
+class Rows:
+    """Rows of numbers whose columns have names."""
 
-def named(parts: Sequence[FloatArray], columns: Sequence[str]) -> Table:
-    """Columns of rows (n, len(columns)) by name; `i_0`, `i_1`, ... are the rows of `i`."""
-    lines = np.vstack(parts).T
-    table: Table = {}
-    groups: dict[str, list[int]] = {}
-    for j, column in enumerate(columns):
-        name, _, phase = column.rpartition("_")
-        if phase.isdigit():
-            groups.setdefault(name, []).append(j)
-        else:
-            table[column] = np.ascontiguousarray(lines[j])
-    return table | {name: np.ascontiguousarray(lines[j]) for name, j in groups.items()}
+    values: FloatArray  # (n, n_columns)
+    names: list[str]
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """A column, shape (n,)."""
+        return self.values[:, self.names.index(name)]
+
+    def phases(self, name: str) -> FloatArray:
+        """The columns of all phases, shape (n_phases, n)."""
+        columns = [j for j, n in enumerate(self.names) if re.fullmatch(rf"{name}_\d+", n)]
+        return np.ascontiguousarray(self.values[:, columns].T)
+
+    def between(self, start: int, end: int) -> Rows:
+        """Some of the rows."""
+        return Rows(self.values[start:end], self.names)
+
+    def rise(self, name: str) -> float:
+        """A column's last value less its first."""
+        column = self[name]
+        return float(column[-1] - column[0])

@@ -21,7 +21,7 @@ from reluctance import _core
 from reluctance.errors import ParameterError
 from reluctance.files import check_ending
 from reluctance.run.plots import save_figure
-from reluctance.run.simulate import Result
+from reluctance.run.result import Result
 
 FloatArray = NDArray[np.float64]
 ENDINGS = {".png", ".svg"}

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.drive.schema import Section
 from reluctance.drive.tables import Converter, Load, Source
-from reluctance.units import si
+from reluctance.units import to_si
+
+DEVICES = ("v_switch", "R_switch", "v_diode", "R_diode")
 
 
 def closed_loop(
@@ -32,13 +29,13 @@ def closed_loop(
             adc_bits=sensing.adc_bits,
             i_range=sensing.i_range_A,
             encoder_counts=sensing.encoder_counts,
-            angle_offset=float(np.radians(drive.mismatch.angle_offset_deg)),
+            angle_offset=to_si(drive.mismatch.angle_offset_deg, "deg"),
         ),
         controller=controller,
         reference=course(drive.reference.course),
-        theta_m=float(np.radians(drive.simulation.theta_start_deg)),
+        theta_m=to_si(drive.simulation.theta_start_deg, "deg"),
         resolution=_core.Resolution(
-            dt_max=drive.simulation.dt_max_us * 1e-6,
+            dt_max=to_si(drive.simulation.dt_max_us, "us"),
             scale=_core.Scale(i=machine.i_max_A, u_dc=drive.converter.u_dc_V),
             record_every=record_every,
         ),
@@ -56,12 +53,13 @@ def source(table: Source, u_dc: float) -> _core.StiffSource | _core.Battery:
     voltage = course(table.points(u_dc))
     if table.kind == "stiff":
         return _core.StiffSource(u_dc=voltage)
-    return _core.Battery(E=voltage, one_way=table.one_way, **given(table, "R", "C"))
+    return _core.Battery(E=voltage, R=table.si["R"], C=table.si["C"], one_way=table.one_way)
 
 
 def bridge(converter: Converter) -> _core.AsymmetricBridge | _core.SharedSwitchBridge:
     """The power converter."""
-    devices = _core.Devices(**given(converter, "v_switch", "R_switch", "v_diode", "R_diode"))
+    values = converter.si
+    devices = _core.Devices(**{name: values[name] for name in DEVICES})
     if converter.bridge == "asymmetric":
         return _core.AsymmetricBridge(device=devices)
     return _core.SharedSwitchBridge(device=devices)
@@ -79,9 +77,3 @@ def shaft(load: Load, *, J: float, B: float) -> _core.Shaft:
         omega=course(load.omega),
         load=None,
     )
-
-
-def given(section: Section, *names: str) -> dict[str, Any]:
-    """These values of a table in SI, by their names without the unit."""
-    values = si(section.model_dump())
-    return {name: values[name] for name in names}

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from reluctance.files import check_ending, write_whole
-from reluctance.run.simulate import Result
+from reluctance.run.result import Result
 
 ENDINGS = {".png", ".svg", ".html"}
 LEG_NAMES = ("demagnetize", "freewheel", "magnetize")
@@ -138,15 +138,11 @@ def embedded(figure: Figure) -> str:
 
 def page(result: Result, figure: Figure) -> str:
     """One self-contained page: key figures and the overview."""
-    rows = "".join(
-        f"<tr><td>{html.escape(name)}</td><td>{value:.6g}</td></tr>"
-        for name, value in result.kpis.with_units().items()
-    )
     name = html.escape(result.drive.name)
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title>'
         "<style>body{font-family:sans-serif;margin:2em;max-width:70em}"
         "td{padding:.1em 1em .1em 0;font-variant-numeric:tabular-nums}img{max-width:100%}</style>"
         f'<h1>{name}</h1><img alt="waveforms" src="{embedded(figure)}">'
-        f"<table>{rows}</table></html>\n"
+        f"{result.kpis._repr_html_()}</html>\n"
     )

@@ -1,43 +1,21 @@
 """Run a drive: the closed loop of plant and control, down to each switching instant."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.drive.control import NEVER_REACHED
 from reluctance.errors import ParameterError
-from reluctance.run.columns import Table, named
+from reluctance.run.columns import Rows
 from reluctance.run.kpis import Kpis, evaluated, kpis
 from reluctance.run.losses import iron_loss
-from reluctance.run.plant import bridge, closed_loop
-
-FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Result:
-    """Waveforms and key figures of a run. At an event the row shows what holds from then on."""
-
-    drive: Drive
-    kpis: Kpis
-    t: FloatArray  # (n,) [s]
-    theta_m: FloatArray  # (n,) [rad]
-    omega_m: FloatArray  # (n,) [rad/s]
-    tau: FloatArray  # (n,) [N m]
-    tau_ref: FloatArray  # (n,) [N m]; 0 where the law has no torque reference
-    i: FloatArray  # (n_phases, n) [A]
-    i_ref: FloatArray  # (n_phases, n) [A]; 0 where the law commands legs directly
-    leg: FloatArray  # (n_phases, n): 1 magnetize, 0 freewheel, -1 demagnetize
-    u: FloatArray  # (n_phases, n) winding voltages [V]
-    psi: FloatArray  # (n_phases, n) [Wb]
-    tau_ph: FloatArray  # (n_phases, n) [N m]
-    u_dc: FloatArray  # (n,) [V]
-    periods: Table  # (n_periods,) or (n_phases, n_periods) each: include/srm/sim/recorder.hpp
+from reluctance.run.plant import closed_loop
+from reluctance.run.result import Result
 
 
 def simulate(
@@ -69,7 +47,7 @@ def simulate(
     Raises
     ------
     ParameterError
-        If `until` is not positive.
+        If an argument is of the wrong kind, or `until` or `record` is out of range.
 
     Examples
     --------
@@ -78,9 +56,7 @@ def simulate(
     >>> round(result.kpis.tau_mean)
     41
     """
-    end = drive.simulation.until_s if until is None else until
-    if not 0 < end < np.inf:
-        raise ParameterError(f"until = {end:g} s, need > 0")
+    end = _checked(drive, until, record)
     if controller is None:
         controller = drive.controller()
     iron = drive.machine.iron is not None  # its loss needs every point, whatever is kept
@@ -101,53 +77,57 @@ def simulate(
         loop.record()
     loop.close_period()
     n_phases = drive.machine.n_phases
-    wave = named([*waveforms, loop.take_waveforms()], _core.waveform_columns(n_phases))
-    ends = named([*periods, loop.take_periods()], _core.period_columns(n_phases))
-    p_fe = _iron_loss(drive, wave, ends)
+    values = np.vstack([*waveforms, loop.take_waveforms()])
+    rows = Rows(values, _core.waveform_columns(n_phases))
+    summed = Rows(np.vstack([*periods, loop.take_periods()]), _core.period_columns(n_phases))
+    p_fe = _iron_loss(drive, rows, summed)
     if iron:
-        wave = _on_grid(wave, record)
-    return _result(drive, wave, ends, wall / end, p_fe)
+        rows = rows.between(0, 0) if record is None else _on_grid(rows, record)
+    return _result(drive, rows, kpis(summed, drive, p_fe=p_fe, wall_s_per_sim_s=wall / end), summed)
 
 
-def _on_grid(wave: Table, record: float | None) -> Table:
-    """Waveforms at equal intervals [s] out of all: states between their neighbours, orders and
-    legs as they last were. The last instant stays. None: no waveforms."""
+def _checked(drive: object, until: object, record: object) -> float:
+    """The end of the run [s], if the arguments can be meant."""
+    if not isinstance(drive, Drive):
+        raise ParameterError(
+            f"simulate takes a Drive, not {drive!r}; make one with reluctance.load(path)"
+        )
+    for name, value in (("until", until), ("record", record)):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+            raise ParameterError(f"{name} = {value!r}, need a number of seconds")
+    if isinstance(record, int | float) and not 0 <= record < np.inf:
+        raise ParameterError(f"record = {record:g} s, need >= 0, or None to keep no waveforms")
+    end = until if isinstance(until, int | float) else drive.simulation.until_s
+    if not 0 < end < np.inf:
+        raise ParameterError(f"until = {end:g} s, need > 0")
+    return end
+
+
+def _on_grid(rows: Rows, record: float) -> Rows:
+    """Rows at equal intervals [s] out of all: states between their neighbours, orders and legs as
+    they last were. The last row stays."""
     if record == 0:
-        return wave
-    if record is None:
-        return {name: values[..., :0] for name, values in wave.items()}
-    t = wave["t"]
+        return rows
+    t = rows["t"]
     grid = record * np.arange(int(t[-1] / record * (1 - 1e-12)) + 1)
-    before = np.append(np.searchsorted(t, grid + 1e-9 * record, side="right") - 1, len(t) - 1)
-    grid = np.append(grid, t[-1])
-    thinned = {name: values[..., before] for name, values in wave.items()}
-    for name in ("t", "theta_m", "omega_m", "u_dc", "tau"):
-        thinned[name] = np.interp(grid, t, wave[name])
-    for name in ("i", "psi", "tau_ph"):
-        thinned[name] = np.array([np.interp(grid, t, phase) for phase in wave[name]])
-    return thinned
+    thinned = rows.values[np.searchsorted(t, grid + 1e-9 * record, side="right") - 1]
+    for column, name in enumerate(rows.names):
+        if not name.startswith(("tau_ref", "leg", "i_ref", "u_")) or name == "u_dc":
+            thinned[:, column] = np.interp(grid, t, rows.values[:, column])
+    return Rows(np.vstack([thinned, rows.values[-1:]]), rows.names)
 
 
-def _iron_loss(drive: Drive, wave: Table, periods: Table) -> float | None:
+def _iron_loss(drive: Drive, rows: Rows, periods: Rows) -> float | None:
     """Iron loss over the window of the key figures [W]."""
     if drive.machine.iron is None:
         return None
-    window, _ = evaluated(periods, drive.machine.N_r)
-    inside = (wave["t"] >= window["t"][0]) & (wave["t"] <= window["t"][-1])
-    return iron_loss(drive.machine.iron, wave["t"][inside], wave["psi"][:, inside])
+    window = evaluated(periods, drive.machine.N_r)[0]["t"]
+    inside = Rows(rows.values[(rows["t"] >= window[0]) & (rows["t"] <= window[-1])], rows.names)
+    return iron_loss(drive.machine.iron, inside["t"], inside.phases("psi"))
 
 
-def _result(
-    drive: Drive, wave: Table, periods: Table, wall_ratio: float, p_fe: float | None
-) -> Result:
-    figures = kpis(
-        periods,
-        machine=drive.machine,
-        switching=drive.converter,
-        n_switches=_core.n_switches(bridge(drive.converter), drive.machine.n_phases),
-        p_fe=p_fe,
-        T_s=drive.control.T_s,
-        wall_time_ratio=wall_ratio,
-    )
-    wave["i_ref"] = np.where(wave["i_ref"] < NEVER_REACHED, wave["i_ref"], 0.0)
-    return Result(drive=drive, kpis=figures, periods=periods, **wave)
+def _result(drive: Drive, rows: Rows, figures: Kpis, periods: Rows) -> Result:
+    single = {name: rows[name] for name in ("t", "theta_m", "omega_m", "u_dc", "tau", "tau_ref")}
+    phases = {name: rows.phases(name) for name in ("i", "i_ref", "leg", "u", "psi", "tau_ph")}
+    phases["i_ref"] = np.where(phases["i_ref"] < NEVER_REACHED, phases["i_ref"], 0.0)
+    return Result(drive=drive, kpis=figures, periods=periods, **single, **phases)
