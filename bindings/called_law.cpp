@@ -31,29 +31,34 @@ bool makes_sense(const Order& order) {
          srm::is_finite(order.theta_off);
 }
 
+/// A mistake of the law, on one line.
+[[noreturn]] void refuse(const std::string& text) {
+  const nb::object error = nb::module_::import_("reluctance.errors").attr("ParameterError");
+  PyErr_SetString(error.ptr(), text.c_str());
+  throw nb::python_error();
+}
+
 template <int N>
 srm::Command<double, N> taken(const nb::object& answer) {
   const std::string need = ", need a list of " + std::to_string(N) + " Order, one a phase";
   const auto text = [](nb::handle what) { return std::string(nb::repr(what).c_str()).substr(0, 80); };
   if (!nb::isinstance<nb::sequence>(answer)) {
-    throw nb::type_error(("step returned " + text(answer) + need).c_str());
+    refuse("step returned " + text(answer) + need);
   }
   const nb::sequence orders = nb::borrow<nb::sequence>(answer);
   if (nb::len(orders) != N) {
-    throw nb::value_error(
-        ("step returned " + std::to_string(nb::len(orders)) + " orders" + need).c_str());
+    refuse("step returned " + std::to_string(nb::len(orders)) + " orders" + need);
   }
   srm::Command<double, N> command;
   for (int k = 0; k < N; ++k) {
     const nb::object order = orders[k];
     if (!nb::isinstance<Order>(order)) {
-      throw nb::type_error(("step returned " + text(order) + " for a phase" + need).c_str());
+      refuse("step returned " + text(order) + " for a phase" + need);
     }
     command[k] = nb::cast<Order>(order);
     if (!makes_sense(command[k])) {
-      throw nb::value_error(("step returned " + text(order) +
-                             ", need finite numbers, i_band >= 0 and edges that do not fall")
-                                .c_str());
+      refuse("step returned " + text(order) +
+             ", need finite numbers, i_band >= 0 and edges that do not fall");
     }
   }
   return command;

@@ -1,4 +1,4 @@
-#include "parameters.hpp"
+#include "bind_law.hpp"
 #include "srm/control/law/deadbeat.hpp"
 
 namespace bound {

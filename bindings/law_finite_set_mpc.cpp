@@ -1,4 +1,4 @@
-#include "parameters.hpp"
+#include "bind_law.hpp"
 #include "srm/control/law/finite_set_mpc.hpp"
 
 namespace bound {

@@ -1,5 +1,5 @@
 // Python view of what several control laws are made of.
-#include "parameters.hpp"
+#include "bind_struct.hpp"
 #include "srm/control/law/ditc.hpp"
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/mean_torque.hpp"

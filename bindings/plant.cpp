@@ -1,5 +1,5 @@
 // The exchangeable parts of the plant, and what the loop is told of sensors and resolution.
-#include "parameters.hpp"
+#include "bind_struct.hpp"
 #include "srm/sim/simulation.hpp"
 
 namespace bound {

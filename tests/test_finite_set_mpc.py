@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpc_loop import FPGA, HALF, PAPER, RATED, Point, Timing, controller, figures, loop, sums
 
-from reluctance import _core_parts
+from reluctance import _core, _core_parts
 from reluctance.laws.finite_set_mpc import NO_GUIDE
 
 WEIGHTS = {"R": 0.72, "i_max": 150.0, "T_s": 20e-6, "t_end": 30e-6, "u_dc": 240.0, "tau_ref": 40.0}

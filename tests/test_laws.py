@@ -87,9 +87,9 @@ def test_current_table_rises_from_nothing() -> None:
 @pytest.mark.parametrize("n_phases", [3, 4, 5, 6])
 def test_shares_sum_to_one(shape: str, n_phases: int) -> None:
     free = np.pi - 2 * np.pi / n_phases
-    table = {"table": [float(x) for x in np.linspace(0, 1, 33) ** 2]} if shape == "table" else {}
+    table = [float(x) for x in np.linspace(0, 1, 33) ** 2]
     sharing = _core.Sharing(
-        shape=getattr(_core.Shape, shape), theta_on=0.1 * free, theta_ov=0.8 * free, **table
+        shape=getattr(_core.Shape, shape), theta_on=0.1 * free, theta_ov=0.8 * free, table=table
     )
     assert sharing.is_feasible(n_phases)
     for theta in np.linspace(0, 2 * np.pi, 200):

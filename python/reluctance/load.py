@@ -23,7 +23,8 @@ from reluctance.drive.tables import (
 )
 from reluctance.errors import ParameterError
 from reluctance.files import read_toml
-from reluctance.laws import LAWS
+from reluctance.laws import LAWS, Control
+from reluctance.laws.own_law import PREFIX, OwnLaw
 
 TABLES: dict[str, type[Section]] = {
     "converter": Converter,
@@ -39,7 +40,9 @@ OPTIONAL = {"source", "sensing", "protection", "mismatch"}
 MOST_STEPS = 1e9  # of a run; more takes a quarter of an hour at least, and is a slip of the unit
 
 
-def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
+def load(
+    path: str | Path, overrides: list[str] | None = None, *, trust: bool = False
+) -> Drive:
     """A drive from a TOML file.
 
     Parameters
@@ -50,6 +53,9 @@ def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
     overrides : list of str, optional
         `section.key=value` with the value as in TOML; bare words are text; no value removes the
         key. `machine=...` takes a name from the library or a path.
+    trust : bool
+        Run the code that the file names: a law in Python (`law = "python:FILE:CLASS"`). A drive
+        file of unknown origin is data, and stays data without it.
 
     Raises
     ------
@@ -72,6 +78,7 @@ def load(path: str | Path, overrides: list[str] | None = None) -> Drive:
         name, value = _parsed(text)
         _put(data, name, value, f"--set {text}")
     try:
+        _settle_own_law(data, path.parent, trust)
         return drive_from(data, name=path.stem)
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None
@@ -101,19 +108,40 @@ def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
             raise ParameterError(f"missing table [{key}]")
     control = data["control"]
     law = control.get("law") if isinstance(control, dict) else None
-    if law not in LAWS:
-        raise ParameterError(f"[control] law = {law!r} is unknown{did_you_mean(str(law), LAWS)}")
+    table = _table_of(law)
     sections: dict[str, Any] = {
         key: checked(section, data.get(key, {}), f"[{key}]") for key, section in TABLES.items()
     }
     drive = Drive(
         name=name,
         machine=machine_from(data["machine"]),
-        control=checked(LAWS[law], control, "[control]"),
+        control=checked(table, control, "[control]"),
         **sections,
     )
     _check_together(drive)
     return drive
+
+
+def _table_of(law: object) -> type[Control]:
+    """The [control] table of a law."""
+    if isinstance(law, str) and law.startswith(PREFIX):
+        return OwnLaw
+    if law not in LAWS:
+        raise ParameterError(f"[control] law = {law!r} is unknown{did_you_mean(str(law), LAWS)}")
+    return LAWS[str(law)]
+
+
+def _settle_own_law(data: dict[str, Any], folder: Path, trust: bool) -> None:
+    """The file of a law in Python, relative to the drive file, if its code may run."""
+    law = _law(data)
+    if not (isinstance(law, str) and law.startswith(PREFIX)):
+        return
+    if not trust:
+        raise ParameterError(
+            f"[control] law = {law!r} is code that would run; if you trust it, say so with "
+            "--trust or load(..., trust=True)"
+        )
+    data["control"]["law"] = PREFIX + str(folder / law.removeprefix(PREFIX))
 
 
 def _check_together(drive: Drive) -> None:

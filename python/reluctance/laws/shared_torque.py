@@ -74,12 +74,11 @@ class SharedTorque(Control):
         return self._sharing(self.theta_on_deg, self.theta_ov_deg)
 
     def _sharing(self, on_deg: float, ov_deg: float) -> _core.Sharing:
-        table = {"table": self.share_table} if self.share_table else {}
         return _core.Sharing(
             shape=getattr(_core.Shape, self.sharing),
             theta_on=np.radians(on_deg),
             theta_ov=np.radians(ov_deg),
-            **table,
+            table=self.share_table or [0.0] * TABLE_POINTS,
         )
 
 

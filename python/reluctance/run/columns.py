@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+LETTERS = "abcdef"  # of the phases, in files
+
+
 @dataclass(frozen=True)
 class Rows:
     """Rows of numbers whose columns have names."""

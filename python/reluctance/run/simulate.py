@@ -11,6 +11,7 @@ from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.drive.control import NEVER_REACHED
 from reluctance.errors import ParameterError
+from reluctance.laws.own_law import Law, controller_of
 from reluctance.run.columns import Rows
 from reluctance.run.kpis import Kpis, evaluated, kpis
 from reluctance.run.losses import iron_loss
@@ -24,6 +25,7 @@ def simulate(
     until: float | None = None,
     record: float | None = 0.0,
     progress: Callable[[float], None] | None = None,
+    law: Law | None = None,
     controller: _core.Controller | None = None,
 ) -> Result:
     """Run a drive from zero current.
@@ -37,8 +39,11 @@ def simulate(
         Interval of the waveforms [s]; 0 keeps every solver point and event, None keeps nothing.
     progress : callable, optional
         Is told the time reached [s], every few milliseconds.
+    law : Law, optional
+        A control law in Python: takes the place of the drive's own, inside the same tracker, speed
+        loop, comparators and dead-time compensation.
     controller : Controller, optional
-        Takes the place of the drive's own.
+        Takes the place of the drive's own, with all that stands around it.
 
     Returns
     -------
@@ -57,7 +62,9 @@ def simulate(
     41
     """
     end = _checked(drive, until, record)
-    if controller is None:
+    if law is not None:
+        controller = controller_of(law, drive.control, drive.known())
+    elif controller is None:
         controller = drive.controller()
     iron = drive.machine.iron is not None  # its loss needs every point, whatever is kept
     watched = iron or record is not None

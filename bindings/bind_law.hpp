@@ -1,4 +1,4 @@
-// Parameters from Python to the core, by the field list of each struct (base/fields.hpp).
+// The controller of a law from Python: its parameters by its field list (base/fields.hpp).
 #pragma once
 
 #include <tuple>
@@ -38,19 +38,6 @@ struct Given<srm::Guide<T>> {
 template <class S>
 auto field_list(S& s) {
   return srm::fields_of(s, [](auto... field) { return std::tuple(field...); });
-}
-
-/// Python's view of a struct of parameters: a constructor with its fields by name, and the fields.
-template <class S>
-nb::class_<S> bind_struct(nb::module_& m, const char* name, const char* doc) {
-  nb::class_<S> bound(m, name, doc);
-  S sample{};
-  srm::fields_of(sample, [&]<class... V>(srm::Field<V>... field) {
-    bound.def(
-        "__init__", [](S* self, const V&... value) { new (self) S{value...}; }, nb::kw_only(),
-        nb::arg(field.name)...);
-  });
-  return bound;
 }
 
 /// Any instance of a law: all have the same fields.
