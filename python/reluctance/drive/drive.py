@@ -16,6 +16,7 @@ from reluctance.drive.mismatch import Mismatch, as_known
 from reluctance.drive.operating_point import OperatingPoint
 from reluctance.drive.protection import Protection
 from reluctance.drive.tables import Converter, Load, Reference, Sensing, SimulationSettings
+from reluctance.units import to_si
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ class Drive:
     def omega_nominal(self) -> float:
         """The speed that the drive works at: held, or the greatest reference [rad/s]."""
         if self.load.kind == "locked":
-            return abs(self.load.speed_rpm) * np.pi / 30
+            return to_si(abs(self.load.speed_rpm), "rpm")
         if self.reference.kind == "speed":
             return float(np.max(np.abs(self.reference.course[1])))
-        return abs(self.load.speed_rpm) * np.pi / 30
+        return to_si(abs(self.load.speed_rpm), "rpm")
