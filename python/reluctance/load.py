@@ -1,6 +1,5 @@
 """Drive files: from TOML to a checked Drive, or to one line that says what is wrong."""
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from reluctance.drive.tables import (
     Source,
 )
 from reluctance.errors import ParameterError
-from reluctance.files import read_toml
+from reluctance.files import read_toml, toml_value
 from reluctance.laws import LAWS, Control
 from reluctance.laws.own_law import PREFIX, OwnLaw
 
@@ -233,10 +232,7 @@ def _parsed(text: str) -> tuple[str, Any]:
         return name, None
     if name == "machine":
         return name, value.strip("\"'")
-    try:
-        return name, tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return name, value
+    return name, toml_value(value)
 
 
 def _put(data: dict[str, Any], name: str, value: Any, where: str) -> None:

@@ -8,9 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from reluctance.errors import ParameterError
+
+Value = TypeVar("Value", float, NDArray[np.float64])
 
 # Suffix: (a, b) with SI value = value a/b. 1500 rpm there and back is 1500 rpm to the last bit.
 UNITS: dict[str, tuple[float, float]] = {
@@ -37,14 +42,14 @@ def name_and_unit(key: str) -> tuple[str, str | None]:
     return (name, suffix) if name and suffix in UNITS and key not in COUNTS else (key, None)
 
 
-def to_si(value: float, unit: str | None) -> float:
-    """A value in SI, from a unit of the table; None: it has no unit."""
+def to_si(value: Value, unit: str | None) -> Value:
+    """A value or an array in SI, from a unit of the table; None: it has no unit."""
     a, b = UNITS[unit] if unit else (1.0, 1.0)
     return value * a / b
 
 
-def from_si(value: float, unit: str | None) -> float:
-    """A value in a unit of the table, from SI; None: it has no unit."""
+def from_si(value: Value, unit: str | None) -> Value:
+    """A value or an array in a unit of the table, from SI; None: it has no unit."""
     a, b = UNITS[unit] if unit else (1.0, 1.0)
     return value * b / a
 

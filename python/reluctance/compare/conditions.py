@@ -11,6 +11,7 @@ from reluctance.drive.schema import checked
 from reluctance.drive.tables import Load, Reference
 from reluctance.errors import ParameterError
 from reluctance.limit.point import operating_point as asked_of
+from reluctance.units import from_si
 
 COMPARATORS = {
     "analog": "analog: they see the true current and switch at any instant",
@@ -43,7 +44,7 @@ def operating_point(drive: Drive) -> Drive:
     tau, _ = asked_of(drive, omega_m=omega)
     if tau <= 0:
         raise ParameterError(f"torque {tau:g} N m, need > 0 to compare laws at it")
-    speed_rpm = drive.load.speed_rpm if drive.load.kind == "locked" else omega * 30 / np.pi
+    speed_rpm = drive.load.speed_rpm if drive.load.kind == "locked" else from_si(omega, "rpm")
     held = {"kind": "locked", "speed_rpm": speed_rpm, "J_kgm2": drive.load.J_kgm2}
     return replace(
         drive,

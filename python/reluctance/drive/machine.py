@@ -112,11 +112,7 @@ class LeHuyMachine(MachineFile):
 
     @property
     def magnetics(self) -> _core.LeHuy:
+        si = self.si
         return _core.LeHuy(
-            N_r=self.N_r,
-            L_u=self.L_u_H,
-            L_a=self.L_a_H,
-            L_sat=self.L_sat_H,
-            i_m=self.i_m_A,
-            psi_m=self.psi_m_Wb,
+            **{key: si[key] for key in ("N_r", "L_u", "L_a", "L_sat", "i_m", "psi_m")}
         )

@@ -20,6 +20,7 @@ from reluctance.errors import ParameterError
 from reluctance.export.constants import Node, Tables, constant, literal
 from reluctance.export.trip_levels import limits
 from reluctance.resources import resources
+from reluctance.units import from_si
 
 FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
 PHASES = range(3, 6)
@@ -179,7 +180,6 @@ def _header_of(name: str) -> str:
 def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
     """What the templates name in @marks@."""
     levels = limits(drive)
-    rpm = 30 / np.pi
     meaning = {
         "torque": "torque [N m]",
         "speed": "speed [rad/s]",
@@ -207,7 +207,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "speed": "ignored: the controller tracks it on the angle"
         if drive.sensing.tracker_bandwidth > 0
         else "from more than the last two angles",
-        "speed_max_rpm": f"{levels.omega_max * rpm:.6g}",
+        "speed_max_rpm": f"{from_si(levels.omega_max, 'rpm'):.6g}",
         "angle_slack_deg": f"{np.degrees(levels.angle_slack):.4g}",
         "adc": f"{drive.sensing.adc_bits} bits over {drive.sensing.i_range_A:g} A"
         if drive.sensing.adc_bits

@@ -8,6 +8,7 @@ import numpy as np
 
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
+from reluctance.units import from_si, to_si
 
 OVER_CURRENT = 1.2  # of i_max_A
 ZERO_CURRENT = 0.02  # of i_max_A: a current sensor's offset and noise
@@ -55,12 +56,12 @@ def limits(drive: Drive) -> Limits:
             f"[protection] u_dc_min_V = {u_dc_min:g}, u_dc_max_V = {u_dc_max:g}, need [converter] "
             f"u_dc_V = {u_dc:g} between them"
         )
-    omega_max = _given(table.speed_max_rpm, OVER_SPEED * drive.omega_nominal * 30 / np.pi)
-    omega_max = omega_max * np.pi / 30
+    omega_max = _given(table.speed_max_rpm, from_si(OVER_SPEED * drive.omega_nominal, "rpm"))
+    omega_max = to_si(omega_max, "rpm")
     if omega_max <= drive.omega_nominal:
         raise ParameterError(
-            f"[protection] speed_max_rpm = {omega_max * 30 / np.pi:g}, need more than the "
-            f"{drive.omega_nominal * 30 / np.pi:g} rpm that the drive works at; set it"
+            f"[protection] speed_max_rpm = {from_si(omega_max, 'rpm'):g}, need more than the "
+            f"{from_si(drive.omega_nominal, 'rpm'):g} rpm that the drive works at; set it"
         )
     step = 360 * drive.machine.N_r / drive.sensing.encoder_counts if _encoder(drive) else 0.0
     slack = _given(table.angle_slack_deg, max(ENCODER_STEPS * step, SMALLEST_SLACK_DEG))

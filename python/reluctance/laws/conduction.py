@@ -10,6 +10,7 @@ from reluctance.drive.control import Control
 from reluctance.drive.known import Known
 from reluctance.drive.operating_point import OperatingPoint
 from reluctance.laws import flat_top
+from reluctance.units import to_si
 
 START_PART = 0.1  # of the working speed: below it, the window for starting
 SLOWEST = 1.0  # rise and fall take no angle here, as at standstill [rad/s]
@@ -44,7 +45,7 @@ class ConductionAngles(Control):
         """The window, and the speed below which it is replaced by one for starting."""
         start = START_PART * known.omega_m
         if self.start_speed_rpm is not None:
-            start = self.start_speed_rpm * np.pi / 30
+            start = to_si(self.start_speed_rpm, "rpm")
         return _core.Conduction(theta_on=window[0], theta_off=window[1], omega_start=start)
 
     def point(self, known: Known) -> OperatingPoint:

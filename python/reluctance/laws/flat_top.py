@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from reluctance import _core
 from reluctance.drive.operating_point import OperatingPoint
 from reluctance.errors import ParameterError
+from reluctance.units import from_si
 
 FloatArray = NDArray[np.float64]
 
@@ -111,7 +112,7 @@ def current_table(
         raise ParameterError(
             f"[control] angles {np.degrees(theta_on):g} to {np.degrees(theta_off):g} deg give a "
             f"mean torque of at most {tau[-1]:.4g} N m at i_max_A = {point.i_max:g} and "
-            f"{point.omega_m * 30 / np.pi:.5g} rpm, need {tau_max:g}; change the angles, the "
+            f"{from_si(point.omega_m, 'rpm'):.5g} rpm, need {tau_max:g}; change the angles, the "
             "speed or the torque"
         )
     rising = np.flatnonzero(np.diff(tau, prepend=-1.0) > 0)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated
 
-import numpy as np
 from pydantic import Field, field_validator
 
 from reluctance import limit
 from reluctance.drive.control import Control
 from reluctance.drive.known import Known
 from reluctance.laws.flux_guide import FluxGuide
+from reluctance.units import to_si
 
 LEVELS = 19  # torques in a guide, zero included
 CURRENT_POINTS = 180  # angles of a current guide, over one electrical period
@@ -53,7 +53,7 @@ class Guided(Control):
             If no profile is found.
         """
         speeds = self.guide_speed_rpm
-        omega = [known.omega_m] if speeds is None else [rpm * np.pi / 30 for rpm in speeds]
+        omega = [known.omega_m] if speeds is None else [to_si(rpm, "rpm") for rpm in speeds]
         return [
             limit.profile_table(
                 known.at(omega_m), known.tau_max, n_levels=LEVELS, n_points=n_points

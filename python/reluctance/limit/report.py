@@ -15,6 +15,7 @@ from reluctance.limit.point import check_point, operating_point
 from reluctance.limit.profile import Profile, best_profile
 from reluctance.limit.programme import FEASIBLE
 from reluctance.limit.ripple import RippleFloor, ripple_floor
+from reluctance.units import from_si
 
 POINTS_PER_PHASE = 60  # grid points of a period for each phase
 FLOOR_SMOOTHING = 1e-3  # of the profile whose voltages the ripple floor needs [rad^2]
@@ -40,7 +41,7 @@ class Limit:
         """Key figures under their border names."""
         best, floor = self.least_copper, self.floor
         figures: dict[str, float | bool | None] = {
-            "speed_rpm": best.omega_m * 30 / np.pi,
+            "speed_rpm": from_si(best.omega_m, "rpm"),
             "tau_ref_Nm": best.tau_ref,
             "u_dc_V": best.u_dc,
             "i_max_A": self.drive.machine.i_max_A,

@@ -11,10 +11,11 @@ from reluctance.paper.claim import Claim, verdict
 from reluctance.paper.points import HALF, RATED, Point, le_huy
 from reluctance.paper.study import Study
 from reluctance.run.kpis import Kpis
+from reluctance.units import from_si
 
 PSI_M_DEFAULT = 0.486  # of the generic machine with the same L_d, L_q and I_m [Wb]
 I_SAMPLE = 50.0  # a current of ordinary operation, for the equations that are compared [A]
-TO_RPM = 30 / np.pi
+TO_RPM = from_si(1.0, "rpm")  # [rpm s/rad]
 
 
 def equation_claims(found: Study) -> list[Claim]:

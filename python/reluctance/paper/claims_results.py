@@ -7,6 +7,7 @@ from reluctance.paper.points import Runs
 from reluctance.paper.study import Study
 from reluctance.paper.sweeps import Response
 from reluctance.run.kpis import definite
+from reluctance.units import from_si
 
 VISIBLE = 1e-3  # ripple below it is none: less than a line width in a plot of the whole range
 
@@ -182,7 +183,7 @@ def low_ripple(found: Study) -> Claim:
 
 def speed_held(runs: Runs) -> Claim:
     """The speed loop reaches its reference."""
-    rpm = runs.pump.kpis.speed_mean * 30 / np.pi
+    rpm = from_si(runs.pump.kpis.speed_mean, "rpm")
     return Claim(
         claim=f"Fig. 8: from standstill the drive reaches and holds {runs.point.speed_rpm:g} rpm",
         paper_says=runs.point.speed_rpm,
@@ -198,7 +199,7 @@ def speed_held(runs: Runs) -> Claim:
 def speed_ripple(runs: Runs) -> Claim:
     """Steady-state speed ripple, speed loop closed."""
     k = runs.pump.kpis
-    swing = definite(k.speed_ripple_pp) * k.speed_mean * 30 / np.pi
+    swing = from_si(definite(k.speed_ripple_pp) * k.speed_mean, "rpm")
     return Claim(
         claim=f"Section 4: in steady state at {runs.point.speed_rpm:g} rpm the speed is without "
         "ripples (peak to peak)",

@@ -15,6 +15,7 @@ from reluctance.paper.study import Study
 from reluctance.paper.sweeps import Response
 from reluctance.run import plots
 from reluctance.run.kpis import definite
+from reluctance.units import from_si
 
 MODEL, PAPER = "C0", "C3"
 
@@ -69,7 +70,7 @@ def speed(found: Study) -> Figure:
     figure, axes = blank(2, 2, size=(11, 6.5))
     for column, runs in enumerate((found.rated, found.half)):
         whole, end = axes[0][column], axes[1][column]
-        t, rpm = runs.pump.t, runs.pump.omega_m * 30 / np.pi
+        t, rpm = runs.pump.t, from_si(runs.pump.omega_m, "rpm")
         target = runs.point.speed_rpm
         for ax in (whole, end):
             ax.plot(t, rpm, color=MODEL, lw=1.2, label="speed")

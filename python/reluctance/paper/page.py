@@ -11,6 +11,7 @@ from reluctance.paper.figures import PICTURES
 from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.study import Study
 from reluctance.run.kpis import definite
+from reluctance.units import from_si, to_si
 
 STYLE = """
 body{font-family:system-ui,sans-serif;line-height:1.45;max-width:72em;margin:2em auto;padding:0 1em;
@@ -129,7 +130,7 @@ def _figures_table(found: Study) -> str:
         ("– physical limit (W)", [f"{r.best.p_cu:.0f}" for r in runs] + ["", ""]),
         ("mechanical power (W)", [f"{k.p_mech:.0f}" for k in all_kpis]),
         ("efficiency (%)", [_percent(k.efficiency) for k in all_kpis]),
-        ("mean speed (rpm)", [f"{k.speed_mean * 30 / np.pi:.2f}" for k in all_kpis]),
+        ("mean speed (rpm)", [f"{from_si(k.speed_mean, 'rpm'):.2f}" for k in all_kpis]),
         (
             "speed ripple, peak to peak (%)",
             [_percent(k.speed_ripple_pp, 4) for k in all_kpis],
@@ -149,7 +150,7 @@ def _figures_table(found: Study) -> str:
 
 def _rise_time(runs: Runs) -> float:
     """When the speed first reaches 98 % of its reference [s]."""
-    fast = runs.pump.omega_m >= 0.98 * runs.point.speed_rpm * np.pi / 30
+    fast = runs.pump.omega_m >= 0.98 * to_si(runs.point.speed_rpm, "rpm")
     return float(runs.pump.t[np.argmax(fast)])
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -148,7 +147,7 @@ class Kpis:
     def _repr_html_(self) -> str:
         """A table for notebooks."""
         rows = "".join(
-            f"<tr><td>{html.escape(key)}</td><td>{shown(value)}</td></tr>"
+            f"<tr><td>{key}</td><td>{shown(value)}</td></tr>"
             for key, value in self.with_units().items()
         )
         return f"<table>{rows}</table>"

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from reluctance.files import check_ending, write_whole
 from reluctance.run.result import Result
+from reluctance.units import from_si
 
 ENDINGS = {".png", ".svg", ".html"}
 LEG_NAMES = ("demagnetize", "freewheel", "magnetize")
@@ -51,7 +52,7 @@ def plot_torque(ax: Axes, result: Result) -> Axes:
 
 def plot_speed(ax: Axes, result: Result) -> Axes:
     """Speed over time."""
-    ax.plot(result.t * 1e3, result.omega_m * 30 / np.pi, lw=1.2)
+    ax.plot(result.t * 1e3, from_si(result.omega_m, "rpm"), lw=1.2)
     ax.set(xlabel="time (ms)", ylabel="speed (rpm)")
     return ax
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.run.columns import LETTERS, FloatArray, Rows
 from reluctance.run.kpis import Kpis
+from reluctance.units import from_si
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +50,7 @@ class Result:
     u_dc : ndarray, shape (n,)
         Dc-link voltage [V].
     periods : Rows
-        One row per electrical period; columns as `reluctance.run.columns.period_columns`.
+        One row per electrical period; columns as in include/srm/sim/recorder.hpp.
     """
 
     drive: Drive
@@ -118,7 +117,7 @@ class Result:
         table = {
             "t_s": self.t,
             "theta_m_rad": self.theta_m,
-            "speed_rpm": self.omega_m * 30 / np.pi,
+            "speed_rpm": from_si(self.omega_m, "rpm"),
             "u_dc_V": self.u_dc,
             "tau_Nm": self.tau,
             "tau_ref_Nm": self.tau_ref,
