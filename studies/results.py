@@ -28,7 +28,7 @@ LIMIT = {"i_rms_A": "limit_i_rms_A", "p_cu_W": "limit_p_cu_W"}
 LAWS = {
     "pwm_current": "flat current pulses",
     "sharing_cubic": "cubic torque sharing",
-    "edge_mpc_mcu": "predictive law `edge_mpc`",
+    "edge_mpc_mcu": "predictive law edge_mpc",
 }
 COLOURS = ("#d1495b", "#edae49", "#0b5d8f")
 

@@ -2,8 +2,8 @@
 
 The script writes a table of flux linkage over current and angle, as finite elements or a bench
 would give it, here from a formula for an 8/6 machine. `reluctance map check` states how it read the
-table and whether the data are consistent. `reluctance map import` makes a machine file of it. After that
-any drive file runs with the machine: here cubic torque sharing at 600 rpm and 2 N m.
+table and whether the data are consistent. `reluctance map import` makes a machine file of it. After
+that any drive file runs with the machine: here cubic torque sharing at 600 rpm and 2 N m.
 
 [Your own machine](../your_machine.md) explains the commands and the file formats.
 """

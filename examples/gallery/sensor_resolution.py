@@ -5,8 +5,8 @@ counts) and of the encoder (right, with 12 bits). Control every 20 µs, one samp
 measured over a range of 200 A. Below 10 bits the quantisation of the currents raises the error.
 
 The controller obtains angle and speed from a tracking observer. At constant speed the observer
-averages over the counts, so the error hardly depends on their number from 256 on. The observer lags when the
-speed changes; `sensing.tracker_bandwidth_Hz` sets by how much.
+averages over the counts, so the error hardly depends on their number from 256 on. The observer lags
+when the speed changes; `sensing.tracker_bandwidth_Hz` sets by how much.
 """
 
 from pathlib import Path
