@@ -17,7 +17,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "numpydoc",
-    "mathml",  # the last four are in docs/extensions
+    "equations",  # the last four are in docs/extensions
     "program",
     "gallery",
     "heads",
@@ -44,7 +44,7 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False
-html_math_renderer = "mathml"
+html_math_renderer = "svg"
 html_theme_options = {
     "light_css_variables": {
         "color-brand-primary": "#0b5d8f",
