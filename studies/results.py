@@ -68,7 +68,7 @@ def overview() -> Figure:
         last = result.t > result.t[-1] - period
         kpis = result.kpis.with_units()
         error, f_switch = kpis["torque_error_rms"], kpis["f_switch_Hz"]
-        text = f"{label}: {error:.1%} rms error, {f_switch / 1e3:.0f} kHz"
+        text = f"{label}: {100 * error:.2f} % rms error, {f_switch / 1e3:.0f} kHz"
         time = 1e3 * (result.t[last] - result.t[last][0])
         ax.plot(time, result.tau[last], lw=1, color=colour, label=text)
     ax.axhline(41.339, color="k", ls="--", lw=0.8, label="reference: 41.339 N m")

@@ -17,6 +17,7 @@ further column of the table says what it shows; `-` is not compared:
 
 import csv
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -29,7 +30,8 @@ PAGES = [page for page in PAGES if "generated" not in page.parts and "gallery" n
 BY_COMMAND = {"laws.md": "<!-- From here on made by"}  # where the hand-written part ends
 
 NUMBER = re.compile(r"[-−]?\d{1,3}(?: \d{3})+(?!\d)|[-−]?\d+(?:\.\d+)?(?:e[-−]?\d+)?")
-SINGLE = re.compile(r"<!-- (\S+\.(?:csv|md\S*)) ((?:\S+=\S+ )*)(\S+) -->")
+SINGLE = re.compile(r"<!-- (\S+\.(?:csv|md\S*)) (.+?) -->")
+COMMENT = re.compile(r"<!--.*?-->", re.S)
 TABLE = re.compile(r"<!-- from (\S+) by (\w+)(?: where (\S+))?: (.+) -->")
 
 
@@ -65,8 +67,8 @@ def same(cell: str, wanted: str) -> bool:
         return cell == wanted
 
 
-def keys_of(text: str | None) -> dict[str, str]:
-    return dict(part.split("=", 1) for part in re.split(r"[ ,]+", (text or "").strip()) if part)
+def keys_of(parts: list[str]) -> dict[str, str]:
+    return dict(part.split("=", 1) for part in parts if part)
 
 
 def agrees(shown: str, exact: float) -> bool:
@@ -86,7 +88,7 @@ def wrong_in_table(lines: list[str], citation: re.Match[str]) -> list[str]:
             what, _, only = spec.strip().partition(" @ ")
             if what == "-" or not NUMBER.search(cell):
                 continue
-            keys = {key: first} | keys_of(where) | keys_of(only)
+            keys = {key: first} | keys_of((where or "").split(",")) | keys_of(only.split(","))
             for text, column in zip(NUMBER.findall(cell), what.split("&"), strict=True):
                 compared += 1
                 exact = value(source, keys, column)
@@ -104,10 +106,12 @@ def wrong(page: str) -> list[str]:
             start = next(m for m in range(n + 1, n + 4) if lines[m].startswith("|"))
             end = next((m for m in range(start, len(lines)) if not lines[m].startswith("|")), None)
             faults += wrong_in_table(lines[start:end], citation)
-            continue
-        for citation in SINGLE.finditer(line):
-            shown = NUMBER.findall(re.sub(r"<!--.*?-->", "", line[: citation.start()]))[-1]
-            exact = value(citation[1], keys_of(citation[2]), citation[3])
+    for citation in SINGLE.finditer(page):
+        if not TABLE.match(citation[0]):
+            before = COMMENT.sub("", page[max(citation.start() - 1000, 0) : citation.start()])
+            *keys, column = shlex.split(citation[2])
+            exact = value(citation[1], keys_of(keys), column)
+            shown = NUMBER.findall(before)[-1]
             if not agrees(shown, exact):
                 faults.append(f"{shown} is {exact:.6g}: {citation[0]}")
     return faults
@@ -141,7 +145,7 @@ def test_the_results_file_is_what_the_examples_give(name: str) -> None:
 def prose(page: Path) -> list[str]:
     """The lines that a person wrote and that can be wrapped."""
     text = page.read_text(encoding="utf-8").partition(BY_COMMAND.get(page.name, "\0"))[0]
-    text = re.sub(r"^(```|:::).*?^\1", "", text, flags=re.M | re.S)
+    text = COMMENT.sub("", re.sub(r"^(```|:::).*?^\1", "", text, flags=re.M | re.S))
     return [
         line
         for line in text.splitlines()
