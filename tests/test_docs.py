@@ -25,7 +25,7 @@ import pytest
 import reluctance as rl
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docs/*").glob("*.md")])
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docs").glob("*/*.md")])
 PAGES = [page for page in PAGES if "generated" not in page.parts and "gallery" not in page.parts]
 BY_COMMAND = {"laws.md": "<!-- From here on made by"}  # where the hand-written part ends
 
