@@ -108,7 +108,7 @@ def wrong(page: str) -> list[str]:
             faults += wrong_in_table(lines[start:end], citation)
     for citation in SINGLE.finditer(page):
         if not TABLE.match(citation[0]):
-            before = COMMENT.sub("", page[max(citation.start() - 1000, 0) : citation.start()])
+            before = " ".join(COMMENT.sub("", page[: citation.start()]).split())
             *keys, column = shlex.split(citation[2])
             exact = value(citation[1], keys_of(keys), column)
             shown = NUMBER.findall(before)[-1]
