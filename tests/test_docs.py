@@ -18,6 +18,7 @@ further column of the table says what it shows; `-` is not compared:
 import csv
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -160,3 +161,10 @@ def test_prose_is_wrapped(page: Path) -> None:
 
 def test_the_readme_is_short() -> None:
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 120
+
+
+def test_one_version_everywhere() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert rl.__version__ == project["version"]
+    assert re.search(r"^version: (.+)$", citation, flags=re.M)[1] == project["version"]
