@@ -25,7 +25,6 @@ extensions = [
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["adr/README.md", "extensions", "generated"]
 nitpicky = False  # types of other packages have no page here
-suppress_warnings = ["toc.empty_glob"]  # a page of the guide may be yet to come
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence", "attrs_inline"]
 myst_heading_anchors = 4

@@ -127,7 +127,8 @@ def test_a_wrong_number_is_found() -> None:
     cited = "<!-- docs/results.csv example=paper_rated i_rms_A -->"
     assert wrong(f"48.95 A{cited}") == []
     assert len(wrong(f"48.96 A{cited}")) == 1
-    table = "<!-- from docs/results.csv by example: torque_error_rms*100 -->\n\n| a | b |\n|---|---|\n"
+    table = "<!-- from docs/results.csv by example: torque_error_rms*100 -->\n\n"
+    table += "| a | b |\n|---|---|\n"
     assert wrong(table + "| `paper_rated` | 0.84 % |\n") == []
     assert len(wrong(table + "| `paper_rated` | 0.48 % |\n")) == 1
 

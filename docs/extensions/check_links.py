@@ -1,6 +1,6 @@
 """Checks the built site: every internal link leads somewhere, and nothing is fetched from outside.
 
-    python docs/extensions/check_links.py build/site
+python docs/extensions/check_links.py build/site
 """
 
 import sys
