@@ -2,8 +2,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := $(shell find include bindings python machines examples firmware -type f \
+SOURCES := $(shell find include bindings tests/core_module python machines examples firmware -type f \
              -not -name '*.so' -not -path '*/__pycache__/*' 2>/dev/null) CMakeLists.txt pyproject.toml
+
+CHECKED := python tests studies bench machines docs examples
 
 .PHONY: run test lint bench docs clean
 
@@ -16,8 +18,8 @@ test: $(VENV)/installed-test lint
 	$(BIN)/python -m pytest
 
 lint: $(VENV)/installed-test
-	$(BIN)/ruff check python tests
-	$(BIN)/ruff format --check python tests
+	$(BIN)/ruff check $(CHECKED)
+	$(BIN)/ruff format --check $(CHECKED)
 	$(BIN)/mypy
 
 bench: $(VENV)/installed
@@ -32,7 +34,7 @@ $(VENV)/installed: $(SOURCES) | $(VENV)/made
 	@touch $@
 
 $(VENV)/installed-test: $(SOURCES) | $(VENV)/made
-	$(BIN)/pip install --quiet '.[test]'
+	$(BIN)/pip install --quiet -C cmake.define.RELUCTANCE_TEST_MODULE=ON '.[test]'
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-docs: $(SOURCES) | $(VENV)/made

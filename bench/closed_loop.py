@@ -29,7 +29,7 @@ def seconds_per_second(overrides: list[str]) -> tuple[float, float, float]:
     """Median, least and greatest wall time per simulated time."""
     drive = rl.load(RATED, overrides)
     times = [
-        rl.simulate(drive, until=SIMULATED, record=None).kpis.wall_time_ratio for _ in range(RUNS)
+        rl.simulate(drive, until=SIMULATED, record=None).kpis.wall_s_per_sim_s for _ in range(RUNS)
     ]
     return statistics.median(times), min(times), max(times)
 

@@ -1,16 +1,17 @@
-// Python view of the guide of the predictive laws.
-#include "guide.hpp"
-
+// Python view of the guide of the predictive laws, and the weight that follows from it.
 #include <algorithm>
 #include <functional>
+
+#include "bindings.hpp"
+#include "srm/control/part/switching_weight.hpp"
 
 namespace bound {
 
 namespace {
 
-using Cube = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Guide = srm::Held<srm::Guide<double>>;
 
-Guide guide(const Cube& values, double tau_max, const std::vector<double>& omega_m, double u_dc,
+Guide guide(const Array<3>& values, double tau_max, const std::vector<double>& omega_m, double u_dc,
             double drop) {
   if (values.shape(0) != omega_m.size() || omega_m.empty() || omega_m.front() < 0 ||
       std::adjacent_find(omega_m.begin(), omega_m.end(), std::greater_equal{}) != omega_m.end()) {
@@ -18,36 +19,48 @@ Guide guide(const Cube& values, double tau_max, const std::vector<double>& omega
   }
   if (!(drop >= 0 && drop < u_dc)) throw std::invalid_argument("need 0 <= drop < u_dc");
   if (values.shape(1) < 2) throw std::invalid_argument("need two levels, zero and tau_max");
-  return {.values = {values.data(), values.data() + values.size()},
-          .n_levels = int(values.shape(1)),
-          .n_angles = int(values.shape(2)),
-          .tau_max = tau_max,
-          .omega = omega_m,
-          .u_dc = u_dc,
-          .drop = drop};
+  srm::Tables memory;
+  const std::vector<double> profiles(values.data(), values.data() + values.size());
+  const srm::Guide<double> view{.first = {.values = memory.keep<double>(profiles),
+                                          .rows = int(values.shape(1)),
+                                          .columns = int(values.shape(2)),
+                                          .level_max = tau_max},
+                                .omega = memory.keep<double>(omega_m),
+                                .u_dc = u_dc,
+                                .drop = drop};
+  return {view, memory.owner()};
+}
+
+double switching_weight(const AnyMachine& machine, const Guide& guide, double R, double tau_ref,
+                        double omega_m, double u_dc, double i_max, double f_switch) {
+  const srm::Profile<double> profile = guide.value.at(tau_ref, omega_m, u_dc);
+  return std::visit(
+      [&](const auto& m) {
+        return srm::switching_weight(m.value, profile, R, omega_m, u_dc, i_max, f_switch);
+      },
+      machine);
 }
 
 }  // namespace
 
 void bind_guide(nb::module_& m) {
   nb::class_<Guide>(m, "Guide", "Profiles over torque, electrical angle and speed.")
-      .def(
-          "__init__",
-          [](Guide* self, const Cube& values, double tau_max, const std::vector<double>& omega_m,
-             double u_dc,
-             double drop) { new (self) Guide(guide(values, tau_max, omega_m, u_dc, drop)); },
-          nb::arg("values"), nb::kw_only(), nb::arg("tau_max"), nb::arg("omega_m"), nb::arg("u_dc"),
-          nb::arg("drop") = 0.0,
-          "values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, the "
-          "torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc [V]; "
-          "drop: R i at their peak [V].")
+      .def(nb::new_(&guide), nb::arg("values"), nb::kw_only(), nb::arg("tau_max"),
+           nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("drop") = 0.0,
+           "values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, "
+           "the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc "
+           "[V]; drop: R i at their peak [V].")
       .def(
           "at",
           [](const Guide& self, double tau, double theta_e, double omega_m, double u_dc) {
-            return GuideTables<double>(self).view().at(tau, omega_m, u_dc).at(srm::wrap(theta_e));
+            return self.value.at(tau, omega_m, u_dc).at(srm::wrap(theta_e));
           },
           nb::arg("tau"), nb::arg("theta_e"), nb::kw_only(), nb::arg("omega_m"), nb::arg("u_dc"),
           "The value at a torque [N m], electrical angle [rad], speed [rad/s] and voltage [V].");
+  m.def("switching_weight", &switching_weight, nb::arg("machine"), nb::kw_only(), nb::arg("guide"),
+        nb::arg("R"), nb::arg("tau_ref"), nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("i_max"),
+        nb::arg("f_switch"),
+        "Cost of a turn-on [N^2 m^2 s] that makes about f_switch [Hz] per switch.");
 }
 
 }  // namespace bound

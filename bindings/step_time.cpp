@@ -10,7 +10,7 @@ namespace {
 
 /// Seconds per step, the least of `repeats` passes over the samples, each from the state that the
 /// controller is in. Rows: n_phases currents, angle, speed, dc-link voltage, reference.
-double step_time(const AnyController& controller, const Matrix& samples, int repeats) {
+double step_time(const AnyController& controller, const Array<2>& samples, int repeats) {
   return std::visit(
       [&]<int N>(const srm::Controller<N>& given) {
         const int n = int(samples.shape(0));

@@ -39,9 +39,10 @@ from matplotlib.figure import Figure
 import reluctance as rl
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.drive_file import drive_from
-from reluctance.library import machine_table
-from reluctance.simulate import Result
+from reluctance.drive.library import machine_table
+from reluctance.load import drive_from
+from reluctance.run.kpis import definite
+from reluctance.run.result import Result
 
 OMEGA_REF, TAU_LOAD = 100.0, 1.5  # [rad/s, N m]
 T_LOAD, T_END = 0.1, 0.5  # [s]
@@ -156,9 +157,9 @@ def figures(first: Result, second: Result) -> dict[str, float]:
         "torque_mean_Nm": k.tau_mean,
         "i_peak_A": max(first.i.max(), second.i.max()),
         "speed_rad_s": k.speed_mean,
-        "ripple_rms_Nm": k.torque_ripple_rms * k.tau_mean,
-        "ripple_pp_Nm": k.torque_ripple * k.tau_mean,
-        "f_switch_kHz": k.switching_frequency / 1e3,
+        "ripple_rms_Nm": definite(k.torque_ripple_rms) * k.tau_mean,
+        "ripple_pp_Nm": definite(k.torque_ripple_pp) * k.tau_mean,
+        "f_switch_kHz": k.f_switch / 1e3,
     }
 
 

@@ -19,7 +19,7 @@ from reluctance.compare import CONTENDERS, Comparison, compare
 from reluctance.compare.conditions import in_words
 from reluctance.compare.figure import figure
 from reluctance.compare.table import limit_line, markdown, records, star
-from reluctance.save import write_whole
+from reluctance.files import write_whole
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "control" / "laws.md"

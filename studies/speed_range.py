@@ -35,6 +35,7 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.laws import LAWS
 from reluctance.laws.guided import Guided
+from reluctance.run.kpis import definite
 
 RATED = Path(__file__).parents[1] / "examples" / "paper_rated.toml"
 SETTINGS = ["control.T_s_us=5"]
@@ -101,10 +102,10 @@ def measured(task: Task) -> Row:
     return Row(
         contender.name,
         speed_rpm,
-        k.switching_frequency,
+        k.f_switch,
         k.tau_mean,
-        k.torque_error_rms,
-        k.torque_ripple,
+        definite(k.torque_error_rms),
+        definite(k.torque_ripple_pp),
         k.i_rms,
         k.p_cu,
         capability(task, best.values[contender.free.key]),
@@ -136,15 +137,8 @@ def capability(task: Task, free: float) -> float:
 
 def bound(points: list[Drive]) -> list[Row]:
     """The limit at each speed: least error and copper at the rated torque, ripple-free torque."""
-    machine = points[0].machine
-    envelope = limit.torque_speed_envelope(
-        machine.magnetics,
-        n_phases=machine.n_phases,
-        R=machine.R,
-        omega_m=[p.omega_nominal for p in points],
-        u_dc=points[0].converter.u_dc_V,
-        i_max=machine.i_max_A,
-    )
+    speeds = [p.omega_nominal for p in points]
+    envelope = limit.torque_speed_envelope(points[0].at(speeds[0]), speeds)
     rows = []
     for point, tau_max in zip(points, envelope.tau_max, strict=True):
         b = best_profile(point)

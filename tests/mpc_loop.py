@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from reluctance import _core
-from reluctance.kpis import ERROR_SQUARED, I_SQUARED, TAU_MAX, TAU_MIN, TURN_ONS, T
 from reluctance.laws.flux_guide import FluxGuide
-from reluctance.limit import best_profile, profile_table
+from reluctance.limit import OperatingPoint, best_profile, profile_table
+from reluctance.run.columns import Rows
 
 RPM = np.pi / 30
 U_DC = 240.0  # of the guides
@@ -41,24 +41,23 @@ class Point:
     def machine(self) -> Any:
         return _core.LeHuy(**self.lehuy)
 
+    def at(self, rpm: float, u_dc: float = U_DC) -> OperatingPoint:
+        """The machine at a speed, on the voltage of the guides."""
+        return OperatingPoint(self.machine, self.n_phases, self.R, self.i_max, u_dc, rpm * RPM)
+
     def guide(self, f_switch: float) -> FluxGuide:
         """Flux profiles for torques up to 1.1 tau, and the weights of the rules."""
         tables = tuple(
             profile_table(
-                self.machine,
-                n_phases=self.n_phases,
-                R=self.R,
-                tau_max=1.1 * abs(self.tau),
-                omega_m=rpm * RPM,
-                u_dc=U_DC,
-                i_max=self.i_max,
+                self.at(rpm),
+                1.1 * abs(self.tau),
                 n_levels=10,
                 n_points=360 // self.n_phases * self.n_phases,
                 smoothing=self.smoothing,
             )
             for rpm in self.guide_rpm or (self.rpm,)
         )
-        return FluxGuide(tables, self.machine, self.R, self.i_max, abs(self.tau), f_switch)
+        return FluxGuide(tables, self.at(self.rpm), abs(self.tau), f_switch)
 
 
 @dataclass(frozen=True)
@@ -130,29 +129,44 @@ def loop(
         machine=point.machine,
         n_phases=point.n_phases,
         R=point.R,
-        u_dc=point.u_dc,
-        v_switch=0,
-        R_switch=0,
-        v_diode=0,
-        R_diode=0,
-        shaft=_core.Shaft.locked,
-        J=0.008,
-        B=0,
-        k_pump=0,
-        tau_load=0,
-        T_s=timing.T_s,
-        delay=timing.delay,
-        adc_bits=timing.adc_bits,
-        i_range=point.i_range,
-        encoder_counts=timing.encoder_counts,
+        source=_core.StiffSource(u_dc=_constant(point.u_dc)),
+        bridge=_core.AsymmetricBridge(
+            device=_core.Devices(v_switch=0.0, R_switch=0.0, v_diode=0.0, R_diode=0.0)
+        ),
+        shaft=_core.Shaft(
+            rotation=_core.Rotation.locked,
+            J=0.008,
+            B=0.0,
+            k=0.0,
+            tau_0=_constant(0.0),
+            omega=_constant(point.rpm * RPM),
+            load=None,
+        ),
+        t_dead=0.0,
+        sampling=_core.Sampling(
+            T_s=timing.T_s,
+            delay=timing.delay,
+            adc_bits=timing.adc_bits,
+            i_range=point.i_range,
+            encoder_counts=timing.encoder_counts,
+            angle_offset=0.0,
+        ),
         controller=law,
-        t_ref=[0],
-        ref=[point.tau],
-        omega_m=point.rpm * RPM,
+        reference=_constant(point.tau),
         theta_m=theta_m,
-        dt_max=5e-6,
-        record_every=record_every,
+        resolution=_core.Resolution(
+            dt_max=5e-6, scale=_core.Scale(i=100.0, u_dc=point.u_dc), record_every=record_every
+        ),
     )
+
+
+def _constant(value: float) -> Any:
+    return _core.Course(t=[0.0], value=[value])
+
+
+def sums(run: Any) -> dict[str, float]:
+    """The last period row of a run of three phases, by name."""
+    return dict(zip(_core.period_columns(3), run.take_periods()[-1], strict=True))
 
 
 @dataclass(frozen=True)
@@ -173,15 +187,15 @@ def figures(law: Any, point: Point, timing: Timing, *, periods: int = 6) -> Figu
     while t < t_end:
         t = run.advance(t_end)
         blocks.append(run.take_periods())
-    rows = np.vstack(blocks)[-periods - 1 :]
-    total = rows[-1] - rows[0]
-    duration, N = total[T], point.n_phases
-    extremes = rows[1:, TAU_MAX].max() - rows[1:, TAU_MIN].min()
+    rows = Rows(np.vstack(blocks)[-periods - 1 :], _core.period_columns(point.n_phases))
+    duration, N = rows.rise("t"), point.n_phases
+    extremes = rows["tau_max"][1:].max() - rows["tau_min"][1:].min()
+    squared = rows.phases("i_squared")[:, -1] - rows.phases("i_squared")[:, 0]
     return Figures(
-        error_rms=float(np.sqrt(total[ERROR_SQUARED] / duration) / abs(point.tau)),
+        error_rms=float(np.sqrt(rows.rise("error_squared") / duration) / abs(point.tau)),
         ripple_pp=float(extremes / abs(point.tau)),
-        i_rms=float(np.sqrt(total[I_SQUARED : I_SQUARED + N].mean() / duration)),
-        f_switch=float(total[TURN_ONS] / duration / (2 * N)),
+        i_rms=float(np.sqrt(squared.mean() / duration)),
+        f_switch=float(rows.rise("turn_ons") / duration / (2 * N)),
     )
 
 
@@ -189,10 +203,7 @@ def over_speed() -> None:
     """The second table of docs/control/best_mpc.md: one guide over speed."""
     speeds = (1500, 1800, 2100, 2400, 2550, 2700, 2850, 3000)
     for u_dc, rpm in ((240, 1500), (240, 2250), (240, 2625), (240, 3000), (200, 1500), (200, 2250)):
-        limit = best_profile(
-            RATED.machine, n_phases=3, R=RATED.R, tau_ref=RATED.tau, omega_m=rpm * RPM, u_dc=u_dc,
-            i_max=RATED.i_max, norm="rms",
-        )  # fmt: skip
+        limit = best_profile(RATED.at(rpm, u_dc), RATED.tau, norm="rms")
         row = f"| {u_dc} V, {rpm} rpm | {limit.tau_error_rms / RATED.tau:.2%}, {limit.i_rms:.1f} A "
         for law in ("edge_mpc", "finite_set_mpc"):
             for guide_rpm in ((1500,), speeds):

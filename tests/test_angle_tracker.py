@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from reluctance import _core
+from reluctance import _core_parts
 
 N_R, COUNTS, T_S, BANDWIDTH = 4, 4096, 20e-6, 500.0
 COUNT = 2 * np.pi / COUNTS
@@ -16,7 +16,7 @@ def tracked(
     """Error of the mechanical angle [rad] and speed [rad/s] for a counted motion."""
     count = 2 * np.pi / counts
     counted = (np.floor(theta_m / count) + 0.5) * count
-    y = _core.track_angle(
+    y = _core_parts.track_angle(
         np.mod(N_R * counted, 2 * np.pi), T_s=T_S, bandwidth=BANDWIDTH, N_r=N_R, single=single
     )
     error = np.mod(y[:, 0] - N_R * theta_m + np.pi, 2 * np.pi) - np.pi

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from reluctance import _core
+from reluctance import _core_parts
 
 Array = NDArray[np.float64]
 Problem = tuple[Array, Array, Array, Array]  # H (p, n, n), f, lo, hi (p, n)
@@ -141,7 +141,7 @@ def test_solution_is_that_of_daqp(family: Callable[..., Problem]) -> None:
     rng = np.random.default_rng(1)
     for n in SIZES:
         H, f, lo, hi = problem = family(rng, PER_CASE, n)
-        x, status, iterations = _core.box_qp_batch(H, f, lo, hi, start=starts(rng, lo, hi))
+        x, status, iterations = _core_parts.box_qp_batch(H, f, lo, hi, start=starts(rng, lo, hi))
         assert set(status) == {"solved"}
         assert_inside(x, lo, hi)
         assert kkt_residual(problem, x).max() < 1e-13
@@ -179,8 +179,8 @@ def test_single_precision_agrees_with_double(family: Callable[..., Problem]) -> 
         H = H + 1e-3 * top[:, None, None] * np.eye(n)
         H, f, lo, hi = (v.astype(np.float32).astype(float) for v in (H, f, lo, hi))
         start = starts(rng, lo, hi).astype(np.float32).astype(float)
-        x, _, _ = _core.box_qp_batch(H, f, lo, hi, start=start)
-        x_single, status, iterations = _core.box_qp_batch(H, f, lo, hi, "single", start)
+        x, _, _ = _core_parts.box_qp_batch(H, f, lo, hi, start=start)
+        x_single, status, iterations = _core_parts.box_qp_batch(H, f, lo, hi, "single", start)
         assert set(status) == {"solved"}
         assert iterations.max() < 10 + 2 * n
         assert_inside(x_single, lo, hi)
@@ -204,7 +204,7 @@ def test_stopping_early_is_safe(family: Callable[..., Problem]) -> None:
         size = abs(before)
         stopped = 0
         for limit in range(1 + 10 + 2 * n):
-            x, status, iterations = _core.box_qp_batch(H, f, lo, hi, precision, start, limit)
+            x, status, iterations = _core_parts.box_qp_batch(H, f, lo, hi, precision, start, limit)
             assert set(status) <= {"solved", "iteration_limit"}
             assert iterations.max() <= limit
             stopped += status.count("iteration_limit")
@@ -224,16 +224,16 @@ def test_start_at_the_solution_is_recognised() -> None:
     """The solution costs one factorisation at most, and none where it is a vertex."""
     rng = np.random.default_rng(4)
     H, f, lo, hi = torque_like(rng, 1000, 6)
-    x, _, _ = _core.box_qp_batch(H, f, lo, hi)
-    again, status, iterations = _core.box_qp_batch(H, f, lo, hi, start=x)
+    x, _, _ = _core_parts.box_qp_batch(H, f, lo, hi)
+    again, status, iterations = _core_parts.box_qp_batch(H, f, lo, hi, start=x)
     assert set(status) == {"solved"}
     assert iterations.max() == 1
     assert abs(again - x).max() < 1e-12
     f_steep = f + 100 * np.sign(f)  # a linear term that outweighs H sends x to a vertex
-    x, _, _ = _core.box_qp_batch(H, f_steep, lo, hi)
+    x, _, _ = _core_parts.box_qp_batch(H, f_steep, lo, hi)
     vertex = np.all((x == lo) | (x == hi), axis=1)
     assert vertex.sum() > 10
-    _, _, iterations = _core.box_qp_batch(
+    _, _, iterations = _core_parts.box_qp_batch(
         H[vertex], f_steep[vertex], lo[vertex], hi[vertex], start=x[vertex]
     )
     assert iterations.max() == 0
@@ -242,9 +242,9 @@ def test_start_at_the_solution_is_recognised() -> None:
 def test_batch_is_the_single_problem_repeated() -> None:
     rng = np.random.default_rng(5)
     H, f, lo, hi = dense(rng, 20, 4)
-    x, status, iterations = _core.box_qp_batch(H, f, lo, hi)
+    x, status, iterations = _core_parts.box_qp_batch(H, f, lo, hi)
     for p in range(20):
-        one, name, count = _core.box_qp(H[p], f[p], lo[p], hi[p])
+        one, name, count = _core_parts.box_qp(H[p], f[p], lo[p], hi[p])
         assert np.array_equal(one, x[p])
         assert (name, count) == (status[p], iterations[p])
 
@@ -253,7 +253,7 @@ def test_batch_is_the_single_problem_repeated() -> None:
 def test_indefinite_hessian_is_reported(precision: str) -> None:
     H = np.array([[1.0, 2.0], [2.0, 1.0]])
     lo, hi = -np.ones(2), np.ones(2)
-    x, status, _ = _core.box_qp(H, np.array([0.3, 0.1]), lo, hi, precision)
+    x, status, _ = _core_parts.box_qp(H, np.array([0.3, 0.1]), lo, hi, precision)
     assert status == "not_positive_definite"
     assert_inside(x, lo, hi)
 
@@ -270,13 +270,13 @@ def test_bad_numbers_neither_hang_nor_leave_the_box(bad: float, precision: str) 
         for i in range(n):
             wrong = f.copy()
             wrong[i] = bad
-            x, status, _ = _core.box_qp(H, wrong, lo, hi, precision, start)
+            x, status, _ = _core_parts.box_qp(H, wrong, lo, hi, precision, start)
             assert status == "invalid"
             assert_inside(x, lo, hi)
             for j in range(n):
                 worse = H.copy()
                 worse[i, j] = worse[j, i] = bad
-                x, status, _ = _core.box_qp(worse, f, lo, hi, precision, start)
+                x, status, _ = _core_parts.box_qp(worse, f, lo, hi, precision, start)
                 assert status != "solved"
                 assert_inside(x, lo, hi)
 
@@ -284,17 +284,17 @@ def test_bad_numbers_neither_hang_nor_leave_the_box(bad: float, precision: str) 
 def test_bounds_that_are_no_box_are_refused() -> None:
     H, f = np.eye(2), np.zeros(2)
     for lo, hi in ([1.0, -1.0], [np.nan, 1.0], [0.0, np.nan]):
-        _, status, iterations = _core.box_qp(H, f, np.array([0.0, lo]), np.array([1.0, hi]))
+        _, status, iterations = _core_parts.box_qp(H, f, np.array([0.0, lo]), np.array([1.0, hi]))
         assert (status, iterations) == ("invalid", 0)
 
 
 def test_sizes_that_do_not_agree_are_refused() -> None:
     v = np.zeros(3)
     with pytest.raises(ValueError, match="differ in size"):
-        _core.box_qp(np.eye(2), v, v, v)
+        _core_parts.box_qp(np.eye(2), v, v, v)
     with pytest.raises(ValueError, match="differ in size"):
-        _core.box_qp(np.eye(3), v, v, np.zeros(2))
+        _core_parts.box_qp(np.eye(3), v, v, np.zeros(2))
     with pytest.raises(ValueError, match="1 to 24"):
-        _core.box_qp(np.eye(25), np.zeros(25), np.zeros(25), np.ones(25))
+        _core_parts.box_qp(np.eye(25), np.zeros(25), np.zeros(25), np.ones(25))
     with pytest.raises(ValueError, match="precision = half"):
-        _core.box_qp(np.eye(3), v, v, v, "half")
+        _core_parts.box_qp(np.eye(3), v, v, v, "half")

@@ -46,9 +46,9 @@ def test_fast_samples_come_to_what_analog_comparators_do(name: str) -> None:
     fast = run(name, *settings, SAMPLED, record=None).kpis
     slow = run(name, "control.T_s_us=4", SAMPLED, record=None).kpis
     assert fast.i_rms == pytest.approx(analog.i_rms, rel=2e-3)
-    assert fast.switching_frequency == pytest.approx(analog.switching_frequency, rel=0.04)
-    assert fast.torque_ripple == pytest.approx(analog.torque_ripple, rel=0.05)
-    assert slow.switching_frequency < 0.95 * analog.switching_frequency
+    assert fast.f_switch == pytest.approx(analog.f_switch, rel=0.04)
+    assert fast.torque_ripple_pp == pytest.approx(analog.torque_ripple_pp, rel=0.05)
+    assert slow.f_switch < 0.95 * analog.f_switch
 
 
 def test_the_record_shows_the_reference_either_way() -> None:
@@ -62,15 +62,17 @@ def test_the_leg_is_the_one_of_the_comparators_rule() -> None:
     drive = rl.load(EXAMPLES / "sharing_cubic.toml", [SAMPLED])
     analog = rl.load(EXAMPLES / "sharing_cubic.toml").controller()
     at = {"theta_e": np.pi / 2, "omega_m": 157.0, "u_dc": 240.0, "reference": 41.339}
-    i_ref, i_band = _core.step(analog, [0.0] * 3, **at)[11:13]
+    first = dict(zip(_core.ORDER_COLUMNS, _core.step(analog, [0.0] * 3, **at), strict=False))
+    i_ref, i_band = first["i_ref"], first["i_band"]
     assert i_ref > 10 > i_band > 0
     controller = drive.controller()
 
     def leg(i: float) -> int:
-        row = _core.step(controller, [i, 0.0, 0.0], **at)[:6]
-        assert row[0] == 0  # a timer order ...
-        assert set(row[1:6]) == {row[1]}  # that holds one leg
-        return int(row[1])
+        row = _core.step(controller, [i, 0.0, 0.0], **at)
+        order = dict(zip(_core.ORDER_COLUMNS, row, strict=False))
+        assert order["gate"] == _core.Gate.timer.value
+        assert len({order[f"leg_{n}"] for n in range(5)}) == 1  # it holds one leg
+        return int(order["leg_0"])
 
     currents = [0.0, i_ref, i_ref + 1.1 * i_band, i_ref, i_ref - 1.1 * i_band, i_ref + 3 * i_band]
     assert [leg(i) for i in currents] == [1, 1, 0, 0, 1, -1]

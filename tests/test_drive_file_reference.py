@@ -8,10 +8,10 @@ from typing import Literal, get_args, get_origin
 import pytest
 
 import reluctance as rl
-from reluctance.drive_file import TABLES
+from reluctance.drive.library import MODELS
+from reluctance.drive.loss_data import Iron
 from reluctance.laws import LAWS
-from reluctance.library import MODELS
-from reluctance.losses import Iron
+from reluctance.load import TABLES
 
 PAGE = (Path(__file__).parents[1] / "docs" / "drive_file.md").read_text(encoding="utf-8")
 HEADING = re.compile(r"^(#{2,3}) (.+)$")

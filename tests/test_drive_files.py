@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import reluctance as rl
-from reluctance.drive_file import drive_from
-from reluctance.library import machine_table
+from reluctance.drive.library import machine_table
+from reluctance.load import drive_from
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 REMOVED = object()

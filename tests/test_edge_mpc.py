@@ -17,9 +17,9 @@ from mpc_loop import (
     controller,
     figures,
     loop,
+    sums,
 )
 
-from reluctance.kpis import TAU, TAU_MAX, TAU_MIN, T
 from reluctance.limit import best_profile
 
 # The paper's machine, the default 60 kW machine, four phases: (point, least rms current [A]).
@@ -58,10 +58,7 @@ def test_ripple_copper_and_switching_frequency_meet_the_targets(
 def test_the_least_currents_of_the_cells_are_those_of_the_limit(
     point: Point, limit_A: float
 ) -> None:
-    best = best_profile(
-        point.machine, n_phases=3, R=point.R, tau_ref=point.tau, omega_m=point.rpm * np.pi / 30,
-        u_dc=240.0, i_max=point.i_max,
-    )  # fmt: skip
+    best = best_profile(point.at(point.rpm), point.tau)
     assert best.i_rms == pytest.approx(limit_A, rel=1e-3)
 
 
@@ -98,13 +95,13 @@ def test_starts_from_zero_current_at_every_angle(
                    theta_m=theta_e / 4 + 1e-3)  # fmt: skip
         run.advance(3e-3)
         run.close_period()
-        before = run.take_periods()[-1]
+        before = sums(run)
         run.advance(5e-3)
         run.close_period()
-        after = run.take_periods()[-1]
-        mean = (after[TAU] - before[TAU]) / (after[T] - before[T])
+        after = sums(run)
+        mean = (after["tau"] - before["tau"]) / (after["t"] - before["t"])
         assert mean == pytest.approx(tau, rel=0.01)
-        assert after[TAU_MAX] - after[TAU_MIN] < 0.06 * abs(tau)
+        assert after["tau_max"] - after["tau_min"] < 0.06 * abs(tau)
 
 
 def test_no_torque_is_asked_no_current_flows() -> None:
@@ -112,7 +109,7 @@ def test_no_torque_is_asked_no_current_flows() -> None:
     run = loop(controller("edge_mpc", RATED, FPGA, 20e3), point, FPGA)
     run.advance(1e-3)
     run.close_period()
-    assert run.take_periods()[-1][TAU_MAX] < 1e-3
+    assert sums(run)["tau_max"] < 1e-3
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.2])

@@ -4,9 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
-from mpc_loop import FPGA, HALF, PAPER, RATED, Point, Timing, controller, figures, loop
+from mpc_loop import FPGA, HALF, PAPER, RATED, Point, Timing, controller, figures, loop, sums
 
-from reluctance import _core, kpis
+from reluctance import _core, _core_parts
 from reluctance.laws.finite_set_mpc import NO_GUIDE
 
 WEIGHTS = {"R": 0.72, "i_max": 150.0, "T_s": 20e-6, "t_end": 30e-6, "u_dc": 240.0, "tau_ref": 40.0}
@@ -68,8 +68,8 @@ def test_branch_and_bound_equals_brute_force_on_random_states(horizon: int) -> N
     for _ in range(10_000):
         x = random_state(rng)
         setting = {**WEIGHTS, **random_weights(rng), "horizon": horizon}
-        *_, cost, pruned = _core.leg_search(x, **setting, prune=True)
-        *_, least, all_of_them = _core.leg_search(x, **setting, prune=False)
+        *_, cost, pruned = _core_parts.leg_search(x, **setting, prune=True)
+        *_, least, all_of_them = _core_parts.leg_search(x, **setting, prune=False)
         assert cost == pytest.approx(least, rel=1e-12)
         visited += pruned, all_of_them
     assert visited[1] == 10_000 * sum(27**j for j in range(1, horizon + 1))
@@ -87,7 +87,7 @@ def test_best_cost_is_that_of_the_written_formula(horizon: int, n_states: int) -
             for s in itertools.product((-1, 0, 1), repeat=3 * horizon)
         ]
         costs = [sequence_cost(x, s, **weights) for s in sequences]
-        *legs, cost, _ = _core.leg_search(x, **WEIGHTS, **weights, horizon=horizon, prune=True)
+        *legs, cost, _ = _core_parts.leg_search(x, **WEIGHTS, **weights, horizon=horizon, prune=True)
         assert cost == pytest.approx(min(costs), rel=1e-12)
         first = [c for s, c in zip(sequences, costs, strict=True) if list(s[0]) == legs]
         assert min(first) == pytest.approx(cost, rel=1e-12)
@@ -101,7 +101,7 @@ def test_no_phase_above_the_current_limit_is_kept_on() -> None:
         1000.0,
         1000.0,
     )  # freewheeling takes 2.4 A a sample
-    legs = _core.leg_search(x, **WEIGHTS, w_psi=0.0, w_i=0.0, w_sw=0.0, horizon=1, prune=True)[:3]
+    legs = _core_parts.leg_search(x, **WEIGHTS, w_psi=0.0, w_i=0.0, w_sw=0.0, horizon=1, prune=True)[:3]
     assert legs == (-1, -1, -1)
 
 
@@ -143,9 +143,9 @@ def test_starts_from_zero_current_at_every_angle() -> None:
             run = loop(law, point, FPGA, theta_m=theta_e / 4 + 1e-3)
             run.advance(3e-3)
             run.close_period()
-            before = run.take_periods()[-1]
+            before = sums(run)
             run.advance(5e-3)
             run.close_period()
-            after = run.take_periods()[-1]
-            mean = (after[kpis.TAU] - before[kpis.TAU]) / (after[kpis.T] - before[kpis.T])
+            after = sums(run)
+            mean = (after["tau"] - before["tau"]) / (after["t"] - before["t"])
             assert mean == pytest.approx(tau, rel=0.01)

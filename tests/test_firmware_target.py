@@ -13,12 +13,12 @@ import pytest
 from firmware_tools import DRIVES, ROOT, drive, needs_target
 
 import reluctance as rl
-from reluctance._core import COMMAND_COLUMNS
+from reluctance._core import ORDER_COLUMNS
 from reluctance.export import firmware
 from reluctance.export.cost import cost
 from reluctance.export.parity import in_the_loop, parity, record
 from reluctance.export.target import build, processor_in_the_loop, replay
-from reluctance.protection import limits
+from reluctance.export.trip_levels import limits
 
 pytestmark = needs_target
 
@@ -102,9 +102,10 @@ def assert_safe_from(answers, n, status):
     """All legs off in the step of the fault and in every later one; the cause is latched."""
     assert not answers.status[:n].any()
     assert (answers.status[n:] == status).all()
-    phases = answers.commands[n:, :-1].reshape(len(answers.status) - n, -1, COMMAND_COLUMNS)
-    assert (phases[:, :, 0] == 0).all()  # timer
-    assert (phases[:, :, 1:6] == -1).all()  # demagnetize
+    phases = answers.commands[n:, :-1].reshape(len(answers.status) - n, -1, len(ORDER_COLUMNS))
+    columns = dict(zip(ORDER_COLUMNS, np.moveaxis(phases, 2, 0), strict=True))
+    assert (columns["gate"] == 0).all()  # timer
+    assert all((columns[f"leg_{n}"] == -1).all() for n in range(5))  # demagnetize
 
 
 FAULTS = {  # name: (status, the readings from the fault on, of samples, step and trip levels)
@@ -175,7 +176,7 @@ def test_a_target_that_stops_is_told_and_nothing_waits_for_it(packages):
     broken.write_bytes(b"no program")
     with (
         pytest.raises(rl.ParameterError, match="stopped before the simulation did"),
-        processor_in_the_loop(broken, "cortex-m7", n_phases=3, follows_torque=True),
+        processor_in_the_loop(broken, "cortex-m7", n_phases=3),
     ):
         pass
 
@@ -184,7 +185,7 @@ def test_a_target_that_stops_is_told_and_nothing_waits_for_it(packages):
 def test_processor_in_the_loop_gives_the_key_figures_of_the_simulation(name):
     target, desk = in_the_loop(drive(name), until=0.04)
     assert desk.tau_mean > 1
-    assert replace(target, wall_time_ratio=0) == replace(desk, wall_time_ratio=0)
+    assert replace(target, wall_s_per_sim_s=0) == replace(desk, wall_s_per_sim_s=0)
 
 
 def test_the_folder_builds_in_an_empty_place_away_from_the_repository(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reluctance import _core
+from reluctance import _core_parts
 
 # L. Wang, Model Predictive Control System Design and Implementation Using MATLAB, 2009, ch. 1.
 A_M, B_M, C_M, N_P, N_C = 0.8, 0.1, 1.0, 10, 4
@@ -15,12 +15,12 @@ DX, Y, REFERENCE = 0.1, 0.2, 1.0
 def increments(r_w, *, a=A_M, b=B_M, c=(C_M,) * N_P, N_c=N_C):
     """dU of the core's law: it works in levels, whose differences are the increments."""
     displacement = np.array(
-        _core.incremental_mpc(
+        _core_parts.incremental_mpc(
             N_p=N_P, N_c=N_c, r_w=1.0, a=a, b=b, c=list(c), error_free=[0.0] * N_P
         )[-1]
     )
     error = REFERENCE - (Y + np.array(c) * displacement * DX)
-    *H, f, _ = _core.incremental_mpc(
+    *H, f, _ = _core_parts.incremental_mpc(
         N_p=N_P, N_c=N_c, r_w=r_w, a=a, b=b, c=list(c), error_free=list(error)
     )
     levels = np.linalg.solve(np.array(H), -np.array(f))

@@ -8,10 +8,11 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive_file import drive_from
+from reluctance.drive.library import machine_table
 from reluctance.errors import ParameterError
+from reluctance.files import read_toml
 from reluctance.laws import flat_top
-from reluctance.library import machine_table, read_toml
+from reluctance.load import drive_from
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SHARING, DITC, PWM = (EXAMPLES / f"{n}.toml" for n in ("sharing_cubic", "ditc", "pwm_current"))
@@ -20,7 +21,7 @@ DEMO, PULSE, DEADBEAT = (
 )
 
 
-def run(path: Path, *overrides: str, until: float = 0.04) -> rl.kpis.Kpis:
+def run(path: Path, *overrides: str, until: float = 0.04) -> rl.Kpis:
     return rl.simulate(rl.load(path, list(overrides)), until=until, record=None).kpis
 
 
@@ -51,7 +52,8 @@ def test_current_table_gives_its_torque_in_the_loop(tau: float, law: str) -> Non
 
 
 def test_flat_top_is_converged() -> None:
-    point = rl.load(PWM).control.point(rl.load(PWM))
+    drive = rl.load(PWM)
+    point = drive.control.point(drive.known())
     on, off, i = np.radians(20), np.radians(145), np.array([20.0, 60.0, 120.0])
     coarse = flat_top.flat_top(point, on, off, i)
     fine = flat_top.flat_top(point, on, off, i, steps=8 * flat_top.STEPS)
@@ -61,7 +63,7 @@ def test_flat_top_is_converged() -> None:
 
 def test_least_copper_angles_have_no_better_neighbour() -> None:
     drive = rl.load(PWM)
-    point = drive.control.point(drive)
+    point = drive.control.point(drive.known())
     on, off = flat_top.least_copper_angles(point, 41.339)
     i = np.linspace(1, 150, 150)
 
@@ -76,7 +78,7 @@ def test_least_copper_angles_have_no_better_neighbour() -> None:
 
 def test_current_table_rises_from_nothing() -> None:
     drive = rl.load(PWM)
-    table = flat_top.current_table(drive.control.point(drive), 0.35, 2.5, 41.339)
+    table = flat_top.current_table(drive.control.point(drive.known()), 0.35, 2.5, 41.339)
     assert table[0] == 0.0
     assert all(a < b for a, b in pairwise(table))
 
@@ -85,9 +87,9 @@ def test_current_table_rises_from_nothing() -> None:
 @pytest.mark.parametrize("n_phases", [3, 4, 5, 6])
 def test_shares_sum_to_one(shape: str, n_phases: int) -> None:
     free = np.pi - 2 * np.pi / n_phases
-    table = {"table": [float(x) for x in np.linspace(0, 1, 33) ** 2]} if shape == "table" else {}
+    table = [float(x) for x in np.linspace(0, 1, 33) ** 2]
     sharing = _core.Sharing(
-        shape=getattr(_core.Shape, shape), theta_on=0.1 * free, theta_ov=0.8 * free, **table
+        shape=getattr(_core.Shape, shape), theta_on=0.1 * free, theta_ov=0.8 * free, table=table
     )
     assert sharing.is_feasible(n_phases)
     for theta in np.linspace(0, 2 * np.pi, 200):
@@ -113,7 +115,7 @@ def test_table_of_a_straight_line_is_the_linear_sharing() -> None:
 def test_single_pulse_knows_no_current() -> None:
     """Without regulation every pulse is one turn-on of each switch."""
     result = rl.simulate(rl.load(PULSE), until=0.02)
-    assert result.kpis.switching_frequency == pytest.approx(3000 / 60 * 4, rel=1e-6)
+    assert result.kpis.f_switch == pytest.approx(3000 / 60 * 4, rel=1e-6)
     assert not result.tau_ref.any()
     assert not result.i_ref.any()
 
@@ -208,7 +210,7 @@ def test_optimised_shares_are_feasible_and_sum_to_one(machine: str) -> None:
             "control.i_band_A=0.1",
         ],
     )
-    sharing = drive.control.shares(drive)
+    sharing = drive.control.shares(drive.known())
     assert sharing.is_feasible(drive.machine.n_phases)
     n_phases = drive.machine.n_phases
     for theta in np.linspace(0, 2 * np.pi, 100):
@@ -227,4 +229,4 @@ def test_optimised_sharing_is_smoother_than_cubic_for_no_more_current() -> None:
     )
     assert optimal.torque_error_rms < 0.8 * cubic.torque_error_rms
     assert optimal.i_rms < cubic.i_rms
-    assert optimal.switching_frequency < 1.05 * cubic.switching_frequency
+    assert optimal.f_switch < 1.05 * cubic.f_switch

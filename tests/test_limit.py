@@ -5,24 +5,18 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from limit_at import best_profile, profile_table, torque_speed_envelope
 
-from reluctance import limit
+from reluctance import _core, limit
 from reluctance.errors import ParameterError
-from reluctance.limit import (
-    LeHuyParameters,
-    best_profile,
-    phase_magnetics,
-    profile_table,
-    torque_speed_envelope,
-)
+from reluctance.limit import OperatingPoint, phase_magnetics
 
 RATED = 1500 * np.pi / 30  # [rad/s]
 L_U, L_SAT, I_M = 0.67e-3, 0.15e-3, 450.0
 
 
-def machine(L_a: float, psi_m: float) -> LeHuyParameters:
-    A = psi_m - L_SAT * I_M
-    return LeHuyParameters(N_r=4, L_u=L_U, L_sat=L_SAT, A=A, B=(L_a - L_SAT) / A)
+def machine(L_a: float, psi_m: float) -> _core.LeHuy:
+    return _core.LeHuy(N_r=4, L_u=L_U, L_a=L_a, L_sat=L_SAT, i_m=I_M, psi_m=psi_m)
 
 
 PAPER = machine(23.62e-3, 0.468)
@@ -35,7 +29,7 @@ def cache_dir(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache"
 
 
-def torque_from_alignment(m: LeHuyParameters, i: np.ndarray, theta_e: np.ndarray) -> np.ndarray:
+def torque_from_alignment(m: _core.LeHuy, i: np.ndarray, theta_e: np.ndarray) -> np.ndarray:
     """The published form: mechanical angle from alignment, cubic shape with powers of N_r/pi."""
     past = theta_e > np.pi
     theta = np.abs(theta_e - np.pi) / m.N_r
@@ -44,7 +38,7 @@ def torque_from_alignment(m: LeHuyParameters, i: np.ndarray, theta_e: np.ndarray
     return bracket * np.where(past, slope, -slope)
 
 
-def total_torque(m: LeHuyParameters, i: np.ndarray, n_phases: int, finer: int = 1) -> np.ndarray:
+def total_torque(m: _core.LeHuy, i: np.ndarray, n_phases: int, finer: int = 1) -> np.ndarray:
     """Torque of all phases (n finer/n_phases,), the current linear between its n points."""
     n = len(i)
     theta_e = 2 * np.pi * np.arange(n * finer) / (n * finer)
@@ -152,8 +146,8 @@ def test_standstill_is_the_best_split_at_every_angle(tau_ref: float) -> None:
 
 
 def test_optimum_does_not_depend_on_the_start() -> None:
-    setting = limit.Setting(3, 0.72, 240.0, 200.0, 180, 0.0)
-    programme = limit.Programme(PAPER, setting, RATED)
+    point = OperatingPoint(PAPER, **DRIVE, u_dc=240.0, omega_m=RATED)
+    programme = limit.Programme(point, n_points=180)
     rng = np.random.default_rng(3)
     bumps = [100 * np.maximum(np.sin(programme.theta_e + a), 0) for a in (0.0, 0.5, 1.0)]
     starts = [np.full(180, 50.0), rng.uniform(0, 100, 180), *bumps]

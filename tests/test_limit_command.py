@@ -96,12 +96,8 @@ def test_braking_at_no_resistance_reaches_what_driving_does() -> None:
 
 
 def test_ripple_floor_of_no_torque_is_zero() -> None:
-    drive = load(RATED)
-    machine = drive.machine.magnetics
-    profile = best_profile(
-        machine, n_phases=3, R=0.72, tau_ref=0.0, omega_m=100.0, u_dc=240.0, i_max=150.0
-    )
-    floor = ripple_floor(machine, profile, n_phases=3, switching_frequency=20e3)
+    point = load(RATED).at(100.0)
+    floor = ripple_floor(point, best_profile(point, 0.0), switching_frequency=20e3)
     assert floor.bound_rms == floor.bound_pp == floor.pulse_width_rms == 0
 
 

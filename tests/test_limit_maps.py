@@ -5,9 +5,10 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from limit_at import best_profile, profile_table
 
 from reluctance import _core
-from reluctance.limit import best_profile, phase_magnetics, profile_table
+from reluctance.limit import phase_magnetics
 from reluctance.limit.magnetics import content
 from reluctance.maps import FluxTable, surface
 

@@ -7,28 +7,19 @@ import pytest
 
 from reluctance import _core
 from reluctance.errors import ParameterError
-from reluctance.limit import Profile, RippleFloor, best_profile, ripple_floor
+from reluctance.limit import OperatingPoint, Profile, RippleFloor, best_profile, ripple_floor
 from reluctance.limit.ripple import _least
 
 PAPER = _core.LeHuy(N_r=4, L_u=0.67e-3, L_a=23.62e-3, L_sat=0.15e-3, i_m=450.0, psi_m=0.468)
 TAU_REF, RATED, U_DC = 41.339, 1500 * np.pi / 30, 240.0
+POINT = OperatingPoint(PAPER, n_phases=3, R=0.72, i_max=150.0, u_dc=U_DC, omega_m=RATED)
 
 
 @pytest.fixture(scope="module")
 def profile(tmp_path_factory: pytest.TempPathFactory) -> Profile:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
-        return best_profile(
-            PAPER,
-            n_phases=3,
-            R=0.72,
-            tau_ref=TAU_REF,
-            omega_m=RATED,
-            u_dc=U_DC,
-            i_max=150.0,
-            norm="rms",
-            smoothing=1e-3,
-        )
+        return best_profile(POINT, TAU_REF, norm="rms", smoothing=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +28,7 @@ def at_60kHz(profile: Profile) -> RippleFloor:
 
 
 def floor(profile: Profile, f_switch: float) -> RippleFloor:
-    return ripple_floor(PAPER, profile, n_phases=3, switching_frequency=f_switch)
+    return ripple_floor(POINT, profile, switching_frequency=f_switch)
 
 
 @pytest.mark.parametrize("d", [0.1, 0.5, 0.8, -0.3])

@@ -9,13 +9,13 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive_file import drive_from
-from reluctance.library import MODELS, entries, machine_from, machine_table
-from reluctance.machine import library
+from reluctance.drive.library import MODELS, entries, machine_from, machine_table
+from reluctance.load import drive_from
 from reluctance.maps import FluxTable, read_map, write_map
+from reluctance.resources import resources
 
 ROOT = Path(__file__).parents[1]
-NAMES = sorted(path.stem for path in library().glob("*.toml"))
+NAMES = sorted(path.stem for path in resources("machines").glob("*.toml"))
 PSI, W_C, TAU = 0, 1, 2
 
 
@@ -25,7 +25,9 @@ def load_machine(name):
 
 def script():
     """machines/make_maps.py as a module."""
-    spec = importlib.util.spec_from_file_location("make_maps", library() / "make_maps.py")
+    spec = importlib.util.spec_from_file_location(
+        "make_maps", resources("machines") / "make_maps.py"
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -72,7 +74,7 @@ def test_the_listed_torque_is_the_greatest_on_a_grid():
 @pytest.mark.parametrize("name", MAKE_MAPS.MAPS)
 def test_stored_maps_are_what_the_script_writes(name, tmp_path):
     write_map(MAKE_MAPS.rounded(MAKE_MAPS.MAPS[name]()), tmp_path / name)
-    assert (tmp_path / name).read_text() == (library() / name).read_text()
+    assert (tmp_path / name).read_text() == (resources("machines") / name).read_text()
 
 
 def test_npf_vector_has_the_curves_of_its_source():
@@ -307,5 +309,5 @@ def test_a_wrong_map_machine_gives_one_clear_line(paper_map, change, text):
 
 def test_every_machine_file_is_whole():
     for name in NAMES:
-        data = tomllib.loads((library() / f"{name}.toml").read_text())
+        data = tomllib.loads((resources("machines") / f"{name}.toml").read_text())
         assert set(data) == {"machine"}

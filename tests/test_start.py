@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import reluctance as rl
+from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.kpis import TAU, T
-from reluctance.simulate import _simulation
+from reluctance.run.columns import Rows
+from reluctance.run.plant import closed_loop
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 PAPER = ("machine=paper_6_4", "control.tau_max_Nm=45")
@@ -29,13 +30,14 @@ def mean_torques(drive: Drive, settled: float, until: float) -> list[float]:
     for theta_e_deg in range(0, 360, 5):
         start = {"theta_start_deg": theta_e_deg / drive.machine.N_r}
         held = replace(drive, simulation=drive.simulation.model_copy(update=start))
-        run = _simulation(held, law, -1.0)
-        sums = []
+        run = closed_loop(held, law, -1.0)
+        ends = []
         for t in (settled, until):
             run.advance(t)
             run.close_period()
-            sums.append(run.take_periods()[-1])
-        found.append((sums[1][TAU] - sums[0][TAU]) / (sums[1][T] - sums[0][T]))
+            ends.append(run.take_periods()[-1])
+        sums = Rows(np.array(ends), _core.period_columns(drive.machine.n_phases))
+        found.append(sums.rise("tau") / sums.rise("t"))
     return found
 
 

@@ -4,7 +4,7 @@
 
 #include "parameters.hpp"
 #include "reluctance_controller.h"
-#include "srm/control/comparator.hpp"
+#include "srm/control/frame/comparator.hpp"
 
 namespace {
 

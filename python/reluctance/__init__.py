@@ -1,10 +1,25 @@
 """Switched-reluctance motor drives: simulate, control, find the physical limit, flash."""
 
+from reluctance._core import Gate, Leg, Measurement, Order
 from reluctance.drive import Drive
-from reluctance.drive_file import load
+from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
-from reluctance.kpis import Kpis
-from reluctance.simulate import Result, simulate
+from reluctance.laws.own_law import Law
+from reluctance.load import load
+from reluctance.run import Kpis, Result, simulate
 
-__all__ = ["Drive", "Kpis", "ParameterError", "Result", "load", "simulate"]
+__all__ = [
+    "Drive",
+    "Gate",
+    "Known",
+    "Kpis",
+    "Law",
+    "Leg",
+    "Measurement",
+    "Order",
+    "ParameterError",
+    "Result",
+    "load",
+    "simulate",
+]
 __version__ = "0.1.0"

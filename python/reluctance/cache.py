@@ -7,7 +7,6 @@ it is always safe.
 import hashlib
 import json
 import os
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -51,6 +50,8 @@ def cached(
 
 def _store(path: Path, values: Mapping[str, Any]) -> None:
     """Write whole or not at all. A cache that cannot be written is no reason to fail."""
+    import tempfile
+
     temporary = ""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

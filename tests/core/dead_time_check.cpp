@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "srm/control/dead_time.hpp"
-#include "srm/control/modulator.hpp"
+#include "srm/control/frame/dead_time_compensation.hpp"
+#include "srm/control/part/modulator.hpp"
 #include "srm/sim/simulation.hpp"
 
 using namespace srm;
@@ -29,22 +29,27 @@ struct Outcome {
 /// A run of n samples in which sample number j gets order(j).
 template <class Order>
 Outcome run(Order order, int n, double R = 0, double dt_max = 10e-6, double dead_time = dead) {
-  const Plant<Coil, 1> plant{Coil{}, R, {u_dc, 0, 0, 0, 0, dead_time}, {Shaft::locked, 1, 0, 0, 0}};
+  const Plant<Coil, 1> plant{.machine = Coil{},
+                             .R = R,
+                             .source = StiffSource{constant(u_dc)},
+                             .bridge = AsymmetricBridge{},
+                             .shaft = {.omega = constant(0)}};
   int sample = 0;
   Controller<1> controller = [&](const Measurement<double, 1>&, double) {
     return Orders<1>{.command = {order(sample++)}, .tau_ref = 0};
   };
-  Simulation<Coil, 1> loop(plant, {T_s, 0, 0, 0, 0}, controller, {{0}, {0}}, {}, {dt_max, 100, 0});
-  Rows waveforms(waveform_columns<1>, 100000), periods(period_columns<1>, 10);
+  Simulation<Coil, 1> loop(plant, dead_time, {.T_s = T_s}, controller, constant(0), 0,
+                           {dt_max, {100, u_dc}, 0});
+  Rows waveforms(columns_of(Waveform<1>{}), 100000), periods(columns_of(Period<1>{}), 10);
   loop.advance(n * T_s, waveforms, periods);
   loop.record(waveforms);
   loop.close_period(periods);
   Outcome out;
   for (int row = 0; row < waveforms.size(); ++row) {
-    out.i = waveforms.data()[row * waveforms.columns() + 4];
+    out.i = waveforms.row<Waveform<1>>(row).i[0];
     if (row > waveforms.size() / 2) out.i_min = std::fmin(out.i_min, out.i);
   }
-  out.turn_ons = periods.data()[4];
+  out.turn_ons = periods.row<Period<1>>(0).switchings.turn_ons;
   return out;
 }
 

@@ -3,12 +3,12 @@
 #include <cstdio>
 #include <initializer_list>
 
-#include "srm/control/angles.hpp"
-#include "srm/control/deadbeat.hpp"
-#include "srm/control/ditc.hpp"
-#include "srm/control/pwm_current.hpp"
-#include "srm/control/speed_pi.hpp"
-#include "srm/control/torque_sharing.hpp"
+#include "srm/control/law/angles.hpp"
+#include "srm/control/law/deadbeat.hpp"
+#include "srm/control/law/ditc.hpp"
+#include "srm/control/law/pwm_current.hpp"
+#include "srm/control/frame/speed_pi.hpp"
+#include "srm/control/law/torque_sharing.hpp"
 #include "srm/machine/lehuy.hpp"
 
 using namespace srm;

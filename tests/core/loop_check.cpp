@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "srm/control/paper_mpc.hpp"
+#include "srm/control/law/paper_mpc.hpp"
 #include "srm/machine/lehuy.hpp"
 #include "srm/sim/simulation.hpp"
 
@@ -35,8 +35,10 @@ int main() {
   }
   const srm::PaperMpc<Machine, N, 3, 2> law{
       .machine = machine,
-      .guide = {{guide, rows, columns, 41.339}, &omega, 1, 240, 0},
-      .mpc = {3, 2, 0.05, 0, 1},
+      .guide = {{{guide, rows * columns}, rows, columns, 41.339}, {&omega, 1}, 240, 0},
+      .N_p = 3,
+      .N_c = 2,
+      .r_w = 0.05,
       .w_i = 0.05,
       .R = 0.72,
       .i_max = 150,
@@ -48,11 +50,22 @@ int main() {
     return srm::Orders<N>{.command = law.step(state, y, tau), .tau_ref = tau};
   };
   const srm::Plant<Machine, N> plant{
-      machine, 0.72, {240, 1, 0.001, 0.8, 0.001, 0}, {srm::Shaft::turning, 0.008, 0.02, 0.0015, 0}};
-  srm::Simulation<Machine, N> loop(plant, {20e-6, 0, 12, 200, 4096}, std::move(controller),
-                                   {{0}, {41.339}}, {.i = {}, .omega_m = 157, .theta_m = 0},
-                                   {.dt_max = 10e-6, .i_scale = 150, .record_every = 0});
-  srm::Rows waveforms(srm::waveform_columns<N>, 1000), periods(srm::period_columns<N>, 10);
+      .machine = machine,
+      .R = 0.72,
+      .source = srm::Battery{.E = srm::constant(240), .R = 0.05, .C = 2.2e-3},
+      .bridge = srm::AsymmetricBridge{{1, 0.001, 0.8, 0.001}},
+      .shaft = {.rotation = srm::Rotation::turning,
+                .J = 0.008,
+                .B = 0.02,
+                .k = 0.0015,
+                .tau_0 = srm::constant(0),
+                .omega = srm::constant(157)}};
+  const srm::Sampling sampling{
+      .T_s = 20e-6, .adc_bits = 12, .i_range = 200, .encoder_counts = 4096};
+  srm::Simulation<Machine, N> loop(plant, 0, sampling, std::move(controller),
+                                   srm::constant(41.339), 0, {10e-6, {150, 240}, 0});
+  srm::Rows waveforms(srm::columns_of(srm::Waveform<N>{}), 1000);
+  srm::Rows periods(srm::columns_of(srm::Period<N>{}), 10);
 
   const long before = allocations;
   for (double t = 0; t < 0.05;) {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "srm/control/dead_time.hpp"
-#include "srm/control/modulator.hpp"
+#include "srm/control/frame/dead_time_compensation.hpp"
+#include "srm/control/part/modulator.hpp"
 
 using namespace srm;
 

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <random>
 
-#include "srm/control/comparator.hpp"
+#include "srm/control/frame/comparator.hpp"
 #include "srm/sim/gate.hpp"
 
 int main() {

@@ -1,6 +1,8 @@
 // A table over a quantity and an electrical angle, linear between its points.
 #pragma once
 
+#include "srm/base/fields.hpp"
+#include "srm/base/view.hpp"
 #include "srm/base/angle.hpp"
 
 namespace srm {
@@ -32,16 +34,17 @@ struct AngleRow {
 /// memory: constants in flash on the target, a buffer of the caller on the desk.
 template <Real T>
 struct AngleTable {
-  const T* values = nullptr;
+  View<T> values;
   int rows = 0;  // at least 2
   int columns = 0;
   T level_max{};
+  SRM_FIELDS(values, rows, columns, level_max)
 
   /// Levels outside 0..level_max give the nearest row.
   AngleRow<T> at(T level) const {
     const T y = sqrt(clamp(level / level_max, T(0), T(1))) * static_cast<T>(rows - 1);
     const int row = y < static_cast<T>(rows - 2) ? static_cast<int>(y) : rows - 2;
-    return {values + row * columns, columns, y - static_cast<T>(row)};
+    return {values.data + row * columns, columns, y - static_cast<T>(row)};
   }
 };
 

@@ -17,6 +17,8 @@
 
 #include <cstdint>
 
+#include "srm/base/fields.hpp"
+#include "srm/base/view.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -34,9 +36,10 @@ struct FluxMap {
   T theta_span;               // pi: even about 0 and pi; 2 pi: a whole period
   T cells_per_rad;            // n_theta / theta_span
   T slots_per_A;              // a slot is no wider than the narrowest piece
-  const T* knot;              // (n_i) current at the start of each piece; 0 first, i_max last [A]
-  const std::uint8_t* piece;  // (n_slot) piece at the start of each slot
-  const T* coefficient;       // (n_i, n_theta + 3, n_power) of W_c; powers run fastest [J/A^p]
+  View<T> knot;               // (n_i) current at the start of each piece; 0 first, i_max last [A]
+  View<std::uint8_t> piece;   // (n_slot) piece at the start of each slot
+  View<T> coefficient;        // (n_i, n_theta + 3, n_power) of W_c; powers run fastest [J/A^p]
+  SRM_FIELDS(N_r, n_i, n_theta, n_slot, theta_span, cells_per_rad, slots_per_A, knot, piece, coefficient)
 
   /// i >= 0 [A], theta_e in [0, 2 pi).
   constexpr Magnetics<T> at(T i, T theta_e) const {
@@ -64,7 +67,7 @@ struct FluxMap {
 
     const int j = piece_of(i);
     const T u = i - knot[j];
-    const T* c = coefficient + (j * (n_theta + 3) + m) * n_power;
+    const T* c = coefficient.data + (j * (n_theta + 3) + m) * n_power;
     T w[n_power], dw[n_power];  // polynomial in u at this angle, and its slope over the cell
     for (int p = 0; p < n_power; ++p) {
       const T c0 = c[p], c1 = c[p + n_power], c2 = c[p + 2 * n_power], c3 = c[p + 3 * n_power];
@@ -112,7 +115,7 @@ constexpr T inductance_bound(const FluxMap<T>& map) {
   for (int j = 0; j < map.n_i; ++j) {
     const T h = j + 1 < map.n_i ? map.knot[j + 1] - map.knot[j] : T(0);
     for (int m = 0; m < map.n_theta + 3; ++m) {
-      const T* c = map.coefficient + (j * (map.n_theta + 3) + m) * FluxMap<T>::n_power;
+      const T* c = map.coefficient.data + (j * (map.n_theta + 3) + m) * FluxMap<T>::n_power;
       const T left = T(2) * c[2];
       const T middle = left + T(3) * h * c[3];
       const T right = left + h * (T(6) * c[3] + h * (T(12) * c[4]));

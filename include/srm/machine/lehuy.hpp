@@ -14,6 +14,7 @@
 // prints it with a wrong sign and closes the torque bracket too early: docs/paper.md, errata 4, 5.
 #pragma once
 
+#include "srm/base/fields.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -28,6 +29,7 @@ struct LeHuy {
   T A;      // flux that saturates [Wb]
   T B;      // saturation rate [1/A]
   T i_sat;  // 1/B, so that no evaluation divides [A]
+  SRM_FIELDS(N_r, L_u, L_sat, A, B, i_sat)
 
   /// i >= 0 [A], theta_e in [0, 2 pi).
   constexpr Magnetics<T> at(T i, T theta_e) const {

@@ -1,27 +1,22 @@
-// The continuous plant: machine, converter and shaft as one set of differential equations.
+// The continuous plant: machine, source, bridge and shaft as one set of differential equations.
 #pragma once
 
 #include <array>
+#include <type_traits>
 
 #include "srm/machine/magnetics.hpp"
-#include "srm/plant/converter.hpp"
-#include "srm/plant/mechanics.hpp"
+#include "srm/plant/bridge.hpp"
+#include "srm/plant/shaft.hpp"
+#include "srm/plant/source.hpp"
+#include "srm/plant/state.hpp"
 
 namespace srm {
-
-/// What the plant remembers (eq. 2.4 of the paper).
-template <int N>
-struct State {
-  std::array<double, N> i{};  // phase currents [A], never negative
-  double omega_m{};           // rotor speed [rad/s]
-  double theta_m{};           // rotor angle [rad], grows without wrapping
-};
 
 /// The circuit of a step: legs, and which phases carry current. Both are settled before the step,
 /// so that a stage which tries a current past zero sees the same equations.
 template <int N>
 struct Circuit {
-  std::array<Leg, N> leg{};
+  AllLegs<N> leg{};
   std::array<bool, N> flows{};
 };
 
@@ -29,18 +24,20 @@ template <Machine M, int N>
 struct Plant {
   M machine;
   double R;  // phase resistance [ohm]
-  Converter converter;
-  Mechanics mechanics;
+  Source source;
+  Bridge bridge;
+  Shaft shaft;
 };
 
 /// Rates of the state, and the powers whose integrals make the energy balance.
 template <int N>
 struct Rates {
-  std::array<double, N> di{};  // [A/s]
-  double domega_m{};           // [rad/s^2]
-  double tau{};                // machine torque [N m]
-  double p_dc{};               // drawn from the dc link [W]
-  double p_winding{};          // into the winding terminals: p_dc less the device losses [W]
+  State<N> dx;         // per second
+  double tau{};        // machine torque [N m]
+  double p_source{};   // delivered by the source [W]
+  double p_loss{};     // lost between the source and the dc link [W]
+  double p_dc{};       // drawn from the dc link by the bridge [W]
+  double p_winding{};  // into the winding terminals: p_dc less the device losses [W]
 };
 
 template <Machine M, int N>
@@ -48,24 +45,38 @@ double electrical_angle(const Plant<M, N>& p, double theta_m, int k) {
   return phase_angle<N>(wrap(p.machine.N_r * theta_m), k);
 }
 
+template <Machine M, int N>
+PerPhase<N> winding_voltages(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& leg,
+                             const State<N>& x) {
+  return std::visit([&](const auto& bridge) { return bridge.voltages(leg, x.i, x.u_dc); },
+                    p.bridge);
+}
+
 /// Per phase di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di); a blocked phase stays at zero.
 // flatten: inlining the machine model drops what the rates do not need of it; a fifth of the run.
 template <Machine M, int N>
-[[gnu::flatten]] Rates<N> rates(const Plant<M, N>& p, const State<N>& x,
-                                const Circuit<N>& circuit) {
-  Rates<N> dx;
+[[gnu::flatten]] Rates<N> rates(const Plant<M, N>& p, const State<N>& x, const Circuit<N>& circuit,
+                                Moment now) {
+  Rates<N> r;
   const double theta_e = wrap(p.machine.N_r * x.theta_m);
+  const PerPhase<N> u = winding_voltages(p, circuit.leg, x);
+  double i_dc = 0;
   for (int k = 0; k < N; ++k) {
     if (!circuit.flows[k]) continue;
     const Magnetics<double> m = p.machine.at(x.i[k], phase_angle<N>(theta_e, k));
-    const double u = winding_voltage(p.converter, circuit.leg[k], x.i[k]);
-    dx.di[k] = (u - p.R * x.i[k] - x.omega_m * m.psi_theta) / m.L_inc;
-    dx.tau += m.tau;
-    dx.p_dc += static_cast<int>(circuit.leg[k]) * p.converter.u_dc * x.i[k];
-    dx.p_winding += u * x.i[k];
+    r.dx.i[k] = (u[k] - p.R * x.i[k] - x.omega_m * m.psi_theta) / m.L_inc;
+    r.tau += m.tau;
+    i_dc += static_cast<int>(circuit.leg[k]) * x.i[k];
+    r.p_winding += u[k] * x.i[k];
   }
-  dx.domega_m = acceleration(p.mechanics, dx.tau, x.omega_m);
-  return dx;
+  const Feed source = feed(p.source, x.u_dc, i_dc, now);
+  r.dx.omega_m = acceleration(p.shaft, r.tau, x.omega_m, now);
+  r.dx.theta_m = x.omega_m;
+  r.dx.u_dc = source.du_dc;
+  r.p_source = source.p;
+  r.p_loss = source.p_loss;
+  r.p_dc = x.u_dc * i_dc;
+  return r;
 }
 
 /// Energy stored in the magnetic field of all phases [J].

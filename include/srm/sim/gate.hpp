@@ -5,7 +5,7 @@
 // comes next for a phase and what the leg does then; the loop locates the instant.
 #pragma once
 
-#include "srm/control/comparator.hpp"
+#include "srm/control/frame/comparator.hpp"
 
 namespace srm {
 

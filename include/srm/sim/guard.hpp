@@ -51,30 +51,30 @@ inline double hermite_root(double d0, double slope0, double d1, double slope1) {
 /// The first guess is the root of the Hermite polynomial, and nearly always close enough for the
 /// Newton step; if not, secant steps follow, bisected wherever they would leave the bracket.
 template <Machine M, int N>
-double locate(const Plant<M, N>& p, const Point<N>& start, const Rates<N>& k1,
-              const Circuit<N>& circuit, double tau_ref, const Guard& g, double h, Point<N>& end) {
-  const auto fall = [&](const State<N>& x, const Rates<N>& dx) {
-    return -g.direction * (g.k == Guard::angle ? x.omega_m : dx.di[g.k]);
+double locate(const Plant<M, N>& p, const Point<N>& start, const Point<N>& k1,
+              const Settled<N>& settled, const Scale& scale, const Guard& g, double h,
+              Point<N>& end) {
+  const auto fall = [&](const Point<N>& rate) {
+    return -g.direction * (g.k == Guard::angle ? rate.x.theta_m : rate.x.i[g.k]);
   };
   const double near = g.k == Guard::angle ? near_angle : near_current;
   double d = distance(g, end.x);
-  double guess = h * hermite_root(distance(g, start.x), h * fall(start.x, k1), d,
-                                  h * fall(end.x, rates(p, end.x, circuit)));
+  double guess = h * hermite_root(distance(g, start.x), h * fall(k1), d,
+                                  h * fall(slope(p, end.x, settled, h)));
   double lower = 0, upper = h, s = h;
   for (int trial = 0; trial < 60; ++trial) {
     const double previous = s, d_previous = d;
     s = guess > lower && guess < upper ? guess : (lower + upper) / 2;
-    end = runge_kutta(p, start, k1, circuit, tau_ref, s);
+    end = runge_kutta(p, start, k1, settled, scale, s).end;
     d = distance(g, end.x);
     if (std::fabs(d) <= near) break;
     (d > 0 ? lower : upper) = s;
     guess = s - d * (s - previous) / (d - d_previous);
   }
-  const Rates<N> dx = rates(p, end.x, circuit);
-  const double rest = -d / fall(end.x, dx);
+  const Point<N> rate = slope(p, end.x, settled, s);
+  const double rest = -d / fall(rate);
   if (!(std::fabs(rest) < h)) return s;  // the guard is met at a standstill: it is close enough
-  accumulate(end.q, end.x, dx, tau_ref, rest);
-  end.x = moved(end.x, dx, end.x.omega_m, rest);
+  end = moved(end, rate, rest);
   return s + rest;
 }
 

@@ -1,8 +1,10 @@
-// What a run leaves behind: waveform rows, and one summary row per electrical period.
+// What a run leaves behind: waveform rows, and one summary row per electrical period. The fields of
+// the two structs are the columns of the tables.
 #pragma once
 
 #include <vector>
 
+#include "srm/sim/columns.hpp"
 #include "srm/sim/step.hpp"
 
 namespace srm {
@@ -19,69 +21,74 @@ class Rows {
   int columns() const { return columns_; }
   const double* data() const { return values_.data(); }
   void clear() { size_ = 0; }
-  double* next() { return &values_[std::size_t(columns_) * size_++]; }
+  /// A row as the struct that it was.
+  template <class S>
+  S row(int j) const {
+    S s;
+    read_columns(s, &values_[std::size_t(columns_) * j]);
+    return s;
+  }
+  /// Adds a struct of as many columns.
+  template <class S>
+  void add(const S& row) {
+    write_columns(row, &values_[std::size_t(columns_) * size_++]);
+  }
 
  private:
   int columns_, capacity_, size_ = 0;
   std::vector<double> values_;
 };
 
-/// Columns of a waveform row: t, theta_m, omega_m, tau_ref, then per phase i, leg, i_ref.
+/// One instant of the waveforms; per phase the machine's answers as well.
 template <int N>
-inline constexpr int waveform_columns = 4 + 3 * N;
+struct Waveform {
+  double t{};                        // [s]
+  double theta_m{};                  // rotor angle [rad]
+  double omega_m{};                  // rotor speed [rad/s]
+  double u_dc{};                     // dc-link voltage [V]
+  double tau_ref{};                  // torque reference; 0 where the law has none [N m]
+  double tau{};                      // machine torque [N m]
+  std::array<double, N> i{};         // phase currents [A]
+  std::array<double, N> i_ref{};     // current references [A]
+  std::array<double, N> leg{};       // what the windings see: 1, 0, -1
+  std::array<double, N> u{};         // winding voltages [V]; 0 where the diodes block
+  std::array<double, N> psi{};       // flux linkages [Wb]
+  std::array<double, N> tau_ph{};    // phase torques [N m]
+  SRM_FIELDS(t, theta_m, omega_m, u_dc, tau_ref, tau, i, i_ref, leg, u, psi, tau_ph)
+};
 
-/// Extremes within one electrical period; the integrals at its end stand beside them.
-template <int N>
+/// Extremes within one electrical period.
 struct Extremes {
-  double tau_min = 1e300, tau_max = -1e300;  // [N m]
-  double omega_min = 1e300, omega_max = -1e300;
-  double i_peak = 0;
+  double tau_min = 1e300, tau_max = -1e300;      // [N m]
+  double omega_min = 1e300, omega_max = -1e300;  // [rad/s]
+  double u_min = 1e300, u_max = -1e300;          // dc-link voltage [V]
+  double i_peak = 0;                             // [A]
+  SRM_FIELDS(tau_min, tau_max, omega_min, omega_max, u_min, u_max, i_peak)
 
+  template <int N>
   void include(const State<N>& x, double tau) {
     tau_min = min(tau_min, tau);
     tau_max = max(tau_max, tau);
     omega_min = min(omega_min, x.omega_m);
     omega_max = max(omega_max, x.omega_m);
+    u_min = min(u_min, x.u_dc);
+    u_max = max(u_max, x.u_dc);
     for (int k = 0; k < N; ++k) i_peak = max(i_peak, x.i[k]);
   }
 };
 
-/// What the switches have done so far. A switching loss that is linear in current and voltage needs
-/// no more than the sums of u_dc i over the instants.
-struct Switchings {
-  double turn_ons = 0;  // of all switches
-  double S_on = 0;      // sum of u_dc i over turn-ons [VA]
-  double S_off = 0;     // over turn-offs
-
-  /// A leg that rises by `levels` turns so many of its switches on; one that falls, off.
-  void count(int levels, double u_dc, double i) {
-    const double S = levels * u_dc * i;
-    if (levels > 0) {
-      turn_ons += levels;
-      S_on += S;
-    } else {
-      S_off -= S;
-    }
-  }
+/// The end of an electrical period: extremes within it; integrals and switchings since the start.
+template <int N>
+struct Period {
+  double t{};        // [s]
+  double theta_m{};  // [rad]
+  double omega_m{};  // [rad/s]
+  double W_f{};      // field energy [J]
+  double W_dc{};     // energy of the dc link [J]
+  Switchings switchings;
+  Extremes extremes;
+  Integrals<N> integrals;
+  SRM_FIELDS(t, theta_m, omega_m, W_f, W_dc, switchings, extremes, integrals)
 };
-
-/// Columns of a period row: t, theta_m, omega_m, W_f, turn_ons, S_on, S_off, tau_min, tau_max,
-/// omega_min, omega_max, i_peak, then the integrals E_dc, E_winding, E_mech, tau, tau_squared,
-/// error_squared, i_squared per phase, and tau_ref.
-template <int N>
-inline constexpr int period_columns = 19 + N;
-
-template <int N>
-void write_period(double* row, double t, const Point<N>& at, double W_f, const Switchings& s,
-                  const Extremes<N>& e) {
-  for (const double value :
-       {t, at.x.theta_m, at.x.omega_m, W_f, s.turn_ons, s.S_on, s.S_off, e.tau_min, e.tau_max,
-        e.omega_min, e.omega_max, e.i_peak, at.q.E_dc, at.q.E_winding, at.q.E_mech, at.q.tau,
-        at.q.tau_squared, at.q.error_squared}) {
-    *row++ = value;
-  }
-  for (int k = 0; k < N; ++k) *row++ = at.q.i_squared[k];
-  *row = at.q.tau_ref;
-}
 
 }  // namespace srm

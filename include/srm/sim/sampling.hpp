@@ -1,51 +1,23 @@
-// The sampled side of the loop: sensors, the controller as the loop calls it, its reference.
+// Sensors and timing of the controller: what it sees of the plant.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <vector>
 
-#include "srm/control/interface.hpp"
+#include "srm/control/frame/interface.hpp"
 #include "srm/plant/drive.hpp"
 
 namespace srm {
 
-/// What one call of a controller yields.
-template <int N>
-struct Orders {
-  Command<double, N> command;
-  double tau_ref = 0;  // the torque reference it worked to, for the record [N m]
-};
-
-/// A complete controller with its state inside: speed loop, torque law, float or double. Erased to
-/// one indirect call per sample, so that the loop is compiled once per machine and phase count.
-template <int N>
-using Controller = std::function<Orders<N>(const Measurement<double, N>&, double reference)>;
-
-/// The reference over time, linear between the given points and constant outside them. Two points
-/// at the same time make a step.
-struct Reference {
-  std::vector<double> t;      // [s], not decreasing
-  std::vector<double> value;  // torque [N m] or speed [rad/s]
-
-  double at(double time) const {
-    const auto right = std::upper_bound(t.begin(), t.end(), time);
-    if (right == t.begin()) return value.front();
-    if (right == t.end()) return value.back();
-    const auto j = right - t.begin();
-    const double x = (time - t[j - 1]) / (t[j] - t[j - 1]);
-    return value[j - 1] + x * (value[j] - value[j - 1]);
-  }
-};
-
 /// Sensors and timing of the controller. Zero bits or counts mean an ideal sensor.
 struct Sampling {
-  double T_s;          // control period [s]
-  int delay;           // samples from measurement to effect: 0 or 1
-  int adc_bits;        // of the current converter
-  double i_range;      // its full scale [A]
-  int encoder_counts;  // per mechanical revolution
+  double T_s{};          // control period [s]
+  int delay{};           // samples from measurement to effect: 0 or 1
+  int adc_bits{};        // of the current converter
+  double i_range{};      // its full scale [A]
+  int encoder_counts{};  // per mechanical revolution
+  double angle_offset{};  // of the angle sensor, electrical: shown less true [rad]
+  SRM_FIELDS(T_s, delay, adc_bits, i_range, encoder_counts, angle_offset)
 };
 
 /// The sensors' view of the state: quantised, and saturated at the converter's range.
@@ -64,9 +36,9 @@ Measurement<double, N> measured(const Plant<M, N>& p, const State<N>& x, const S
     const double count = two_pi<double> / s.encoder_counts;
     theta_m = (std::floor(theta_m / count) + 0.5) * count;  // the middle of the interval it is in
   }
-  y.theta_e = wrap(p.machine.N_r * theta_m);
+  y.theta_e = wrap(wrap(p.machine.N_r * theta_m) + s.angle_offset);
   y.omega_m = x.omega_m;
-  y.u_dc = p.converter.u_dc;
+  y.u_dc = x.u_dc;
   return y;
 }
 

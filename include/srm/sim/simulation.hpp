@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "srm/plant/dead_time.hpp"
+#include "srm/sim/controller.hpp"
 #include "srm/sim/gate.hpp"
 #include "srm/sim/guard.hpp"
 #include "srm/sim/recorder.hpp"
@@ -21,22 +22,29 @@ namespace srm {
 /// How finely a run is computed and kept.
 struct Resolution {
   double dt_max;        // longest integration step [s]
-  double i_scale;       // currents are resolved to a small part of this [A]
+  Scale scale;          // currents and voltages are resolved to a small part of this
   double record_every;  // waveform interval [s]; 0: every solver point and event; < 0: nothing
+  SRM_FIELDS(dt_max, scale, record_every)
 };
 
 template <Machine M, int N>
 class Simulation {
  public:
-  Simulation(Plant<M, N> plant, Sampling sampling, Controller<N> controller, Reference reference,
-             State<N> start, Resolution resolution)
+  /// The dc link starts at the voltage of its source.
+  Simulation(Plant<M, N> plant, double t_dead, Sampling sampling, Controller<N> controller,
+             Course reference, double theta_m, Resolution resolution)
       : plant_(std::move(plant)),
+        t_dead_(t_dead),
         sampling_(sampling),
         controller_(std::move(controller)),
         reference_(std::move(reference)),
         resolution_(resolution),
         t_record_(resolution.record_every > 0 ? 0 : never<double>) {
-    at_.x = start;
+    at_.x.theta_m = theta_m;
+    at_.x.omega_m = plant_.shaft.omega.at(0);
+    at_.x.u_dc = srm::start(plant_.source);
+    legs_.fill(Leg::demagnetize);
+    follow_courses();
     theta_period_ = next_period();
   }
 
@@ -44,36 +52,54 @@ class Simulation {
   /// reached.
   double advance(double t_stop, Rows& waveforms, Rows& periods) {
     while (t_ < t_stop && !waveforms.full() && !periods.full()) {
+      if (t_ >= t_course_) follow_courses();
       if (t_ >= t_sample_) sample();
-      for (int k = 0; k < N; ++k) {
-        if (lags(k)) settle(k);
-      }
+      settle();
       if (resolution_.record_every == 0 || t_ >= t_record_) record(waveforms);
       if (std::abs(at_.x.theta_m - theta_period_) <= angle_tolerance) {
         close_period(periods);
         theta_period_ = next_period();
       }
-      step(std::min({t_stop, t_sample_, t_record_}));
+      step(std::min({t_stop, t_sample_, t_record_, t_course_}));
     }
     return t_;
   }
 
   /// Adds the present instant to the waveforms.
   void record(Rows& waveforms) {
-    double* row = waveforms.next();
-    for (const double value : {t_, at_.x.theta_m, at_.x.omega_m, tau_ref_}) *row++ = value;
+    Waveform<N> row{.t = t_,
+                    .theta_m = at_.x.theta_m,
+                    .omega_m = at_.x.omega_m,
+                    .u_dc = at_.x.u_dc,
+                    .tau_ref = tau_ref_,
+                    .i = at_.x.i};
+    const PerPhase<N> u = winding_voltages(plant_, legs_, at_.x);
     for (int k = 0; k < N; ++k) {
-      *row++ = at_.x.i[k];
-      *row++ = static_cast<double>(switches_[k].leg);
-      *row++ = command_[k].i_ref;
+      row.i_ref[k] = command_[k].i_ref;
+      row.leg[k] = static_cast<double>(legs_[k]);
+      if (!conducts(legs_[k], at_.x.i[k])) continue;
+      const double theta_e = electrical_angle(plant_, at_.x.theta_m, k);
+      const Magnetics<double> m = plant_.machine.at(at_.x.i[k], theta_e);
+      row.u[k] = u[k];
+      row.psi[k] = m.psi;
+      row.tau_ph[k] = m.tau;
+      row.tau += m.tau;
     }
+    waveforms.add(row);
     const double interval = resolution_.record_every;
     if (interval > 0) t_record_ = interval * std::round(t_ / interval + 1);
   }
 
   /// Adds the integrals so far and the extremes since the last call to the periods.
   void close_period(Rows& periods) {
-    write_period(periods.next(), t_, at_, field_energy(plant_, at_.x), switchings_, extremes_);
+    periods.add(Period<N>{.t = t_,
+                          .theta_m = at_.x.theta_m,
+                          .omega_m = at_.x.omega_m,
+                          .W_f = field_energy(plant_, at_.x),
+                          .W_dc = stored(plant_.source, at_.x.u_dc),
+                          .switchings = switchings_,
+                          .extremes = extremes_,
+                          .integrals = at_.q});
     extremes_ = {};
   }
 
@@ -82,6 +108,13 @@ class Simulation {
   // 2e-5 a single pulse that collapses near alignment (1.6e6 A/s into the knee) is right to 3e-6 of
   // its peak with steps of 50 us, and the rated point costs 4 % more; at 6e-5, 5e-6 and 0.4 %.
   static constexpr double spread_part = 2e-5;
+
+  /// Courses over time step, if at all, at their points.
+  void follow_courses() {
+    at_.x.u_dc = forced(plant_.source, at_.x.u_dc, t_);
+    at_.x.omega_m = forced(plant_.shaft, at_.x.omega_m, t_);
+    t_course_ = std::min(next_change(plant_.source, t_), next_change(plant_.shaft, t_));
+  }
 
   void sample() {
     const Orders<N> orders = controller_(measured(plant_, at_.x, sampling_), reference_.at(t_));
@@ -105,17 +138,30 @@ class Simulation {
 
   void order(int k, Leg leg) {
     if (leg == gates_[k].leg) return;
-    delay_turn_on(switches_[k], gates_[k].leg, leg, t_ + plant_.converter.t_dead);
+    delay_turn_on(switches_[k], gates_[k].leg, leg, t_ + t_dead_);
     gates_[k].leg = leg;
-    settle(k);
   }
 
-  /// The switches of phase k do what the gate orders, as far as dead time lets them by now.
-  void settle(int k) {
-    const Leg leg = reached(switches_[k], gates_[k].leg, t_);
-    const int levels = static_cast<int>(leg) - static_cast<int>(switches_[k].leg);
-    switchings_.count(levels, plant_.converter.u_dc, at_.x.i[k]);
-    switches_[k].leg = leg;
+  /// The switches do what the gates order, as far as dead time lets them by now, and the bridge
+  /// makes of it what the windings see.
+  void settle() {
+    bool changed = false;
+    for (int k = 0; k < N; ++k) {
+      if (!lags(k)) continue;
+      const Leg leg = reached(switches_[k], gates_[k].leg, t_);
+      changed = changed || leg != switches_[k].leg;
+      switches_[k].leg = leg;
+    }
+    if (!changed) return;
+    AllLegs<N> levels;
+    for (int k = 0; k < N; ++k) levels[k] = switches_[k].leg;
+    std::visit(
+        [&](const auto& bridge) {
+          const AllLegs<N> legs = bridge.legs(levels);
+          bridge.count(switchings_, legs_, legs, at_.x.u_dc, at_.x.i);
+          legs_ = legs;
+        },
+        plant_.bridge);
   }
 
   /// True while a dead time of phase k runs.
@@ -123,9 +169,14 @@ class Simulation {
 
   int direction() const { return at_.x.omega_m < 0 ? -1 : 1; }
 
+  /// The electrical angle of phase k as the position compare sees it: by the same sensor.
+  double sensed_angle(int k) const {
+    return wrap(electrical_angle(plant_, at_.x.theta_m, k) + sampling_.angle_offset);
+  }
+
   /// An angle met within the tolerance counts as passed, in the direction of motion.
   bool inside_window(int k) const {
-    const double theta_e = electrical_angle(plant_, at_.x.theta_m, k);
+    const double theta_e = sensed_angle(k);
     return conducts(wrap(theta_e + direction() * 2 * plant_.machine.N_r * angle_tolerance),
                     command_[k].theta_on, command_[k].theta_off);
   }
@@ -144,7 +195,7 @@ class Simulation {
     double ahead = std::abs(theta_period_ - at_.x.theta_m);
     for (int k = 0; k < N; ++k) {
       if (command_[k].gate != Gate::window) continue;
-      const double theta_e = electrical_angle(plant_, at_.x.theta_m, k);
+      const double theta_e = sensed_angle(k);
       for (const double edge : {command_[k].theta_on, command_[k].theta_off}) {
         const double gap = wrap(direction() * (edge - theta_e)) / plant_.machine.N_r;
         ahead = std::min(ahead, gap > angle_tolerance ? gap : pitch);
@@ -168,7 +219,7 @@ class Simulation {
       }
     };
     for (int k = 0; k < N; ++k) {
-      const Leg leg = switches_[k].leg;
+      const Leg leg = legs_[k];
       if (!conducts(leg, at_.x.i[k])) continue;
       if (leg != Leg::magnetize) consider({k, 0, -1, gates_[k].leg});
       for (const Crossing& c : awaited(command_[k], gates_[k])) {
@@ -181,29 +232,30 @@ class Simulation {
 
   /// One step towards t_limit, cut short at the first event.
   void step(double t_limit) {
-    Circuit<N> circuit;
+    Settled<N> settled{.circuit = {.leg = legs_}, .tau_ref = tau_ref_, .t = t_};
     for (int k = 0; k < N; ++k) {
-      circuit.leg[k] = switches_[k].leg;
-      circuit.flows[k] = conducts(circuit.leg[k], at_.x.i[k]);
+      settled.circuit.flows[k] = conducts(legs_[k], at_.x.i[k]);
       if (lags(k)) t_limit = std::min(t_limit, next_rise(switches_[k]));
       const int edges = gates_[k].edges;
       if (edges < max_edges) t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
     }
-    const Rates<N> k1 = rates(plant_, at_.x, circuit);
-    extremes_.include(at_.x, k1.tau);
+    const Point<N> k1 = slope(plant_, at_.x, settled, 0);
+    extremes_.include(at_.x, k1.q.tau);
 
+    const Scale& scale = resolution_.scale;
     double h = std::min(t_limit - t_, resolution_.dt_max);
-    Point<N> end = runge_kutta(plant_, at_, k1, circuit, tau_ref_, h);
-    while (end.spread > spread_part * resolution_.i_scale) {
+    Trial<N> trial = runge_kutta(plant_, at_, k1, settled, scale, h);
+    while (trial.spread > spread_part) {
       h /= 2;
-      end = runge_kutta(plant_, at_, k1, circuit, tau_ref_, h);
+      trial = runge_kutta(plant_, at_, k1, settled, scale, h);
     }
+    Point<N>& end = trial.end;
     double t_end = h == t_limit - t_ ? t_limit : t_ + h;
     const double theta_next = next_angle();
     Guard met;
     for (Guard g = first_met(end.x, theta_next, nobody); g.direction != 0;
          g = first_met(end.x, theta_next, g.k)) {
-      h = locate(plant_, at_, k1, circuit, tau_ref_, g, h, end);
+      h = locate(plant_, at_, k1, settled, scale, g, h, end);
       t_end = t_ + h;
       met = g;
     }
@@ -213,6 +265,7 @@ class Simulation {
     for (int k = 0; k < N; ++k) {
       if (command_[k].gate == Gate::timer) follow_orders(k);
     }
+    settle();
   }
 
   void act_on(const Guard& met) {
@@ -231,21 +284,23 @@ class Simulation {
   static constexpr int nobody = -2;
 
   Plant<M, N> plant_;
+  double t_dead_;  // of the switches [s]
   Sampling sampling_;
   Controller<N> controller_;
-  Reference reference_;
+  Course reference_;
   Resolution resolution_;
 
   Point<N> at_;
   std::array<GateState, N> gates_;
   std::array<SwitchedLeg, N> switches_;
+  AllLegs<N> legs_;  // what the windings see
   Command<double, N> command_, pending_;
-  double t_ = 0, t_sample_ = 0, t_orders_ = 0, t_record_;
+  double t_ = 0, t_sample_ = 0, t_course_ = 0, t_orders_ = 0, t_record_;
   double theta_period_ = 0;
   long samples_ = 0;
   double tau_ref_ = 0;
   Switchings switchings_;
-  Extremes<N> extremes_;
+  Extremes extremes_;
 };
 
 }  // namespace srm

@@ -9,74 +9,92 @@ namespace srm {
 /// the energy balance closes to the integrator's error.
 template <int N>
 struct Integrals {
-  double E_dc{};                      // drawn from the dc link [J]
+  double E_source{};                  // delivered by the source [J]
+  double E_loss{};                    // lost between the source and the dc link [J]
+  double E_dc{};                      // drawn from the dc link by the bridge [J]
   double E_winding{};                 // into the winding terminals [J]
   double E_mech{};                    // tau omega_m [J]
   double tau{};                       // [N m s]
   double tau_squared{};               // [N^2 m^2 s]
+  double tau_ref{};                   // [N m s]
   double error_squared{};             // of (tau - tau_ref) [N^2 m^2 s]
   std::array<double, N> i_squared{};  // [A^2 s]
-  double tau_ref{};                   // [N m s]
+  SRM_FIELDS(E_source, E_loss, E_dc, E_winding, E_mech, tau, tau_squared, tau_ref, error_squared,
+             i_squared)
 };
 
+/// State and integrals; their rates have the same form.
 template <int N>
 struct Point {
   State<N> x;
   Integrals<N> q;
-  double spread{};  // how far the two midpoints of the step that led here were apart [A]
+  SRM_FIELDS(x, q)
 };
 
+/// What does not change within a step.
 template <int N>
-State<N> moved(const State<N>& x, const Rates<N>& dx, double omega_m, double h) {
-  State<N> y;
-  for (int k = 0; k < N; ++k) y.i[k] = x.i[k] + h * dx.di[k];
-  y.omega_m = x.omega_m + h * dx.domega_m;
-  y.theta_m = x.theta_m + h * omega_m;
-  return y;
-}
+struct Settled {
+  Circuit<N> circuit;
+  double tau_ref;  // [N m]
+  double t;        // start of the step [s]
+};
 
-/// Adds one stage of weight w [s] to the integrals.
-template <int N>
-void accumulate(Integrals<N>& q, const State<N>& x, const Rates<N>& dx, double tau_ref, double w) {
-  q.E_dc += w * dx.p_dc;
-  q.E_winding += w * dx.p_winding;
-  q.E_mech += w * dx.tau * x.omega_m;
-  q.tau_ref += w * tau_ref;
-  q.tau += w * dx.tau;
-  q.tau_squared += w * dx.tau * dx.tau;
-  q.error_squared += w * (dx.tau - tau_ref) * (dx.tau - tau_ref);
-  for (int k = 0; k < N; ++k) q.i_squared[k] += w * x.i[k] * x.i[k];
-}
-
-/// The classic fourth-order Runge-Kutta step of length h; `k1` are the rates at the start, which
-/// several trial steps from one point share. The circuit does not change within a step. The two
-/// midpoints agree to order 3, so their spread tells where a step is too long for what it crosses.
+/// Rates of a point, `since` the start of the step [s].
 template <Machine M, int N>
-Point<N> runge_kutta(const Plant<M, N>& p, const Point<N>& start, const Rates<N>& k1,
-                     const Circuit<N>& circuit, double tau_ref, double h) {
-  const State<N>& x1 = start.x;
-  const State<N> x2 = moved(x1, k1, x1.omega_m, h / 2);
-  const Rates<N> k2 = rates(p, x2, circuit);
-  const State<N> x3 = moved(x1, k2, x2.omega_m, h / 2);
-  const Rates<N> k3 = rates(p, x3, circuit);
-  const State<N> x4 = moved(x1, k3, x3.omega_m, h);
-  const Rates<N> k4 = rates(p, x4, circuit);
+Point<N> slope(const Plant<M, N>& p, const State<N>& x, const Settled<N>& s, double since) {
+  const Rates<N> r = rates(p, x, s.circuit, {s.t + since, s.t});
+  const double error = r.tau - s.tau_ref;
+  Point<N> d{.x = r.dx,
+             .q = {.E_source = r.p_source,
+                   .E_loss = r.p_loss,
+                   .E_dc = r.p_dc,
+                   .E_winding = r.p_winding,
+                   .E_mech = r.tau * x.omega_m,
+                   .tau = r.tau,
+                   .tau_squared = r.tau * r.tau,
+                   .tau_ref = s.tau_ref,
+                   .error_squared = error * error}};
+  for (int k = 0; k < N; ++k) d.q.i_squared[k] = x.i[k] * x.i[k];
+  return d;
+}
 
-  Point<N> end = start;
-  for (int k = 0; k < N; ++k) {
-    end.x.i[k] += h / 6 * (k1.di[k] + 2 * (k2.di[k] + k3.di[k]) + k4.di[k]);
-  }
-  end.x.omega_m += h / 6 * (k1.domega_m + 2 * (k2.domega_m + k3.domega_m) + k4.domega_m);
-  end.x.theta_m += h / 6 * (x1.omega_m + 2 * (x2.omega_m + x3.omega_m) + x4.omega_m);
-  end.spread = 0;
-  for (int k = 0; k < N; ++k) {
-    end.spread = max(end.spread, h / 2 * abs(k3.di[k] - k2.di[k]));
-  }
-  accumulate(end.q, x1, k1, tau_ref, h / 6);
-  accumulate(end.q, x2, k2, tau_ref, h / 3);
-  accumulate(end.q, x3, k3, tau_ref, h / 3);
-  accumulate(end.q, x4, k4, tau_ref, h / 6);
-  return end;
+/// The size of currents and voltages that matter: a small part of it is resolved.
+struct Scale {
+  double i;     // [A]
+  double u_dc;  // [V]
+  SRM_FIELDS(i, u_dc)
+};
+
+/// How far the two midpoints of a step are apart, in parts of the scale. They agree to order 3, so
+/// this tells where a step is too long for what it crosses.
+template <int N>
+double spread(const State<N>& k2, const State<N>& k3, double h, const Scale& scale) {
+  double most = abs(k3.u_dc - k2.u_dc) / scale.u_dc;
+  for (int k = 0; k < N; ++k) most = max(most, abs(k3.i[k] - k2.i[k]) / scale.i);
+  return h / 2 * most;
+}
+
+/// The end of a step, and the spread of its midpoints [1].
+template <int N>
+struct Trial {
+  Point<N> end;
+  double spread;
+};
+
+/// The classic fourth-order Runge-Kutta step of length h; `k1` is the slope at the start, which
+/// several trial steps from one point share.
+template <Machine M, int N>
+Trial<N> runge_kutta(const Plant<M, N>& p, const Point<N>& start, const Point<N>& k1,
+                     const Settled<N>& s, const Scale& scale, double h) {
+  const State<N>& x = start.x;
+  const Point<N> k2 = slope(p, moved(x, k1.x, h / 2), s, h / 2);
+  const Point<N> k3 = slope(p, moved(x, k2.x, h / 2), s, h / 2);
+  const Point<N> k4 = slope(p, moved(x, k3.x, h), s, h);
+  Point<N> end;
+  each([h](double a, double r1, double r2, double r3,
+           double r4) { return a + h / 6 * (r1 + 2 * (r2 + r3) + r4); },
+       end, start, k1, k2, k3, k4);
+  return {end, spread(k2.x, k3.x, h, scale)};
 }
 
 }  // namespace srm

@@ -109,16 +109,8 @@ def compare(
 def best_profile(point: Drive) -> limit.Profile:
     """The physical limit at an operating point, for the plant as it is; where ripple there must be,
     the least rms error."""
-    machine = point.machine
     return limit.best_profile(
-        machine.magnetics,
-        n_phases=machine.n_phases,
-        R=machine.R,
-        tau_ref=point.reference.course[1][0],
-        omega_m=point.omega_nominal,
-        u_dc=point.converter.u_dc_V,
-        i_max=machine.i_max_A,
-        norm="rms",
+        point.at(point.omega_nominal), point.reference.course[1][0], norm="rms"
     )
 
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from reluctance.drive import Drive, Load, Reference
+from reluctance.drive import Drive
+from reluctance.drive.schema import checked
+from reluctance.drive.tables import Load, Reference
 from reluctance.errors import ParameterError
 from reluctance.limit.point import operating_point as asked_of
-from reluctance.schema import checked
+from reluctance.units import from_si
 
 COMPARATORS = {
     "analog": "analog: they see the true current and switch at any instant",
@@ -42,32 +44,13 @@ def operating_point(drive: Drive) -> Drive:
     tau, _ = asked_of(drive, omega_m=omega)
     if tau <= 0:
         raise ParameterError(f"torque {tau:g} N m, need > 0 to compare laws at it")
-    speed_rpm = drive.load.speed_rpm if drive.load.kind == "locked" else omega * 30 / np.pi
+    speed_rpm = drive.load.speed_rpm if drive.load.kind == "locked" else from_si(omega, "rpm")
     held = {"kind": "locked", "speed_rpm": speed_rpm, "J_kgm2": drive.load.J_kgm2}
     return replace(
         drive,
         load=checked(Load, held, "[load]"),
         reference=checked(Reference, {"kind": "torque", "tau_Nm": tau}, "[reference]"),
     )
-
-
-def hertz(text: str) -> float:
-    """A frequency as people write it: 20kHz, 20 kHz, 20000, 2e4 Hz.
-
-    Raises
-    ------
-    ParameterError
-        If it is not a positive frequency.
-    """
-    number = text.strip().lower().removesuffix("hz").rstrip()
-    scale = 1e3 if number.endswith("k") else 1.0
-    try:
-        value = scale * float(number.removesuffix("k"))
-    except ValueError:
-        value = np.nan
-    if not 0 < value < np.inf:
-        raise ParameterError(f"frequency `{text}`, need a positive one such as 20kHz or 20000")
-    return float(value)
 
 
 def period(point: Drive) -> float:

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from reluctance.drive import Drive
+from reluctance.drive.schema import checked, did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.laws import LAWS
-from reluctance.schema import checked, did_you_mean
 
 Values = Mapping[str, float]
 Place = Callable[[Drive, float, float], dict[str, float]]  # of a point of the unit square
@@ -63,7 +63,7 @@ class Contender:
             common["tau_max_Nm"] = point.control.tau_max_Nm
         table = {"law": self.law, **common, **dict(self.keys), **values}
         drive = replace(point, control=checked(LAWS[self.law], table, f"[control] of {self.name}"))
-        drive.control.check(drive)
+        drive.control.check(drive.known())
         return drive
 
 

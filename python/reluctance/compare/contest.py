@@ -11,11 +11,12 @@ from reluctance.compare.conditions import period
 from reluctance.compare.contenders import CONTENDERS, Contender
 from reluctance.compare.tuning import Trial, Tuner
 from reluctance.drive import Drive
+from reluctance.drive.mismatch import Mismatch
+from reluctance.drive.schema import checked
 from reluctance.errors import ParameterError
-from reluctance.kpis import Kpis
-from reluctance.mismatch import Mismatch
-from reluctance.schema import checked
-from reluctance.simulate import Result, simulate
+from reluctance.run.kpis import Kpis, definite, shown
+from reluctance.run.result import Result
+from reluctance.run.simulate import simulate
 
 BUDGET = 150  # runs of a search; none has needed more than 80
 RECORD_PERIODS = 12  # electrical periods of the run whose figures are printed
@@ -28,7 +29,7 @@ class FrontPoint:
 
     f_switch: float  # [Hz]
     torque_error_rms: float  # [1]
-    torque_ripple: float  # [1]
+    torque_ripple_pp: float | None  # [1]
     i_rms: float  # [A]
 
 
@@ -101,7 +102,7 @@ def _searched(contender: Contender, trial: Trial) -> dict[str, float]:
 
 def _miss(tuner: Tuner, trial: Trial) -> str:
     """Why the frequency is not met."""
-    kHz = trial.kpis.switching_frequency / 1e3
+    kHz = trial.kpis.f_switch / 1e3
     if tuner.ran_out:
         end = "most" if trial.off_target(tuner.f_target) < 0 else "least"
         return f"switches at {end} {kHz:.3g} kHz here"
@@ -112,13 +113,13 @@ def _with_less(front: tuple[FrontPoint, ...], final: Trial) -> str:
     """Says so where a law is smoother at a lower frequency: it cannot use the whole target."""
     best = min(front, key=lambda p: p.torque_error_rms)
     k = final.kpis
-    if best.f_switch > 0.9 * k.switching_frequency:
+    if best.f_switch > 0.9 * k.f_switch:
         return ""
-    if best.torque_error_rms > 0.95 * k.torque_error_rms:
+    if best.torque_error_rms > 0.95 * definite(k.torque_error_rms):
         return ""
     return (
         f"smoother with less: error {best.torque_error_rms:.2%} rms, "
-        f"ripple {best.torque_ripple:.2%} p-p at {best.f_switch / 1e3:.3g} kHz"
+        f"ripple {shown(best.torque_ripple_pp, '{:.2%}')} p-p at {best.f_switch / 1e3:.3g} kHz"
     )
 
 
@@ -137,7 +138,7 @@ def _front(tuner: Tuner, final: Trial, octaves: tuple[float, ...]) -> tuple[Fron
         if trial.meets(other.f_target):
             trials.append(trial)
     points = [
-        FrontPoint(float(k.switching_frequency), k.torque_error_rms, k.torque_ripple, k.i_rms)
+        FrontPoint(k.f_switch, definite(k.torque_error_rms), k.torque_ripple_pp, k.i_rms)
         for k in (trial.kpis for trial in trials)
     ]
     return tuple(sorted(points, key=lambda p: p.f_switch))

@@ -16,6 +16,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from reluctance.compare.comparison import Comparison
 from reluctance.compare.contenders import CONTENDERS
 from reluctance.compare.contest import Entry
+from reluctance.run.kpis import definite
 
 GREATEST_ERROR = 20.0  # that is drawn: beyond it a law has failed [%]
 TRACES = 4  # torques shown
@@ -82,7 +83,7 @@ def plot_price(ax: Axes, found: Comparison) -> Axes:
     points: list[Label] = []
     for entry in _drawn(found):
         assert entry.kpis is not None
-        at = entry.kpis.i_rms / found.bound.i_rms, 100 * entry.kpis.torque_error_rms
+        at = entry.kpis.i_rms / found.bound.i_rms, 100 * definite(entry.kpis.torque_error_rms)
         look = style(entry.name, best=entry is _best(found)) | {"ls": ""}
         ax.plot(*at, **look, mfc=look["color"] if entry.met else "none")
         points.append((*at, entry))
@@ -145,7 +146,7 @@ def _drawn(found: Comparison) -> list[Entry]:
 
 
 def _works(entry: Entry) -> bool:
-    return entry.kpis is not None and 100 * entry.kpis.torque_error_rms <= GREATEST_ERROR
+    return entry.kpis is not None and 100 * definite(entry.kpis.torque_error_rms) <= GREATEST_ERROR
 
 
 def _shown(found: Comparison) -> list[Entry]:
@@ -158,7 +159,7 @@ def _shown(found: Comparison) -> list[Entry]:
 
 def _error(entry: Entry) -> float:
     assert entry.kpis is not None
-    return entry.kpis.torque_error_rms
+    return definite(entry.kpis.torque_error_rms)
 
 
 def _bound(found: Comparison) -> float:

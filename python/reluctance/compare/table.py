@@ -27,8 +27,8 @@ def _record(found: Comparison, entry: Entry) -> Record:
     if k is not None:
         tau_ref = found.bound.tau_ref
         record |= {
-            "f_switch_Hz": float(k.switching_frequency),
-            "torque_ripple_pp": k.torque_ripple,
+            "f_switch_Hz": float(k.f_switch),
+            "torque_ripple_pp": k.torque_ripple_pp,
             "torque_ripple_rms": k.torque_ripple_rms,
             "torque_error_rms": k.torque_error_rms,
             "torque_error_mean": float(k.tau_mean / tau_ref - 1),
@@ -52,7 +52,7 @@ def _record(found: Comparison, entry: Entry) -> Record:
             {
                 "f_switch_Hz": p.f_switch,
                 "torque_error_rms": p.torque_error_rms,
-                "torque_ripple_pp": p.torque_ripple,
+                "torque_ripple_pp": p.torque_ripple_pp,
                 "i_rms_A": p.i_rms,
             }
             for p in entry.front

@@ -15,8 +15,8 @@ from reluctance.compare.conditions import period
 from reluctance.compare.contenders import Contender
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-from reluctance.kpis import Kpis
-from reluctance.simulate import simulate
+from reluctance.run.kpis import Kpis, definite
+from reluctance.run.simulate import simulate
 
 TOLERANCE = 0.02  # of the switching frequency
 MATCH_RUNS = 16  # for one set of values; 5 are usual
@@ -36,10 +36,10 @@ class Trial:
 
     def off_target(self, f_target: float) -> float:
         """Logarithm of the frequency over its target."""
-        return log(max(self.kpis.switching_frequency, NEVER) / f_target)
+        return log(max(self.kpis.f_switch, NEVER) / f_target)
 
     def meets(self, f_target: float) -> bool:
-        return bool(abs(self.kpis.switching_frequency / f_target - 1) <= TOLERANCE)
+        return bool(abs(self.kpis.f_switch / f_target - 1) <= TOLERANCE)
 
 
 class Tuner:
@@ -153,7 +153,7 @@ class Tuner:
                 at = nearest
             else:
                 step /= 2
-        equal = [t for t in self.tried if t.kpis.torque_error_rms <= TIE * self._least()]
+        equal = [t for t in self.tried if definite(t.kpis.torque_error_rms) <= TIE * self._least()]
         return min(equal, key=lambda t: t.kpis.i_rms) if equal else best
 
     def start(self) -> float:
@@ -166,18 +166,18 @@ class Tuner:
         return trial
 
     def _least(self) -> float:
-        return min(t.kpis.torque_error_rms for t in self.tried)
+        return min(definite(t.kpis.torque_error_rms) for t in self.tried)
 
     def _figure(self, trial: Trial) -> float:
         """What the search makes least: the rms torque error, and before it the miss of the target
         where it is missed from above; a law that is too slow at best cannot help it."""
         missed = max(trial.off_target(self.f_target) - TOLERANCE, 0.0)
-        return trial.kpis.torque_error_rms * (1 + 10 * missed)
+        return definite(trial.kpis.torque_error_rms) * (1 + 10 * missed)
 
     def _promises(self, trial: Trial, best: Trial) -> bool:
         """False if the error would be above the best even if it fell with the frequency."""
-        part = min(1.0, trial.kpis.switching_frequency / self.f_target)
-        return part * trial.kpis.torque_error_rms <= self._figure(best)
+        part = min(1.0, trial.kpis.f_switch / self.f_target)
+        return part * definite(trial.kpis.torque_error_rms) <= self._figure(best)
 
 
 COMPASS = ((1, 0), (-1, 0), (0, 1), (0, -1))

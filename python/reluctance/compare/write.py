@@ -7,7 +7,7 @@ from pathlib import Path
 from reluctance.compare.comparison import Comparison
 from reluctance.compare.conditions import in_words
 from reluctance.compare.table import as_json, flat, limit_line, markdown
-from reluctance.save import write_whole
+from reluctance.files import write_whole
 
 
 def write(found: Comparison, folder: str | Path) -> list[Path]:

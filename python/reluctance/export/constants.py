@@ -65,7 +65,7 @@ def constant(node: Node, tables: Tables, where: str, indent: int = 0) -> str:
     if not isinstance(node, dict):
         return literal(node, where)
     if "table" in node:
-        return tables.name(node["table"], node["values"], where)
+        return f"{{{tables.name(node['table'], node['values'], where)}, {len(node['values'])}}}"
     if "value" in node:
         return f"static_cast<{node['type']}>({node['value']})"
     inner = " " * (indent + 4)

@@ -18,7 +18,9 @@ from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.constants import Node, Tables, constant, literal
-from reluctance.protection import limits
+from reluctance.export.trip_levels import limits
+from reluctance.resources import resources
+from reluctance.units import from_si
 
 FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
 PHASES = range(3, 6)
@@ -121,7 +123,7 @@ def described(drive: Drive) -> dict[str, Node]:
 
 def desk_controller(drive: Drive) -> _core.Controller:
     """The controller that the target will run, on the desk: in single precision."""
-    return drive.control.model_copy(update={"precision": "float"}).controller(drive)
+    return drive.control.model_copy(update={"precision": "float"}).controller(drive.known())
 
 
 def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:
@@ -154,12 +156,6 @@ def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:
     return text, fingerprint, tables.size
 
 
-def resources(name: str) -> Path:
-    """The folder `include` or `firmware`: in the installed package, or beside the sources."""
-    installed = Path(__file__).parents[1] / name
-    return installed if installed.is_dir() else Path(__file__).parents[3] / name
-
-
 def headers(texts: list[str]) -> list[str]:
     """The core's headers that these texts include, directly or not."""
     found: set[str] = set()
@@ -184,7 +180,6 @@ def _header_of(name: str) -> str:
 def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
     """What the templates name in @marks@."""
     levels = limits(drive)
-    rpm = 30 / np.pi
     meaning = {
         "torque": "torque [N m]",
         "speed": "speed [rad/s]",
@@ -212,7 +207,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "speed": "ignored: the controller tracks it on the angle"
         if drive.sensing.tracker_bandwidth > 0
         else "from more than the last two angles",
-        "speed_max_rpm": f"{levels.omega_max * rpm:.6g}",
+        "speed_max_rpm": f"{from_si(levels.omega_max, 'rpm'):.6g}",
         "angle_slack_deg": f"{np.degrees(levels.angle_slack):.4g}",
         "adc": f"{drive.sensing.adc_bits} bits over {drive.sensing.i_range_A:g} A"
         if drive.sensing.adc_bits
@@ -265,7 +260,8 @@ NO_FAST_LOOP = "So `fast_loop` of `main.c` is not needed."
 def _gates(drive: Drive) -> set[int]:
     """Which gates the law uses, over one electrical period at the drive's speed."""
     controller = desk_controller(drive)
-    reference = 1.0 if drive.reference.kind == "none" else float(np.max(drive.reference.course[1]))
+    reference = float(np.max(drive.reference.course[1]))
+    columns = _core.ORDER_COLUMNS
     used: set[int] = set()
     for theta_e in np.linspace(0, 2 * np.pi, 36, endpoint=False):
         rows = _core.step(
@@ -276,5 +272,5 @@ def _gates(drive: Drive) -> set[int]:
             u_dc=drive.converter.u_dc_V,
             reference=reference,
         )
-        used |= {int(gate) for gate in rows[: -1 : _core.COMMAND_COLUMNS]}
+        used |= {int(gate) for gate in rows[columns.index("gate") : -1 : len(columns)]}
     return used

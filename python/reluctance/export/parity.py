@@ -22,8 +22,8 @@ from reluctance.export.target import (
     replay,
     target_samples,
 )
-from reluctance.kpis import Kpis
-from reluctance.simulate import simulate
+from reluctance.run.kpis import Kpis
+from reluctance.run.simulate import simulate
 
 STEPS = 20_000  # of a replay, by default
 
@@ -33,7 +33,7 @@ class Recording:
     """The samples that a controller saw in a simulation, and its answers in single precision."""
 
     samples: NDArray[np.float32]  # (n, n_phases + 4): i, theta_e, omega_m, u_dc, reference
-    commands: NDArray[np.float32]  # (n, 11 n_phases + 1), columns as _core.step
+    commands: NDArray[np.float32]  # columns as _core.step
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,6 @@ def record(drive: Drive, *, steps: int = STEPS) -> Recording:
         controller=_core.controller_from(drive.machine.n_phases, step),
     )
     seen, answers = target_samples(np.array(samples)), np.array(commands, np.float32)
-    if not drive.control.follows_torque:
-        seen[:, -1] = answers[:, -1] = 1  # such a law motors with a current of its own
     return Recording(samples=seen, commands=answers)
 
 
@@ -121,7 +119,6 @@ def in_the_loop(
             program,
             cpu,
             n_phases=drive.machine.n_phases,
-            follows_torque=drive.control.follows_torque,
         ) as controller:
             target = simulate(
                 drive, until=until, record=None, progress=progress, controller=controller

@@ -53,7 +53,7 @@ class Answers:
 
     status: NDArray[np.uint32]  # (n,)
     instructions: NDArray[np.uint32]  # (n,) of each step, call included
-    commands: NDArray[np.float32]  # (n, 15 n_phases + 1), columns as _core.step
+    commands: NDArray[np.float32]  # columns as _core.step
     fingerprint: int
     stack: int  # deepest, from the call of the step [B]
 
@@ -98,15 +98,9 @@ def replay(program: Path, cpu: Cpu, samples: NDArray[np.float32]) -> Answers:
 
 @contextmanager
 def processor_in_the_loop(
-    program: Path, cpu: Cpu, *, n_phases: int, follows_torque: bool
+    program: Path, cpu: Cpu, *, n_phases: int
 ) -> Iterator[_core.Controller]:
     """A controller of which every step runs on the emulated target, over two pipes.
-
-    Parameters
-    ----------
-    follows_torque : bool
-        False where the law has a current of its own: then the reference is 1, to motor, and no
-        torque reference is recorded.
 
     Raises
     ------
@@ -129,15 +123,14 @@ def processor_in_the_loop(
             def step(
                 i: list[float], theta_e: float, omega_m: float, u_dc: float, reference: float
             ) -> list[float]:
-                order_of = reference if follows_torque else 1.0
-                sample = np.array([[*i, theta_e, omega_m, u_dc, order_of]])
+                sample = np.array([[*i, theta_e, omega_m, u_dc, reference]])
                 try:
                     samples.write(target_samples(sample).tobytes())
                 except BrokenPipeError:
                     raise ParameterError(STOPPED) from None
                 answer = np.frombuffer(_read(orders, order.itemsize), order)
                 row: list[float] = _columns(answer, n_phases)[0].tolist()
-                return row if follows_torque else [*row[:-1], 0.0]
+                return row
 
             yield _core.controller_from(n_phases, step)
     finally:
@@ -184,7 +177,7 @@ def _columns(orders: NDArray[np.void], n_phases: int) -> NDArray[np.float32]:
     parts = []
     for k in range(n_phases):
         phase = orders["phase"][:, k]
-        for name in ("gate", "leg", "chop", "t_edge", "i_ref", "i_band", "theta_on", "theta_off"):
+        for name in (n for n in PHASE.names or () if n != "padding"):
             parts.append(phase[name].reshape(len(orders), -1).astype("<f4"))
     parts.append(orders["tau_ref"][:, None])
     return np.hstack(parts)

@@ -1,7 +1,7 @@
 """The control laws: one file per [control] table, and the controller that the core makes of it."""
 
+from reluctance.drive.control import Control
 from reluctance.laws.angles import Angles
-from reluctance.laws.base import Control
 from reluctance.laws.deadbeat import Deadbeat
 from reluctance.laws.ditc import Ditc
 from reluctance.laws.edge_mpc import EdgeMpc

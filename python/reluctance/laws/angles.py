@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.laws.base import BAND_PART, NEVER_REACHED
+from reluctance.drive.control import BAND_PART, NEVER_REACHED
+from reluctance.drive.known import Known
 from reluctance.laws.pulse_current import PulseCurrent
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 
 class Angles(PulseCurrent):
@@ -36,20 +34,18 @@ class Angles(PulseCurrent):
     def follows_torque(self) -> bool:
         return self.regulate == "current" and self.i_ref_A is None
 
-    def controller(self, drive: Drive) -> _core.Controller:
-        window = self.window(drive)
+    def controller(self, known: Known) -> _core.Controller:
+        window = self.window(known)
         if self.regulate == "none":
             reference = _core.MeanTorque.constant(NEVER_REACHED)
         else:
-            reference = self.reference(drive, window)
-        i_band = BAND_PART * drive.machine.i_max_A if self.i_band_A is None else self.i_band_A
-        return self.finished(
-            _core.angles(
-                self.setting(drive),
-                conduction=self.conduction(drive, window),
-                reference=reference,
-                i_band=i_band,
-                chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
-                watch=getattr(_core.AngleWatch, self.watch),
-            )
+            reference = self.reference(known, window)
+        i_band = BAND_PART * known.i_max if self.i_band_A is None else self.i_band_A
+        return _core.angles(
+            self.setting(known),
+            conduction=self.conduction(known, window),
+            reference=reference,
+            i_band=i_band,
+            chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
+            watch=getattr(_core.AngleWatch, self.watch),
         )

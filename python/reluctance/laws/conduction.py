@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
+from reluctance.drive.control import Control
+from reluctance.drive.known import Known
+from reluctance.drive.operating_point import OperatingPoint
 from reluctance.laws import flat_top
-from reluctance.laws.base import Control
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
+from reluctance.units import to_si
 
 START_PART = 0.1  # of the working speed: below it, the window for starting
 SLOWEST = 1.0  # rise and fall take no angle here, as at standstill [rad/s]
@@ -37,29 +35,20 @@ class ConductionAngles(Control):
             )
         return self
 
-    def window(self, drive: Drive) -> tuple[float, float]:
+    def window(self, known: Known) -> tuple[float, float]:
         """Turn-on and turn-off angle, electrical [rad]."""
         if self.theta_on_deg is None or self.theta_off_deg is None:
-            return flat_top.least_copper_angles(self.point(drive), drive.tau_max)
+            return flat_top.least_copper_angles(self.point(known), known.tau_max)
         return float(np.radians(self.theta_on_deg)), float(np.radians(self.theta_off_deg))
 
-    def conduction(self, drive: Drive, window: tuple[float, float]) -> _core.Conduction:
+    def conduction(self, known: Known, window: tuple[float, float]) -> _core.Conduction:
         """The window, and the speed below which it is replaced by one for starting."""
-        start = START_PART * drive.omega_nominal
+        start = START_PART * known.omega_m
         if self.start_speed_rpm is not None:
-            start = self.start_speed_rpm * np.pi / 30
+            start = to_si(self.start_speed_rpm, "rpm")
         return _core.Conduction(theta_on=window[0], theta_off=window[1], omega_start=start)
 
-    def point(self, drive: Drive) -> flat_top.Point:
+    def point(self, known: Known) -> OperatingPoint:
         """Where the pulses are computed: at the working speed, and not at standstill, where a
         period never ends."""
-        machine = drive.control_machine
-        return flat_top.Point(
-            magnetics=machine.magnetics,
-            N_r=machine.N_r,
-            n_phases=machine.n_phases,
-            R=machine.R,
-            u_dc=drive.converter.u_dc_V,
-            omega_m=max(drive.omega_nominal, SLOWEST),
-            i_max=machine.i_max_A,
-        )
+        return known.at(max(known.omega_m, SLOWEST))

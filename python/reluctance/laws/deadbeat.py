@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from reluctance import _core
+from reluctance.drive.known import Known
 from reluctance.laws.shared_torque import SharedTorque
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 
 class Deadbeat(SharedTorque):
@@ -18,13 +16,13 @@ class Deadbeat(SharedTorque):
     law: Literal["deadbeat"]
     carriers: Literal["in_phase", "interleaved"] = "in_phase"
 
-    def controller(self, drive: Drive) -> _core.Controller:
+    def controller(self, known: Known) -> _core.Controller:
         return _core.deadbeat(
-            self.setting(drive),
-            sharing=self.shares(drive),
-            R=drive.control_machine.R,
-            i_max=drive.control_machine.i_max_A,
+            self.setting(known),
+            sharing=self.shares(known),
+            R=known.R,
+            i_max=known.i_max,
             T_s=self.T_s,
-            delay=drive.sensing.delay_samples,
+            delay=known.delay,
             carriers=getattr(_core.Carriers, self.carriers),
         )

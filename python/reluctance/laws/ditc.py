@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
+from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
 from reluctance.laws.conduction import ConductionAngles
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 INNER_PART = 0.01  # of tau_max: default inner band
 OUTER_PART = 2.0  # of the inner band: default outer band
@@ -32,40 +30,39 @@ class Ditc(ConductionAngles):
             raise ValueError(f"tau_band_outer_Nm = {outer:g}, need >= tau_band_Nm, given as well")
         return self
 
-    def check(self, drive: Drive) -> None:
-        stroke = 360 / drive.control_machine.n_phases
+    def check(self, known: Known) -> None:
+        stroke = 360 / known.n_phases
         if self.theta_on_deg is None or self.theta_off_deg is None:
             return
         if self.theta_off_deg - self.theta_on_deg < stroke:
             raise ParameterError(
                 f"[control] theta_off_deg - theta_on_deg = "
                 f"{self.theta_off_deg - self.theta_on_deg:g}, need >= {stroke:g} with "
-                f"{drive.machine.n_phases} phases, so that one is always in charge"
+                f"{known.n_phases} phases, so that one is always in charge"
             )
 
-    def controller(self, drive: Drive) -> _core.Controller:
-        inner = INNER_PART * drive.tau_max if self.tau_band_Nm is None else self.tau_band_Nm
+    def controller(self, known: Known) -> _core.Controller:
+        inner = INNER_PART * known.tau_max if self.tau_band_Nm is None else self.tau_band_Nm
         outer = OUTER_PART * inner if self.tau_band_outer_Nm is None else self.tau_band_outer_Nm
         return _core.ditc(
-            self.setting(drive),
-            conduction=self.conduction(drive, self._window(drive)),
-            inner=inner,
-            outer=outer,
-            i_max=drive.control_machine.i_max_A,
+            self.setting(known),
+            conduction=self.conduction(known, self._window(known)),
+            bands=_core.TorqueBands(inner=inner, outer=outer),
+            i_max=known.i_max,
         )
 
-    def _window(self, drive: Drive) -> tuple[float, float]:
+    def _window(self, known: Known) -> tuple[float, float]:
         """By default the turn-off angle of least copper, and a turn-on angle from which flux
         can rise so far that the phase gives the whole torque alone once its predecessor is off."""
-        window = self.window(drive)
+        window = self.window(known)
         if self.theta_on_deg is not None:
             return window
-        machine = drive.control_machine
+        machine = known.machine
         theta = window[1] - 2 * np.pi / machine.n_phases
         i = np.linspace(0, machine.i_max_A, 500)
         magnetics = _core.magnetics(machine.magnetics, i, np.full_like(i, theta))
-        alone = int(np.searchsorted(np.maximum.accumulate(magnetics[:, 2]), drive.tau_max))
+        alone = int(np.searchsorted(np.maximum.accumulate(magnetics[:, 2]), known.tau_max))
         alone = min(alone, len(i) - 1)
-        u = max(drive.converter.u_dc_V - machine.R * i[alone] / 2, drive.converter.u_dc_V / 2)
-        rise = machine.N_r * drive.omega_nominal * magnetics[alone, 0] / u
+        u = max(known.u_dc - machine.R * i[alone] / 2, known.u_dc / 2)
+        rise = machine.N_r * known.omega_m * magnetics[alone, 0] / u
         return float(min(window[0], theta - rise)), window[1]

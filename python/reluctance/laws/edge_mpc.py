@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from reluctance import _core
+from reluctance.drive.known import Known
 from reluctance.laws.guided import FluxGuided
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 
 class EdgeMpc(FluxGuided):
@@ -16,15 +14,15 @@ class EdgeMpc(FluxGuided):
 
     law: Literal["edge_mpc"]
 
-    def controller(self, drive: Drive) -> _core.Controller:
-        guide = self.flux_guide(drive)
+    def controller(self, known: Known) -> _core.Controller:
+        guide = self.flux_guide(known)
         return _core.edge_mpc(
-            self.setting(drive),
+            self.setting(known),
             guide=guide.profiles,
             w_sw=guide.w_sw,
             psi_slack=guide.psi_slack,
-            R=guide.R,
-            i_max=guide.i_max,
+            R=known.R,
+            i_max=known.i_max,
             T_s=self.T_s,
-            delay=drive.sensing.delay_samples,
+            delay=known.delay,
         )

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from reluctance import _core
+from reluctance.drive.known import Known
 from reluctance.laws.guided import FluxGuided
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 PULSES_PER_TURN_ON = 4.8  # pulses a second of the phase in charge, of a turn-on of one switch
 NO_GUIDE = _core.Guide(np.zeros((1, 2, 3)), tau_max=1.0, omega_m=[0.0], u_dc=1.0)
@@ -25,19 +23,19 @@ class FiniteSetMpc(FluxGuided):
     guided: bool = True  # without its guide the law is short-sighted: for comparison only
     w_i: float = Field(0.0, ge=0)  # weight of copper [N^2 m^2/A^2]
 
-    def controller(self, drive: Drive) -> _core.Controller:
-        guide = self.flux_guide(drive)
+    def controller(self, known: Known) -> _core.Controller:
+        guide = self.flux_guide(known)
         pulse = 1 / (PULSES_PER_TURN_ON * self.f_switch)
         return _core.finite_set_mpc(
-            self.setting(drive),
+            self.setting(known),
             guide=guide.profiles if self.guided else NO_GUIDE,
             horizon=self.horizon,
             w_psi=guide.w_psi if self.guided else [0.0],
             w_i=self.w_i,
             w_sw=guide.w_sw,
             t_end=pulse**2 / (24 * self.horizon * self.T_s),
-            R=guide.R,
-            i_max=guide.i_max,
+            R=known.R,
+            i_max=known.i_max,
             T_s=self.T_s,
-            delay=drive.sensing.delay_samples,
+            delay=known.delay,
         )

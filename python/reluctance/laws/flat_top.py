@@ -13,25 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reluctance import _core
+from reluctance.drive.operating_point import OperatingPoint
 from reluctance.errors import ParameterError
+from reluctance.units import from_si
 
 FloatArray = NDArray[np.float64]
 
 STEPS = 360  # of an electrical period; halving them moves the mean torque by less than 0.5 %
 TABLE_POINTS = 17  # of srm::MeanTorque
-
-
-@dataclass(frozen=True)
-class Point:
-    """Where the pulses are wanted: machine, converter and speed."""
-
-    magnetics: _core.LeHuy | _core.FluxMap
-    N_r: int
-    n_phases: int
-    R: float  # [ohm]
-    u_dc: float  # [V]
-    omega_m: float  # > 0 [rad/s]
-    i_max: float  # [A]
 
 
 @dataclass(frozen=True)
@@ -43,7 +32,12 @@ class FlatTop:
 
 
 def flat_top(
-    point: Point, theta_on: ArrayLike, theta_off: ArrayLike, i_ref: ArrayLike, *, steps: int = STEPS
+    point: OperatingPoint,
+    theta_on: ArrayLike,
+    theta_off: ArrayLike,
+    i_ref: ArrayLike,
+    *,
+    steps: int = STEPS,
 ) -> FlatTop:
     """Mean torque and rms current of pulses from theta_on to theta_off (electrical) [rad, A]."""
     theta_on, theta_off, i_ref = np.broadcast_arrays(
@@ -71,12 +65,12 @@ def flat_top(
     )
 
 
-def _slope(point: Point, at: FloatArray, i: FloatArray, u: FloatArray) -> FloatArray:
+def _slope(point: OperatingPoint, at: FloatArray, i: FloatArray, u: FloatArray) -> FloatArray:
     """di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di) [A/s]."""
     return np.asarray((u - point.R * i - point.omega_m * at[:, 4]) / at[:, 3])
 
 
-def least_copper_angles(point: Point, tau: float) -> tuple[float, float]:
+def least_copper_angles(point: OperatingPoint, tau: float) -> tuple[float, float]:
     """The turn-on and turn-off angle that give a mean torque for the least rms current.
 
     Searched in steps of 5 deg among windows of at least a stroke, so that every rotor angle is
@@ -102,7 +96,9 @@ def least_copper_angles(point: Point, tau: float) -> tuple[float, float]:
     return float(on[best]), float(off[best])
 
 
-def current_table(point: Point, theta_on: float, theta_off: float, tau_max: float) -> list[float]:
+def current_table(
+    point: OperatingPoint, theta_on: float, theta_off: float, tau_max: float
+) -> list[float]:
     """The current references [A] for the mean torques 0..tau_max in equal steps.
 
     Raises
@@ -116,7 +112,7 @@ def current_table(point: Point, theta_on: float, theta_off: float, tau_max: floa
         raise ParameterError(
             f"[control] angles {np.degrees(theta_on):g} to {np.degrees(theta_off):g} deg give a "
             f"mean torque of at most {tau[-1]:.4g} N m at i_max_A = {point.i_max:g} and "
-            f"{point.omega_m * 30 / np.pi:.5g} rpm, need {tau_max:g}; change the angles, the "
+            f"{from_si(point.omega_m, 'rpm'):.5g} rpm, need {tau_max:g}; change the angles, the "
             "speed or the torque"
         )
     rising = np.flatnonzero(np.diff(tau, prepend=-1.0) > 0)

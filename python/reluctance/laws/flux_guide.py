@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from reluctance import _core
+from reluctance.drive.operating_point import OperatingPoint
 from reluctance.limit import Table
 
 FULL_VOLTAGE = 0.98  # of the dc link: above, a leg is held
@@ -36,16 +37,14 @@ class FluxGuide:
     """Least-copper profiles of one or several speeds, at a working torque."""
 
     tables: tuple[Table, ...]  # of rising speeds
-    machine: _core.LeHuy | _core.FluxMap
-    R: float  # [ohm]
-    i_max: float  # [A]
+    point: OperatingPoint  # of the machine; speed and voltage are those of the tables
     tau_ref: float  # [N m]
     f_switch: float  # wanted turn-ons per switch and second [Hz]
 
     @property
     def profiles(self) -> _core.Guide:
         """Flux linkage over torque, angle and speed."""
-        return packed(self.tables, "psi", self.R)
+        return packed(self.tables, "psi", self.point.R)
 
     @property
     def reserve(self) -> list[float]:
@@ -73,13 +72,13 @@ class FluxGuide:
         is left to switch in, and at the same cost there are fewer turn-ons."""
         lowest = self.tables[0]
         return _core.switching_weight(
-            self.machine,
+            self.point.magnetics,
             guide=self.profiles,
-            R=self.R,
+            R=self.point.R,
             tau_ref=self.tau_ref,
             omega_m=lowest.omega_m,
             u_dc=lowest.u_dc,
-            i_max=self.i_max,
+            i_max=self.point.i_max,
             f_switch=self.f_switch,
         )
 
@@ -91,8 +90,8 @@ class FluxGuide:
         level = self._level(table)
         psi, i = table.psi[level], table.i[level]
         slope = (np.roll(psi, -1) - np.roll(psi, 1)) * psi.size / (4 * np.pi)  # [Wb/rad]
-        u = self.R * i + self.machine.N_r * table.omega_m * slope
-        conducts = i > self.i_max / 200
+        u = self.point.R * i + self.point.N_r * table.omega_m * slope
+        conducts = i > self.point.i_max / 200
         if not conducts.any():
             return 1.0
         share = np.mean(np.abs(u[conducts]) < FULL_VOLTAGE * table.u_dc)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
-import numpy as np
 from pydantic import Field, field_validator
 
 from reluctance import limit
-from reluctance.laws.base import Control
+from reluctance.drive.control import Control
+from reluctance.drive.known import Known
 from reluctance.laws.flux_guide import FluxGuide
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
+from reluctance.units import to_si
 
 LEVELS = 19  # torques in a guide, zero included
 CURRENT_POINTS = 180  # angles of a current guide, over one electrical period
@@ -38,12 +36,12 @@ class Guided(Control):
             raise ValueError(f"guide_speed_rpm = {speeds}, need rising speeds")
         return speeds
 
-    def tables(self, drive: Drive, n_points: int = CURRENT_POINTS) -> list[limit.Table]:
+    def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[limit.Table]:
         """Profiles over torque and angle, a table for each speed of the guide.
 
         Parameters
         ----------
-        drive : Drive
+        known : Known
         n_points : int
             Angles of an electrical period, a multiple of the phase count.
 
@@ -55,18 +53,10 @@ class Guided(Control):
             If no profile is found.
         """
         speeds = self.guide_speed_rpm
-        omega = [drive.omega_nominal] if speeds is None else [rpm * np.pi / 30 for rpm in speeds]
+        omega = [known.omega_m] if speeds is None else [to_si(rpm, "rpm") for rpm in speeds]
         return [
             limit.profile_table(
-                drive.control_machine.magnetics,
-                n_phases=drive.control_machine.n_phases,
-                R=drive.control_machine.R,
-                tau_max=drive.tau_max,
-                omega_m=omega_m,
-                u_dc=drive.converter.u_dc_V,
-                i_max=drive.control_machine.i_max_A,
-                n_levels=LEVELS,
-                n_points=n_points,
+                known.at(omega_m), known.tau_max, n_levels=LEVELS, n_points=n_points
             )
             for omega_m in omega
         ]
@@ -84,14 +74,11 @@ class FluxGuided(Guided):
         """Wanted turn-ons per switch and second [Hz]."""
         return self.f_switch_kHz * 1e3
 
-    def flux_guide(self, drive: Drive) -> FluxGuide:
+    def flux_guide(self, known: Known) -> FluxGuide:
         """The guide at the greatest torque reference."""
-        asked = drive.reference.course[1] if drive.reference.kind == "torque" else []
         return FluxGuide(
-            tables=tuple(self.tables(drive, FLUX_POINTS)),
-            machine=drive.control_machine.magnetics,
-            R=drive.control_machine.R,
-            i_max=drive.control_machine.i_max_A,
-            tau_ref=max((abs(tau) for tau in asked), default=0.0) or drive.tau_max,
+            tables=tuple(self.tables(known, FLUX_POINTS)),
+            point=known.at(known.omega_m),
+            tau_ref=known.tau_working,
             f_switch=self.f_switch,
         )

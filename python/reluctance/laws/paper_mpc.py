@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import Field, model_validator
 
 from reluctance import _core
+from reluctance.drive.known import Known
 from reluctance.laws.flux_guide import packed
 from reluctance.laws.guided import Guided
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
-
 
 BAND_PART = 0.01  # of the current limit: default half width of the band
 
@@ -35,18 +32,18 @@ class PaperMpc(Guided):
             )
         return self
 
-    def controller(self, drive: Drive) -> _core.Controller:
-        i_max = drive.control_machine.i_max_A
+    def controller(self, known: Known) -> _core.Controller:
+        i_max = known.i_max
         return _core.paper_mpc(
-            self.setting(drive),
-            guide=packed(self.tables(drive), "i", drive.control_machine.R),
+            self.setting(known),
+            guide=packed(self.tables(known), "i", known.R),
             N_p=self.N_p,
             N_c=self.N_c,
             r_w=self.r_w,
             w_i=self.w_i,
-            R=drive.control_machine.R,
+            R=known.R,
             i_max=i_max,
             i_band=BAND_PART * i_max if self.i_band_A is None else self.i_band_A,
             T_s=self.T_s,
-            delay=drive.sensing.delay_samples,
+            delay=known.delay,
         )

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pydantic import Field, model_validator
 
 from reluctance import _core
+from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
 from reluctance.laws import flat_top
 from reluctance.laws.conduction import ConductionAngles
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 
 class PulseCurrent(ConductionAngles):
@@ -30,20 +26,16 @@ class PulseCurrent(ConductionAngles):
     def follows_torque(self) -> bool:
         return self.i_ref_A is None
 
-    def check(self, drive: Drive) -> None:
-        if self.i_ref_A is not None and self.i_ref_A > drive.machine.i_max_A:
+    def check(self, known: Known) -> None:
+        if self.i_ref_A is not None and self.i_ref_A > known.i_max:
             raise ParameterError(
                 f"[control] i_ref_A = {self.i_ref_A:g}, need <= [machine] i_max_A = "
-                f"{drive.machine.i_max_A:g}; lower one or raise the other"
+                f"{known.i_max:g}; lower one or raise the other"
             )
 
-    def reference(self, drive: Drive, window: tuple[float, float]) -> _core.MeanTorque:
+    def reference(self, known: Known, window: tuple[float, float]) -> _core.MeanTorque:
         """The current over the torque reference."""
         if self.i_ref_A is not None:
             return _core.MeanTorque.constant(self.i_ref_A)
-        table = flat_top.current_table(self.point(drive), *window, drive.tau_max)
-        return _core.MeanTorque(tau_max=drive.tau_max, i_ref=table)
-
-    def finished(self, controller: _core.Controller) -> _core.Controller:
-        """The controller, told of no torque reference where the current is fixed."""
-        return controller if self.follows_torque else _core.without_reference(controller)
+        table = flat_top.current_table(self.point(known), *window, known.tau_max)
+        return _core.MeanTorque(tau_max=known.tau_max, i_ref=table)

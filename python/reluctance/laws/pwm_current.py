@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from reluctance import _core
+from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
 from reluctance.laws.pulse_current import PulseCurrent
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 # Bandwidth times control period: half of it leaves a phase margin of about 60 deg, with the half
 # sample of the PWM and one sample of delay taken from 90 deg at 57 deg per radian.
@@ -26,8 +24,8 @@ class PwmCurrent(PulseCurrent):
     law: Literal["pwm_current"]
     bandwidth_Hz: float | None = Field(None, gt=0)  # of the current loop; by default 0.3/T_s rad/s
 
-    def check(self, drive: Drive) -> None:
-        super().check(drive)
+    def check(self, known: Known) -> None:
+        super().check(known)
         if self.bandwidth_Hz is not None and 2 * np.pi * self.bandwidth_Hz * self.T_s > 1:
             raise ParameterError(
                 f"[control] bandwidth_Hz = {self.bandwidth_Hz:g}, need <= "
@@ -35,18 +33,16 @@ class PwmCurrent(PulseCurrent):
                 "lower it or T_s_us"
             )
 
-    def controller(self, drive: Drive) -> _core.Controller:
-        window = self.window(drive)
+    def controller(self, known: Known) -> _core.Controller:
+        window = self.window(known)
         bandwidth = BANDWIDTH_PART / self.T_s
         if self.bandwidth_Hz is not None:
             bandwidth = 2 * np.pi * self.bandwidth_Hz
-        return self.finished(
-            _core.pwm_current(
-                self.setting(drive),
-                conduction=self.conduction(drive, window),
-                reference=self.reference(drive, window),
-                R=drive.control_machine.R,
-                bandwidth=bandwidth,
-                T_s=self.T_s,
-            )
+        return _core.pwm_current(
+            self.setting(known),
+            conduction=self.conduction(known, window),
+            reference=self.reference(known, window),
+            R=known.R,
+            bandwidth=bandwidth,
+            T_s=self.T_s,
         )

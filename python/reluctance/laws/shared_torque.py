@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core, limit
+from reluctance.drive.control import Control
+from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
-from reluctance.laws.base import Control
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 TABLE_POINTS = 33  # of srm::Sharing
 NO_SHARE = 1e-3  # of the torque: less, or as much short of all of it, is no sharing
@@ -50,58 +48,47 @@ class SharedTorque(Control):
             raise ValueError(f"share_table: need {TABLE_POINTS} shares, the first 0, the last 1")
         return self
 
-    def check(self, drive: Drive) -> None:
-        free = 180 - 360 / drive.control_machine.n_phases
+    def check(self, known: Known) -> None:
+        free = 180 - 360 / known.n_phases
         if free <= 0:
             raise ParameterError(
                 "[control] law shares torque between phases, but with n_phases = "
-                f"{drive.machine.n_phases} no angle has two that can give it; use another law"
+                f"{known.n_phases} no angle has two that can give it; use another law"
             )
         if self.theta_on_deg is None or self.theta_ov_deg is None:
             return
-        if not self._sharing(self.theta_on_deg, self.theta_ov_deg).is_feasible(
-            drive.machine.n_phases
-        ):
+        if not self._sharing(self.theta_on_deg, self.theta_ov_deg).is_feasible(known.n_phases):
             raise ParameterError(
                 f"[control] theta_on_deg = {self.theta_on_deg:g}, theta_ov_deg = "
                 f"{self.theta_ov_deg:g}: need theta_on_deg >= 0, theta_ov_deg > 0 and together at "
                 f"most {free:g}, so that every phase with a share can give torque"
             )
 
-    def shares(self, drive: Drive) -> _core.Sharing:
+    def shares(self, known: Known) -> _core.Sharing:
         """The sharing function, with angles by rule where the table gives none."""
         if self.sharing == "optimal":
-            return _optimal(drive)
+            return _optimal(known)
         if self.theta_on_deg is None or self.theta_ov_deg is None:
-            free = 180 - 360 / drive.control_machine.n_phases
+            free = 180 - 360 / known.n_phases
             return self._sharing((1 - OVERLAP_PART) / 2 * free, OVERLAP_PART * free)
         return self._sharing(self.theta_on_deg, self.theta_ov_deg)
 
     def _sharing(self, on_deg: float, ov_deg: float) -> _core.Sharing:
-        table = {"table": self.share_table} if self.share_table else {}
         return _core.Sharing(
             shape=getattr(_core.Shape, self.sharing),
             theta_on=np.radians(on_deg),
             theta_ov=np.radians(ov_deg),
-            **table,
+            table=self.share_table or [0.0] * TABLE_POINTS,
         )
 
 
-def _optimal(drive: Drive) -> _core.Sharing:
+def _optimal(known: Known) -> _core.Sharing:
     """The share that a phase has while it takes over in the least-copper profile without ripple
     (`reluctance.limit`): optimised offline for this machine, torque, speed and dc-link voltage."""
-    machine = drive.control_machine
-    profile = limit.best_profile(
-        machine.magnetics,
-        n_phases=machine.n_phases,
-        R=machine.R,
-        tau_ref=drive.tau_max,
-        omega_m=drive.omega_nominal,
-        u_dc=drive.converter.u_dc_V,
-        i_max=machine.i_max_A,
-    )
+    machine = known.machine
+    profile = limit.best_profile(known.at(known.omega_m), known.tau_max)
     free = np.pi - 2 * np.pi / machine.n_phases
-    share = machine.torque(profile.i, profile.theta_e) / drive.tau_max
+    share = machine.torque(profile.i, profile.theta_e) / known.tau_max
     on = float(profile.theta_e[max(int(np.argmax(share > NO_SHARE)) - 1, 0)])
     whole = float(profile.theta_e[int(np.argmax(share > 1 - NO_SHARE))])
     end = min(whole if whole > on else free, free)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from reluctance import _core
-from reluctance.laws.base import BAND_PART
+from reluctance.drive.control import BAND_PART
+from reluctance.drive.known import Known
 from reluctance.laws.shared_torque import SharedTorque
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 
 class TorqueSharing(SharedTorque):
@@ -21,13 +19,13 @@ class TorqueSharing(SharedTorque):
     i_band_A: float | None = Field(None, gt=0)  # half width; by default 2 % of i_max_A
     chop: Literal["soft", "hard"] = "soft"  # above the band: freewheel or demagnetize
 
-    def controller(self, drive: Drive) -> _core.Controller:
-        machine = drive.control_machine
+    def controller(self, known: Known) -> _core.Controller:
+        machine = known.machine
         return _core.torque_sharing(
-            self.setting(drive),
-            sharing=self.shares(drive),
+            self.setting(known),
+            sharing=self.shares(known),
             i_max=machine.i_max_A,
             i_band=BAND_PART * machine.i_max_A if self.i_band_A is None else self.i_band_A,
-            t_ahead=self.T_s * (0.5 + drive.sensing.delay_samples),  # mid-sample
+            t_ahead=self.T_s * (0.5 + known.delay),  # mid-sample
             chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
         )

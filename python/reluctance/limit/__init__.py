@@ -1,23 +1,22 @@
 """The physical limit of torque smoothness: the best periodic phase current of any controller."""
 
+from reluctance.drive.operating_point import OperatingPoint
 from reluctance.limit.envelope import Envelope, torque_speed_envelope
-from reluctance.limit.magnetics import LeHuyParameters, Machine, phase_magnetics
+from reluctance.limit.magnetics import phase_magnetics
 from reluctance.limit.point import check_point, operating_point
 from reluctance.limit.profile import Profile, best_profile
-from reluctance.limit.programme import Programme, Setting
+from reluctance.limit.programme import Programme
 from reluctance.limit.report import Limit, envelope_of, floor_of, limit_of
 from reluctance.limit.ripple import RippleFloor, ripple_floor
 from reluctance.limit.table import Table, profile_table
 
 __all__ = [
     "Envelope",
-    "LeHuyParameters",
     "Limit",
-    "Machine",
+    "OperatingPoint",
     "Profile",
     "Programme",
     "RippleFloor",
-    "Setting",
     "Table",
     "best_profile",
     "check_point",

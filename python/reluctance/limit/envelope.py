@@ -1,16 +1,18 @@
 """The greatest torque without ripple at each speed."""
 
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from reluctance.cache import cached
-from reluctance.limit.magnetics import FloatArray, Machine, content
+from reluctance.drive.operating_point import OperatingPoint
+from reluctance.errors import need
+from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.profile import profile_of
-from reluctance.limit.programme import ALGORITHM, SLACK, Programme, Setting, need
+from reluctance.limit.programme import ALGORITHM, SLACK, Programme, checked_inputs
 
 
 @dataclass(frozen=True)
@@ -25,18 +27,14 @@ class Envelope:
 
 
 def torque_speed_envelope(
-    machine: Machine,
-    *,
-    n_phases: int,
-    R: float,
+    point: OperatingPoint,
     omega_m: ArrayLike,
-    u_dc: float,
-    i_max: float,
+    *,
     n_points: int = 180,
     direction: Literal[1, -1] = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Envelope:
-    """Greatest ripple-free torque at each speed omega_m (n_speeds,) [rad/s].
+    """Greatest ripple-free torque at each speed omega_m (n_speeds,) [rad/s], not the point's.
 
     A negative speed is braking: torque against rotation. Each speed is searched from pulses, from
     a current that never returns to zero, and from the optimum of the neighbouring speed nearer to
@@ -53,9 +51,7 @@ def torque_speed_envelope(
     ParameterError : a parameter out of range.
     RuntimeError : IPOPT found no optimum.
     """
-    setting = Setting(
-        n_phases=n_phases, R=R, u_dc=u_dc, i_max=i_max, n_points=n_points, smoothing=0.0
-    )
+    searched = checked_inputs(point, n_points, 0.0)
     speeds = np.atleast_1d(np.asarray(omega_m, dtype=np.float64))
     need(bool(np.isfinite(speeds).all()), "omega_m", omega_m, "finite speeds [rad/s]")
 
@@ -64,7 +60,9 @@ def torque_speed_envelope(
         neighbours: dict[bool, list[FloatArray]] = {False: [], True: []}  # of braking, of driving
         for done, at in enumerate(np.argsort(np.abs(speeds), kind="stable"), start=1):
             speed = float(direction * speeds[at])
-            programme = Programme(machine, setting, speed, direction)
+            programme = Programme(
+                replace(point, omega_m=speed), n_points=n_points, direction=direction
+            )
             torque, i = programme.greatest_torque(*neighbours[speed > 0])
             neighbours[speed > 0] = [i]
             tau_ref = torque * (1 - SLACK)
@@ -74,5 +72,5 @@ def torque_speed_envelope(
                 progress(done / len(speeds))
         return Envelope(speeds, *results)
 
-    inputs = [*content(machine), *astuple(setting), speeds.tolist(), direction]
+    inputs = [*searched, speeds.tolist(), direction]
     return cached(Envelope, inputs, compute, algorithm=ALGORITHM)

@@ -8,10 +8,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from reluctance import _core
+from reluctance.files import check_ending, write_table, write_whole
 from reluctance.limit.envelope import Envelope
 from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.report import Limit
-from reluctance.save import WRITERS, check_ending, write_whole
+from reluctance.units import from_si
 
 ENDINGS = {".png", ".svg", ".pdf"}
 # Of M. Okabe and K. Ito, 2008: told apart by colour-blind readers.
@@ -34,7 +35,7 @@ def save_profile(limit: Limit, path: str | Path) -> None:
 def save_envelope(envelope: Envelope, path: str | Path) -> None:
     """Writes the greatest ripple-free torque over speed; endings as for `save_profile`."""
     table = {
-        "speed_rpm": envelope.omega_m * 30 / np.pi,
+        "speed_rpm": from_si(envelope.omega_m, "rpm"),
         "tau_max_Nm": envelope.tau_max,
         "i_rms_A": envelope.i_rms,
         "i_peak_A": envelope.i_peak,
@@ -86,10 +87,10 @@ def plot_voltage(ax: Axes, limit: Limit) -> Axes:
 def plot_envelope(ax: Axes, limit: Limit, envelope: Envelope) -> Axes:
     """Greatest ripple-free torque over speed, and the operating point."""
     best = limit.least_copper
-    rpm = envelope.omega_m * 30 / np.pi
+    rpm = from_si(envelope.omega_m, "rpm")
     ax.fill_between(rpm, envelope.tau_max, color=PHASES[0], alpha=0.15, lw=0)
     ax.plot(rpm, envelope.tau_max, marker=".", color=PHASES[0], label="greatest without ripple")
-    ax.plot(best.omega_m * 30 / np.pi, best.tau_ref, "k*", ms=12, label="operating point")
+    ax.plot(from_si(best.omega_m, "rpm"), best.tau_ref, "k*", ms=12, label="operating point")
     ax.set(
         title=f"{limit.tau_max:.4g} N m without ripple at this speed",
         xlabel="speed (rpm)",
@@ -121,7 +122,7 @@ def figure(limit: Limit, envelope: Envelope) -> Figure:
     what = "without ripple" if limit.ripple_free else "with least ripple"
     drawn.suptitle(
         f"{limit.drive.name}: least copper {what}, {best.tau_ref:.4g} N m at "
-        f"{best.omega_m * 30 / np.pi:.5g} rpm, {best.u_dc:g} V"
+        f"{from_si(best.omega_m, 'rpm'):.5g} rpm, {best.u_dc:g} V"
     )
     return drawn
 
@@ -135,9 +136,7 @@ def save_figure(limit: Limit, envelope: Envelope, path: str | Path) -> None:
 
 
 def _save(path: str | Path, table: dict[str, FloatArray]) -> None:
-    path = Path(path)
-    write = WRITERS[check_ending(path, WRITERS)]
-    write_whole(path, lambda temporary: write(temporary, table))
+    write_table(Path(path), table)
 
 
 def _plot_phases(ax: Axes, limit: Limit, values: FloatArray) -> None:

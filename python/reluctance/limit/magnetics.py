@@ -2,49 +2,19 @@
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Protocol, TypeAlias
+from typing import Any
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from reluctance import _core
+from reluctance.drive.operating_point import Magnetics
 
 FloatArray = NDArray[np.float64]
 PhaseMagnetics = Callable[[Any, FloatArray], tuple[Any, Any]]
 
 
-class LeHuyNumbers(Protocol):
-    """What is read of an analytic machine: the numbers of the Le-Huy and Brunelle model."""
-
-    @property
-    def N_r(self) -> int: ...
-    @property
-    def L_u(self) -> float: ...
-    @property
-    def L_sat(self) -> float: ...
-    @property
-    def A(self) -> float: ...
-    @property
-    def B(self) -> float: ...
-
-
-@dataclass(frozen=True)
-class LeHuyParameters:
-    """The Le-Huy and Brunelle model by its numbers, named as in include/srm/machine/lehuy.hpp."""
-
-    N_r: int  # rotor poles
-    L_u: float  # unaligned inductance [H]
-    L_sat: float  # aligned incremental inductance, fully saturated [H]
-    A: float  # flux that saturates [Wb]
-    B: float  # saturation rate [1/A]
-
-
-Machine: TypeAlias = LeHuyNumbers | _core.FluxMap
-
-
-def phase_magnetics(machine: Machine) -> PhaseMagnetics:
+def phase_magnetics(machine: Magnetics) -> PhaseMagnetics:
     """Flux linkage and torque of one phase, ready for a programme in which only i is unknown.
 
     The returned function maps i (n,) [A], a CasADi vector, and theta_e (n,), numbers in
@@ -55,7 +25,7 @@ def phase_magnetics(machine: Machine) -> PhaseMagnetics:
     return _flux_map(machine) if isinstance(machine, _core.FluxMap) else _le_huy(machine)
 
 
-def content(machine: Machine) -> list[Any]:
+def content(machine: Magnetics) -> list[Any]:
     """What a machine's results depend on, for a cache key."""
     if isinstance(machine, _core.FluxMap):
         tables = hashlib.sha256(machine.knots.tobytes() + machine.coefficients.tobytes())
@@ -63,12 +33,14 @@ def content(machine: Machine) -> list[Any]:
     return [machine.N_r, machine.L_u, machine.L_sat, machine.A, machine.B]
 
 
-def _le_huy(machine: LeHuyNumbers) -> PhaseMagnetics:
+def _le_huy(machine: _core.LeHuy) -> PhaseMagnetics:
     """Formulae: include/srm/machine/lehuy.hpp."""
     N_r, L_u, L_sat = machine.N_r, machine.L_u, machine.L_sat
     A, B = machine.A, machine.B
 
     def magnetics(i: Any, theta_e: FloatArray) -> tuple[Any, Any]:
+        import casadi as ca  # here: it is slow to import, and a cached result does without
+
         past = theta_e > np.pi
         x = np.where(past, 2 - theta_e / np.pi, theta_e / np.pi)
         f = x * x * (3 - 2 * x)
@@ -99,6 +71,8 @@ def _flux_map(machine: _core.FluxMap) -> PhaseMagnetics:
         return np.asarray(from_samples @ values.reshape(i.shape))
 
     def magnetics(i: Any, theta_e: FloatArray) -> tuple[Any, Any]:
+        import casadi as ca
+
         psi, tau = 0.0, 0.0
         for knot, width in zip(knots, widths, strict=True):
             x = (i - knot) / width

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
+from reluctance.units import to_si
 
 
 def operating_point(
@@ -60,7 +57,7 @@ def check_point(
 def _speed(drive: Drive) -> float:
     if drive.reference.kind == "speed":
         return _greatest(drive.reference.course[1])
-    return drive.load.speed_rpm * np.pi / 30
+    return to_si(drive.load.speed_rpm, "rpm")
 
 
 def _greatest(values: list[float]) -> float:

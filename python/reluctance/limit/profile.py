@@ -1,12 +1,14 @@
 """The best periodic phase current of any controller at one operating point."""
 
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from reluctance.cache import cached
-from reluctance.limit.magnetics import FloatArray, Machine, content
-from reluctance.limit.programme import ALGORITHM, Norm, Programme, Setting, need
+from reluctance.drive.operating_point import OperatingPoint
+from reluctance.errors import need
+from reluctance.limit.magnetics import FloatArray
+from reluctance.limit.programme import ALGORITHM, Norm, Programme, checked_inputs
 
 
 @dataclass(frozen=True)
@@ -28,14 +30,9 @@ class Profile:
 
 
 def best_profile(
-    machine: Machine,
-    *,
-    n_phases: int,
-    R: float,
+    point: OperatingPoint,
     tau_ref: float,
-    omega_m: float,
-    u_dc: float,
-    i_max: float,
+    *,
     n_points: int = 180,
     norm: Norm = "max",
     smoothing: float = 0.0,
@@ -44,37 +41,30 @@ def best_profile(
 
     Parameters
     ----------
-    machine : a flux map, or the Le-Huy numbers N_r, L_u, L_sat, A, B.
-    n_phases : phases, at least 2.
-    R : phase resistance [ohm].
+    point : machine, voltage and speed; 0 is standstill.
     tau_ref : torque to hold [N m]; of either sign.
-    omega_m : speed [rad/s]; of either sign, 0 is standstill.
-    u_dc : dc-link voltage [V].
-    i_max : greatest phase current [A].
     n_points : grid points of one electrical period; a multiple of n_phases.
     norm : which torque error is least where zero is impossible: its "max" or its "rms".
-    smoothing : weight of mean((di/dtheta_e)^2) beside mean(i^2) [rad^2].
+    smoothing : weight of mean((di/dtheta_e)^2) besides mean(i^2) [rad^2].
 
     Raises
     ------
     ParameterError : a parameter out of range.
     RuntimeError : IPOPT found no optimum.
     """
-    setting = Setting(
-        n_phases=n_phases, R=R, u_dc=u_dc, i_max=i_max, n_points=n_points, smoothing=smoothing
-    )
+    searched = checked_inputs(point, n_points, smoothing)
     need(np.isfinite(tau_ref), "tau_ref", tau_ref, "a finite torque [N m]")
-    need(np.isfinite(omega_m), "omega_m", omega_m, "a finite speed [rad/s]")
     need(norm in ("max", "rms"), "norm", norm, "'max' or 'rms'")
 
     def compute() -> Profile:
         if tau_ref < 0:  # the positive torque of the machine turned round
-            programme = Programme(machine, setting, -omega_m, direction=-1)
+            turned = replace(point, omega_m=-point.omega_m)
+            programme = Programme(turned, n_points=n_points, smoothing=smoothing, direction=-1)
             return _turned(profile_of(programme, -tau_ref, programme.best(-tau_ref, norm)))
-        programme = Programme(machine, setting, omega_m)
+        programme = Programme(point, n_points=n_points, smoothing=smoothing)
         return profile_of(programme, tau_ref, programme.best(tau_ref, norm))
 
-    inputs = [*content(machine), *astuple(setting), tau_ref, omega_m, norm]
+    inputs = [*searched, tau_ref, point.omega_m, norm]
     return cached(Profile, inputs, compute, algorithm=ALGORITHM)
 
 
@@ -92,10 +82,10 @@ def profile_of(programme: Programme, tau_ref: float, i: FloatArray) -> Profile:
         tau_error_rms=float(np.sqrt(np.mean(error * error))),
         i_rms=i_rms,
         i_peak=float(i.max()),
-        p_cu=programme.setting.n_phases * programme.setting.R * i_rms**2,
+        p_cu=programme.point.n_phases * programme.point.R * i_rms**2,
         tau_ref=tau_ref,
-        omega_m=programme.omega_m,
-        u_dc=programme.setting.u_dc,
+        omega_m=programme.point.omega_m,
+        u_dc=programme.point.u_dc,
     )
 
 

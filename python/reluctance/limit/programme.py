@@ -15,15 +15,14 @@ A nonlinear programme for IPOPT (A. Waechter, L. T. Biegler, Math. Programming 1
 through CasADi (J. Andersson et al., Math. Prog. Comp. 11, 2019, 1-36).
 """
 
-from dataclasses import dataclass
 from itertools import product
 from typing import Any, Literal
 
-import casadi as ca
 import numpy as np
 
-from reluctance.errors import ParameterError
-from reluctance.limit.magnetics import FloatArray, Machine, phase_magnetics
+from reluctance.drive.operating_point import OperatingPoint
+from reluctance.errors import need
+from reluctance.limit.magnetics import FloatArray, content, phase_magnetics
 
 Norm = Literal["max", "rms"]
 Objective = Literal["copper", "error", "torque"]
@@ -43,33 +42,20 @@ _IPOPT: dict[str, Any] = {
 }
 
 
-def need(holds: bool, what: str, value: object, need: str) -> None:
-    """Raises ParameterError unless it holds."""
-    if not holds:
-        raise ParameterError(f"{what} = {value}, need {need}")
+def checked_inputs(point: OperatingPoint, n_points: int, smoothing: float) -> list[Any]:
+    """What every search depends on, for a cache key.
 
-
-@dataclass(frozen=True)
-class Setting:
-    """What every search shares, checked."""
-
-    n_phases: int
-    R: float  # [ohm]
-    u_dc: float  # [V]
-    i_max: float  # [A]
-    n_points: int
-    smoothing: float  # [rad^2]
-
-    def __post_init__(self) -> None:
-        N = self.n_phases
-        need(N >= 2, "n_phases", N, "at least 2 phases")
-        need(self.R >= 0, "R", self.R, "a resistance >= 0 ohm")
-        need(self.u_dc > 0, "u_dc", self.u_dc, "a voltage > 0 V")
-        need(self.i_max > 0, "i_max", self.i_max, "a current > 0 A")
-        need(self.smoothing >= 0, "smoothing", self.smoothing, "a weight >= 0 rad^2")
-        fits = self.n_points % N == 0 and self.n_points >= 12 * N
-        grid = f"a multiple of n_phases = {N}, at least {12 * N}; try {60 * N}"
-        need(fits, "n_points", self.n_points, grid)
+    Raises
+    ------
+    ParameterError : the grid does not fit the phases, or the weight is negative.
+    """
+    N = point.n_phases
+    need(smoothing >= 0, "smoothing", smoothing, "a weight >= 0 rad^2")
+    fits = n_points % N == 0 and n_points >= 12 * N
+    grid = f"a multiple of n_phases = {N}, at least {12 * N}; try {60 * N}"
+    need(fits, "n_points", n_points, grid)
+    numbers = [point.n_phases, point.R, point.u_dc, point.i_max, n_points, smoothing]
+    return [*content(point.magnetics), *numbers]
 
 
 class Programme:
@@ -80,23 +66,30 @@ class Programme:
     """
 
     def __init__(
-        self, machine: Machine, setting: Setting, omega_m: float, direction: Literal[1, -1] = 1
+        self,
+        point: OperatingPoint,
+        *,
+        n_points: int = 180,
+        smoothing: float = 0.0,
+        direction: Literal[1, -1] = 1,
     ) -> None:
-        n, n_phases, R = setting.n_points, setting.n_phases, setting.R
+        import casadi as ca  # here: it is slow to import, and a cached result does without
+
+        n, n_phases, R = n_points, point.n_phases, point.R
         j = np.arange(n)
         self.theta_e: FloatArray = 2 * np.pi * j / n
-        self.setting, self.omega_m = setting, omega_m
+        self.point = point
         i, s, tau_ref = ca.MX.sym("i", n), ca.MX.sym("s"), ca.MX.sym("tau_ref")
         step = 2 * np.pi / n
-        psi, tau_ph = phase_magnetics(machine)(i, self.theta_e[direction * j])
+        psi, tau_ph = phase_magnetics(point.magnetics)(i, self.theta_e[direction * j])
         tau_ph = direction * tau_ph
-        u = R * (i + _next(i)) / 2 + machine.N_r * omega_m * (_next(psi) - psi) / step
+        u = R * (i + _next(i)) / 2 + point.N_r * point.omega_m * (_next(psi) - psi) / step
         m = n // n_phases  # one stroke: phase k does what phase 0 did k m points earlier
         tau = sum(tau_ph[k * m : (k + 1) * m] for k in range(n_phases))
         error = tau - tau_ref
         self._unknowns, self._tau_ref, self._u = ca.vertcat(i, s), tau_ref, u
         self._objectives: dict[Objective, Any] = {
-            "copper": ca.sumsqr(i) / n + setting.smoothing * ca.sumsqr((_next(i) - i) / step) / n,
+            "copper": ca.sumsqr(i) / n + smoothing * ca.sumsqr((_next(i) - i) / step) / n,
             "error": s,
             "torque": -s,
         }
@@ -140,8 +133,8 @@ class Programme:
 
     def greatest_torque(self, *starts: FloatArray) -> tuple[float, FloatArray]:
         """The greatest constant torque [N m] and its current (n,): best of all starts."""
-        full = float(_array(self._tau_ph(np.full_like(self.theta_e, self.setting.i_max))).max())
-        flat = np.full_like(self.theta_e, self.setting.i_max / 8)
+        full = float(_array(self._tau_ph(np.full_like(self.theta_e, self.point.i_max))).max())
+        flat = np.full_like(self.theta_e, self.point.i_max / 8)
         tried = [*starts, self.start(full / 2), self.start(full / 100), flat]
         tries = [
             self._solve("torque", "constant", i_0, tau_ref=full / 2, s=(0.0, np.inf))
@@ -149,15 +142,17 @@ class Programme:
         ]
         torques = [(tau, i) for i, tau, found in tries if found]
         if not torques:
-            raise RuntimeError(f"no greatest torque found at {self.omega_m} rad/s; change n_points")
+            raise RuntimeError(
+                f"no greatest torque found at {self.point.omega_m} rad/s; change n_points"
+            )
         return max(torques, key=lambda t: t[0])
 
     def start(self, tau_ref: float) -> FloatArray:
         """Each phase takes a share ~ max(sin theta_e, 0) of the torque; no voltage limit; (n,)."""
         weight = np.maximum(np.sin(self.theta_e), 0.0)
-        total = weight.reshape(self.setting.n_phases, -1).sum(axis=0)
-        share = weight / np.tile(np.maximum(total, 1e-9), self.setting.n_phases)
-        low, high = np.zeros_like(weight), np.full_like(weight, self.setting.i_max)
+        total = weight.reshape(self.point.n_phases, -1).sum(axis=0)
+        share = weight / np.tile(np.maximum(total, 1e-9), self.point.n_phases)
+        low, high = np.zeros_like(weight), np.full_like(weight, self.point.i_max)
         for _ in range(30):  # bisection: torque rises with current
             i = (low + high) / 2
             below = _array(self._tau_ph(i)) < share * tau_ref
@@ -171,7 +166,7 @@ class Programme:
         first start that converges gave the least copper of all at 141 of 141 points with 3 and 4
         phases, an analytic machine and a map, driving and braking up to 6000 rpm.
         """
-        flat = np.full_like(self.theta_e, self.setting.i_max)
+        flat = np.full_like(self.theta_e, self.point.i_max)
         return [self.start(tau_ref), self.start(tau_ref / 10), flat / 8, flat / 2]
 
     def _solve(
@@ -184,18 +179,20 @@ class Programme:
         s: tuple[float, float] = (0.0, 0.0),
     ) -> tuple[FloatArray, float, bool]:
         """Optimum i (n,) and s from a start, s within bounds; and whether IPOPT calls it one."""
+        import casadi as ca
+
         value, bound = self._constraints[constraint]
         if (objective, constraint) not in self._solvers:
             problem = {
                 "x": self._unknowns,
                 "p": self._tau_ref,
                 "f": self._objectives[objective],
-                "g": ca.vertcat(self._u / self.setting.u_dc, value),
+                "g": ca.vertcat(self._u / self.point.u_dc, value),
             }
             self._solvers[objective, constraint] = ca.nlpsol("limit", "ipopt", problem, _IPOPT)
         solver = self._solvers[objective, constraint]
         n, m = len(start), value.numel()
-        i_max = self.setting.i_max
+        i_max = self.point.i_max
         solution = solver(
             x0=np.append(start, min(tau_ref, s[1])),
             p=tau_ref,
@@ -210,8 +207,10 @@ class Programme:
 
 def _next(v: Any) -> Any:
     """The value at the next grid point of a periodic quantity."""
+    import casadi as ca
+
     return ca.vertcat(v[1:], v[0])
 
 
-def _array(v: ca.DM) -> FloatArray:
+def _array(v: Any) -> FloatArray:
     return np.asarray(v.full(), dtype=np.float64).ravel()

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from reluctance import _core
+from reluctance.drive import Drive
 from reluctance.limit.envelope import Envelope, torque_speed_envelope
 from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.point import check_point, operating_point
 from reluctance.limit.profile import Profile, best_profile
 from reluctance.limit.programme import FEASIBLE
 from reluctance.limit.ripple import RippleFloor, ripple_floor
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
+from reluctance.units import from_si
 
 POINTS_PER_PHASE = 60  # grid points of a period for each phase
 FLOOR_SMOOTHING = 1e-3  # of the profile whose voltages the ripple floor needs [rad^2]
@@ -43,7 +41,7 @@ class Limit:
         """Key figures under their border names."""
         best, floor = self.least_copper, self.floor
         figures: dict[str, float | bool | None] = {
-            "speed_rpm": best.omega_m * 30 / np.pi,
+            "speed_rpm": from_si(best.omega_m, "rpm"),
             "tau_ref_Nm": best.tau_ref,
             "u_dc_V": best.u_dc,
             "i_max_A": self.drive.machine.i_max_A,
@@ -89,10 +87,10 @@ def limit_of(
     """
     tau_ref, omega_m = operating_point(drive, tau_ref=tau_ref, omega_m=omega_m)
     check_point(drive, tau_ref=tau_ref, omega_m=omega_m, switching_frequency=switching_frequency)
-    machine, F = drive.machine.magnetics, switching_frequency
+    F = switching_frequency
     return Limit(
         drive=drive,
-        least_copper=best_profile(machine, tau_ref=tau_ref, omega_m=omega_m, **_given(drive)),
+        least_copper=best_profile(drive.at(omega_m), tau_ref, n_points=_points(drive)),
         tau_max=float(_envelope(drive, np.array([omega_m]), tau_ref).tau_max[0]),
         floor=None
         if F is None
@@ -104,20 +102,11 @@ def floor_of(
     drive: Drive, *, tau_ref: float, omega_m: float, switching_frequency: float
 ) -> RippleFloor:
     """The least ripple at a mean switching frequency [Hz], torque [N m] and speed [rad/s]."""
+    point = drive.at(omega_m)
     smooth = best_profile(
-        drive.machine.magnetics,
-        tau_ref=tau_ref,
-        omega_m=omega_m,
-        norm="rms",
-        smoothing=FLOOR_SMOOTHING,
-        **_given(drive),
+        point, tau_ref, n_points=_points(drive), norm="rms", smoothing=FLOOR_SMOOTHING
     )
-    return ripple_floor(
-        drive.machine.magnetics,
-        smooth,
-        n_phases=drive.machine.n_phases,
-        switching_frequency=switching_frequency,
-    )
+    return ripple_floor(point, smooth, switching_frequency=switching_frequency)
 
 
 def envelope_of(
@@ -156,20 +145,13 @@ def _envelope(
     progress: Callable[[float], None] | None = None,
 ) -> Envelope:
     return torque_speed_envelope(
-        drive.machine.magnetics,
-        omega_m=speeds,
+        drive.at(0.0),
+        speeds,
+        n_points=_points(drive),
         direction=-1 if tau_ref < 0 else 1,
         progress=progress,
-        **_given(drive),
     )
 
 
-def _given(drive: Drive) -> dict[str, Any]:
-    """What a drive gives to every search."""
-    return {
-        "n_phases": drive.machine.n_phases,
-        "R": drive.machine.R,
-        "u_dc": drive.converter.u_dc_V,
-        "i_max": drive.machine.i_max_A,
-        "n_points": POINTS_PER_PHASE * drive.machine.n_phases,
-    }
+def _points(drive: Drive) -> int:
+    return POINTS_PER_PHASE * drive.machine.n_phases

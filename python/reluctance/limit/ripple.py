@@ -23,18 +23,16 @@ angle in the best way:
 
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from reluctance import _core
+from reluctance.drive.operating_point import OperatingPoint
 from reluctance.errors import ParameterError
 from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.profile import Profile
-
-CoreMachine: TypeAlias = _core.LeHuy | _core.FluxMap
 
 AT_REST = 1e-3  # of the peak current: below it a phase is idle, its diodes block [1]
 WEIGHTS = 9  # pairs of weights per angle; fewer lower the bound, never raise it
@@ -53,27 +51,26 @@ class RippleFloor:
 
 
 def ripple_floor(
-    machine: CoreMachine, profile: Profile, *, n_phases: int, switching_frequency: float
+    point: OperatingPoint, profile: Profile, *, switching_frequency: float
 ) -> RippleFloor:
     """Least torque error of three-level legs around a profile.
 
     Parameters
     ----------
-    machine : the one that the profile is of.
+    point : where the profile belongs.
     profile : smooth, as from `best_profile(..., smoothing=1e-3)`: its voltages are differences.
-    n_phases : phases, as the profile's.
     switching_frequency : turn-ons per second of one switch, mean over all 2 n_phases [Hz].
 
     Raises
     ------
     ParameterError : the frequency is not positive, or the phases are not the profile's.
     """
-    F, n = switching_frequency, len(profile.i)
+    F, n, n_phases = switching_frequency, len(profile.i), point.n_phases
     if not F > 0:
         raise ParameterError(f"switching_frequency = {F} Hz, need > 0")
     if n % n_phases:
         raise ParameterError(f"n_phases = {n_phases}, need a divisor of the {n} profile points")
-    u, gain, flows = _local(machine, profile)
+    u, gain, flows = _local(point, profile)
     d = np.minimum(np.abs(u) / profile.u_dc, 1.0)
     a = np.abs(gain) * profile.u_dc * d * (1 - d) / np.sqrt(12)
     strokes = (v.reshape(n_phases, -1).T for v in (u, gain, flows))
@@ -93,11 +90,11 @@ def ripple_floor(
 
 
 def _local(
-    machine: CoreMachine, profile: Profile
+    point: OperatingPoint, profile: Profile
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """Voltage [V], torque per flux [N m/Wb] and where current flows, on each interval, (n,)."""
     i = (profile.i + np.roll(profile.i, -1)) / 2
-    at = _core.magnetics(machine, i, profile.theta_e + profile.theta_e[1] / 2)
+    at = _core.magnetics(point.magnetics, i, profile.theta_e + profile.theta_e[1] / 2)
     flows = i > AT_REST * profile.i_peak
     return np.where(flows, profile.u, 0.0), np.where(flows, at[:, 4] / at[:, 3], 0.0), flows
 
@@ -140,6 +137,8 @@ def _least(u: FloatArray, gain: FloatArray, u_dc: float) -> list[float]:
 
 def _minimum(cost: FloatArray, **constraints: Any) -> float:
     """The least value of a linear programme over variables >= 0."""
+    from scipy.optimize import linprog  # here: it is slow to import
+
     solution = linprog(cost, **constraints)
     if not solution.success:
         raise RuntimeError(f"no least ripple found: {solution.message}")

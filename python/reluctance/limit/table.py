@@ -1,13 +1,15 @@
 """Best profiles over a range of torques, as a controller stores them."""
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
 from reluctance.cache import cached
-from reluctance.limit.magnetics import FloatArray, Machine, content
+from reluctance.drive.operating_point import OperatingPoint
+from reluctance.errors import need
+from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.profile import profile_of
-from reluctance.limit.programme import ALGORITHM, Norm, Programme, Setting, need
+from reluctance.limit.programme import ALGORITHM, Norm, Programme, checked_inputs
 
 
 @dataclass(frozen=True)
@@ -26,14 +28,9 @@ class Table:
 
 
 def profile_table(
-    machine: Machine,
-    *,
-    n_phases: int,
-    R: float,
+    point: OperatingPoint,
     tau_max: float,
-    omega_m: float,
-    u_dc: float,
-    i_max: float,
+    *,
     n_levels: int = 9,
     n_points: int = 180,
     norm: Norm = "rms",
@@ -54,16 +51,13 @@ def profile_table(
     ParameterError : a parameter out of range.
     RuntimeError : IPOPT found no optimum.
     """
-    setting = Setting(
-        n_phases=n_phases, R=R, u_dc=u_dc, i_max=i_max, n_points=n_points, smoothing=smoothing
-    )
+    searched = checked_inputs(point, n_points, smoothing)
     need(tau_max > 0, "tau_max", tau_max, "a torque > 0 N m")
-    need(np.isfinite(omega_m), "omega_m", omega_m, "a finite speed [rad/s]")
     need(n_levels >= 2, "n_levels", n_levels, "at least 2: zero and tau_max")
     need(norm in ("max", "rms"), "norm", norm, "'max' or 'rms'")
 
     def compute() -> Table:
-        programme = Programme(machine, setting, omega_m)
+        programme = Programme(point, n_points=n_points, smoothing=smoothing)
         levels = tau_max * np.linspace(0.0, 1.0, n_levels) ** 2
         profiles = [
             profile_of(programme, tau, programme.best(tau, norm)) for tau in levels.tolist()
@@ -76,9 +70,9 @@ def profile_table(
             tau_error_max=np.array([p.tau_error_max for p in profiles]),
             tau_error_rms=np.array([p.tau_error_rms for p in profiles]),
             i_rms=np.array([p.i_rms for p in profiles]),
-            omega_m=omega_m,
-            u_dc=u_dc,
+            omega_m=point.omega_m,
+            u_dc=point.u_dc,
         )
 
-    inputs = [*content(machine), *astuple(setting), tau_max, omega_m, n_levels, norm]
+    inputs = [*searched, tau_max, point.omega_m, n_levels, norm]
     return cached(Table, inputs, compute, algorithm=ALGORITHM)

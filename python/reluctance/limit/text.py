@@ -1,8 +1,7 @@
 """A limit in words: labels and values for the command line, and what they rest on."""
 
-import numpy as np
-
 from reluctance.limit.report import Limit
+from reluctance.units import from_si
 
 PROFILE = (
     "Constraints hold at the grid points to 1e-6. Optima are the best known: a local solver, "
@@ -18,7 +17,7 @@ def rows(limit: Limit) -> list[tuple[str, str]]:
     """Label and value of every key figure."""
     best, floor, tau_ref = limit.least_copper, limit.floor, abs(limit.least_copper.tau_ref)
     lines = [
-        ("speed", f"{best.omega_m * 30 / np.pi:.2f} rpm"),
+        ("speed", f"{from_si(best.omega_m, 'rpm'):.2f} rpm"),
         ("torque", f"{best.tau_ref:.3f} N m"),
         ("dc-link voltage", f"{best.u_dc:g} V"),
         ("current limit", f"{limit.drive.machine.i_max_A:g} A"),

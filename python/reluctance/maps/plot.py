@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
+from reluctance import _core
 from reluctance.maps.table import Array, FluxTable
 
 ANGLES = (0.0, 45.0, 90.0, 135.0, 180.0)  # deg el.
@@ -29,7 +30,7 @@ def plot_magnetisation(
     axes = _axes(axes)
     i = np.linspace(0, machine.i_last, 200)
     for n, angle in enumerate(ANGLES):
-        psi = machine.magnetics(i, np.full_like(i, np.radians(angle)))[:, 0]
+        psi = _core.magnetics(machine, i, np.full_like(i, np.radians(angle)))[:, 0]
         axes.plot(i, psi, color=_colour(n), label=f"{angle:g} deg el.")
         if table is not None:
             column = int(np.abs(table.theta_e - np.radians(angle)).argmin())
@@ -71,7 +72,7 @@ def plot_coenergy(machine: Sampled, *, axes: Axes | None = None) -> Axes:
 def _against_angle(axes: Axes, machine: Sampled, column: int, *, factor: float = 1.0) -> None:
     theta_e = np.linspace(0, 2 * np.pi, 361)
     for n, i in enumerate(_levels(machine)):
-        values = machine.magnetics(np.full_like(theta_e, i), theta_e)[:, column]
+        values = _core.magnetics(machine, np.full_like(theta_e, i), theta_e)[:, column]
         axes.plot(np.degrees(theta_e), factor * values, color=_colour(n), label=f"{i:.4g} A")
     axes.set_xticks(range(0, 361, 60))
 

@@ -119,7 +119,7 @@ def assembled(
         N_r=table.N_r, knots=knots, coefficients=coefficients, theta_span=float(span)
     )
     i, theta_e = (x.ravel() for x in np.meshgrid(half.i, half.theta_e, indexing="ij"))
-    error = (machine.magnetics(i, theta_e)[:, 0] - half.psi.ravel()) / np.abs(half.psi).max()
+    error = (_core.magnetics(machine, i, theta_e)[:, 0] - half.psi.ravel()) / np.abs(half.psi).max()
     return Surface(
         N_r=table.N_r,
         knots=knots,

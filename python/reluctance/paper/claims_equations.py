@@ -5,16 +5,17 @@ from numpy.typing import NDArray
 
 from reluctance import _core, limit
 from reluctance.drive import Drive
-from reluctance.kpis import Kpis
-from reluctance.machine import MachineFile
+from reluctance.drive.machine import MachineFile
 from reluctance.paper import printed, pump
 from reluctance.paper.claim import Claim, verdict
 from reluctance.paper.points import HALF, RATED, Point, le_huy
 from reluctance.paper.study import Study
+from reluctance.run.kpis import Kpis
+from reluctance.units import from_si
 
 PSI_M_DEFAULT = 0.486  # of the generic machine with the same L_d, L_q and I_m [Wb]
 I_SAMPLE = 50.0  # a current of ordinary operation, for the equations that are compared [A]
-TO_RPM = 30 / np.pi
+TO_RPM = from_si(1.0, "rpm")  # [rpm s/rad]
 
 
 def equation_claims(found: Study) -> list[Claim]:
@@ -180,15 +181,8 @@ def maximum_point(drive: Drive, best: limit.Profile) -> list[Claim]:
     """I_m, theta_m, psi_m."""
     machine = drive.machine
     other = machine.model_copy(update={"psi_m_Wb": PSI_M_DEFAULT})
-    relaxed = limit.best_profile(
-        le_huy(other),
-        n_phases=other.n_phases,
-        R=other.R,
-        tau_ref=RATED.tau_ref,
-        omega_m=drive.omega_nominal,
-        u_dc=drive.converter.u_dc_V,
-        i_max=other.i_max_A,
-    )
+    point = other.at(u_dc=drive.converter.u_dc_V, omega_m=drive.omega_nominal)
+    relaxed = limit.best_profile(point, RATED.tau_ref)
     psi_15 = float(magnetics(other, printed.I_M, printed.THETA_M)[0])
     return [
         Claim(

@@ -6,6 +6,8 @@ from reluctance.paper.claim import Claim, verdict
 from reluctance.paper.points import Runs
 from reluctance.paper.study import Study
 from reluctance.paper.sweeps import Response
+from reluctance.run.kpis import definite
+from reluctance.units import from_si
 
 VISIBLE = 1e-3  # ripple below it is none: less than a line width in a plot of the whole range
 
@@ -111,7 +113,7 @@ def better_setting(found: Study) -> Claim:
 def horizons(found: Study) -> Claim:
     """How much N_p and N_c matter."""
     errors = {
-        name: [s.kpis.torque_error_rms * 100 for s in found.settings if s.name == name]
+        name: [definite(s.kpis.torque_error_rms) * 100 for s in found.settings if s.name == name]
         for name in ("N_p", "N_c", "r_w")
     }
     low, high = min(errors["N_p"] + errors["N_c"]), max(errors["N_p"] + errors["N_c"])
@@ -153,14 +155,14 @@ def torque_ripple(runs: Runs) -> Claim:
         claim=f"Section 4: in steady state at {runs.point.label} the torque is without ripples "
         "(peak to peak)",
         paper_says=0.0,
-        model_gives=k.torque_ripple * 100,
+        model_gives=definite(k.torque_ripple_pp) * 100,
         unit="%",
         physical_limit=least,
-        verdict=verdict(k.torque_ripple < VISIBLE),
-        why=f"At {k.switching_frequency / 1e3:.1f} kHz mean switching frequency per switch, rms "
-        f"error {k.torque_error_rms * 100:.2f} %, rms current {k.i_rms:.1f} A. Zero is possible "
-        "within the voltage, but only in the limit of infinite switching frequency. The sentence "
-        "is read of the torque as well as of the speed; none is read as under 0.1 %.",
+        verdict=verdict(definite(k.torque_ripple_pp) < VISIBLE),
+        why=f"At {k.f_switch / 1e3:.1f} kHz mean switching frequency per switch, rms "
+        f"error {definite(k.torque_error_rms) * 100:.2f} %, rms current {k.i_rms:.1f} A. Zero is "
+        "possible within the voltage, but only in the limit of infinite switching frequency. The "
+        "sentence is read of the torque as well as of the speed; none is read as under 0.1 %.",
     )
 
 
@@ -170,7 +172,7 @@ def low_ripple(found: Study) -> Claim:
     return Claim(
         claim="Abstract: the MPC gives a very low rate of ripples (rms torque error, rated torque)",
         paper_says="very low",
-        model_gives=k.torque_error_rms * 100,
+        model_gives=definite(k.torque_error_rms) * 100,
         unit="%",
         physical_limit=None,
         verdict="cannot be checked",
@@ -181,7 +183,7 @@ def low_ripple(found: Study) -> Claim:
 
 def speed_held(runs: Runs) -> Claim:
     """The speed loop reaches its reference."""
-    rpm = runs.pump.kpis.speed_mean * 30 / np.pi
+    rpm = from_si(runs.pump.kpis.speed_mean, "rpm")
     return Claim(
         claim=f"Fig. 8: from standstill the drive reaches and holds {runs.point.speed_rpm:g} rpm",
         paper_says=runs.point.speed_rpm,
@@ -197,15 +199,15 @@ def speed_held(runs: Runs) -> Claim:
 def speed_ripple(runs: Runs) -> Claim:
     """Steady-state speed ripple, speed loop closed."""
     k = runs.pump.kpis
-    swing = k.speed_ripple * k.speed_mean * 30 / np.pi
+    swing = from_si(definite(k.speed_ripple_pp) * k.speed_mean, "rpm")
     return Claim(
         claim=f"Section 4: in steady state at {runs.point.speed_rpm:g} rpm the speed is without "
         "ripples (peak to peak)",
         paper_says=0.0,
-        model_gives=k.speed_ripple * 100,
+        model_gives=definite(k.speed_ripple_pp) * 100,
         unit="%",
         physical_limit=0.0,
-        verdict=verdict(k.speed_ripple < VISIBLE),
+        verdict=verdict(definite(k.speed_ripple_pp) < VISIBLE),
         why=f"{swing:.2f} rpm peak to peak: under 0.1 %, not visible at the scale of a "
         "plot of the whole speed range. The inertia filters: torque ripple is much larger, so "
         "speed says little about torque.",
@@ -250,10 +252,10 @@ def efficiency(runs: Runs) -> Claim:
     return Claim(
         claim=f"Introduction: the SRM has a good efficiency (this one at {runs.point.label})",
         paper_says="good",
-        model_gives=k.efficiency * 100,
+        model_gives=definite(k.efficiency) * 100,
         unit="%",
         physical_limit=p_mech / (p_mech + runs.best.p_cu) * 100,
-        verdict=verdict(k.efficiency > 0.8),
+        verdict=verdict(definite(k.efficiency) > 0.8),
         why="Good is read as 80 % or more. Copper loss only; iron and converter would lower it. "
         "Without ripple no controller can do better than the limit on this machine.",
     )

@@ -8,12 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from reluctance import plots
 from reluctance.paper import printed
 from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.response import LEVEL
 from reluctance.paper.study import Study
 from reluctance.paper.sweeps import Response
+from reluctance.run import plots
+from reluctance.run.kpis import definite
+from reluctance.units import from_si
 
 MODEL, PAPER = "C0", "C3"
 
@@ -68,7 +70,7 @@ def speed(found: Study) -> Figure:
     figure, axes = blank(2, 2, size=(11, 6.5))
     for column, runs in enumerate((found.rated, found.half)):
         whole, end = axes[0][column], axes[1][column]
-        t, rpm = runs.pump.t, runs.pump.omega_m * 30 / np.pi
+        t, rpm = runs.pump.t, from_si(runs.pump.omega_m, "rpm")
         target = runs.point.speed_rpm
         for ax in (whole, end):
             ax.plot(t, rpm, color=MODEL, lw=1.2, label="speed")
@@ -132,12 +134,15 @@ def settings(found: Study) -> Figure:
         row = [s for s in found.settings if s.name == name]
         x = [s.value for s in row]
         quantities = (
-            ("torque ripple\npeak to peak (%)", [s.kpis.torque_ripple * 100 for s in row]),
-            ("torque error\nrms (%)", [s.kpis.torque_error_rms * 100 for s in row]),
+            (
+                "torque ripple\npeak to peak (%)",
+                [definite(s.kpis.torque_ripple_pp) * 100 for s in row],
+            ),
+            ("torque error\nrms (%)", [definite(s.kpis.torque_error_rms) * 100 for s in row]),
             ("phase current\nrms (A)", [s.kpis.i_rms for s in row]),
             (
                 "switching frequency\nper switch (kHz)",
-                [s.kpis.switching_frequency / 1e3 for s in row],
+                [s.kpis.f_switch / 1e3 for s in row],
             ),
         )
         for line, (ylabel, y) in enumerate(quantities):

@@ -10,6 +10,8 @@ from reluctance.paper.claim import Claim, text
 from reluctance.paper.figures import PICTURES
 from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.study import Study
+from reluctance.run.kpis import definite
+from reluctance.units import from_si, to_si
 
 STYLE = """
 body{font-family:system-ui,sans-serif;line-height:1.45;max-width:72em;margin:2em auto;padding:0 1em;
@@ -112,11 +114,14 @@ def _figures_table(found: Study) -> str:
     head += [f"pump, speed loop at {r.point.speed_rpm:g} rpm" for r in runs]
     lines = [
         ("mean torque (N m)", [f"{k.tau_mean:.3f}" for k in all_kpis]),
-        ("torque ripple, peak to peak (%)", [f"{k.torque_ripple * 100:.2f}" for k in all_kpis]),
-        ("torque error, rms (%)", [f"{k.torque_error_rms * 100:.2f}" for k in all_kpis]),
+        (
+            "torque ripple, peak to peak (%)",
+            [_percent(k.torque_ripple_pp) for k in all_kpis],
+        ),
+        ("torque error, rms (%)", [_percent(k.torque_error_rms) for k in all_kpis]),
         (
             "switching frequency per switch (kHz)",
-            [f"{k.switching_frequency / 1e3:.2f}" for k in all_kpis],
+            [f"{k.f_switch / 1e3:.2f}" for k in all_kpis],
         ),
         ("phase current, rms (A)", [f"{k.i_rms:.2f}" for k in all_kpis]),
         ("– physical limit (A)", [f"{r.best.i_rms:.2f}" for r in runs] + ["", ""]),
@@ -124,9 +129,12 @@ def _figures_table(found: Study) -> str:
         ("copper loss (W)", [f"{k.p_cu:.0f}" for k in all_kpis]),
         ("– physical limit (W)", [f"{r.best.p_cu:.0f}" for r in runs] + ["", ""]),
         ("mechanical power (W)", [f"{k.p_mech:.0f}" for k in all_kpis]),
-        ("efficiency (%)", [f"{k.efficiency * 100:.2f}" for k in all_kpis]),
-        ("mean speed (rpm)", [f"{k.speed_mean * 30 / np.pi:.2f}" for k in all_kpis]),
-        ("speed ripple, peak to peak (%)", [f"{k.speed_ripple * 100:.4f}" for k in all_kpis]),
+        ("efficiency (%)", [_percent(k.efficiency) for k in all_kpis]),
+        ("mean speed (rpm)", [f"{from_si(k.speed_mean, 'rpm'):.2f}" for k in all_kpis]),
+        (
+            "speed ripple, peak to peak (%)",
+            [_percent(k.speed_ripple_pp, 4) for k in all_kpis],
+        ),
         ("time to 98 % of the speed (s)", ["", ""] + [f"{_rise_time(r):.3f}" for r in runs]),
     ]
     body = "".join(
@@ -142,7 +150,7 @@ def _figures_table(found: Study) -> str:
 
 def _rise_time(runs: Runs) -> float:
     """When the speed first reaches 98 % of its reference [s]."""
-    fast = runs.pump.omega_m >= 0.98 * runs.point.speed_rpm * np.pi / 30
+    fast = runs.pump.omega_m >= 0.98 * to_si(runs.point.speed_rpm, "rpm")
     return float(runs.pump.t[np.argmax(fast)])
 
 
@@ -161,3 +169,7 @@ def _claims_table(rows: list[Claim]) -> str:
         "<th class=n>model</th><th class=n>physical limit</th><th>unit</th><th>verdict</th></tr>"
         f"{body}</table>"
     )
+
+
+def _percent(value: float | None, digits: int = 2) -> str:
+    return f"{definite(value) * 100:.{digits}f}"

@@ -1,16 +1,17 @@
 """The paper's two operating points and the runs made at each."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from reluctance import _core, limit
 from reluctance.drive import Drive
-from reluctance.drive_file import load
+from reluctance.drive.machine import MachineFile
 from reluctance.errors import ParameterError
-from reluctance.kpis import Kpis
-from reluctance.machine import MachineFile
+from reluctance.load import load
 from reluctance.paper import printed
-from reluctance.simulate import Result, simulate
+from reluctance.resources import resources
+from reluctance.run.kpis import Kpis
+from reluctance.run.result import Result
+from reluctance.run.simulate import simulate
 
 PUMP_UNTIL = (
     2.4  # the slowest mode of the speed loop is gone: 3.2 s gives the same speed ripple [s]
@@ -30,7 +31,7 @@ class Point:
 
     def drive(self, *overrides: str) -> Drive:
         """The drive on a shaft held at the point's speed, with `section.key=value` replaced."""
-        return load(examples() / self.drive_file, list(overrides))
+        return load(resources("examples") / self.drive_file, list(overrides))
 
 
 RATED = Point("rated torque", "paper_rated.toml", printed.TAU_RATED, printed.RPM_RATED, 0.35e-3)
@@ -51,22 +52,16 @@ class Runs:
 def run_point(point: Point) -> Runs:
     """The runs of one operating point."""
     drive = point.drive()
-    pump = load(examples() / "paper_pump.toml", [f"reference.speed_rpm={point.speed_rpm}"])
+    pump = load(
+        resources("examples") / "paper_pump.toml", [f"reference.speed_rpm={point.speed_rpm}"]
+    )
     free = point.drive("load.kind=pump", f"load.k_pump_Nms2={printed.K_PUMP}")
     return Runs(
         point=point,
         locked=simulate(drive),
         pump=simulate(pump, until=PUMP_UNTIL, record=PUMP_RECORD),
         free=simulate(free, until=1.0, record=None).kpis,
-        best=limit.best_profile(
-            le_huy(drive.machine),
-            n_phases=drive.machine.n_phases,
-            R=drive.machine.R,
-            tau_ref=point.tau_ref,
-            omega_m=drive.omega_nominal,
-            u_dc=drive.converter.u_dc_V,
-            i_max=drive.machine.i_max_A,
-        ),
+        best=limit.best_profile(drive.at(drive.omega_nominal), point.tau_ref),
     )
 
 
@@ -76,9 +71,3 @@ def le_huy(machine: MachineFile) -> _core.LeHuy:
     if not isinstance(model, _core.LeHuy):
         raise ParameterError(f"{machine.name}: need the analytic model `lehuy`, as in the paper")
     return model
-
-
-def examples() -> Path:
-    """The folder of example drives: in the installed package, or beside the sources."""
-    installed = Path(__file__).parents[1] / "examples"
-    return installed if installed.is_dir() else Path(__file__).parents[3] / "examples"

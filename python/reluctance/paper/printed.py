@@ -7,10 +7,12 @@ the paper's too; docs/paper.md lists what is wrong with each.
 import numpy as np
 from numpy.typing import NDArray
 
+from reluctance.units import to_si
+
 FloatArray = NDArray[np.float64]
 
 POWER = 6000.0  # Table 1 [W]
-SPEED = 1500 * np.pi / 30  # Table 1 [rad/s]
+SPEED = to_si(1500.0, "rpm")  # Table 1 [rad/s]
 R = 0.72  # Table 1 [ohm]
 L_D, L_Q = 23.62e-3, 0.67e-3  # Table 1 [H]
 J = 0.008  # Table 1 [kg m^2]

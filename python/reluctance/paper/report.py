@@ -9,12 +9,12 @@ from functools import partial
 from pathlib import Path
 
 from reluctance.errors import ParameterError
+from reluctance.files import write_whole
 from reluctance.paper.claim import Claim
 from reluctance.paper.claims import claims
 from reluctance.paper.figures import PICTURES
 from reluctance.paper.page import page
 from reluctance.paper.study import Grid, Study, study
-from reluctance.save import write_whole
 
 DPI = 110
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reluctance import _core
-from reluctance.machine import MachineFile
-from reluctance.simulate import Result
+from reluctance.drive.machine import MachineFile
+from reluctance.run.result import Result
 
 FloatArray = NDArray[np.float64]
 

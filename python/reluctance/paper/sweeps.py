@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reluctance.kpis import Kpis
 from reluctance.paper.points import Point
 from reluctance.paper.response import LEVEL, least_time, least_voltage, response_time
-from reluctance.simulate import Result, simulate
+from reluctance.run.kpis import Kpis
+from reluctance.run.result import Result
+from reluctance.run.simulate import simulate
 
 FloatArray = NDArray[np.float64]
 

@@ -1,0 +1,85 @@
+// The controller of a law from Python: its parameters by its field list (base/fields.hpp).
+#pragma once
+
+#include <tuple>
+
+#include "bindings.hpp"
+#include "srm/control/part/guide.hpp"
+
+namespace bound {
+
+/// What Python gives for a field of type V.
+template <class V>
+struct Given {
+  using type = V;  // int, enum, struct in double
+};
+template <>
+struct Given<float> {
+  using type = double;
+};
+template <class V, std::size_t n>
+struct Given<std::array<V, n>> {
+  using type = std::array<double, n>;
+};
+template <class V>
+struct Given<srm::View<V>> {
+  using type = std::vector<double>;
+};
+template <srm::Real T, template <class> class S>
+struct Given<S<T>> {
+  using type = S<double>;
+};
+template <srm::Real T>
+struct Given<srm::Guide<T>> {
+  using type = srm::Held<srm::Guide<double>>;
+};
+
+/// The fields of a default S as a tuple of Field: their names and types.
+template <class S>
+auto field_list(S& s) {
+  return srm::fields_of(s, [](auto... field) { return std::tuple(field...); });
+}
+
+/// Any instance of a law: all have the same fields.
+template <template <class, int> class Law>
+using Sample = Law<srm::LeHuy<double>, 2>;
+
+/// 1 where the first field of a law is its machine, which is the setting's; else 0.
+template <template <class, int> class Law>
+inline constexpr std::size_t has_machine = requires(Sample<Law> law) { law.machine; } ? 1 : 0;
+
+/// What Python gives for field n of a law, the machine left out.
+template <template <class, int> class Law, std::size_t n>
+using GivenField = typename Given<std::remove_reference_t<
+    decltype(std::tuple_element_t<n + has_machine<Law>,
+                                  decltype(field_list(std::declval<Sample<Law>&>()))>::value)>>::type;
+
+/// Python's function that makes the controller of a law: the setting, then the fields of the law
+/// but its machine.
+template <template <class, int> class Law>
+void bind_law(nb::module_& m, const char* name, const char* doc) {
+  Sample<Law> sample{};
+  const auto list = field_list(sample);
+  constexpr std::size_t count = std::tuple_size_v<decltype(field_list(sample))> - has_machine<Law>;
+  [&]<std::size_t... n>(std::index_sequence<n...>) {
+    m.def(
+        name,
+        [](const Setting& setting, const GivenField<Law, n>&... value) {
+          return controller(setting, [&]<class T, int N, class M>(const M& machine,
+                                                                  srm::Tables& tables) {
+            Law<M, N> law{};
+            if constexpr (has_machine<Law> == 1) law.machine = machine;
+            const auto fields = field_list(law);
+            (srm::assign(std::get<n + has_machine<Law>>(fields).value, value, tables), ...);
+            if constexpr (requires { law.is_consistent(); }) {
+              if (!law.is_consistent()) throw std::invalid_argument("need a value for each speed");
+            }
+            return law;
+          });
+        },
+        nb::arg("setting"), nb::kw_only(), nb::arg(std::get<n + has_machine<Law>>(list).name)...,
+        doc);
+  }(std::make_index_sequence<count>());
+}
+
+}  // namespace bound

@@ -1,0 +1,39 @@
+// The named choices of the core.
+#include "bindings.hpp"
+#include "srm/control/law/angles.hpp"
+#include "srm/control/part/modulator.hpp"
+#include "srm/control/part/sharing.hpp"
+
+namespace bound {
+
+void bind_enums(nb::module_& m) {
+  nb::enum_<srm::Leg>(m, "Leg")
+      .value("demagnetize", srm::Leg::demagnetize)
+      .value("freewheel", srm::Leg::freewheel)
+      .value("magnetize", srm::Leg::magnetize);
+  nb::enum_<srm::Gate>(m, "Gate")
+      .value("timer", srm::Gate::timer)
+      .value("comparator", srm::Gate::comparator)
+      .value("window", srm::Gate::window);
+  nb::enum_<srm::AngleWatch>(m, "AngleWatch")
+      .value("compare", srm::AngleWatch::compare)
+      .value("sampled", srm::AngleWatch::sampled);
+  nb::enum_<srm::Carriers>(m, "Carriers")
+      .value("in_phase", srm::Carriers::in_phase)
+      .value("interleaved", srm::Carriers::interleaved);
+  nb::enum_<srm::Shape>(m, "Shape")
+      .value("linear", srm::Shape::linear)
+      .value("cubic", srm::Shape::cubic)
+      .value("sinusoidal", srm::Shape::sinusoidal)
+      .value("exponential", srm::Shape::exponential)
+      .value("table", srm::Shape::table);
+  nb::enum_<srm::Outer>(m, "Outer")
+      .value("torque", srm::Outer::torque)
+      .value("speed", srm::Outer::speed)
+      .value("none", srm::Outer::none);
+  nb::enum_<srm::Comparators>(m, "Comparators")
+      .value("analog", srm::Comparators::analog)
+      .value("sampled", srm::Comparators::sampled);
+}
+
+}  // namespace bound

@@ -1,0 +1,171 @@
+// Power converters: what the windings see of the switches, with the drops of switches and diodes.
+//
+// A bridge sees the legs that are ordered for all phases at once, so that phases may share switches.
+// To add one: a struct with these four functions, and its name in `Bridge` at the end of this file.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <numeric>
+#include <variant>
+
+#include "srm/base/fields.hpp"
+#include "srm/base/leg.hpp"
+
+namespace srm {
+
+/// Of N phases.
+template <std::size_t N>
+using AllLegs = std::array<Leg, N>;
+template <std::size_t N>
+using PerPhase = std::array<double, N>;
+
+/// On-state voltages: threshold [V] and slope [ohm] of a switch and of a diode.
+struct Devices {
+  double v_switch{}, R_switch{}, v_diode{}, R_diode{};
+  SRM_FIELDS(v_switch, R_switch, v_diode, R_diode)
+
+  double on(double i) const { return v_switch + R_switch * i; }
+  double diode(double i) const { return v_diode + R_diode * i; }
+};
+
+/// What the switches have done so far. A switching loss that is linear in current and voltage needs
+/// no more than the sums of u_dc i over the instants.
+struct Switchings {
+  double turn_ons = 0;  // of all switches
+  double S_on = 0;      // sum of u_dc i over turn-ons [VA]
+  double S_off = 0;     // over turn-offs
+  SRM_FIELDS(turn_ons, S_on, S_off)
+
+  /// So many switches turn on (or off where negative) at current i.
+  void count(int switches, double u_dc, double i) {
+    const double S = switches * u_dc * i;
+    if (switches > 0) {
+      turn_ons += switches;
+      S_on += S;
+    } else {
+      S_off -= S;
+    }
+  }
+};
+
+/// Two switches and two diodes a phase; no phase is in another's way.
+struct AsymmetricBridge {
+  Devices device;
+  SRM_FIELDS(device)
+
+  static constexpr int n_switches(int n_phases) { return 2 * n_phases; }
+
+  /// The legs that the windings see.
+  template <std::size_t N>
+  AllLegs<N> legs(const AllLegs<N>& ordered) const {
+    return ordered;
+  }
+
+  /// Winding voltages, valid for i > 0 and for a magnetized leg at any current. Magnetize puts two
+  /// switches in the path, freewheel one switch and one diode, demagnetize two diodes.
+  template <std::size_t N>
+  PerPhase<N> voltages(const AllLegs<N>& leg, const PerPhase<N>& i, double u_dc) const {
+    PerPhase<N> u;
+    for (std::size_t k = 0; k < N; ++k) {
+      switch (leg[k]) {
+        case Leg::magnetize:
+          u[k] = u_dc - 2 * device.on(i[k]);
+          break;
+        case Leg::freewheel:
+          u[k] = -device.on(i[k]) - device.diode(i[k]);
+          break;
+        case Leg::demagnetize:
+          u[k] = -u_dc - 2 * device.diode(i[k]);
+          break;
+      }
+    }
+    return u;
+  }
+
+  template <std::size_t N>
+  void count(Switchings& sum, const AllLegs<N>& before, const AllLegs<N>& after, double u_dc,
+             const PerPhase<N>& i) const {
+    for (std::size_t k = 0; k < N; ++k) {
+      sum.count(static_cast<int>(after[k]) - static_cast<int>(before[k]), u_dc, i[k]);
+    }
+  }
+};
+
+/// The (n + 1)-switch or Miller converter: all phases share one upper switch and one lower diode.
+///
+/// The upper switch is on while any phase is magnetized. Until it turns off, a phase that is to be
+/// demagnetized can only freewheel: currents cannot be commutated independently. T. J. E. Miller,
+/// Switched Reluctance Motors and Their Control, Oxford 1993, ch. 6.
+struct SharedSwitchBridge {
+  Devices device;
+  SRM_FIELDS(device)
+
+  static constexpr int n_switches(int n_phases) { return n_phases + 1; }
+
+  template <std::size_t N>
+  static bool upper_on(const AllLegs<N>& legs) {
+    for (const Leg leg : legs) {
+      if (leg == Leg::magnetize) return true;
+    }
+    return false;
+  }
+
+  template <std::size_t N>
+  AllLegs<N> legs(const AllLegs<N>& ordered) const {
+    AllLegs<N> seen = ordered;
+    if (upper_on<N>(ordered)) {
+      for (Leg& leg : seen) {
+        if (leg == Leg::demagnetize) leg = Leg::freewheel;
+      }
+    }
+    return seen;
+  }
+
+  /// The shared switch, or the shared diode while it is off, carries the currents of all phases.
+  template <std::size_t N>
+  PerPhase<N> voltages(const AllLegs<N>& leg, const PerPhase<N>& i, double u_dc) const {
+    const double sum = std::accumulate(i.begin(), i.end(), 0.0);
+    const bool on = upper_on<N>(leg);
+    const double shared = on ? device.on(sum) : device.diode(sum);
+    PerPhase<N> u;
+    for (std::size_t k = 0; k < N; ++k) {
+      switch (leg[k]) {
+        case Leg::magnetize:
+          u[k] = u_dc - shared - device.on(i[k]);
+          break;
+        case Leg::freewheel:  // through the own diode while the upper switch is on
+          u[k] = -shared - (on ? device.diode(i[k]) : device.on(i[k]));
+          break;
+        case Leg::demagnetize:
+          u[k] = -u_dc - shared - device.diode(i[k]);
+          break;
+      }
+    }
+    return u;
+  }
+
+  template <std::size_t N>
+  void count(Switchings& sum, const AllLegs<N>& before, const AllLegs<N>& after, double u_dc,
+             const PerPhase<N>& i) const {
+    const bool was = upper_on<N>(before), is = upper_on<N>(after);
+    double through = 0;
+    for (std::size_t k = 0; k < N; ++k) {
+      sum.count(lower_on(after[k], is) - lower_on(before[k], was), u_dc, i[k]);
+      through += i[k];
+    }
+    sum.count(is - was, u_dc, through);
+  }
+
+ private:
+  static int lower_on(Leg leg, bool upper) {
+    return leg == Leg::magnetize || (leg == Leg::freewheel && !upper) ? 1 : 0;
+  }
+};
+
+using Bridge = std::variant<AsymmetricBridge, SharedSwitchBridge>;
+
+/// True while the leg carries or can build up current: the diodes block the reverse direction.
+constexpr bool conducts(Leg leg, double i) { return i > 0 || leg == Leg::magnetize; }
+
+}  // namespace srm

@@ -1,0 +1,48 @@
+// The shaft and its load: dynamometer, friction, fan, pump, constant torque, any function of speed.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+
+#include "srm/plant/course.hpp"
+
+namespace srm {
+
+/// locked: a dynamometer holds the speed.
+enum class Rotation { locked, turning };
+
+struct Shaft {
+  Rotation rotation = Rotation::locked;
+  double J = 1;       // inertia of rotor and load [kg m^2]
+  double B{};       // viscous friction [N m s]
+  double k{};       // fan or pump without static head: torque k omega |omega| [N m s^2]
+  Course tau_0 = constant(0);   // torque against positive rotation, at any speed [N m]
+  Course omega = constant(0);   // held where locked; else its first value is the speed at the start [rad/s]
+  std::function<double(double omega_m)> load{};  // more torque against the rotation [N m]
+  SRM_FIELDS(rotation, J, B, k, tau_0, omega, load)
+};
+
+/// All torque that opposes the machine at speed omega_m [N m].
+inline double load_torque(const Shaft& s, double omega_m, Moment m) {
+  const double magnitude = omega_m < 0 ? -omega_m : omega_m;
+  const double more = s.load ? s.load(omega_m) : 0;
+  return s.tau_0.at(m) + s.B * omega_m + s.k * magnitude * omega_m + more;
+}
+
+/// J domega/dt = tau - load (eq. 2.4 of the paper, corrected) [rad/s^2].
+inline double acceleration(const Shaft& s, double tau, double omega_m, Moment m) {
+  if (s.rotation == Rotation::locked) return s.omega.rate(m.start);
+  return (tau - load_torque(s, omega_m, m)) / s.J;
+}
+
+/// When load or held speed change their course next [s].
+inline double next_change(const Shaft& s, double t) {
+  return std::min(s.tau_0.next(t), s.omega.next(t));
+}
+
+/// The speed at t where the shaft is held; else omega_m [rad/s].
+inline double forced(const Shaft& s, double omega_m, double t) {
+  return s.rotation == Rotation::locked ? s.omega.at(t) : omega_m;
+}
+
+}  // namespace srm

@@ -1,0 +1,78 @@
+// What feeds the dc link. Its voltage is a state of the plant; a source says how it changes.
+//
+// To add one: a struct with these five functions, and its name in `Source` at the end of this file.
+#pragma once
+
+#include <cmath>
+#include <variant>
+
+#include "srm/plant/course.hpp"
+
+namespace srm {
+
+/// Rate of the dc-link voltage, and the powers that the energy balance needs.
+struct Feed {
+  double du_dc;   // [V/s]
+  double p;       // delivered by the source [W]
+  double p_loss;  // lost between the source and the dc link [W]
+};
+
+/// A dc link that holds its voltage whatever it is asked for; the voltage may follow a course.
+struct StiffSource {
+  Course u_dc;  // [V]
+  SRM_FIELDS(u_dc)
+
+  double start() const { return u_dc.at(0); }
+  Feed feed(double u, double i_dc, Moment m) const { return {u_dc.rate(m.start), u * i_dc, 0}; }
+  double stored(double) const { return 0; }
+  double next(double t) const { return u_dc.next(t); }
+  double forced(double, double t) const { return u_dc.at(t); }
+};
+
+/// A battery or rectifier as a voltage behind a resistance, with a dc-link capacitor:
+///   C du/dt = (E - u)/R - i_dc
+struct Battery {
+  Course E;          // open-circuit voltage [V]
+  double R;          // of battery and cable [ohm]
+  double C;          // of the dc link [F]
+  bool one_way = false;      // a rectifier feeds, and never takes back
+  SRM_FIELDS(E, R, C, one_way)
+
+  double start() const { return E.at(0); }
+  Feed feed(double u, double i_dc, Moment m) const {
+    const double e = E.at(m);
+    const double i = one_way && u > e ? 0 : (e - u) / R;
+    return {(i - i_dc) / C, e * i, R * i * i};
+  }
+  double stored(double u) const { return C * u * u / 2; }
+  double next(double t) const { return E.next(t); }
+  double forced(double u, double) const { return u; }
+};
+
+using Source = std::variant<StiffSource, Battery>;
+
+inline double start(const Source& s) {
+  return std::visit([](const auto& source) { return source.start(); }, s);
+}
+
+/// At dc-link voltage u [V] and the current i_dc that the bridge draws [A].
+inline Feed feed(const Source& s, double u, double i_dc, Moment m) {
+  return std::visit([&](const auto& source) { return source.feed(u, i_dc, m); }, s);
+}
+
+/// Energy stored in the dc link [J].
+inline double stored(const Source& s, double u) {
+  return std::visit([&](const auto& source) { return source.stored(u); }, s);
+}
+
+/// When the source changes its course next [s].
+inline double next_change(const Source& s, double t) {
+  return std::visit([&](const auto& source) { return source.next(t); }, s);
+}
+
+/// The dc-link voltage at t where the source imposes it; else u.
+inline double forced(const Source& s, double u, double t) {
+  return std::visit([&](const auto& source) { return source.forced(u, t); }, s);
+}
+
+}  // namespace srm

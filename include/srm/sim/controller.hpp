@@ -1,0 +1,22 @@
+// The controller as the loop calls it.
+#pragma once
+
+#include <functional>
+
+#include "srm/control/frame/interface.hpp"
+
+namespace srm {
+
+/// What one call of a controller yields.
+template <int N>
+struct Orders {
+  Command<double, N> command;
+  double tau_ref = 0;  // the torque reference it worked to, for the record [N m]
+};
+
+/// A complete controller with its state inside: speed loop, torque law, float or double. Erased to
+/// one indirect call per sample, so that the loop is compiled once per machine and phase count.
+template <int N>
+using Controller = std::function<Orders<N>(const Measurement<double, N>&, double reference)>;
+
+}  // namespace srm

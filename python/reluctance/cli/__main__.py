@@ -1,0 +1,5 @@
+"""`python -m reluctance.cli`."""
+
+from reluctance.cli.main import main
+
+main()

@@ -1,0 +1,51 @@
+"""`reluctance compare`: control laws side by side."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from reluctance import compare as comparison
+from reluctance.cli.options import AsJson, DriveFile, Overrides
+from reluctance.cli.progress import progress_bar, wrapped
+from reluctance.compare import conditions, table
+from reluctance.load import load
+from reluctance.units import hertz
+
+
+def compare(
+    drive_file: DriveFile,
+    controls: Annotated[
+        str | None, typer.Option(metavar="A,B,C", help="Laws to compare, instead of all.")
+    ] = None,
+    at_switching_frequency: Annotated[
+        str, typer.Option(metavar="FREQUENCY", help="Mean per switch, that every law is tuned to.")
+    ] = "20kHz",
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for table and figure.")
+    ] = None,
+    overrides: Overrides = None,
+    as_json: AsJson = False,
+    as_markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print the table as Markdown.")
+    ] = False,
+) -> None:
+    """Control laws side by side, at equal switching frequency and under equal conditions."""
+    f_switch = hertz(at_switching_frequency)
+    drive = load(drive_file, overrides)
+    names = None if controls is None else [name.strip() for name in controls.split(",")]
+    with progress_bar("tuning control laws", 1.0) as told:
+        found = comparison.compare(drive, names, f_switch=f_switch, progress=told)
+    files = [] if out is None else comparison.write(found, out)
+    if as_json:
+        print(json.dumps(table.as_json(found)))
+        return
+    for line in (*conditions.in_words(found.point, f_switch), table.limit_line(found), ""):
+        print(wrapped(line))
+    if as_markdown:
+        print(table.markdown(found), end="")
+    else:
+        print(*table.plain(found), sep="\n")
+    for path in files:
+        print(path)

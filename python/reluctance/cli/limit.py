@@ -1,0 +1,75 @@
+"""`reluctance limit`: what physics allows at a drive's operating point."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from reluctance.cli.options import AsJson, DriveFile, Overrides
+from reluctance.cli.progress import progress_bar
+from reluctance.files import TABLES, check_ending
+from reluctance.limit import envelope_of, limit_of, text
+from reluctance.load import load
+from reluctance.units import hertz, to_si
+
+
+def limit(
+    drive_file: DriveFile,
+    tau: Annotated[
+        float | None, typer.Option(metavar="NM", help="Torque, instead of the drive's reference.")
+    ] = None,
+    speed: Annotated[
+        float | None, typer.Option(metavar="RPM", help="Speed, instead of the drive's.")
+    ] = None,
+    at_switching_frequency: Annotated[
+        str | None, typer.Option(metavar="FREQUENCY", help="Also the least ripple there: 20kHz.")
+    ] = None,
+    overrides: Overrides = None,
+    as_json: AsJson = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Profile: .csv, .npz, .parquet or .mat."),
+    ] = None,
+    envelope: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Ripple-free torque over speed; endings as --out."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Profile and envelope: .png, .svg or .pdf.")
+    ] = None,
+) -> None:
+    """What physics allows at the drive's operating point, under any controller."""
+    from reluctance.limit import files  # here, because Matplotlib is slow to import
+
+    f_switch = None if at_switching_frequency is None else hertz(at_switching_frequency)
+    for path, endings in ((out, set(TABLES)), (envelope, set(TABLES)), (plot, files.ENDINGS)):
+        if path is not None:
+            check_ending(path, endings)
+    found = limit_of(
+        load(drive_file, overrides),
+        tau_ref=tau,
+        omega_m=None if speed is None else to_si(speed, "rpm"),
+        switching_frequency=f_switch,
+    )
+    if out is not None:
+        files.save_profile(found, out)
+    if envelope is not None or plot is not None:
+        with progress_bar("searching the envelope", 1.0) as told:
+            border = envelope_of(found, progress=told)
+        if envelope is not None:
+            files.save_envelope(border, envelope)
+        if plot is not None:
+            files.save_figure(found, border, plot)
+    if as_json:
+        print(json.dumps(found.with_units()))
+        return
+    table = Table(title=found.drive.name, show_header=False)
+    table.add_column("figure")
+    table.add_column("value", justify="right")
+    for label, value in text.rows(found):
+        table.add_row(label, value)
+    Console().print(table)
+    print(text.basis(found))

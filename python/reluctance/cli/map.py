@@ -1,0 +1,305 @@
+"""`reluctance map check|fit|plot|import`: from somebody's flux table to a machine file."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+
+from reluctance.cli.options import AsJson
+from reluctance.drive.library import machine_table
+from reluctance.drive.map_file import accept_in, machine_text
+from reluctance.drive.map_machine import CONVENTIONS
+from reluctance.errors import ParameterError
+from reluctance.files import check_ending, write_text, write_whole
+
+if TYPE_CHECKING:
+    from reluctance.maps import FluxTable
+
+map_app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Import, judge, repair, fit and plot flux maps.",
+)
+
+MapFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE", help="Map: .csv, .mat, .json; or a machine file with model = 'map'."
+    ),
+]
+RotorPoles = Annotated[
+    int | None, typer.Option("--N_r", metavar="POLES", help="Rotor poles, unless the file says.")
+]
+AngleUnit = Annotated[
+    str | None,
+    typer.Option("--angle_unit", "--angle-unit", metavar="deg|rad", help="Of the file's angles."),
+]
+AngleKind = Annotated[
+    str | None,
+    typer.Option(
+        "--angle_kind",
+        "--angle-kind",
+        metavar="mechanical|electrical",
+        help="Of the file's angles.",
+    ),
+]
+Zero = Annotated[
+    str | None, typer.Option(metavar="unaligned|aligned", help="Where the file's zero angle is.")
+]
+Layout = Annotated[
+    str | None,
+    typer.Option(metavar="currents_down|angles_down", help="What runs down the rows of a grid."),
+]
+Name = Annotated[
+    list[str] | None,
+    typer.Option("--name", metavar="QUANTITY=NAME", help="psi, i, theta or tau in the file."),
+]
+Torque = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="A second grid, with the torque.")
+]
+MaxCurrent = Annotated[
+    float | None, typer.Option("--i_max_A", metavar="AMPERE", help="Current limit of the drive.")
+]
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What the user says of a map file."""
+
+    N_r: int | None = None
+    angle_unit: str | None = None
+    angle_kind: str | None = None
+    zero: str | None = None
+    layout: str | None = None
+    name: tuple[str, ...] = ()
+    torque: Path | None = None
+    i_max_A: float | None = None
+    accepted: bool = False
+
+
+def _read(file: Path, stated: Stated) -> "tuple[FluxTable, Stated]":
+    """The table, and what was stated, by the user or by the machine file."""
+    from reluctance.maps import read_map
+
+    if file.suffix.lower() == ".toml":
+        if any(value for value in asdict(stated).values()):
+            raise ParameterError(f"{file}: the conventions of a machine file stand in it")
+        file, stated = _from_machine_file(file)
+    table = read_map(
+        file,
+        N_r=stated.N_r,
+        torque=stated.torque,
+        names=_names(stated.name),
+        **{key: getattr(stated, key) for key in CONVENTIONS},
+    )
+    return table, stated
+
+
+def _from_machine_file(file: Path) -> tuple[Path, Stated]:
+    if not file.is_file():
+        raise ParameterError(f"{file}: no such file; check the path")
+    machine = machine_table(file.name, file.parent)
+    if machine.get("model") != "map" or not isinstance(machine.get("map"), str):
+        raise ParameterError(f"{file}: need a machine with model = 'map' and map = 'FILE'")
+    known: Mapping[str, Any] = {k: machine.get(k) for k in ("N_r", "i_max_A", *CONVENTIONS)}
+    torque = machine.get("torque_map")
+    names = tuple(f"{k}={v}" for k, v in machine.get("names", {}).items())
+    stated = Stated(
+        **known,
+        name=names,
+        torque=None if torque is None else Path(torque),
+        accepted=bool(machine.get("accepted_because")),
+    )
+    return Path(machine["map"]), stated
+
+
+def _names(given: tuple[str, ...]) -> dict[str, str]:
+    pairs = [text.partition("=") for text in given]
+    for quantity, equals, name in pairs:
+        if not equals or not name or quantity not in ("psi", "i", "theta", "tau"):
+            raise ParameterError(
+                f"--name {quantity}{equals}{name}: need psi=NAME, i=NAME, theta=NAME or tau=NAME"
+            )
+    return {quantity: name for quantity, _, name in pairs}
+
+
+@map_app.command()
+def check(
+    file: MapFile,
+    poles: RotorPoles = None,
+    angle_unit: AngleUnit = None,
+    angle_kind: AngleKind = None,
+    zero: Zero = None,
+    layout: Layout = None,
+    name: Name = None,
+    torque: Torque = None,
+    i_max: MaxCurrent = None,
+    as_json: AsJson = False,
+    repair: Annotated[
+        Path | None, typer.Option(metavar="OUT.csv", help="Smooth, make flux rise, and write.")
+    ] = None,
+    accept: Annotated[
+        str | None,
+        typer.Option(metavar="REASON", help="Use a refused map: the reason goes into FILE.toml."),
+    ] = None,
+) -> None:
+    """Judge a flux map. Exit code 1 if it is refused and not accepted."""
+    from reluctance.maps import check_map, repair_map, write_map
+    from reluctance.maps.report import check_table
+
+    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque, i_max)
+    if repair is not None:
+        check_ending(repair, {".csv"})
+    if accept is not None and (file.suffix.lower() != ".toml" or not accept.strip()):
+        raise ParameterError(
+            "--accept stores its reason in a machine file: make one with `reluctance map import`, "
+            "then `reluctance map check FILE.toml --accept REASON`"
+        )
+    table, stated = _read(file, stated)
+    changed: tuple[str, ...] = ()
+    if repair is not None:
+        mended = repair_map(table)
+        table, changed = replace(mended.table, notes=table.notes), mended.notes
+        write_whole(repair, lambda path: write_map(table, path))
+    report = check_map(table, i_max=stated.i_max_A)
+    if accept is not None and report.verdict != "good":
+        accept_in(file, accept)
+    if as_json:
+        print(json.dumps({**asdict(report), "repair": list(changed)}))
+    else:
+        Console().print(check_table(file.name, report))
+        _tell("read as", report.notes)
+        _tell("repair", changed)
+        _tell("refused", report.reasons)
+        if accept is not None or stated.accepted:
+            print(f"accepted: the reason is in {file}" if report.reasons else "nothing to accept")
+    if report.reasons and accept is None and not stated.accepted:
+        raise typer.Exit(1)
+
+
+def _tell(what: str, lines: tuple[str, ...]) -> None:
+    for line in lines:
+        print(f"{what}: {line}")
+
+
+@map_app.command()
+def fit(
+    file: MapFile,
+    poles: RotorPoles = None,
+    angle_unit: AngleUnit = None,
+    angle_kind: AngleKind = None,
+    zero: Zero = None,
+    layout: Layout = None,
+    name: Name = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fit the Le-Huy parameters to a map, and a family with two saturating terms."""
+    from reluctance.maps import fit_lehuy, fit_two_term
+    from reluctance.maps.report import fit_table
+
+    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()))
+    table, _ = _read(file, stated)
+    simple, better = fit_lehuy(table), fit_two_term(table)
+    if as_json:
+        print(json.dumps({"lehuy": asdict(simple), "two_term": asdict(better)}))
+    else:
+        Console().print(fit_table(file.name, simple, better))
+
+
+@map_app.command()
+def plot(
+    file: MapFile,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Figure: .png or .svg.")],
+    poles: RotorPoles = None,
+    angle_unit: AngleUnit = None,
+    angle_kind: AngleKind = None,
+    zero: Zero = None,
+    layout: Layout = None,
+    name: Name = None,
+    torque: Torque = None,
+) -> None:
+    """Magnetisation curves, torque, incremental inductance and co-energy of a map."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    from reluctance import maps
+    from reluctance.run.plots import save_figure
+
+    check_ending(out, {".png", ".svg"})
+    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque)
+    table, _ = _read(file, stated)
+    machine = maps.surface(table)
+    figure = Figure(figsize=(11, 8), layout="constrained")
+    FigureCanvasAgg(figure)
+    corners = figure.subplots(2, 2).flat
+    maps.plot_magnetisation(machine, table, axes=corners[0])
+    maps.plot_torque(machine, table, axes=corners[1])
+    maps.plot_inductance(machine, axes=corners[2])
+    maps.plot_coenergy(machine, axes=corners[3])
+    figure.suptitle(file.name)
+    save_figure(figure, out)
+
+
+@map_app.command("import")
+def import_map(
+    file: MapFile,
+    out: Annotated[Path, typer.Option(metavar="MACHINE.toml", help="Machine file to write.")],
+    N_s: Annotated[int, typer.Option("--N_s", metavar="POLES", help="Stator poles.")],
+    R: Annotated[float, typer.Option("--R_ohm", metavar="OHM", help="Phase resistance.")],
+    J: Annotated[float, typer.Option("--J_kgm2", metavar="KGM2", help="Rotor inertia.")],
+    poles: RotorPoles = None,
+    angle_unit: AngleUnit = None,
+    angle_kind: AngleKind = None,
+    zero: Zero = None,
+    layout: Layout = None,
+    name: Name = None,
+    torque: Torque = None,
+    i_max: MaxCurrent = None,
+    repair: Annotated[bool, typer.Option("--repair", help="Smooth, make flux rise.")] = False,
+    accept: Annotated[
+        str | None, typer.Option(metavar="REASON", help="Why a refused map is used all the same.")
+    ] = None,
+) -> None:
+    """Make a machine file of a map, with the map beside it in the project's convention."""
+    from reluctance.maps import check_map, repair_map, write_map
+
+    check_ending(out, {".toml"})
+    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque)
+    if file.suffix.lower() == ".toml":
+        raise ParameterError(f"{file} is a machine file already; import takes .csv, .mat or .json")
+    table, _ = _read(file, stated)
+    if repair:
+        mended = repair_map(table)
+        table = replace(mended.table, notes=table.notes)
+        _tell("repair", mended.notes)
+    i_max = float(table.i[-1]) if i_max is None else i_max
+    report = check_map(table, i_max=i_max)
+    _tell("read as", table.notes)
+    if report.reasons and not (accept or "").strip():
+        raise ParameterError(
+            f"{file.name} is refused: {'; '.join(report.reasons)}. Nothing is written; mend the "
+            "map, try --repair, or say --accept REASON"
+        )
+    copy = out.with_suffix(".csv")
+    if copy.resolve() == file.resolve():
+        copy = out.with_name(out.stem + "_map.csv")
+    text = machine_text(
+        name=out.stem,
+        source=file.name,
+        map_name=copy.name,
+        N_s=N_s,
+        N_r=table.N_r,
+        R_ohm=R,
+        i_max_A=i_max,
+        J_kgm2=J,
+        accepted_because=accept if report.reasons else None,
+        notes=table.notes,
+    )
+    write_whole(copy, lambda path: write_map(table, path))
+    write_text(out, text)
+    print(f"wrote {out} and {copy}")
+    print(f"next: reluctance run DRIVE.toml --set machine={out}")

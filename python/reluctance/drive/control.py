@@ -1,0 +1,69 @@
+"""What every control law has in its [control] table."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from reluctance import _core
+from reluctance.drive.known import Known
+from reluctance.drive.schema import Section
+
+BAND_PART = 0.02  # of the current limit: default half width of a current band
+NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage; no waveform [A]
+
+
+class Control(Section):
+    """What every law has: its control period, precision and speed loop."""
+
+    T_s_us: float = Field(gt=0)
+    precision: Literal["double", "float"] = "double"  # float is what the target computes in
+    tau_max_Nm: float | None = Field(None, gt=0)  # limit of the speed loop, top of the tables
+    K_p_Nms: float | None = Field(None, ge=0)  # speed loop; by default from speed_bandwidth_Hz
+    K_i_Nm: float | None = Field(None, ge=0)
+    speed_bandwidth_Hz: float = Field(20.0, gt=0)
+
+    @property
+    def T_s(self) -> float:
+        """Control period [s]."""
+        return self.T_s_us * 1e-6
+
+    @property
+    def follows_torque(self) -> bool:
+        """False where the table fixes the current, and no torque can be asked for."""
+        return True
+
+    def check(self, known: Known) -> None:
+        """What the law needs of the drive besides its own table.
+
+        Raises
+        ------
+        ParameterError
+            If the drive does not have it.
+        """
+
+    def controller(self, known: Known) -> _core.Controller:
+        """The law, its speed loop and its state, ready to be sampled."""
+        raise NotImplementedError
+
+    def setting(self, known: Known) -> _core.Setting:
+        """What the core needs of every law. Default gains of the speed loop: the proportional one
+        gives the bandwidth on inertia alone, the integral one acts half as fast."""
+        bandwidth = 2 * np.pi * self.speed_bandwidth_Hz
+        K_p = bandwidth * known.J if self.K_p_Nms is None else self.K_p_Nms
+        return _core.Setting(
+            machine=known.magnetics,
+            n_phases=known.n_phases,
+            single=self.precision == "float",
+            outer=getattr(_core.Outer, known.reference),
+            K_p=K_p,
+            K_i=K_p * bandwidth / 2 if self.K_i_Nm is None else self.K_i_Nm,
+            tau_min=-known.tau_max,
+            tau_max=known.tau_max,
+            T_s=known.T_s,
+            tracker_bandwidth=known.tracker_bandwidth,
+            comparators=getattr(_core.Comparators, known.comparators),
+            t_dead=known.t_dead,
+        )

@@ -1,0 +1,118 @@
+"""A drive: machine, converter, load, reference, control law and sensors, as checked tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from reluctance import _core
+from reluctance.drive.control import Control
+from reluctance.drive.known import Known
+from reluctance.drive.machine import MachineFile
+from reluctance.drive.mismatch import Mismatch, as_known
+from reluctance.drive.operating_point import OperatingPoint
+from reluctance.drive.protection import Protection
+from reluctance.drive.tables import (
+    Converter,
+    Load,
+    Reference,
+    Sensing,
+    SimulationSettings,
+    Source,
+)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """All that a run depends on, checked. Values carry their units in their names."""
+
+    name: str
+    machine: MachineFile
+    converter: Converter
+    source: Source
+    load: Load
+    reference: Reference
+    control: Control
+    sensing: Sensing
+    simulation: SimulationSettings
+    protection: Protection
+    mismatch: Mismatch
+
+    def with_values(self, values: Mapping[str, Any]) -> Drive:
+        """This drive with other values, checked exactly like `--set`.
+
+        Parameters
+        ----------
+        values : mapping
+            `section.key` to its value; None removes the key. `control.law` changes the law: keys
+            that the new one does not have go with the old one. `machine` takes a name from the
+            library or a path.
+
+        Raises
+        ------
+        ParameterError
+            With one line that says what is wrong and what is needed.
+
+        Examples
+        --------
+        >>> import reluctance as rl
+        >>> drive = rl.load("examples/paper_rated.toml")
+        >>> drive.with_values({"converter.u_dc_V": 300, "control.i_band_A": 0.5}).converter.u_dc_V
+        300.0
+        """
+        from reluctance.load import with_values  # upwards: which laws exist, load knows
+
+        return with_values(self, values)
+
+    def tables(self) -> dict[str, dict[str, Any]]:
+        """The tables of a drive file that gives this drive."""
+        sections = {field.name: getattr(self, field.name) for field in fields(self)}
+        del sections["name"]
+        return {name: section.given for name, section in sections.items()}
+
+    def known(self) -> Known:
+        """What the controller may know of all this when it is set up."""
+        asked = self.reference.course[1] if self.reference.kind == "torque" else []
+        return Known(
+            machine=as_known(self.machine, self.mismatch),
+            u_dc=self.converter.u_dc_V,
+            omega_m=self.omega_nominal,
+            J=self.J,
+            reference=self.reference.kind,
+            tau_max=self.tau_max,
+            tau_working=max((abs(tau) for tau in asked), default=0.0) or self.tau_max,
+            T_s=self.control.T_s,
+            delay=self.sensing.delay_samples,
+            t_dead=self.converter.t_dead,
+            tracker_bandwidth=self.sensing.tracker_bandwidth,
+            comparators=self.sensing.comparators,
+        )
+
+    def controller(self) -> _core.Controller:
+        """The control law with all that stands around it."""
+        return self.control.controller(self.known())
+
+    def at(self, omega_m: float) -> OperatingPoint:
+        """The plant at a speed [rad/s]: its machine as it is, not as the control believes."""
+        return self.machine.at(u_dc=self.converter.u_dc_V, omega_m=omega_m)
+
+    @property
+    def J(self) -> float:
+        """Inertia of rotor and load [kg m^2]."""
+        return self.machine.J_kgm2 + self.load.J_kgm2
+
+    @property
+    def tau_max(self) -> float:
+        """Largest torque that the controller may ask for [N m]."""
+        if self.control.tau_max_Nm is not None:
+            return self.control.tau_max_Nm
+        return float(np.max(np.abs(self.reference.course[1])))
+
+    @property
+    def omega_nominal(self) -> float:
+        """The speed that the drive works at: held, or the greatest reference [rad/s]."""
+        speeds = self.load.omega if self.reference.kind != "speed" else self.reference.course
+        return float(np.max(np.abs(speeds[1])))

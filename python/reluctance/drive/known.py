@@ -1,0 +1,55 @@
+"""What a controller may know when it is set up. A law is built from this and its own table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from reluctance.drive.machine import MachineFile
+from reluctance.drive.operating_point import Magnetics, OperatingPoint
+
+
+@dataclass(frozen=True)
+class Known:
+    """The drive as its controller believes it to be: nominal values, in SI."""
+
+    machine: MachineFile  # as believed: its flux linkage and resistance may be wrong
+    u_dc: float  # nominal dc-link voltage [V]
+    omega_m: float  # the speed that the drive works at, >= 0 [rad/s]
+    J: float  # inertia of rotor and load [kg m^2]
+    reference: Literal["torque", "speed", "none"]  # what the drive is asked for
+    tau_max: float  # greatest torque that may be asked for [N m]
+    tau_working: float  # greatest torque reference; tau_max where a speed loop asks [N m]
+    T_s: float  # control period [s]
+    delay: int  # samples from the measurement to the order
+    t_dead: float  # from the order to turn on until a switch is on [s]
+    tracker_bandwidth: float  # of the observer on a counted angle; 0 with an ideal sensor [rad/s]
+    comparators: Literal["analog", "sampled"]  # currents are compared at any instant, or sampled
+
+    @property
+    def magnetics(self) -> Magnetics:
+        """The machine model of the core."""
+        return self.machine.magnetics
+
+    @property
+    def n_phases(self) -> int:
+        return self.machine.n_phases
+
+    @property
+    def N_r(self) -> int:
+        """Rotor poles."""
+        return self.machine.N_r
+
+    @property
+    def R(self) -> float:
+        """Phase resistance [ohm]."""
+        return self.machine.R
+
+    @property
+    def i_max(self) -> float:
+        """Current limit [A]."""
+        return self.machine.i_max_A
+
+    def at(self, omega_m: float) -> OperatingPoint:
+        """This machine and voltage at a speed [rad/s]."""
+        return self.machine.at(u_dc=self.u_dc, omega_m=omega_m)

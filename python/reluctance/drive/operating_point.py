@@ -1,0 +1,36 @@
+"""An operating point: the phases of a machine, the voltage on them, and a speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import TypeAlias
+
+from reluctance import _core
+from reluctance.errors import need
+
+Magnetics: TypeAlias = _core.LeHuy | _core.FluxMap
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Where offline computations on a machine take place. Of no drive file: numbers in SI."""
+
+    magnetics: Magnetics  # of a phase
+    n_phases: int
+    R: float  # of a phase [ohm]
+    i_max: float  # greatest phase current [A]
+    u_dc: float  # dc-link voltage [V]
+    omega_m: float  # speed, of either sign [rad/s]
+
+    def __post_init__(self) -> None:
+        need(self.n_phases >= 2, "n_phases", self.n_phases, "at least 2 phases")
+        need(self.R >= 0, "R", self.R, "a resistance >= 0 ohm")
+        need(self.u_dc > 0, "u_dc", self.u_dc, "a voltage > 0 V")
+        need(self.i_max > 0, "i_max", self.i_max, "a current > 0 A")
+        need(isfinite(self.omega_m), "omega_m", self.omega_m, "a finite speed [rad/s]")
+
+    @property
+    def N_r(self) -> int:
+        """Rotor poles."""
+        return self.magnetics.N_r

@@ -1,0 +1,18 @@
+"""The [protection] table: at which readings the exported controller switches all legs off."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from reluctance.drive.schema import Section
+
+
+class Protection(Section):
+    """Trip levels; those that are left out follow from the drive."""
+
+    i_trip_A: float | None = Field(None, gt=0)
+    i_zero_A: float | None = Field(None, gt=0)  # readings up to this count as no current
+    u_dc_min_V: float | None = Field(None, ge=0)
+    u_dc_max_V: float | None = Field(None, gt=0)
+    speed_max_rpm: float | None = Field(None, gt=0)
+    angle_slack_deg: float | None = Field(None, gt=0)  # electrical, see control/safety.hpp

@@ -1,0 +1,270 @@
+"""Drive files: from TOML to a checked Drive, or to one line that says what is wrong."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reluctance.drive import Drive
+from reluctance.drive.library import machine_from, machine_table
+from reluctance.drive.map_machine import with_paths
+from reluctance.drive.mismatch import Mismatch
+from reluctance.drive.protection import Protection
+from reluctance.drive.schema import Section, checked, did_you_mean
+from reluctance.drive.tables import (
+    Converter,
+    Load,
+    Reference,
+    Sensing,
+    SimulationSettings,
+    Source,
+)
+from reluctance.errors import ParameterError
+from reluctance.files import read_toml, toml_value
+from reluctance.laws import LAWS, Control
+from reluctance.laws.own_law import PREFIX, OwnLaw
+
+TABLES: dict[str, type[Section]] = {
+    "converter": Converter,
+    "source": Source,
+    "load": Load,
+    "reference": Reference,
+    "sensing": Sensing,
+    "simulation": SimulationSettings,
+    "protection": Protection,
+    "mismatch": Mismatch,
+}
+OPTIONAL = {"source", "sensing", "protection", "mismatch"}
+MOST_STEPS = 1e9  # of a run; more takes a quarter of an hour at least, and is a slip of the unit
+
+
+def load(
+    path: str | Path, overrides: list[str] | None = None, *, trust: bool = False
+) -> Drive:
+    """A drive from a TOML file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The drive file. Its `machine` is a name from the machine library, a path to a machine file
+        relative to the drive file, or a table.
+    overrides : list of str, optional
+        `section.key=value` with the value as in TOML; bare words are text; no value removes the
+        key. `machine=...` takes a name from the library or a path.
+    trust : bool
+        Run the code that the file names: a law in Python (`law = "python:FILE:CLASS"`). A drive
+        file of unknown origin is data, and stays data without it.
+
+    Raises
+    ------
+    ParameterError
+        With one line that says what is wrong and what is needed.
+    """
+    if not isinstance(path, str | Path):
+        raise ParameterError(f"load takes the path of a drive file, not {path!r}")
+    if isinstance(overrides, str) or not isinstance(overrides or [], Sequence):
+        raise ParameterError(
+            f"overrides = {overrides!r}, need a list of texts as in [{str(overrides)!r}]"
+        )
+    path = Path(path)
+    data = read_toml(path)
+    if isinstance(data.get("machine"), str):
+        data["machine"] = machine_table(data["machine"], path.parent)
+    elif isinstance(data.get("machine"), dict):
+        data["machine"] = with_paths(data["machine"], path.parent)
+    for text in overrides or []:
+        name, value = _parsed(text)
+        _put(data, name, value, f"--set {text}")
+    try:
+        _settle_own_law(data, path.parent, trust)
+        return drive_from(data, name=path.stem)
+    except ParameterError as fault:
+        raise ParameterError(f"{path}: {fault}") from None
+
+
+def with_values(drive: Drive, values: Mapping[str, Any]) -> Drive:
+    """See `Drive.with_values`."""
+    if not isinstance(values, Mapping):
+        raise ParameterError(
+            f"with_values takes a dict as in {{'converter.u_dc_V': 300}}, not {values!r}"
+        )
+    data = drive.tables()
+    for name, value in values.items():
+        if not isinstance(name, str):
+            raise ParameterError(f"with_values: {name!r} is not a `section.key`")
+        _put(data, name, _plain(value), f"with_values {name} = {value!r}")
+    return drive_from(data, name=drive.name)
+
+
+def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
+    """A drive from the tables of a drive file; `machine` must be a table here."""
+    for key in data:
+        if key not in (known := [*TABLES, "machine", "control"]):
+            raise ParameterError(f"unknown table `{key}`{did_you_mean(key, known)}")
+    for key in ("machine", "control", *TABLES):
+        if key not in data and key not in OPTIONAL:
+            raise ParameterError(f"missing table [{key}]")
+    control = data["control"]
+    law = control.get("law") if isinstance(control, dict) else None
+    table = _table_of(law)
+    sections: dict[str, Any] = {
+        key: checked(section, data.get(key, {}), f"[{key}]") for key, section in TABLES.items()
+    }
+    drive = Drive(
+        name=name,
+        machine=machine_from(data["machine"]),
+        control=checked(table, control, "[control]"),
+        **sections,
+    )
+    _check_together(drive)
+    return drive
+
+
+def _table_of(law: object) -> type[Control]:
+    """The [control] table of a law."""
+    if isinstance(law, str) and law.startswith(PREFIX):
+        return OwnLaw
+    if law not in LAWS:
+        raise ParameterError(f"[control] law = {law!r} is unknown{did_you_mean(str(law), LAWS)}")
+    return LAWS[str(law)]
+
+
+def _settle_own_law(data: dict[str, Any], folder: Path, trust: bool) -> None:
+    """The file of a law in Python, relative to the drive file, if its code may run."""
+    law = _law(data)
+    if not (isinstance(law, str) and law.startswith(PREFIX)):
+        return
+    if not trust:
+        raise ParameterError(
+            f"[control] law = {law!r} is code that would run; if you trust it, say so with "
+            "--trust or load(..., trust=True)"
+        )
+    data["control"]["law"] = PREFIX + str(folder / law.removeprefix(PREFIX))
+
+
+def _check_together(drive: Drive) -> None:
+    """What no table can know alone."""
+    if drive.reference.kind == "speed" and drive.load.kind == "locked":
+        raise ParameterError(
+            "[reference] kind = 'speed' with [load] kind = 'locked': the shaft cannot follow; "
+            "use another load or a torque reference"
+        )
+    if drive.control.T_s >= drive.simulation.until_s:
+        raise ParameterError(
+            f"[control] T_s_us = {drive.control.T_s_us:g} is not below [simulation] until_s = "
+            f"{drive.simulation.until_s:g}; the controller would run once"
+        )
+    until = drive.simulation.until_s
+    for name, step_us in (
+        ("[control] T_s_us", drive.control.T_s_us),
+        ("[simulation] dt_max_us", drive.simulation.dt_max_us),
+    ):
+        if until > MOST_STEPS * step_us * 1e-6:
+            raise ParameterError(
+                f"{name} = {step_us:g} is {until / step_us * 1e6:.1e} steps in until_s = "
+                f"{until:g}, need at most {MOST_STEPS:.0e}; it is in microseconds"
+            )
+    if drive.converter.t_dead >= drive.control.T_s:
+        raise ParameterError(
+            f"[converter] dead_time_us = {drive.converter.dead_time_us:g}, need less than "
+            f"[control] T_s_us = {drive.control.T_s_us:g}, or nothing turns on"
+        )
+    if drive.sensing.adc_bits > 0 and drive.sensing.i_range_A < drive.machine.i_max_A:
+        raise ParameterError(
+            f"[sensing] i_range_A = {drive.sensing.i_range_A:g}, need at least [machine] i_max_A = "
+            f"{drive.machine.i_max_A:g}: above its range the sensor shows the range"
+        )
+    band = getattr(drive.control, "i_band_A", None) or 0.0
+    if band >= drive.machine.i_max_A:
+        raise ParameterError(
+            f"[control] i_band_A = {band:g}, need less than [machine] i_max_A = "
+            f"{drive.machine.i_max_A:g}"
+        )
+    drive.control.check(drive.known())
+    if drive.control.follows_torque != (drive.reference.kind != "none"):
+        raise ParameterError(
+            "[control] fixes its current: it takes [reference] kind = 'none'"
+            if drive.reference.kind != "none"
+            else "[reference] kind = 'none': the control law needs a torque or speed to follow"
+        )
+    if drive.reference.kind == "none":
+        return
+    if drive.reference.kind == "speed" and drive.control.tau_max_Nm is None:
+        raise ParameterError("[control] missing key `tau_max_Nm`: the speed loop needs its limit")
+    asked = float(np.max(np.abs(drive.reference.course[1])))
+    if drive.reference.kind == "torque" and asked > drive.tau_max:
+        raise ParameterError(
+            f"[reference] torque {asked:g} N m is above [control] tau_max_Nm = {drive.tau_max:g}"
+        )
+    if drive.tau_max == 0:
+        raise ParameterError("[reference] torque is 0 throughout; set [control] tau_max_Nm")
+    most = drive.machine.greatest_torque
+    if drive.tau_max > most:
+        raise ParameterError(
+            f"torque {drive.tau_max:g} N m is out of reach: more than {most:.4g} N m is impossible "
+            f"at any angle with i_max_A = {drive.machine.i_max_A:g}; lower the torque or raise "
+            "i_max_A"
+        )
+
+
+def _law(data: dict[str, Any]) -> object:
+    control = data.get("control")
+    return control.get("law") if isinstance(control, dict) else None
+
+
+def _keep_known(control: dict[str, Any]) -> None:
+    """Drops the keys of [control] that its law does not have."""
+    law = control.get("law")
+    if law in LAWS:
+        for key in set(control) - set(LAWS[law].model_fields):
+            del control[key]
+
+
+def _parsed(text: str) -> tuple[str, Any]:
+    """Name and value of `section.key=value`; None where no value is given."""
+    if not isinstance(text, str):
+        raise ParameterError(f"override {text!r}, need a text as in 'section.key=value'")
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not equals:
+        raise ParameterError(f"--set {text}: need section.key=value")
+    if not value:
+        return name, None
+    if name == "machine":
+        return name, value.strip("\"'")
+    return name, toml_value(value)
+
+
+def _put(data: dict[str, Any], name: str, value: Any, where: str) -> None:
+    """Puts a value into the tables, or takes the key out where it is None. A new law takes the keys
+    with it that it does not have."""
+    if name == "machine" and value is not None:
+        data["machine"] = (
+            machine_table(value, Path()) if isinstance(value, str) else with_paths(value, Path())
+        )
+        return
+    *path, key = name.split(".")
+    if not path or not key:
+        raise ParameterError(f"{where}: need section.key=value")
+    table, law = data, _law(data)
+    for part in path:
+        table = table.setdefault(part, {})
+        if not isinstance(table, dict):
+            raise ParameterError(f"{where}: `{part}` is not a table")
+    if value is not None:
+        table[key] = value
+    elif key in table:
+        del table[key]
+    else:
+        raise ParameterError(
+            f"{where}: no such key to remove{did_you_mean(key, table) if table else ''}"
+        )
+    if _law(data) != law:
+        _keep_known(data["control"])
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and lists as TOML has them, of NumPy's and of other sequences."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple | range) else value

@@ -1,0 +1,10 @@
+"""Data that comes with the package: machines, examples, headers of the core, firmware templates."""
+
+from pathlib import Path
+
+
+def resources(name: str) -> Path:
+    """The folder `machines`, `examples`, `include` or `firmware`: in the installed package, or
+    beside the sources."""
+    installed = Path(__file__).parent / name
+    return installed if installed.is_dir() else Path(__file__).parents[2] / name

@@ -1,0 +1,79 @@
+"""The closed loop of a drive as the core takes it: its tables become parts of the plant."""
+
+from __future__ import annotations
+
+from reluctance import _core
+from reluctance.drive import Drive
+from reluctance.drive.tables import Converter, Load, Source
+from reluctance.units import to_si
+
+DEVICES = ("v_switch", "R_switch", "v_diode", "R_diode")
+
+
+def closed_loop(
+    drive: Drive, controller: _core.Controller, record_every: float
+) -> _core.Simulation:
+    """The loop at its start. record_every: waveform interval [s]; 0: every point; < 0: none."""
+    machine, sensing, load = drive.machine, drive.sensing, drive.load
+    return _core.Simulation(
+        machine=machine.magnetics,
+        n_phases=machine.n_phases,
+        R=machine.R,
+        source=source(drive.source, drive.converter.u_dc_V),
+        bridge=bridge(drive.converter),
+        shaft=shaft(load, J=drive.J, B=machine.B_Nms),
+        t_dead=drive.converter.t_dead,
+        sampling=_core.Sampling(
+            T_s=drive.control.T_s,
+            delay=sensing.delay_samples,
+            adc_bits=sensing.adc_bits,
+            i_range=sensing.i_range_A,
+            encoder_counts=sensing.encoder_counts,
+            angle_offset=to_si(drive.mismatch.angle_offset_deg, "deg"),
+        ),
+        controller=controller,
+        reference=course(drive.reference.course),
+        theta_m=to_si(drive.simulation.theta_start_deg, "deg"),
+        resolution=_core.Resolution(
+            dt_max=to_si(drive.simulation.dt_max_us, "us"),
+            scale=_core.Scale(i=machine.i_max_A, u_dc=drive.converter.u_dc_V),
+            record_every=record_every,
+        ),
+    )
+
+
+def course(points: tuple[list[float], list[float]]) -> _core.Course:
+    """Times [s] and values."""
+    t, value = points
+    return _core.Course(t=t, value=value)
+
+
+def source(table: Source, u_dc: float) -> _core.StiffSource | _core.Battery:
+    """What feeds the dc link; u_dc: its nominal voltage [V]."""
+    voltage = course(table.points(u_dc))
+    if table.kind == "stiff":
+        return _core.StiffSource(u_dc=voltage)
+    return _core.Battery(E=voltage, R=table.si["R"], C=table.si["C"], one_way=table.one_way)
+
+
+def bridge(converter: Converter) -> _core.AsymmetricBridge | _core.SharedSwitchBridge:
+    """The power converter."""
+    values = converter.si
+    devices = _core.Devices(**{name: values[name] for name in DEVICES})
+    if converter.bridge == "asymmetric":
+        return _core.AsymmetricBridge(device=devices)
+    return _core.SharedSwitchBridge(device=devices)
+
+
+def shaft(load: Load, *, J: float, B: float) -> _core.Shaft:
+    """The shaft and its load: J of rotor and load [kg m^2], B of the machine [N m s]."""
+    held = load.kind == "locked"
+    return _core.Shaft(
+        rotation=_core.Rotation.locked if held else _core.Rotation.turning,
+        J=J,
+        B=B,
+        k=load.k_pump_Nms2 + load.k_fan_Nms2,
+        tau_0=course(load.tau_0),
+        omega=course(load.omega),
+        load=None,
+    )
