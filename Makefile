@@ -5,9 +5,9 @@ BIN := $(VENV)/bin
 SOURCES := $(shell find include bindings tests/core_module python machines examples firmware -type f \
              -not -name '*.so' -not -path '*/__pycache__/*' 2>/dev/null) CMakeLists.txt pyproject.toml
 
-CHECKED := python tests studies bench machines
+CHECKED := python tests studies bench machines docs examples
 
-.PHONY: run test lint bench clean
+.PHONY: run test lint bench docs clean
 
 run: $(VENV)/installed
 	@mkdir -p out
@@ -25,12 +25,20 @@ lint: $(VENV)/installed-test
 bench: $(VENV)/installed
 	$(BIN)/python bench/closed_loop.py
 
+docs: $(VENV)/installed-docs
+	$(BIN)/sphinx-build -W --keep-going -E -a -q -b html docs build/site
+	$(BIN)/python docs/extensions/check_links.py build/site
+
 $(VENV)/installed: $(SOURCES) | $(VENV)/made
 	$(BIN)/pip install --quiet .
 	@touch $@
 
 $(VENV)/installed-test: $(SOURCES) | $(VENV)/made
 	$(BIN)/pip install --quiet -C cmake.define.RELUCTANCE_TEST_MODULE=ON '.[test]'
+	@touch $@ $(VENV)/installed
+
+$(VENV)/installed-docs: $(SOURCES) | $(VENV)/made
+	$(BIN)/pip install --quiet '.[docs]'
 	@touch $@ $(VENV)/installed
 
 $(VENV)/made:

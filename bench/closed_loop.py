@@ -46,7 +46,7 @@ def main() -> None:
     ):
         median, least, greatest = seconds_per_second(overrides)
         first = first or median
-        print(f"{case},{median:.4f},{least:.4f},{greatest:.4f},{median / first:.2f},{cpu()}")
+        print(f'"{case}",{median:.4f},{least:.4f},{greatest:.4f},{median / first:.2f},{cpu()}')
 
 
 if __name__ == "__main__":

@@ -134,8 +134,8 @@ def glance(found: dict[tuple[str, str], Comparison]) -> str:
 
 Rms torque error in percent of the reference, at equal switching frequency:
 {CLASSES[0].f_switch / 1e3:g} kHz a switch at 2 and 5 µs, {CLASSES[2].f_switch / 1e3:g} kHz at
-20 µs. Comparators are sampled with the rest, but for "analog". The tables below say what each
-figure costs.
+20 µs. Comparators are sampled with all other decisions, except under "analog". The tables below
+have the current and the losses that belong to each figure.
 
 {grid(columns, "torque_error_rms")}"""
 
@@ -152,9 +152,9 @@ def wrong_model() -> str:
     return f"""
 ## With a wrong model
 
-Rms torque ripple in percent of the mean torque where the control's flux map is 10 % off, its
-resistance 20 %, its angle 1° electrical. The mean torque is about 10 % off with every law: they
-all take it from the map.
+Rms torque ripple in percent of the mean torque. The controller's flux map is 10 % off, its
+resistance 20 %, its angle 1° electrical. The mean torque is about 10 % off with every law, since
+all laws compute it from the map.
 
 `{command}`, and with the other signs.
 
