@@ -87,7 +87,9 @@ def test_best_cost_is_that_of_the_written_formula(horizon: int, n_states: int) -
             for s in itertools.product((-1, 0, 1), repeat=3 * horizon)
         ]
         costs = [sequence_cost(x, s, **weights) for s in sequences]
-        *legs, cost, _ = _core_parts.leg_search(x, **WEIGHTS, **weights, horizon=horizon, prune=True)
+        *legs, cost, _ = _core_parts.leg_search(
+            x, **WEIGHTS, **weights, horizon=horizon, prune=True
+        )
         assert cost == pytest.approx(min(costs), rel=1e-12)
         first = [c for s, c in zip(sequences, costs, strict=True) if list(s[0]) == legs]
         assert min(first) == pytest.approx(cost, rel=1e-12)
@@ -101,7 +103,9 @@ def test_no_phase_above_the_current_limit_is_kept_on() -> None:
         1000.0,
         1000.0,
     )  # freewheeling takes 2.4 A a sample
-    legs = _core_parts.leg_search(x, **WEIGHTS, w_psi=0.0, w_i=0.0, w_sw=0.0, horizon=1, prune=True)[:3]
+    legs = _core_parts.leg_search(
+        x, **WEIGHTS, w_psi=0.0, w_i=0.0, w_sw=0.0, horizon=1, prune=True
+    )[:3]
     assert legs == (-1, -1, -1)
 
 

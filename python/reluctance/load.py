@@ -39,9 +39,7 @@ OPTIONAL = {"source", "sensing", "protection", "mismatch"}
 MOST_STEPS = 1e9  # of a run; more takes a quarter of an hour at least, and is a slip of the unit
 
 
-def load(
-    path: str | Path, overrides: list[str] | None = None, *, trust: bool = False
-) -> Drive:
+def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = False) -> Drive:
     """A drive from a TOML file.
 
     Parameters

@@ -97,9 +97,7 @@ def replay(program: Path, cpu: Cpu, samples: NDArray[np.float32]) -> Answers:
 
 
 @contextmanager
-def processor_in_the_loop(
-    program: Path, cpu: Cpu, *, n_phases: int
-) -> Iterator[_core.Controller]:
+def processor_in_the_loop(program: Path, cpu: Cpu, *, n_phases: int) -> Iterator[_core.Controller]:
     """A controller of which every step runs on the emulated target, over two pipes.
 
     Raises

@@ -125,7 +125,7 @@ def law_class(law: str) -> type[Law]:
     file, _, name = law.removeprefix(PREFIX).rpartition(":")
     path = Path(file)
     if not file or not name.isidentifier():
-        raise ParameterError(f"[control] law = {law!r}, need \"python:FILE.py:CLASS\"")
+        raise ParameterError(f'[control] law = {law!r}, need "python:FILE.py:CLASS"')
     if not path.is_file():
         raise ParameterError(f"[control] law = {law!r}: no such file {path}")
     spec = importlib.util.spec_from_file_location(f"reluctance_law_{path.stem}", path)
