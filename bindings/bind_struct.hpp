@@ -7,8 +7,12 @@ namespace bound {
 
 /// An argument of a field's name; a function may be None.
 template <class V>
-nb::arg argument(const srm::Field<V>& field) {
-  return nb::arg(field.name).none(requires(V v) { v(0.0); });
+auto argument(const srm::Field<V>& field) {
+  if constexpr (requires(V v) { v(0.0); }) {
+    return nb::arg(field.name).none();
+  } else {
+    return nb::arg(field.name);
+  }
 }
 
 /// Python's view of a struct of parameters: a constructor with its fields by name, and the fields.

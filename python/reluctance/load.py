@@ -22,8 +22,8 @@ from reluctance.drive.tables import (
 )
 from reluctance.errors import ParameterError
 from reluctance.files import read_toml, toml_value
-from reluctance.laws import LAWS, Control
-from reluctance.laws.own_law import PREFIX, OwnLaw
+from reluctance.laws import LAWS, table_of
+from reluctance.laws.own_law import PREFIX
 
 TABLES: dict[str, type[Section]] = {
     "converter": Converter,
@@ -105,7 +105,7 @@ def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
             raise ParameterError(f"missing table [{key}]")
     control = data["control"]
     law = control.get("law") if isinstance(control, dict) else None
-    table = _table_of(law)
+    table = table_of(law)
     sections: dict[str, Any] = {
         key: checked(section, data.get(key, {}), f"[{key}]") for key, section in TABLES.items()
     }
@@ -117,15 +117,6 @@ def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
     )
     _check_together(drive)
     return drive
-
-
-def _table_of(law: object) -> type[Control]:
-    """The [control] table of a law."""
-    if isinstance(law, str) and law.startswith(PREFIX):
-        return OwnLaw
-    if law not in LAWS:
-        raise ParameterError(f"[control] law = {law!r} is unknown{did_you_mean(str(law), LAWS)}")
-    return LAWS[str(law)]
 
 
 def _settle_own_law(data: dict[str, Any], folder: Path, trust: bool) -> None:

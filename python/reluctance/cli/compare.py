@@ -7,9 +7,11 @@ from typing import Annotated
 import typer
 
 from reluctance import compare as comparison
-from reluctance.cli.options import AsJson, DriveFile, Overrides
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust
 from reluctance.cli.progress import progress_bar, wrapped
 from reluctance.compare import conditions, table
+from reluctance.errors import ParameterError
+from reluctance.laws.own_law import PREFIX
 from reluctance.load import load
 from reluctance.units import hertz
 
@@ -26,6 +28,7 @@ def compare(
         Path | None, typer.Option(metavar="DIR", help="Folder for table and figure.")
     ] = None,
     overrides: Overrides = None,
+    trust: Trust = False,
     as_json: AsJson = False,
     as_markdown: Annotated[
         bool, typer.Option("--markdown", help="Print the table as Markdown.")
@@ -33,8 +36,11 @@ def compare(
 ) -> None:
     """Control laws side by side, at equal switching frequency and under equal conditions."""
     f_switch = hertz(at_switching_frequency)
-    drive = load(drive_file, overrides)
+    drive = load(drive_file, overrides, trust=trust)
     names = None if controls is None else [name.strip() for name in controls.split(",")]
+    for name in names or []:
+        if name.startswith(PREFIX) and not trust:
+            raise ParameterError(f"control `{name}` is code that would run; if you trust it, --trust")
     with progress_bar("tuning control laws", 1.0) as told:
         found = comparison.compare(drive, names, f_switch=f_switch, progress=told)
     files = [] if out is None else comparison.write(found, out)

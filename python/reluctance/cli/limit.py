@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from reluctance.cli.options import AsJson, DriveFile, Overrides
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust
 from reluctance.cli.progress import progress_bar
 from reluctance.files import TABLES, check_ending
 from reluctance.limit import envelope_of, limit_of, text
@@ -28,6 +28,7 @@ def limit(
         str | None, typer.Option(metavar="FREQUENCY", help="Also the least ripple there: 20kHz.")
     ] = None,
     overrides: Overrides = None,
+    trust: Trust = False,
     as_json: AsJson = False,
     out: Annotated[
         Path | None,
@@ -49,7 +50,7 @@ def limit(
         if path is not None:
             check_ending(path, endings)
     found = limit_of(
-        load(drive_file, overrides),
+        load(drive_file, overrides, trust=trust),
         tau_ref=tau,
         omega_m=None if speed is None else to_si(speed, "rpm"),
         switching_frequency=f_switch,

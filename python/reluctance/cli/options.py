@@ -14,4 +14,7 @@ Overrides = Annotated[
         help="Replace a value of the drive file; without VALUE, remove it.",
     ),
 ]
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Run the code that is named: control laws in Python.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]

@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from reluctance.cli.options import AsJson, DriveFile, Overrides
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust
 from reluctance.cli.progress import progress_bar
 from reluctance.files import TABLES, check_ending
 from reluctance.load import load
@@ -24,6 +24,7 @@ def run(
         float | None, typer.Option(metavar="SECONDS", help="End of the run, instead of the file's.")
     ] = None,
     overrides: Overrides = None,
+    trust: Trust = False,
     as_json: AsJson = False,
     out: Annotated[
         Path | None,
@@ -42,7 +43,7 @@ def run(
     ] = 0.0,
 ) -> None:
     """Simulate a drive and print its key figures."""
-    drive = load(drive_file, overrides)
+    drive = load(drive_file, overrides, trust=trust)
     if out is not None:
         check_ending(out, TABLES)
     if plot is not None:

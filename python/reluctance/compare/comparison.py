@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from reluctance import _core, limit
 from reluctance.compare.conditions import operating_point
-from reluctance.compare.contenders import CONTENDERS, chosen
+from reluctance.compare.contenders import chosen, contender
 from reluctance.compare.contest import OCTAVES, Entry, contest
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
@@ -50,7 +50,8 @@ def compare(
     ----------
     drive : Drive
     controls : list of str, optional
-        Names of CONTENDERS; by default all.
+        Names of CONTENDERS, or `python:FILE:CLASS` for a law in Python, whose code runs; by default
+        all of CONTENDERS.
     f_switch : float
         Mean switching frequency per switch [Hz].
     octaves : tuple of float
@@ -117,7 +118,7 @@ def best_profile(point: Drive) -> limit.Profile:
 def step_time(point: Drive, entry: Entry) -> float:
     """Wall time of a law's step over the samples of its run [s]; alone on its core if it can be."""
     assert entry.samples is not None
-    controller = CONTENDERS[entry.name].drive(point, entry.values).controller()
+    controller = contender(entry.name).drive(point, entry.values).controller()
     return float(_core.step_time(controller, entry.samples, repeats=STEP_PASSES))
 
 
@@ -125,7 +126,7 @@ def _fill_the_cache(point: Drive, names: list[str]) -> None:
     """Makes the guide tables once, before two processes would both make them."""
     for name in names:
         try:
-            CONTENDERS[name].drive(point, {}).controller()
+            contender(name).drive(point, {}).controller()
         except (ParameterError, RuntimeError):  # `contest` reports it
             continue
 

@@ -3,6 +3,7 @@ numbers that are searched for beside it."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -10,7 +11,8 @@ from typing import Any, Literal
 from reluctance.drive import Drive
 from reluctance.drive.schema import checked, did_you_mean
 from reluctance.errors import ParameterError
-from reluctance.laws import LAWS
+from reluctance.laws import table_of
+from reluctance.laws.own_law import PREFIX, law_class
 
 Values = Mapping[str, float]
 Place = Callable[[Drive, float, float], dict[str, float]]  # of a point of the unit square
@@ -62,7 +64,7 @@ class Contender:
         if point.control.tau_max_Nm is not None:
             common["tau_max_Nm"] = point.control.tau_max_Nm
         table = {"law": self.law, **common, **dict(self.keys), **values}
-        drive = replace(point, control=checked(LAWS[self.law], table, f"[control] of {self.name}"))
+        drive = replace(point, control=checked(table_of(self.law), table, f"[control] of {self.name}"))
         drive.control.check(drive.known())
         return drive
 
@@ -231,8 +233,34 @@ CONTENDERS: dict[str, Contender] = {
 }
 
 
+def contender(name: str) -> Contender:
+    """A contender by its name, or of a law in Python: `python:FILE:CLASS`.
+
+    Raises
+    ------
+    ParameterError
+        If the name is unknown, or the class is not there.
+    """
+    if name.startswith(PREFIX):
+        return _own(name)
+    if name not in CONTENDERS:
+        raise ParameterError(f"control `{name}` is unknown{did_you_mean(name, CONTENDERS)}")
+    return CONTENDERS[name]
+
+
+def _own(law: str) -> Contender:
+    """A law in Python. Its constructor says what sets its switching frequency: `i_band`,
+    `f_switch`, or else the control period."""
+    kind = law_class(law)
+    numbers = inspect.signature(kind).parameters
+    known = {"i_band": CURRENT_BAND, "f_switch": ASKED_FREQUENCY}
+    free = next((known[name] for name in numbers if name in known), CARRIER)
+    what = (inspect.getdoc(kind) or "A law in Python.").partition("\n")[0]
+    return Contender(name=law, law=law, free=free, what=what, when="", needs="")
+
+
 def chosen(names: list[str] | None) -> list[Contender]:
-    """Contenders by name, or all of them.
+    """Contenders by name, or all of the core's.
 
     Raises
     ------
@@ -242,8 +270,6 @@ def chosen(names: list[str] | None) -> list[Contender]:
     if names is None:
         return list(CONTENDERS.values())
     for name in names:
-        if name not in CONTENDERS:
-            raise ParameterError(f"control `{name}` is unknown{did_you_mean(name, CONTENDERS)}")
         if names.count(name) > 1:
             raise ParameterError(f"control `{name}` is given twice; name it once")
-    return [CONTENDERS[name] for name in names]
+    return [contender(name) for name in names]

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reluctance.compare.conditions import period
-from reluctance.compare.contenders import CONTENDERS, Contender
+from reluctance.compare.contenders import Contender
+from reluctance.compare.contenders import contender as contender_of
 from reluctance.compare.tuning import Trial, Tuner
 from reluctance.drive import Drive
 from reluctance.drive.mismatch import Mismatch
@@ -67,7 +68,7 @@ def contest(point: Drive, name: str, f_target: float, octaves: tuple[float, ...]
     octaves : tuple of float
         Further frequencies, as powers of two of the target.
     """
-    contender = CONTENDERS[name]
+    contender = contender_of(name)
     as_modelled = replace(point, mismatch=checked(Mismatch, {}, "[mismatch]"))
     tuner = Tuner(as_modelled, contender, f_target, BUDGET)
     try:

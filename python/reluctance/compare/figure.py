@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from reluctance.compare.comparison import Comparison
-from reluctance.compare.contenders import CONTENDERS
+from reluctance.compare.contenders import CONTENDERS, contender
 from reluctance.compare.contest import Entry
 from reluctance.run.kpis import definite
 
@@ -42,6 +42,8 @@ LOOKS = {
     "angles": Look("pulses", "#777777", "--"),
     "pwm_current": Look("pulses", "#000000", "--"),
 }
+
+OWN = Look("own", "#F0E442", "-.")  # a law in Python
 
 Label = tuple[float, float, Entry]  # where it belongs, and whose it is
 
@@ -168,16 +170,18 @@ def _bound(found: Comparison) -> float:
 
 
 def _look(entry: Entry) -> Look:
-    return LOOKS[CONTENDERS[entry.name].law]
+    return LOOKS.get(contender(entry.name).law, OWN)
 
 
 def style(name: str, *, best: bool = False) -> dict[str, Any]:
     """How a contender's line is drawn: colour and line by its law, the marker by the variant."""
-    law = CONTENDERS[name].law
-    variant = [other for other, c in CONTENDERS.items() if c.law == law].index(name)
+    law = contender(name).law
+    variants = [other for other, c in CONTENDERS.items() if c.law == law]
+    variant = variants.index(name) if name in variants else 0
+    look = LOOKS.get(law, OWN)
     return {
-        "color": LOOKS[law].color,
-        "ls": LOOKS[law].line,
+        "color": look.color,
+        "ls": look.line,
         "marker": MARKERS[variant % len(MARKERS)],
         "lw": 3.0 if best else 1.2,
         "ms": 9 if best else 6,

@@ -9,7 +9,7 @@ import numpy as np
 
 from reluctance.compare.comparison import Comparison
 from reluctance.compare.conditions import conditions
-from reluctance.compare.contenders import CONTENDERS, Contender
+from reluctance.compare.contenders import Contender, contender
 from reluctance.compare.contest import Entry
 
 Record = dict[str, Any]
@@ -21,8 +21,8 @@ def records(found: Comparison) -> list[Record]:
 
 
 def _record(found: Comparison, entry: Entry) -> Record:
-    contender = CONTENDERS[entry.name]
-    record: Record = {"control": entry.name, "law": contender.law, "met": entry.met}
+    entrant = contender(entry.name)
+    record: Record = {"control": entry.name, "law": entrant.law, "met": entry.met}
     k = entry.kpis
     if k is not None:
         tau_ref = found.bound.tau_ref
@@ -43,9 +43,9 @@ def _record(found: Comparison, entry: Entry) -> Record:
             "ns_per_step": found.step_time[entry.name] * 1e9,
         }
     return record | {
-        "free_parameter": contender.free.key,
+        "free_parameter": entrant.free.key,
         "values": entry.values,
-        "needs": needs(found, contender),
+        "needs": needs(found, entrant),
         "runs": entry.runs,
         "note": entry.note,
         "front": [
@@ -60,11 +60,11 @@ def _record(found: Comparison, entry: Entry) -> Record:
     }
 
 
-def needs(found: Comparison, contender: Contender) -> str:
+def needs(found: Comparison, entrant: Contender) -> str:
     """What a law needs beside sensors, where currents are compared as they are here."""
     if found.point.sensing.comparators == "analog":
-        return contender.needs
-    return contender.needs.replace("a current comparator a phase", "fast sampling")
+        return entrant.needs
+    return entrant.needs.replace("a current comparator a phase", "fast sampling")
 
 
 def as_json(found: Comparison) -> Record:

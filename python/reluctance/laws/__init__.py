@@ -1,16 +1,19 @@
 """The control laws: one file per [control] table, and the controller that the core makes of it."""
 
 from reluctance.drive.control import Control
+from reluctance.drive.schema import did_you_mean
+from reluctance.errors import ParameterError
 from reluctance.laws.angles import Angles
 from reluctance.laws.deadbeat import Deadbeat
 from reluctance.laws.ditc import Ditc
 from reluctance.laws.edge_mpc import EdgeMpc
 from reluctance.laws.finite_set_mpc import FiniteSetMpc
+from reluctance.laws.own_law import PREFIX, OwnLaw
 from reluctance.laws.paper_mpc import PaperMpc
 from reluctance.laws.pwm_current import PwmCurrent
 from reluctance.laws.torque_sharing import TorqueSharing
 
-__all__ = ["LAWS", "Control"]
+__all__ = ["LAWS", "Control", "table_of"]
 
 LAWS: dict[str, type[Control]] = {
     "angles": Angles,
@@ -22,3 +25,18 @@ LAWS: dict[str, type[Control]] = {
     "finite_set_mpc": FiniteSetMpc,
     "edge_mpc": EdgeMpc,
 }
+
+
+def table_of(law: object) -> type[Control]:
+    """The [control] table of a law.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such law.
+    """
+    if isinstance(law, str) and law.startswith(PREFIX):
+        return OwnLaw
+    if not isinstance(law, str) or law not in LAWS:
+        raise ParameterError(f"[control] law = {law!r} is unknown{did_you_mean(str(law), LAWS)}")
+    return LAWS[law]
