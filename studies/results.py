@@ -20,6 +20,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import reluctance as rl
+from reluctance.run.kpis import definite
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
@@ -43,7 +44,7 @@ def limit(path: Path) -> dict[str, float]:
     return {name: figures[key] for key, name in LIMIT.items()}
 
 
-def row(path: Path) -> dict[str, float | str]:
+def row(path: Path) -> dict[str, float | str | None]:
     """One example."""
     drive = rl.load(path)
     kpis = rl.simulate(drive, record=None).kpis.with_units()
@@ -68,7 +69,9 @@ def overview() -> Figure:
         last = result.t > result.t[-1] - period
         kpis = result.kpis.with_units()
         error, f_switch = kpis["torque_error_rms"], kpis["f_switch_Hz"]
-        text = f"{label}: {100 * error:.2f} % rms error, {f_switch / 1e3:.0f} kHz"
+        text = (
+            f"{label}: {100 * definite(error):.2f} % rms error, {definite(f_switch) / 1e3:.0f} kHz"
+        )
         time = 1e3 * (result.t[last] - result.t[last][0])
         ax.plot(time, result.tau[last], lw=1, color=colour, label=text)
     ax.axhline(41.339, color="k", ls="--", lw=0.8, label="reference: 41.339 N m")

@@ -40,7 +40,9 @@ def compare(
     names = None if controls is None else [name.strip() for name in controls.split(",")]
     for name in names or []:
         if name.startswith(PREFIX) and not trust:
-            raise ParameterError(f"control `{name}` is code that would run; if you trust it, --trust")
+            raise ParameterError(
+                f"control `{name}` is code that would run; if you trust it, add --trust"
+            )
     with progress_bar("tuning control laws", 1.0) as told:
         found = comparison.compare(drive, names, f_switch=f_switch, progress=told)
     files = [] if out is None else comparison.write(found, out)

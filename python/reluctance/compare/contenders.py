@@ -64,7 +64,8 @@ class Contender:
         if point.control.tau_max_Nm is not None:
             common["tau_max_Nm"] = point.control.tau_max_Nm
         table = {"law": self.law, **common, **dict(self.keys), **values}
-        drive = replace(point, control=checked(table_of(self.law), table, f"[control] of {self.name}"))
+        control = checked(table_of(self.law), table, f"[control] of {self.name}")
+        drive = replace(point, control=control)
         drive.control.check(drive.known())
         return drive
 
