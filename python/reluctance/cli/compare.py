@@ -10,8 +10,8 @@ from reluctance import compare as comparison
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust
 from reluctance.cli.progress import progress_bar, wrapped
 from reluctance.compare import conditions, table
+from reluctance.drive.own_law import PREFIX
 from reluctance.errors import ParameterError
-from reluctance.laws.own_law import PREFIX
 from reluctance.load import load
 from reluctance.units import hertz
 

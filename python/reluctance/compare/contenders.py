@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from reluctance.drive import Drive
+from reluctance.drive.own_law import PREFIX, law_class
 from reluctance.drive.schema import checked, did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.laws import table_of
-from reluctance.laws.own_law import PREFIX, law_class
 
 Values = Mapping[str, float]
 Place = Callable[[Drive, float, float], dict[str, float]]  # of a point of the unit square
