@@ -13,6 +13,12 @@ void bind_plant(nb::module_& m) {
   bind_struct<srm::StiffSource>(m, "StiffSource", "A dc link that holds its voltage [V].");
   bind_struct<srm::Battery>(m, "Battery",
                             "Open-circuit voltage [V] behind R [ohm], dc-link capacitor C [F].");
+  bind_struct<srm::PvArray>(m, "PvArray",
+                            "A photovoltaic array of one diode on a dc-link capacitor: numbers at "
+                            "1000 W/m^2 and 25 degC, irradiance and cell temperature over time.")
+      .def("current", &srm::PvArray::current, nb::arg("u"), nb::arg("G"), nb::arg("T_degC"),
+           "Current of the array at a voltage [V], irradiance [W/m^2] and cell temperature "
+           "[degC]; negative above its open-circuit voltage [A].");
   bind_struct<srm::Devices>(m, "Devices",
                             "On-state voltages of switches and diodes: thresholds [V], slopes "
                             "[ohm].");

@@ -8,10 +8,11 @@
 
 namespace srm {
 
-/// The current of phase k, or the rotor angle (k = angle), meets `value`: from below (direction
-/// +1) or from above (-1). Direction 0: no guard.
+/// The current of phase k, the rotor angle (k = angle) or the dc-link voltage (k = link) meets
+/// `value`: from below (direction +1) or from above (-1). Direction 0: no guard.
 struct Guard {
   static constexpr int angle = -1;
+  static constexpr int link = -3;
 
   int k = angle;
   double value = 0;
@@ -19,16 +20,23 @@ struct Guard {
   Leg then = Leg::demagnetize;  // a current guard sets the leg
 };
 
+/// What a guard watches, of a state or of its rates.
+template <int N>
+double watched(const Guard& g, const State<N>& x) {
+  if (g.k == Guard::angle) return x.theta_m;
+  return g.k == Guard::link ? x.u_dc : x.i[g.k];
+}
+
 /// What is left before the guard is met: positive before, zero or negative once it is met.
 template <int N>
 double distance(const Guard& g, const State<N>& x) {
-  return g.direction * (g.value - (g.k == Guard::angle ? x.theta_m : x.i[g.k]));
+  return g.direction * (g.value - watched(g, x));
 }
 
 /// An angle closer than this to its value counts as met [rad].
 inline constexpr double angle_tolerance = 1e-9;
 
-/// From this distance [rad, A] one Newton step by the present slopes ends a search. At slopes down
+/// From this distance [rad; A, V] one Newton step by the present slopes ends a search. At slopes down
 /// to 1e5 A/s that is 1e-8 s; what curvature (1e9 A/s^2) leaves after it is below 1e-7 A.
 inline constexpr double near_angle = 1e-5;
 inline constexpr double near_current = 1e-3;
@@ -55,7 +63,7 @@ double locate(const Plant<M, N>& p, const Point<N>& start, const Point<N>& k1,
               const Settled<N>& settled, const Scale& scale, const Guard& g, double h,
               Point<N>& end) {
   const auto fall = [&](const Point<N>& rate) {
-    return -g.direction * (g.k == Guard::angle ? rate.x.theta_m : rate.x.i[g.k]);
+    return -g.direction * watched(g, rate.x);
   };
   const double near = g.k == Guard::angle ? near_angle : near_current;
   double d = distance(g, end.x);
