@@ -25,10 +25,16 @@ void bind_plant(nb::module_& m) {
   bind_struct<srm::AsymmetricBridge>(m, "AsymmetricBridge", "Two switches and two diodes a phase.");
   bind_struct<srm::SharedSwitchBridge>(m, "SharedSwitchBridge",
                                        "All phases share one upper switch (Miller converter).");
+  bind_struct<srm::Pump>(m, "Pump",
+                         "A pump that lifts water: torque (rows of static heads, columns of "
+                         "sqrt(omega^2 - omega_0^2)) [N m], static head over time [m].")
+      .def("torque", [](const srm::Pump& pump, double omega_m,
+                        double t) { return pump.torque(omega_m, {t, t}); },
+           nb::arg("omega_m"), nb::arg("t"), "Torque at a speed [rad/s] and time [s]; [N m].");
   bind_struct<srm::Shaft>(m, "Shaft",
                           "Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], "
                           "torque tau_0 [N m] and held speed omega [rad/s] over time, and a "
-                          "function of speed [rad/s] that gives more load torque [N m].");
+                          "function of speed [rad/s] that gives more load torque [N m]; a pump.");
   bind_struct<srm::Sampling>(m, "Sampling", "Sensors and timing of the controller.");
   bind_struct<srm::Scale>(m, "Scale", "Currents [A] and voltages [V] that matter.");
   bind_struct<srm::Resolution>(m, "Resolution", "How finely a run is computed and kept.");

@@ -25,6 +25,7 @@ static_assert(sizeof(State) <= sizeof(reluctance_controller));
 static_assert(alignof(State) <= alignof(reluctance_controller));
 static_assert(sizeof(Measurement) == sizeof(reluctance_measurement));
 static_assert(offsetof(Measurement, theta_e) == offsetof(reluctance_measurement, theta_e_rad));
+static_assert(offsetof(Measurement, i_source) == offsetof(reluctance_measurement, i_source_A));
 static_assert(sizeof(Command) == sizeof(reluctance_command));
 static_assert(offsetof(Phase, leg) == offsetof(reluctance_phase_command, leg));
 static_assert(offsetof(Phase, t_edge) == offsetof(reluctance_phase_command, t_edge_s));

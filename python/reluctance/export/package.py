@@ -184,6 +184,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "torque": "torque [N m]",
         "speed": "speed [rad/s]",
         "none": "1 to motor with the law's own current, -1 to brake, 0 off",
+        "pv": "greatest speed [rad/s], 0 stops the pump",
     }
     gates = _gates(drive)
     return {
@@ -194,6 +195,9 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "delay": str(drive.sensing.delay_samples),
         "delay_text": DELAY[drive.sensing.delay_samples],
         "reference": meaning[drive.reference.kind],
+        "i_source": "of the array"
+        if drive.reference.kind == "pv" and drive.pv_control.current == "sensor"
+        else "not used, give 0",
         "machine": drive.machine.name,
         "N_r": str(drive.machine.N_r),
         "law": law,

@@ -61,7 +61,7 @@ struct DriveControl {
     state.tau_ref = outer == Outer::none ? T(0) : asked;
     Command<T, n_phases> orders = law.step(state.law, y, asked);
     if (comparators == Comparators::sampled) compare_now<T, n_phases>(orders, y, state.leg);
-    if (outer == Outer::pv) pv.remember(state.pv, y, orders);
+    if (outer == Outer::pv) pv.template remember<n_phases>(state.pv, y, orders);
     if (t_dead > T(0)) lead_turn_on<T, n_phases>(orders, t_dead);
     return orders;
   }
