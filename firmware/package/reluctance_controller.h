@@ -66,7 +66,7 @@ typedef enum {
 
 /* What the controller remembers. Its content is its own business. */
 typedef struct {
-  uint32_t word[96];
+  uint32_t word[128];
 } reluctance_controller;
 
 /* Before the first step. */

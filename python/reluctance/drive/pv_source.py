@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from reluctance import _core
 from reluctance.drive.tables import CellNumbers, Source
 from reluctance.errors import ParameterError
@@ -49,7 +51,6 @@ def pv_array(source: Source) -> _core.PvArray:
     def made(u_start: float) -> _core.PvArray:
         return _core.PvArray(
             I_L=parallel * cell.I_L_ref_A,
-            I_0=parallel * cell.I_o_ref_A,
             R_s=cell.R_s_ohm * series / parallel,
             R_sh=cell.R_sh_ref_ohm * series / parallel,
             a=series * cell.a_ref_V,
@@ -57,6 +58,7 @@ def pv_array(source: Source) -> _core.PvArray:
             v_block=source.blocking_diode_V,
             C=to_si(source.C_uF or 0.0, "uF"),
             u_start=u_start,
+            ln_ref=math.log(cell.R_s_ohm * cell.I_o_ref_A / cell.a_ref_V),
             poa_global=_core.Course(t=t, value=sun),
             temp_cell=_core.Course(t=t, value=heat),
         )
