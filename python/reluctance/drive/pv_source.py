@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from reluctance import _core
 from reluctance.drive.tables import CellNumbers, Source
 from reluctance.errors import ParameterError
 from reluctance.units import to_si
 
 HALVINGS = 60  # of the open-circuit voltage: to the last digit
+GOLDEN, GOLDEN_STEPS = 0.6180339887498949, 40  # 1e-8 of the voltage
 COLD_G = 1000.0  # irradiance of the cold moment that the switches must stand [W/m^2]
 
 
@@ -83,3 +87,23 @@ def open_circuit(array: _core.PvArray, G: float, T_degC: float) -> float:
 def cold_voltage(source: Source) -> float:
     """Greatest voltage that the array gives: open circuit, bright and cold [V]."""
     return open_circuit(pv_array(source), COLD_G, source.temp_cold_degC)
+
+
+def available(source: Source, t: ArrayLike) -> NDArray[np.float64]:
+    """Power of the array at its maximum power point at the times t [s]; [W]."""
+    array = pv_array(source)
+    sun = np.interp(t, source.t_s, source.poa_global_Wpm2 or [])
+    heat = np.interp(t, source.t_s, source.temp_cell_degC or [])
+    return np.array([_maximum(array, float(G), float(T)) for G, T in zip(sun, heat, strict=True)])
+
+
+def _maximum(array: _core.PvArray, G: float, T_degC: float) -> float:
+    """Greatest u i, which has one maximum, by golden section [W]."""
+    low, high = 0.0, open_circuit(array, G, T_degC)
+    for _ in range(GOLDEN_STEPS):
+        a, b = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        if a * array.current(a, G, T_degC) < b * array.current(b, G, T_degC):
+            low = a
+        else:
+            high = b
+    return low * array.current(low, G, T_degC)
