@@ -65,7 +65,8 @@ reluctance_status reluctance_step(reluctance_controller* controller,
   const auto& given = *std::launder(reinterpret_cast<const Measurement*>(measurement));
   const Measurement& y = judged<control.motion>(given, x);
   if (protection.admits(x.guard, y, reference)) {
-    const Command& orders = *::new (command) Command(control.step(x.law, given, reference));
+    const Command& orders = *::new (command) Command(
+        control.step<control.outer == srm::Outer::pv>(x.law, given, reference));
     protection.remember(x.guard, y, orders);
   } else {
     ::new (command) Command(srm::all_off<float, N>());

@@ -48,22 +48,33 @@ struct DriveControl {
     std::array<Leg, n_phases> leg = all_demagnetized<n_phases>();  // ordered last
   };
 
-  /// reference: as `outer` says; torque [N m] or speed [rad/s].
+  /// reference: as `outer` says; torque [N m] or speed [rad/s]. may_pv: false leaves the code of
+  /// Outer::pv out, for a target whose `outer` is known.
+  template <bool may_pv = true>
   Command<T, n_phases> step(State& state, Measurement<T, n_phases> y, T reference) const {
     if (motion == Motion::tracked) {
       tracker.step(state.tracker, y.theta_e);
       y.theta_e = state.tracker.theta_e;
       y.omega_m = tracker.omega_m(state.tracker);
     }
-    const T asked = outer == Outer::speed ? speed.step(state.speed, reference, y.omega_m)
-                    : outer == Outer::pv  ? pv.step(state.pv, y, speed, state.speed, reference)
-                                          : reference;
+    const T asked = asked_torque<may_pv>(state, y, reference);
     state.tau_ref = outer == Outer::none ? T(0) : asked;
     Command<T, n_phases> orders = law.step(state.law, y, asked);
     if (comparators == Comparators::sampled) compare_now<T, n_phases>(orders, y, state.leg);
-    if (outer == Outer::pv) pv.template remember<n_phases>(state.pv, y, orders);
+    if constexpr (may_pv) {
+      if (outer == Outer::pv) pv.template remember<n_phases>(state.pv, y, orders);
+    }
     if (t_dead > T(0)) lead_turn_on<T, n_phases>(orders, t_dead);
     return orders;
+  }
+
+ private:
+  template <bool may_pv>
+  T asked_torque(State& state, const Measurement<T, n_phases>& y, T reference) const {
+    if constexpr (may_pv) {
+      if (outer == Outer::pv) return pv.step(state.pv, y, speed, state.speed, reference);
+    }
+    return outer == Outer::speed ? speed.step(state.speed, reference, y.omega_m) : reference;
   }
 };
 
