@@ -34,13 +34,14 @@ def test_a_battery_sags_by_what_it_delivers() -> None:
 
 
 def test_the_capacitor_takes_the_ripple_of_the_bridge() -> None:
-    """Ten times the capacitance, a tenth of the voltage ripple."""
+    """Ten times the capacitance, a tenth of the voltage ripple, where R C is long against a stroke
+    and the battery can take no part in it."""
     drive = rl.load(EXAMPLES / "battery.toml")
     ripple = []
-    for C_uF in (1000.0, 10000.0):
-        k = rl.simulate(drive.with_values({"source.C_uF": C_uF}), until=0.4, record=None).kpis
+    for C_uF in (20e3, 200e3):
+        k = rl.simulate(drive.with_values({"source.C_uF": C_uF}), until=0.5, record=None).kpis
         ripple.append(k.u_dc_max - k.u_dc_min)
-    assert ripple[0] / ripple[1] == pytest.approx(10, rel=0.3)
+    assert ripple[0] / ripple[1] == pytest.approx(10, rel=0.2)
 
 
 def test_a_rectifier_takes_nothing_back() -> None:
@@ -124,8 +125,8 @@ def test_a_shared_switch_has_fewer_switches_and_longer_tails() -> None:
     for drive in (own, shared):
         result = rl.simulate(drive, record=20e-6)
         theta_e = np.degrees(drive.machine.N_r * result.theta_m) % 360
-        tails.append(result.i[0][(theta_e > 150) & (theta_e < 180)].mean())
-    assert tails[1] > 1.2 * tails[0] > 0
+        tails.append(result.i[0][(theta_e > 112) & (theta_e < 128)].mean())
+    assert tails[1] > 1.3 * tails[0] > 0
 
 
 def test_drops_of_a_shared_switch_carry_the_sum_of_the_currents() -> None:
