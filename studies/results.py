@@ -54,7 +54,7 @@ def row(path: Path) -> dict[str, float | str]:
 
 def written(value: float | str | None) -> str:
     """Six digits: enough for a page, and the same on every computer."""
-    return value if isinstance(value, str) else "" if value is None else f"{value:.6g}"
+    return value if isinstance(value, str) else "" if value is None else f"{round(value, 9):.6g}"
 
 
 def overview() -> Figure:
