@@ -43,7 +43,7 @@ def limit(path: Path) -> dict[str, float]:
     return {name: figures[key] for key, name in LIMIT.items()}
 
 
-def row(path: Path) -> dict[str, float | str]:
+def row(path: Path) -> dict[str, float | str | None]:
     """One example."""
     drive = rl.load(path)
     kpis = rl.simulate(drive, record=None).kpis.with_units()
@@ -67,7 +67,7 @@ def overview() -> Figure:
         period = 2 * 3.141592653589793 / result.drive.machine.N_r / result.omega_m[-1]
         last = result.t > result.t[-1] - period
         kpis = result.kpis.with_units()
-        error, f_switch = kpis["torque_error_rms"], kpis["f_switch_Hz"]
+        error, f_switch = kpis["torque_error_rms"] or 0.0, kpis["f_switch_Hz"] or 0.0
         text = f"{label}: {100 * error:.2f} % rms error, {f_switch / 1e3:.0f} kHz"
         time = 1e3 * (result.t[last] - result.t[last][0])
         ax.plot(time, result.tau[last], lw=1, color=colour, label=text)
