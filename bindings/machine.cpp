@@ -47,6 +47,10 @@ Map flux_map(int N_r, const Array<1>& knot, const Array<3>& coefficient, double 
                        {coefficient.data(), coefficient.data() + coefficient.size()}, theta_span);
 }
 
+constexpr const char* columns =
+    "Columns psi [Wb], W_c [J], tau [N m], L_inc [H], psi_theta [Wb/rad], shape (n, 5), at n "
+    "currents [A] and electrical angles [rad] of one phase.";
+
 template <class V>
 std::vector<V> copied(const srm::View<V>& view) {
   return {view.data, view.data + view.size};
@@ -67,7 +71,8 @@ void bind_machine(nb::module_& m) {
       .def_prop_ro("L_u", [](const LeHuy& m) { return m.value.L_u; })
       .def_prop_ro("L_sat", [](const LeHuy& m) { return m.value.L_sat; })
       .def_prop_ro("A", [](const LeHuy& m) { return m.value.A; })
-      .def_prop_ro("B", [](const LeHuy& m) { return m.value.B; });
+      .def_prop_ro("B", [](const LeHuy& m) { return m.value.B; })
+      .def("magnetics", &magnetics, nb::arg("i"), nb::arg("theta_e"), columns);
   nb::class_<Map>(m, "FluxMap",
                   "Measured or computed machine: one co-energy spline over current and angle.")
       .def(nb::new_(&flux_map), nb::kw_only(), nb::arg("N_r"), nb::arg("knots"),
@@ -100,11 +105,11 @@ void bind_machine(nb::module_& m) {
           "pieces",
           [](const Map& m) { return nb::bytes(m.value.piece.data, m.value.piece.size); },
           "Piece of each current slot, one byte a slot.")
+      .def("magnetics", &magnetics, nb::arg("i"), nb::arg("theta_e"), columns)
       .def("current", &current, nb::arg("psi"), nb::arg("theta_e"), nb::arg("i_max"),
            "Current in [0, i_max] at flux psi and angle theta_e, shape (n,) [A].");
   m.def("magnetics", &magnetics, nb::arg("machine"), nb::arg("i"), nb::arg("theta_e"),
-        "Columns psi [Wb], W_c [J], tau [N m], L_inc [H], psi_theta [Wb/rad], shape (n, 5), at n "
-        "currents [A] and electrical angles [rad] of one phase.");
+        columns);
 }
 
 }  // namespace bound

@@ -20,6 +20,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import reluctance as rl
+from reluctance.run.kpis import definite
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
@@ -54,7 +55,7 @@ def row(path: Path) -> dict[str, float | str | None]:
 
 def written(value: float | str | None) -> str:
     """Six digits: enough for a page, and the same on every computer."""
-    return value if isinstance(value, str) else "" if value is None else f"{round(value, 9):.6g}"
+    return value if isinstance(value, str) else "" if value is None else f"{value:.6g}"
 
 
 def overview() -> Figure:
@@ -67,8 +68,10 @@ def overview() -> Figure:
         period = 2 * 3.141592653589793 / result.drive.machine.N_r / result.omega_m[-1]
         last = result.t > result.t[-1] - period
         kpis = result.kpis.with_units()
-        error, f_switch = kpis["torque_error_rms"] or 0.0, kpis["f_switch_Hz"] or 0.0
-        text = f"{label}: {100 * error:.2f} % rms error, {f_switch / 1e3:.0f} kHz"
+        error, f_switch = kpis["torque_error_rms"], kpis["f_switch_Hz"]
+        text = (
+            f"{label}: {100 * definite(error):.2f} % rms error, {definite(f_switch) / 1e3:.0f} kHz"
+        )
         time = 1e3 * (result.t[last] - result.t[last][0])
         ax.plot(time, result.tau[last], lw=1, color=colour, label=text)
     ax.axhline(41.339, color="k", ls="--", lw=0.8, label="reference: 41.339 N m")

@@ -34,7 +34,7 @@ def without_quantisers(path: Path) -> list[str]:
 
 @every_example
 def test_energy_balance_closes(path: Path) -> None:
-    """Source = dc link = winding = copper + mechanical + field, from the first instant to the last."""
+    """Source = dc link = winding = copper + mechanical + field, from first instant to last."""
     drive = rl.load(path)
     result = rl.simulate(drive, until=few_periods(drive), record=None)
     rise = result.periods.rise

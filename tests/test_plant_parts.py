@@ -46,7 +46,8 @@ def test_the_capacitor_takes_the_ripple_of_the_bridge() -> None:
 def test_a_rectifier_takes_nothing_back() -> None:
     """Braking into a one-way source charges the capacitor: 1/2 C (u^2 - E^2) is what came back."""
     braking = rl.load(
-        EXAMPLES / "battery.toml", ["reference.tau_Nm=-20", "source.one_way=true", "source.C_uF=20000"]
+        EXAMPLES / "battery.toml",
+        ["reference.tau_Nm=-20", "source.one_way=true", "source.C_uF=20000"],
     )
     result = rl.simulate(braking, until=0.1, record=None)
     rise = result.periods.rise

@@ -3,8 +3,8 @@
 from reluctance._core import Gate, Leg, Measurement, Order
 from reluctance.drive import Drive
 from reluctance.drive.known import Known
+from reluctance.drive.own_law import Law
 from reluctance.errors import ParameterError
-from reluctance.laws.own_law import Law
 from reluctance.load import load
 from reluctance.run import Kpis, Result, simulate
 

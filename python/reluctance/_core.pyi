@@ -8,6 +8,76 @@ import numpy
 from numpy.typing import NDArray
 
 
+class Leg(enum.Enum):
+    demagnetize = -1
+
+    freewheel = 0
+
+    magnetize = 1
+
+class Gate(enum.Enum):
+    timer = 0
+
+    comparator = 1
+
+    window = 2
+
+class AngleWatch(enum.Enum):
+    compare = 0
+
+    sampled = 1
+
+class Carriers(enum.Enum):
+    in_phase = 0
+
+    interleaved = 1
+
+class Shape(enum.Enum):
+    linear = 0
+
+    cubic = 1
+
+    sinusoidal = 2
+
+    exponential = 3
+
+    table = 4
+
+class Outer(enum.Enum):
+    torque = 0
+
+    speed = 1
+
+    none = 2
+
+class Comparators(enum.Enum):
+    analog = 0
+
+    sampled = 1
+
+class LeHuy:
+    """Analytic machine of Le-Huy and Brunelle (IECON 2005)."""
+
+    def __init__(self, *, N_r: int, L_u: float, L_a: float, L_sat: float, i_m: float, psi_m: float) -> None:
+        """
+        From unaligned and unsaturated aligned inductance, saturated slope [H] and one point (i_m, psi_m) of the aligned curve [A, Wb].
+        """
+
+    @property
+    def N_r(self) -> int: ...
+
+    @property
+    def L_u(self) -> float: ...
+
+    @property
+    def L_sat(self) -> float: ...
+
+    @property
+    def A(self) -> float: ...
+
+    @property
+    def B(self) -> float: ...
+
 class FluxMap:
     """
     Measured or computed machine: one co-energy spline over current and angle.
@@ -46,71 +116,13 @@ class FluxMap:
     def pieces(self) -> bytes:
         """Piece of each current slot, one byte a slot."""
 
-    def magnetics(self, i: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
-        """
-        Columns psi [Wb], W_c [J], tau [N m], L_inc [H], psi_theta [Wb/rad], shape (n, 5).
-        """
-
-    def magnetics_single(self, i: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
-        """As magnetics, computed in float as on the target."""
-
     def current(self, psi: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], i_max: float) -> NDArray[numpy.float64]:
         """Current in [0, i_max] at flux psi and angle theta_e, shape (n,) [A]."""
 
-    def current_single(self, psi: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], i_max: float) -> NDArray[numpy.float64]:
-        """As current, computed in float as on the target."""
-
-class LeHuy:
-    """Analytic machine of Le-Huy and Brunelle (IECON 2005)."""
-
-    def __init__(self, *, N_r: int, L_u: float, L_a: float, L_sat: float, i_m: float, psi_m: float) -> None:
-        """
-        From unaligned and unsaturated aligned inductance, saturated slope [H] and one point (i_m, psi_m) of the aligned curve [A, Wb].
-        """
-
-    @property
-    def N_r(self) -> int: ...
-
-    @property
-    def L_u(self) -> float: ...
-
-    @property
-    def L_sat(self) -> float: ...
-
-    @property
-    def A(self) -> float: ...
-
-    @property
-    def B(self) -> float: ...
-
-def magnetics(machine: LeHuy | FluxMap, i: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+def magnetics(machine: LeHuy | FluxMap, i: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
     """
     Columns psi [Wb], W_c [J], tau [N m], L_inc [H], psi_theta [Wb/rad], shape (n, 5), at n currents [A] and electrical angles [rad] of one phase.
     """
-
-def exp(x: float) -> float:
-    """The core's exponential, without libm."""
-
-def wrap(theta: float) -> float:
-    """theta [rad] brought into [0, 2 pi)."""
-
-def wrap_float(theta: float) -> float:
-    """The same in single precision."""
-
-class Shaft(enum.Enum):
-    locked = 0
-
-    turning = 1
-
-class Outer(enum.Enum):
-    torque = 0
-
-    speed = 1
-
-class Comparators(enum.Enum):
-    analog = 0
-
-    sampled = 1
 
 class Controller:
     """A complete controller, ready to be sampled."""
@@ -120,10 +132,178 @@ class Setting:
 
     def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0, comparators: Comparators = Comparators.analog, t_dead: float = 0.0) -> None: ...
 
+ORDER_COLUMNS: list = ...
+
+def step(controller: Controller, i: Sequence[float], *, theta_e: float, omega_m: float, u_dc: float, reference: float) -> list[float]:
+    """
+    One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s] to orders. ORDER_COLUMNS for each phase, last the torque reference worked to [N m].
+    """
+
+def controller_from(n_phases: int, function: Callable) -> Controller:
+    """
+    A controller that calls function(i, theta_e, omega_m, u_dc, reference) at every sample and takes the orders from it, in the form that `step` returns.
+    """
+
+def described(controller: Controller) -> dict[str, Any] | None:
+    """
+    The controller's law, speed loop and machine as a tree of names and numbers, for export; None where it has no such form.
+    """
+
+def wrap_float(theta: float) -> float:
+    """theta [rad] brought into [0, 2 pi), in single precision."""
+
+class Measurement:
+    """One sample, as the sensors deliver it."""
+
+    @property
+    def i(self) -> list[float]:
+        """Phase currents, one a phase [A]."""
+
+    @property
+    def theta_e(self) -> float:
+        """Electrical angle of the first phase, in [0, 2 pi) [rad]."""
+
+    @property
+    def omega_m(self) -> float:
+        """Rotor speed [rad/s]."""
+
+    @property
+    def u_dc(self) -> float:
+        """dc-link voltage [V]."""
+
+    @property
+    def n_phases(self) -> int: ...
+
+    def angle(self, k: int) -> float:
+        """Electrical angle of phase k: 0 unaligned, pi aligned [rad]."""
+
+class Order:
+    """What one phase does until the next sample."""
+
+    def __init__(self) -> None:
+        """All off: the leg demagnetizes."""
+
+    @staticmethod
+    def hold(leg: Leg) -> Order:
+        """One leg state for the whole sample."""
+
+    @staticmethod
+    def pulse(outside: Leg, inside: Leg, start: float, end: float) -> Order:
+        """
+        `inside` between two instants of the sample [s], `outside` before and after.
+        """
+
+    @staticmethod
+    def pwm(duty: float, T_s: float, centre: float = 0.5) -> Order:
+        """
+        A pulse of the mean voltage duty u_dc, duty in [-1, 1], centred at this fraction of the sample T_s [s].
+        """
+
+    @staticmethod
+    def regulate(i_ref: float, i_band: float, chop: Leg = Leg.freewheel) -> Order:
+        """
+        The hysteresis comparator holds the current at i_ref +- i_band [A]; above the band the leg freewheels (soft chopping) or demagnetizes (hard chopping).
+        """
+
+    def __repr__(self) -> str: ...
+
+    @property
+    def leg(self) -> object: ...
+
+    @property
+    def gate(self) -> object: ...
+
+    @property
+    def chop(self) -> object: ...
+
+    @property
+    def t_edge(self) -> object: ...
+
+    @property
+    def i_ref(self) -> object: ...
+
+    @property
+    def i_band(self) -> object: ...
+
+    @property
+    def theta_on(self) -> object: ...
+
+    @property
+    def theta_off(self) -> object: ...
+
+def controller_of(setting: Setting, step: Callable) -> Controller:
+    """
+    The controller of a law in Python: step(measurement, tau_ref) is called at every sample and returns an Order for each phase.
+    """
+
+class Rotation(enum.Enum):
+    locked = 0
+
+    turning = 1
+
+class Course:
+    """
+    A quantity over time: linear between points, two points at the same time make a step. Times in s.
+    """
+
+    def __init__(self, *, t: Sequence[float], value: Sequence[float]) -> None: ...
+
+class StiffSource:
+    """A dc link that holds its voltage [V]."""
+
+    def __init__(self, *, u_dc: Course) -> None: ...
+
+class Battery:
+    """Open-circuit voltage [V] behind R [ohm], dc-link capacitor C [F]."""
+
+    def __init__(self, *, E: Course, R: float, C: float, one_way: bool) -> None: ...
+
+class Devices:
+    """
+    On-state voltages of switches and diodes: thresholds [V], slopes [ohm].
+    """
+
+    def __init__(self, *, v_switch: float, R_switch: float, v_diode: float, R_diode: float) -> None: ...
+
+class AsymmetricBridge:
+    """Two switches and two diodes a phase."""
+
+    def __init__(self, *, device: Devices) -> None: ...
+
+class SharedSwitchBridge:
+    """All phases share one upper switch (Miller converter)."""
+
+    def __init__(self, *, device: Devices) -> None: ...
+
+class Shaft:
+    """
+    Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], torque tau_0 [N m] and held speed omega [rad/s] over time, and a function of speed [rad/s] that gives more load torque [N m].
+    """
+
+    def __init__(self, *, rotation: Rotation, J: float, B: float, k: float, tau_0: Course, omega: Course, load: Callable[[float], float] | None) -> None: ...
+
+class Sampling:
+    """Sensors and timing of the controller."""
+
+    def __init__(self, *, T_s: float, delay: int, adc_bits: int, i_range: float, encoder_counts: int, angle_offset: float) -> None: ...
+
+class Scale:
+    """Currents [A] and voltages [V] that matter."""
+
+    def __init__(self, *, i: float, u_dc: float) -> None: ...
+
+class Resolution:
+    """How finely a run is computed and kept."""
+
+    def __init__(self, *, dt_max: float, scale: Scale, record_every: float) -> None: ...
+
+def n_switches(bridge: AsymmetricBridge | SharedSwitchBridge, n_phases: int) -> int:
+    """Switches of a bridge."""
+
 class Simulation:
     """The closed loop. SI units."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, u_dc: float, v_switch: float, R_switch: float, v_diode: float, R_diode: float, t_dead: float = 0.0, shaft: Shaft, J: float, B: float, k_pump: float, tau_load: float, T_s: float, delay: int, adc_bits: int, i_range: float, encoder_counts: int, controller: Controller, t_ref: Sequence[float], ref: Sequence[float], omega_m: float, theta_m: float, dt_max: float, i_scale: float = 100.0, record_every: float) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, controller: Controller, reference: Course, theta_m: float, resolution: Resolution) -> None: ...
 
     def advance(self, t_stop: float) -> float:
         """Runs to t_stop [s] or until a table is full; returns the time reached."""
@@ -134,96 +314,25 @@ class Simulation:
     def close_period(self) -> None:
         """Adds the integrals so far to the periods."""
 
-    def take_waveforms(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+    def take_waveforms(self) -> NDArray[numpy.float64]:
         """
-        Rows recorded since the last call: t, theta_m, omega_m, tau_ref, then i, leg, i_ref of each phase.
-        """
-
-    def take_periods(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-        """
-        Rows at the ends of electrical periods since the last call: t, theta_m, omega_m, W_f, turn_ons, S_on, S_off, tau_min, tau_max, omega_min, omega_max, i_peak, integrals of p_dc, p_winding, p_mech, tau, tau^2, (tau - tau_ref)^2, i^2 per phase, tau_ref.
+        Rows recorded since the last call, with the columns of waveform_columns.
         """
 
-COMMAND_COLUMNS: int = 15
+    def take_periods(self) -> NDArray[numpy.float64]:
+        """
+        Rows at the ends of electrical periods since the last call, with the columns of period_columns.
+        """
 
-def step(controller: Controller, i: Sequence[float], *, theta_e: float, omega_m: float, u_dc: float, reference: float) -> list[float]:
-    """
-    One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s] to commands. Per phase 15 numbers: gate, five legs, chop, four edges [s], i_ref, i_band [A], theta_on, theta_off [rad]; last the torque reference worked to [N m].
-    """
+def waveform_columns(n_phases: int) -> list[str]:
+    """Names of the columns of a waveform row."""
 
-def controller_from(n_phases: int, function: Callable) -> Controller:
-    """
-    A controller that calls function(i, theta_e, omega_m, u_dc, reference) at every sample and takes the commands from it, in the form that `step` returns.
-    """
-
-def described(controller: Controller) -> dict[str, Any] | None:
-    """
-    The controller's law, speed loop and machine as a tree of names and numbers, for export; None where it has no such form.
-    """
+def period_columns(n_phases: int) -> list[str]:
+    """Names of the columns of a period row."""
 
 def step_time(controller: Controller, samples: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, repeats: int) -> float:
     """
     Wall time of a control step [s], the least mean of `repeats` passes. samples: (n, n_phases + 4) phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s].
-    """
-
-def box_qp(H: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], f: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], lo: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], hi: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], precision: str = 'double', start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, max_iterations: int = -1) -> tuple:
-    """
-    Minimum of 1/2 x'Hx + f'x on lo <= x <= hi, by the controller's active-set method.
-
-    Parameters
-    ----------
-    H : array, shape (n, n)
-        Symmetric positive definite; n from 1 to 24.
-    f, lo, hi : array, shape (n,)
-        Gradient at zero and bounds. Equal bounds fix a variable, infinite ones free it.
-    precision : {"double", "single"}
-        Scalar of the computation.
-    start : array, shape (n,), optional
-        Warm start, clipped to the box; zero by default.
-    max_iterations : int
-        Iteration limit; negative takes the controller's own.
-
-    Returns
-    -------
-    x : ndarray, shape (n,)
-        Within the bounds whatever the status.
-    status : str
-        "solved", "iteration_limit", "not_positive_definite" or "invalid".
-    iterations : int
-        Factorisations used.
-
-    Raises
-    ------
-    ValueError
-        If shapes do not agree or the precision is unknown.
-    """
-
-def box_qp_batch(H: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], f: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], lo: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], hi: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], precision: str = 'double', start: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)] | None = None, max_iterations: int = -1) -> tuple:
-    """
-    `box_qp` for n_problems problems of equal size.
-
-    Parameters
-    ----------
-    H : array, shape (n_problems, n, n)
-    f, lo, hi : array, shape (n_problems, n)
-    precision, start, max_iterations
-        As for `box_qp`; start has shape (n_problems, n).
-
-    Returns
-    -------
-    x : ndarray, shape (n_problems, n)
-    status : list of str
-    iterations : ndarray of int, shape (n_problems,)
-
-    Raises
-    ------
-    ValueError
-        If shapes do not agree or the precision is unknown.
-    """
-
-def incremental_mpc(*, N_p: int, N_c: int, r_w: float, a: float, b: float, c: Sequence[float], error_free: Sequence[float]) -> list[list[float]]:
-    """
-    Rows of H, then f, then the free displacement of the one-channel problem.
     """
 
 class Guide:
@@ -239,63 +348,40 @@ class Guide:
         The value at a torque [N m], electrical angle [rad], speed [rad/s] and voltage [V].
         """
 
-N_p_max: int = 10
-
-N_c_max: int = 4
-
-def paper_mpc(setting: Setting, *, guide: Guide, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: int) -> Controller:
-    """Predictive controller of current references. guide: phase current [A]."""
-
-class Leg(enum.Enum):
-    demagnetize = -1
-
-    freewheel = 0
-
-    magnetize = 1
-
-class AngleWatch(enum.Enum):
-    compare = 0
-
-    sampled = 1
-
-class Carriers(enum.Enum):
-    in_phase = 0
-
-    interleaved = 1
-
-class Shape(enum.Enum):
-    linear = 0
-
-    cubic = 1
-
-    sinusoidal = 2
-
-    exponential = 3
-
-    table = 4
+def switching_weight(machine: LeHuy | FluxMap, *, guide: Guide, R: float, tau_ref: float, omega_m: float, u_dc: float, i_max: float, f_switch: float) -> float:
+    """
+    Cost of a turn-on [N^2 m^2 s] that makes about f_switch [Hz] per switch.
+    """
 
 class Conduction:
-    """Turn-on and turn-off angle, electrical."""
+    """
+    Turn-on and turn-off angle, electrical [rad]; the speed below which a window for starting replaces them [rad/s].
+    """
 
     def __init__(self, *, theta_on: float, theta_off: float, omega_start: float) -> None: ...
 
-class MeanTorque:
-    """Current reference over the torque reference."""
+class TorqueBands:
+    """Half widths of two torque bands [N m]."""
 
-    def __init__(self, *, tau_max: float, i_ref: Sequence[float]) -> None:
-        """i_ref: 17 currents [A] for the torques 0..tau_max [N m]."""
+    def __init__(self, *, inner: float, outer: float) -> None: ...
+
+class MeanTorque:
+    """
+    Current reference over the torque reference: 17 currents [A] for the torques 0..tau_max [N m].
+    """
+
+    def __init__(self, *, tau_max: float, i_ref: Sequence[float]) -> None: ...
 
     @staticmethod
     def constant(i_ref: float) -> MeanTorque:
         """The same current [A] for every torque."""
 
 class Sharing:
-    """Torque sharing function."""
+    """
+    Torque sharing function. Turn-on and overlap angle, electrical [rad]; with Shape.table the rise at 33 equally spaced angles of the overlap.
+    """
 
-    def __init__(self, *, shape: Shape, theta_on: float, theta_ov: float, table: Sequence[float] = ...) -> None:
-        """
-        Turn-on and overlap angle, electrical [rad]; with Shape.table the rise at 33 equally spaced angles of the overlap.
-        """
+    def __init__(self, *, shape: Shape, theta_on: float, theta_ov: float, table: Sequence[float]) -> None: ...
 
     def is_feasible(self, n_phases: int) -> bool:
         """True if every phase with a share can give torque."""
@@ -303,22 +389,12 @@ class Sharing:
     def share(self, n_phases: int, theta_e: float) -> float:
         """Share of the phase at theta_e [1]."""
 
-def without_reference(controller: Controller) -> Controller:
-    """
-    The controller of a law that holds a fixed current instead of a torque.
-    """
-
 def angles(setting: Setting, *, conduction: Conduction, reference: MeanTorque, i_band: float, chop: Leg, watch: AngleWatch) -> Controller:
     """
     Current held in a band of half width i_band [A] between turn-on and turn-off.
     """
 
-def with_angle_offset(controller: Controller, offset: float) -> Controller:
-    """
-    The controller behind an angle sensor that shows the electrical angle plus offset [rad].
-    """
-
-def pwm_current(setting: Setting, *, conduction: Conduction, reference: MeanTorque, R: float, bandwidth: float, T_s: float) -> Controller:
+def pwm_current(setting: Setting, *, R: float, conduction: Conduction, reference: MeanTorque, bandwidth: float, T_s: float) -> Controller:
     """
     Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.
     """
@@ -328,37 +404,27 @@ def torque_sharing(setting: Setting, *, sharing: Sharing, i_max: float, i_band: 
     Shared torque as current references, for the instant t_ahead [s] after the sample.
     """
 
-def ditc(setting: Setting, *, conduction: Conduction, inner: float, outer: float, i_max: float) -> Controller:
-    """
-    Legs chosen by the torque error. inner, outer: half widths of the torque bands [N m].
-    """
+def ditc(setting: Setting, *, conduction: Conduction, bands: TorqueBands, i_max: float) -> Controller:
+    """Direct instantaneous torque control: the torque error picks the legs."""
 
-def deadbeat(setting: Setting, *, sharing: Sharing, R: float, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
+def deadbeat(setting: Setting, *, R: float, sharing: Sharing, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
     """
     The duty cycle that brings each phase to its shared torque in one sample.
     """
+
+N_p_max: int = 10
+
+N_c_max: int = 4
+
+def paper_mpc(setting: Setting, *, guide: Guide, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: float) -> Controller:
+    """Predictive controller of current references. guide: phase current [A]."""
 
 def finite_set_mpc(setting: Setting, *, guide: Guide, horizon: int, w_psi: Sequence[float], w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Controller:
     """
     Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of the distance to it, at each of its speeds [N^2 m^2/Wb^2].
     """
 
-def leg_search(phases: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, tau_ref: float, u_dc: float, R: float, i_max: float, T_s: float, t_end: float, w_psi: float, w_i: float, w_sw: float, horizon: int, prune: bool) -> tuple:
-    """
-    Best first legs of three phases, the cost of their sequence, and the combinations visited. phases: (3, 10) psi, i, tau, gain, drift, goal, goal_rate, i_gain, i_drift, last leg.
-    """
-
 def edge_mpc(setting: Setting, *, guide: Guide, w_sw: float, psi_slack: Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Controller:
     """
-    Predictive torque control with switching instants as variables. guide: flux linkage [Wb]. psi_slack: most that a phase may leave it, at each of its speeds [Wb].
-    """
-
-def switching_weight(machine: LeHuy | FluxMap, *, guide: Guide, R: float, tau_ref: float, omega_m: float, u_dc: float, i_max: float, f_switch: float) -> float:
-    """
-    Cost of a turn-on [N^2 m^2 s] that makes about f_switch [Hz] per switch.
-    """
-
-def track_angle(theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], *, T_s: float, bandwidth: float, N_r: int, single: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-    """
-    Estimated electrical angle [rad] and mechanical speed [rad/s], shape (n, 2), from n counted electrical angles.
+    Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; psi_slack: most that a phase may leave it, at each of its speeds [Wb].
     """

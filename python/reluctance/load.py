@@ -10,6 +10,7 @@ from reluctance.drive import Drive
 from reluctance.drive.library import machine_from, machine_table
 from reluctance.drive.map_machine import with_paths
 from reluctance.drive.mismatch import Mismatch
+from reluctance.drive.own_law import PREFIX
 from reluctance.drive.protection import Protection
 from reluctance.drive.schema import Section, checked, did_you_mean
 from reluctance.drive.tables import (
@@ -23,7 +24,6 @@ from reluctance.drive.tables import (
 from reluctance.errors import ParameterError
 from reluctance.files import read_toml, toml_value
 from reluctance.laws import LAWS, table_of
-from reluctance.laws.own_law import PREFIX
 
 TABLES: dict[str, type[Section]] = {
     "converter": Converter,

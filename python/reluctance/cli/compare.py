@@ -10,8 +10,8 @@ from reluctance import compare as comparison
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust
 from reluctance.cli.progress import progress_bar, wrapped
 from reluctance.compare import conditions, table
+from reluctance.drive.own_law import PREFIX
 from reluctance.errors import ParameterError
-from reluctance.laws.own_law import PREFIX
 from reluctance.load import load
 from reluctance.units import hertz
 
@@ -40,7 +40,9 @@ def compare(
     names = None if controls is None else [name.strip() for name in controls.split(",")]
     for name in names or []:
         if name.startswith(PREFIX) and not trust:
-            raise ParameterError(f"control `{name}` is code that would run; if you trust it, --trust")
+            raise ParameterError(
+                f"control `{name}` is code that would run; if you trust it, add --trust"
+            )
     with progress_bar("tuning control laws", 1.0) as told:
         found = comparison.compare(drive, names, f_switch=f_switch, progress=told)
     files = [] if out is None else comparison.write(found, out)

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from reluctance.drive import Drive
+from reluctance.drive.own_law import PREFIX, law_class
 from reluctance.drive.schema import checked, did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.laws import table_of
-from reluctance.laws.own_law import PREFIX, law_class
 
 Values = Mapping[str, float]
 Place = Callable[[Drive, float, float], dict[str, float]]  # of a point of the unit square
@@ -64,7 +64,8 @@ class Contender:
         if point.control.tau_max_Nm is not None:
             common["tau_max_Nm"] = point.control.tau_max_Nm
         table = {"law": self.law, **common, **dict(self.keys), **values}
-        drive = replace(point, control=checked(table_of(self.law), table, f"[control] of {self.name}"))
+        control = checked(table_of(self.law), table, f"[control] of {self.name}")
+        drive = replace(point, control=control)
         drive.control.check(drive.known())
         return drive
 

@@ -138,7 +138,7 @@ class Reference(OverTime):
 
     @property
     def course(self) -> tuple[list[float], list[float]]:
-        """Times [s] and references [N m or rad/s]; 1, to motor, where the law has its own current."""
+        """Times [s] and references [N m or rad/s]; 1, to motor, for a law with its own current."""
         if self.kind == "none":
             return [0.0], [1.0]
         unit = None if self.kind == "torque" else "rpm"

@@ -171,7 +171,7 @@ def _header_of(name: str) -> str:
     """The header that defines struct `name`."""
     include = resources("include")
     for part in ("base", "machine", "control"):
-        for path in sorted((include / "srm" / part).glob("*.hpp")):
+        for path in sorted((include / "srm" / part).rglob("*.hpp")):
             if re.search(rf"^struct {name} {{", path.read_text("utf-8"), re.MULTILINE):
                 return str(path.relative_to(include).as_posix())
     raise ParameterError(f"no header defines srm::{name}; the law cannot be exported")

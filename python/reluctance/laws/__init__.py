@@ -1,6 +1,7 @@
 """The control laws: one file per [control] table, and the controller that the core makes of it."""
 
 from reluctance.drive.control import Control
+from reluctance.drive.own_law import PREFIX, OwnLaw
 from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.laws.angles import Angles
@@ -8,7 +9,6 @@ from reluctance.laws.deadbeat import Deadbeat
 from reluctance.laws.ditc import Ditc
 from reluctance.laws.edge_mpc import EdgeMpc
 from reluctance.laws.finite_set_mpc import FiniteSetMpc
-from reluctance.laws.own_law import PREFIX, OwnLaw
 from reluctance.laws.paper_mpc import PaperMpc
 from reluctance.laws.pwm_current import PwmCurrent
 from reluctance.laws.torque_sharing import TorqueSharing

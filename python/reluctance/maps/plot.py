@@ -1,30 +1,18 @@
 """The four figures of a machine: magnetisation, torque, incremental inductance, co-energy."""
 
-from typing import Protocol
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
 from reluctance import _core
-from reluctance.maps.table import Array, FluxTable
+from reluctance.maps.table import FluxTable
 
 ANGLES = (0.0, 45.0, 90.0, 135.0, 180.0)  # deg el.
 LEVELS = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the last current
 
 
-class Sampled(Protocol):
-    """A machine of the core that answers over arrays, such as `_core.FluxMap`."""
-
-    @property
-    def i_last(self) -> float: ...
-
-    def magnetics(self, i: Array, theta_e: Array) -> Array:
-        """Columns psi, W_c, tau, L_inc, psi_theta, shape (n, 5)."""
-
-
 def plot_magnetisation(
-    machine: Sampled, table: FluxTable | None = None, *, axes: Axes | None = None
+    machine: _core.FluxMap, table: FluxTable | None = None, *, axes: Axes | None = None
 ) -> Axes:
     """Flux linkage over current at five angles, with the samples of the table as dots."""
     axes = _axes(axes)
@@ -40,7 +28,7 @@ def plot_magnetisation(
 
 
 def plot_torque(
-    machine: Sampled, table: FluxTable | None = None, *, axes: Axes | None = None
+    machine: _core.FluxMap, table: FluxTable | None = None, *, axes: Axes | None = None
 ) -> Axes:
     """Torque over angle at five currents, with the torque of the table as dots."""
     axes = _axes(axes)
@@ -53,7 +41,7 @@ def plot_torque(
     return _finished(axes, "Static torque of one phase", "electrical angle (deg)", "torque (N m)")
 
 
-def plot_inductance(machine: Sampled, *, axes: Axes | None = None) -> Axes:
+def plot_inductance(machine: _core.FluxMap, *, axes: Axes | None = None) -> Axes:
     """Incremental inductance over angle at five currents, logarithmic."""
     axes = _axes(axes)
     _against_angle(axes, machine, 3, factor=1e3)
@@ -62,14 +50,14 @@ def plot_inductance(machine: Sampled, *, axes: Axes | None = None) -> Axes:
     return _finished(axes, "Incremental inductance", "electrical angle (deg)", label)
 
 
-def plot_coenergy(machine: Sampled, *, axes: Axes | None = None) -> Axes:
+def plot_coenergy(machine: _core.FluxMap, *, axes: Axes | None = None) -> Axes:
     """Co-energy over angle at five currents."""
     axes = _axes(axes)
     _against_angle(axes, machine, 1)
     return _finished(axes, "Co-energy of one phase", "electrical angle (deg)", "co-energy (J)")
 
 
-def _against_angle(axes: Axes, machine: Sampled, column: int, *, factor: float = 1.0) -> None:
+def _against_angle(axes: Axes, machine: _core.FluxMap, column: int, *, factor: float = 1.0) -> None:
     theta_e = np.linspace(0, 2 * np.pi, 361)
     for n, i in enumerate(_levels(machine)):
         values = _core.magnetics(machine, np.full_like(theta_e, i), theta_e)[:, column]
@@ -77,7 +65,7 @@ def _against_angle(axes: Axes, machine: Sampled, column: int, *, factor: float =
     axes.set_xticks(range(0, 361, 60))
 
 
-def _levels(machine: Sampled) -> list[float]:
+def _levels(machine: _core.FluxMap) -> list[float]:
     return [share * machine.i_last for share in LEVELS]
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.drive.control import NEVER_REACHED
+from reluctance.drive.own_law import Law, controller_of
 from reluctance.errors import ParameterError
-from reluctance.laws.own_law import Law, controller_of
 from reluctance.run.columns import Rows
 from reluctance.run.kpis import Kpis, evaluated, kpis
 from reluctance.run.losses import iron_loss
