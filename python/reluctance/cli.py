@@ -22,6 +22,7 @@ from reluctance.errors import ParameterError
 from reluctance.export_cli import export_app
 from reluctance.kpis import Kpis
 from reluctance.map_cli import map_app
+from reluctance.pump_cli import pump, size
 from reluctance.save import WRITERS, check_ending, save
 
 app = typer.Typer(
@@ -35,6 +36,8 @@ app = typer.Typer(
 
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")
+app.command()(pump)
+app.command()(size)
 
 
 @app.callback(invoke_without_command=True)

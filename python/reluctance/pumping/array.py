@@ -1,7 +1,7 @@
-"""The [array] table: modules in series and parallel, by their name in the CEC table or by numbers."""
+"""The [array] table: modules in series and parallel, by a name of the CEC table or by numbers."""
 
 from functools import lru_cache
-from types import ModuleType
+from typing import Any
 
 from pydantic import Field, model_validator
 
@@ -109,18 +109,11 @@ def _cec_row(name: str) -> Cell:
     )
 
 
-def pvlib() -> ModuleType:
+def pvlib() -> Any:
     """The pvlib package, imported when it is used.
 
-    Raises
-    ------
-    ParameterError
-        If it is not installed.
+    Its import takes a second, which the equations of one diode can do without.
     """
-    try:
-        import pvlib as found
-    except ImportError:
-        raise ParameterError(
-            "sun and modules need pvlib, which is not installed; `pip install reluctance[sun]`"
-        ) from None
+    import pvlib as found
+
     return found

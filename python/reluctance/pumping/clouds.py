@@ -1,9 +1,11 @@
 """Clouds from a seed: a telegraph of clear and covered sky, and minutes within an hour's mean."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from pydantic import Field
 
 from reluctance.pumping.single_diode import FloatArray
@@ -39,7 +41,7 @@ def covered(clear: Weather, clouds: Clouds) -> Weather:
     return replace(clear, ghi=ghi, dni=dni, dhi=ghi - dni * np.maximum(height, 0.0))
 
 
-def minutes_within(hours: Weather, clear: Weather, height: FloatArray, seed: int) -> Weather:
+def minutes_within(hours: Weather, clear: Weather, seed: int) -> Weather:
     """Minutes whose means over each interval are the given global light.
 
     Direct light is on or off: on for the part of the hour that its mean is of a clear sky's, in
@@ -52,15 +54,13 @@ def minutes_within(hours: Weather, clear: Weather, height: FloatArray, seed: int
         Means to keep.
     clear : Weather
         A clear sky by the minute over the same time.
-    height : ndarray
-        Cosine of the zenith angle at these minutes.
     """
-    count = len(clear.t) // len(hours.t)
+    count, height = len(clear.t) // len(hours.t), clear.sun.height
 
     def mean(values: FloatArray) -> FloatArray:
         return np.asarray(values.reshape(-1, count).mean(axis=1))
 
-    def spread(values: FloatArray) -> FloatArray:
+    def spread(values: NDArray[Any]) -> NDArray[Any]:
         return np.repeat(values, count)
 
     beam_clear = clear.dni * height

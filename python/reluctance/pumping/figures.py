@@ -7,7 +7,7 @@ import pandas as pd
 
 from reluctance.pumping.operate import Pumped
 from reluctance.pumping.pump import GRAVITY, M3PH, RHO, RPM
-from reluctance.pumping.single_diode import G_REF, FloatArray
+from reluctance.pumping.single_diode import G_REF, FloatArray, power_point
 
 KWH = 3.6e6  # [J]
 LONG = 600.0  # intervals from here on hide clouds [s]
@@ -42,9 +42,8 @@ def chain(found: Pumped) -> Chain:
 
     p_hyd, p_lift = RHO * GRAVITY * s.Q * s.H, RHO * GRAVITY * s.Q * pipe.H_static_m
     spilt = 0.0 if found.storage is None else float(found.storage.overflow.sum())
-    nominal = G_REF * np.ones(1), np.full(1, 25.0)
     return Chain(
-        e_sun=energy(s.poa_global) / G_REF * nominal_power(found, *nominal),
+        e_sun=energy(s.poa_global) / G_REF * nominal_power(found),
         e_mp=energy(s.p_mp),
         off_mpp=energy(s.p_mp - s.p_array),
         converter=energy((s.p_array - s.p_link) * on),
@@ -60,11 +59,10 @@ def chain(found: Pumped) -> Chain:
     )
 
 
-def nominal_power(found: Pumped, poa: FloatArray, temp_cell: FloatArray) -> float:
+def nominal_power(found: Pumped) -> float:
     """Of the array at 1000 W/m2 and 25 degC [W]."""
-    from reluctance.pumping.single_diode import power_point
-
-    return float(power_point(found.system.array.diode(poa, temp_cell)).p[0])
+    diode = found.system.array.diode(np.full(1, G_REF), np.full(1, 25.0))
+    return float(power_point(diode).p[0])
 
 
 def with_units(found: Pumped) -> dict[str, float | None]:
@@ -73,7 +71,7 @@ def with_units(found: Pumped) -> dict[str, float | None]:
     hours = found.step / 3600
     on = s.omega > 0
     e_shaft = float(s.p_shaft.sum() * found.step)
-    peak = nominal_power(found, np.full(1, G_REF), np.full(1, 25.0))
+    peak = nominal_power(found)
     days = len(s.Q) * hours / 24
     lost = {
         name: getattr(c, name) / KWH

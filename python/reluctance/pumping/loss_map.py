@@ -20,6 +20,7 @@ from reluctance.cache import cached
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.pumping.single_diode import FloatArray
+from reluctance.schema import checked
 
 ALGORITHM = 1  # raised when the same drive gives other numbers
 SHAPE = (3, 5, 5)  # voltages, speeds, torques
@@ -101,8 +102,10 @@ def at(drive: Drive, *, u_dc: float, omega: float, tau: float, tau_max: float) -
     return replace(
         drive,
         converter=drive.converter.model_copy(update={"u_dc_V": u_dc}),
-        load=type(drive.load)(kind="locked", speed_rpm=omega * 30 / math.pi),
-        reference=type(drive.reference)(kind="torque", tau_Nm=tau),
+        load=checked(
+            type(drive.load), {"kind": "locked", "speed_rpm": omega * 30 / math.pi}, "[load]"
+        ),
+        reference=checked(type(drive.reference), {"kind": "torque", "tau_Nm": tau}, "[reference]"),
         control=drive.control.model_copy(update={"tau_max_Nm": tau_max}),
     )
 

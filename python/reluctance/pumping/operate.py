@@ -1,4 +1,4 @@
-"""A day or a year of a pumping system: from weather to water, sample by sample, without dynamics."""
+"""A day or a year of a pumping system: from weather to water, sample by sample, quasi-static."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
@@ -11,9 +11,9 @@ from reluctance.pumping.hydraulics import Hydraulics, hydraulics
 from reluctance.pumping.loss_map import Box, LossMap, loss_map
 from reluctance.pumping.matching import power_table, speed
 from reluctance.pumping.pump import GRAVITY, M3PH, RHO, RPM
-from reluctance.pumping.single_diode import FloatArray, current, power_point
+from reluctance.pumping.single_diode import Diode, FloatArray, PowerPoint, current, power_point
 from reluctance.pumping.sun import sunlight
-from reluctance.pumping.system import System
+from reluctance.pumping.system import Operation, System
 from reluctance.pumping.tank import Storage, store
 from reluctance.pumping.weather import Weather
 from reluctance.pumping.weather_file import read_weather, with_minutes
@@ -133,7 +133,7 @@ def box_of(system: System) -> Box:
 
 
 def _over(system: System, weather: Weather, losses: LossMap, load: Hydraulics) -> Pumped:
-    light = sunlight(weather, system.site, system.array)
+    light = sunlight(weather, system.array)
     day = light.poa_effective > DARK
     if not day.any():
         raise ParameterError(
@@ -166,10 +166,7 @@ def _by_day(
             f"[array] n_series = {system.array.n_series}: {best.u_oc.max():.4g} V without load, "
             f"need at most [limits] u_max_V = {limit:g}; take fewer modules in series"
         )
-    u, i = best.u, best.i
-    if operation.kind in ("constant", "fraction"):
-        u = np.full_like(u, operation.u_V) if operation.u_V else best.u_oc * operation.fraction
-        i = np.maximum(current(diode, u), 0.0)  # the blocking diode
+    u, i = _operating_point(operation, diode, best)
     u_link = np.maximum(u - system.array.blocking_diode_V, 0.0)
     p_array = u_link * i
     p_link, u_dc = p_array, u_link
@@ -187,6 +184,7 @@ def _by_day(
         return np.where(on, np.interp(omega, load.omega, values), 0.0)
 
     p_shaft = of(load.p_shaft)
+    tau_pump = np.divide(p_shaft, omega, out=np.zeros_like(omega), where=on)
     return {
         "p_mp": best.p,
         "p_array": p_array,
@@ -196,12 +194,27 @@ def _by_day(
         "p_link": p_link,
         "p_in": p_in,
         "omega": omega,
-        "tau": np.divide(p_shaft, omega, out=np.zeros_like(omega), where=on) + machine.B_Nms * omega,
+        "tau": tau_pump + machine.B_Nms * omega,
         "p_shaft": p_shaft,
         "Q": of(load.Q),
         "H": of(load.H),
         "at_limit": (on & (p_in < p_link * (1 - 1e-9))).astype(float),
     }
+
+
+def _operating_point(
+    operation: Operation, diode: Diode, best: PowerPoint
+) -> tuple[FloatArray, FloatArray]:
+    """Voltage and current of the array; behind its blocking diode no current is negative."""
+    if operation.kind == "fraction":
+        assert operation.fraction is not None
+        u = best.u_oc * operation.fraction
+    elif operation.kind == "constant":
+        assert operation.u_V is not None
+        u = np.full_like(best.u, operation.u_V)
+    else:
+        return best.u, best.i
+    return u, np.maximum(current(diode, u), 0.0)
 
 
 def columns(found: Pumped) -> dict[str, FloatArray]:

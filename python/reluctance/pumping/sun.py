@@ -10,7 +10,7 @@ import numpy as np
 
 from reluctance.pumping.array import Array, pvlib
 from reluctance.pumping.single_diode import FloatArray
-from reluctance.pumping.site import Site, extra_radiation, sun_over
+from reluctance.pumping.site import extra_radiation
 from reluctance.pumping.weather import Weather
 
 
@@ -23,9 +23,9 @@ class Sunlight:
     temp_cell: FloatArray  # [degC]
 
 
-def sunlight(weather: Weather, site: Site, array: Array) -> Sunlight:
+def sunlight(weather: Weather, array: Array) -> Sunlight:
     """Irradiance and cell temperature, 0 W/m^2 at night."""
-    lib, sun = pvlib(), sun_over(site, weather.t)
+    lib, sun = pvlib(), weather.sun
     plane = (array.tilt_deg, array.azimuth_deg)
     poa = lib.irradiance.get_total_irradiance(
         *plane,

@@ -32,7 +32,7 @@ class Operation(Section):
     @model_validator(mode="after")
     def numbers_belong_to_the_kind(self) -> "Operation":
         needs = {
-            "mppt": set(),
+            "mppt": set[str](),
             "constant": {"u_V"},
             "fraction": {"fraction"},
             "dcdc": {"u_V", "efficiency"},
@@ -83,7 +83,8 @@ class System:
             if not isinstance(section, Section) or key not in type(section).model_fields:
                 raise ParameterError(f"unknown value `{name}` of a pumping system")
             data = {**section.model_dump(exclude_unset=True), key: value}
-            changed = replace(changed, **{table: checked(type(section), data, f"[{table}]")})
+            new: dict[str, Any] = {table: checked(type(section), data, f"[{table}]")}
+            changed = replace(changed, **new)
         return changed
 
 
@@ -141,5 +142,5 @@ def system_from(data: dict[str, Any], *, folder: Path, name: str = "system") -> 
         folder=folder,
         drive=reluctance.load(folder / data["drive"]),
         pump=pump_from(data["pump"], folder),
-        **{"tank": Tank(volume_m3=0.0), "demand": None, **tables},
+        **{"tank": checked(Tank, {"volume_m3": 0.0}, "[tank]"), "demand": None, **tables},
     )

@@ -19,7 +19,9 @@ class Tank(Section):
     @model_validator(mode="after")
     def starts_within(self) -> "Tank":
         if self.start_m3 > self.volume_m3:
-            raise ValueError(f"start_m3 = {self.start_m3:g} is above volume_m3 = {self.volume_m3:g}")
+            raise ValueError(
+                f"start_m3 = {self.start_m3:g} is above volume_m3 = {self.volume_m3:g}"
+            )
         return self
 
 
@@ -41,7 +43,7 @@ class Demand(Section):
         half = step / 7200
         middle = np.asarray(t.hour + t.minute / 60 + t.second / 3600)
         covered = np.minimum(middle + half, self.to_h) - np.maximum(middle - half, self.from_h)
-        return np.maximum(covered, 0.0) * self.m3_per_day / (self.to_h - self.from_h)
+        return np.asarray(np.maximum(covered, 0.0)) * self.m3_per_day / (self.to_h - self.from_h)
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ class Weather:
     dhi: FloatArray  # diffuse horizontal
     temp_air: FloatArray  # [degC]
     wind_speed: FloatArray  # [m/s]
+    sun: Sun
     where: str  # for messages
 
     @property
@@ -50,8 +51,9 @@ def weather_of(table: pd.DataFrame, site: Site, *, where: str) -> Weather:
     step = _step(t, where)
     for name in COLUMNS:
         _whole(t, table[name].to_numpy(dtype=float), name, where)
-    found = Weather(t, step, *(table[n].to_numpy(dtype=float) for n in COLUMNS), where=where)
-    _check_light(found, site, sun_over(site, t))
+    values = {name: table[name].to_numpy(dtype=float) for name in COLUMNS}
+    found = Weather(t=t, step=step, sun=sun_over(site, t), where=where, **values)
+    _check_light(found, site)
     return found
 
 
@@ -87,8 +89,8 @@ def _whole(t: pd.DatetimeIndex, values: FloatArray, name: str, where: str) -> No
         )
 
 
-def _check_light(weather: Weather, site: Site, sun: Sun) -> None:
-    ghi, hour = np.maximum(weather.ghi, 0.0), weather.step / 3600
+def _check_light(weather: Weather, site: Site) -> None:
+    sun, ghi, hour = weather.sun, np.maximum(weather.ghi, 0.0), weather.step / 3600
     if ghi.max() < 5:
         raise ParameterError(
             f"{weather.where}: night only, ghi stays below 5 W/m2 from {weather.t[0]} to "

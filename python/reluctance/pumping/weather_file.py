@@ -96,6 +96,7 @@ def clear_sky(t: pd.DatetimeIndex, step: float, site: Site, table: WeatherTable)
         dhi,
         temp_air=np.full(len(t), table.temp_air_degC),
         wind_speed=np.full(len(t), table.wind_mps),
+        sun=sun,
         where="[weather] clear sky",
     )
 
@@ -103,9 +104,7 @@ def clear_sky(t: pd.DatetimeIndex, step: float, site: Site, table: WeatherTable)
 def with_minutes(hours: Weather, table: WeatherTable, site: Site) -> Weather:
     """The same weather with clouds within its intervals, generated."""
     t = minutes_of(hours.t, hours.step)
-    return minutes_within(
-        hours, clear_sky(t, 60.0, site, table), sun_over(site, t).height, table.seed
-    )
+    return minutes_within(hours, clear_sky(t, 60.0, site, table), table.seed)
 
 
 def _path(file: str, folder: Path) -> Path:
@@ -121,9 +120,7 @@ def _path(file: str, folder: Path) -> Path:
 def _tmy3(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     """Hours, labelled by their ends."""
     try:
-        frame, place = pvlib().iotools.read_tmy3(
-            path, coerce_year=table.year, map_variables=True
-        )
+        frame, place = pvlib().iotools.read_tmy3(path, coerce_year=table.year, map_variables=True)
     except (ValueError, KeyError, IndexError, TypeError, UnicodeDecodeError):
         raise ParameterError(f"{path} is not a TMY3 file; set [weather] kind") from None
     _check_place(place, site, path)
