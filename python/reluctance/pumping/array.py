@@ -1,5 +1,6 @@
 """The [array] table: modules in series and parallel, by a name of the CEC table or by numbers."""
 
+from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any
 
@@ -8,7 +9,7 @@ from pydantic import Field, model_validator
 from reluctance.cache import cached
 from reluctance.errors import ParameterError
 from reluctance.pumping.single_diode import Cell, Diode, FloatArray, array_diode
-from reluctance.schema import Section, did_you_mean
+from reluctance.schema import Section
 
 
 class CellNumbers(Section):
@@ -94,9 +95,11 @@ def cec_module(name: str) -> Cell:
 def _cec_row(name: str) -> Cell:
     table = pvlib().pvsystem.retrieve_sam("CECMod")
     if name not in table:
-        near = did_you_mean(name, table.columns) if len(name) > 2 else ""
-        near = near if near.startswith("; did") else "; `pvlib.pvsystem.retrieve_sam` lists them"
-        raise ParameterError(f"[array] module = {name!r} is not in the CEC table{near}")
+        near = [f"`{other}`" for other in get_close_matches(name, table.columns, n=3)]
+        near_by = f"; nearest: {', '.join(near)}" if near else ""
+        raise ParameterError(
+            f"[array] module = {name!r} is not in the CEC table of {len(table.columns)}{near_by}"
+        )
     row = table[name]
     return Cell(
         I_L_ref=float(row["I_L_ref"]),

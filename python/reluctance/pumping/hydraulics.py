@@ -83,8 +83,8 @@ def least_speed(curve: Curve, pipe: Pipe) -> float:
 
 
 def hydraulics(curve: Curve, pipe: Pipe, omega_max: float) -> Hydraulics:
-    """The table over speed. Its nodes are equidistant in r^2, in which flow is nearly straight
-    above the threshold.
+    """The table over speed. Its nodes are equidistant in sqrt(r^2 - r_min^2), in which flow is
+    nearly straight: it starts at the threshold with a vertical tangent over speed.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def hydraulics(curve: Curve, pipe: Pipe, omega_max: float) -> Hydraulics:
             f"{omega_max * 30 / np.pi:.4g} rpm; lower the head or take another pump"
         )
     least = max(least, 0.02 * most)  # no head: from a creeping speed on
-    r = np.sqrt(np.linspace(least**2, most**2, SPEEDS))
+    r = np.sqrt(least**2 + np.linspace(0, np.sqrt(most**2 - least**2), SPEEDS) ** 2)
     Q = flow(curve, pipe, r)
     if Q[-1] > 0.999 * curve.Q_end * r[-1]:
         raise ParameterError(

@@ -3,6 +3,7 @@
 from dataclasses import fields, replace
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
@@ -16,6 +17,7 @@ from reluctance.pumping.single_diode import FloatArray, current, power_point
 BLUE, RED, GREEN, PINK, ORANGE, SKY = (
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
 )  # fmt: skip
+MANY_DAYS = 60  # more are shown by month
 MOST_POINTS = 4000  # of a cloud of samples
 IRRADIANCES = (200.0, 400.0, 600.0, 800.0, 1000.0)  # of the curves [W/m^2]
 CAUSES = {
@@ -134,7 +136,7 @@ def plot_flow(ax: Axes, found: Pumped) -> Axes:
 
 def plot_water(ax: Axes, found: Pumped) -> Axes:
     """Water by month, or by day where there are less than two months."""
-    by_month = (found.t[-1] - found.t[0]).days > 60
+    by_month = (found.t[-1] - found.t[0]).days > MANY_DAYS
     table = per(found, "MS" if by_month else "D")
     names = [f"{t:%b}" if by_month else f"{t:%d %b}" for t in table.index]
     place = np.arange(len(table))
@@ -163,7 +165,9 @@ def plot_losses(ax: Axes, found: Pumped) -> Axes:
     for k, (_, start, width, colour) in enumerate(rows):
         ax.barh(k, width, left=start, color=colour)
         share = 100 * width / max(c.e_mp / KWH, 1e-12)
-        ax.annotate(f" {width:.4g} kWh, {share:.1f} %", (start + width, k), fontsize=7, va="center")
+        digits = ".0f" if width >= 1e4 else ".4g"
+        told = f" {width:{digits}} kWh, {share:.1f} %"
+        ax.annotate(told, (start + width, k), fontsize=7, va="center")
     ax.set_yticks(range(len(rows)), [row[0] for row in rows])
     ax.invert_yaxis()
     ax.set(title="where the energy went", xlabel="energy (kWh)", xlim=(0, 1.3 * c.e_mp / KWH))
@@ -185,9 +189,16 @@ def plot_threshold(ax: Axes, found: Pumped) -> Axes:
 
 
 def plot_tank(ax: Axes, found: Pumped) -> Axes:
-    """Level of the tank over time."""
+    """Level of the tank over time; over many days its least and greatest of each day."""
     assert found.storage is not None
-    ax.plot(found.t, found.storage.level, color=BLUE, lw=0.8)
+    level = pd.Series(found.storage.level, index=found.t)
+    if (found.t[-1] - found.t[0]).days > MANY_DAYS:
+        day = level.resample("D")
+        ax.fill_between(day.min().index, day.min(), day.max(), color=SKY, label="range of a day")
+        ax.plot(day.min().index, day.min(), color=BLUE, lw=0.8, label="least of a day")
+        ax.legend(fontsize=8)
+    else:
+        ax.plot(level.index, level, color=BLUE, lw=0.8)
     _over_time(ax, found, "water in the tank (m³)")
     ax.set_title(f"tank: {found.storage.loss_of_load:.1%} of the demand is missing")
     return ax
@@ -202,7 +213,8 @@ def plot_efficiency(ax: Axes, found: Pumped) -> Axes:
     tau = np.linspace(losses.tau[0], losses.tau[-1], 60)
     w, x = np.meshgrid(omega, tau)
     eta = 100 * w * x / losses.p_in(np.full_like(w, u), w, x)
-    eta = np.where(x <= losses.greatest_torque(np.full_like(w, u), w), eta, np.nan)
+    reach = losses.greatest_torque(np.full_like(w, u), w) * (1 + 1e-9)
+    eta = np.where(x <= reach, eta, np.nan)
     drawn = ax.contourf(w / RPM, x, eta, 12, cmap="viridis")
     ax.figure.colorbar(drawn, ax=ax, label="efficiency of the drive (%)")
     ax.plot(*_thin(s.omega[on] / RPM, s.tau[on]), ".", ms=3, color=RED)
