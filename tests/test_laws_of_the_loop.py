@@ -12,9 +12,7 @@ from reluctance.drive_file import drive_from
 from reluctance.library import machine_table
 
 ROOT = Path(__file__).parents[1]
-EXAMPLES = sorted(
-    p for p in (ROOT / "examples").glob("*.toml") if "[site]" not in p.read_text()
-)
+EXAMPLES = sorted(p for p in (ROOT / "examples").glob("*.toml") if "[site]" not in p.read_text())
 MACHINES = sorted((ROOT / "machines").glob("*.toml"))
 every_example = pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 

@@ -79,7 +79,9 @@ def test_the_table_over_speed_meets_the_solution_between_its_nodes():
     curve, table = PUMP.curve(), hydraulics(PUMP.curve(), pipe(), PUMP.omega_max)
     omega = np.linspace(table.omega[0], table.omega[-1], 777)
     exact = flow(curve, pipe(), omega / curve.omega_ref)
-    assert np.interp(omega, table.omega, table.Q) == pytest.approx(exact, rel=1e-3, abs=1e-3 * exact[-1])
+    assert np.interp(omega, table.omega, table.Q) == pytest.approx(
+        exact, rel=1e-3, abs=1e-3 * exact[-1]
+    )
     assert np.all(np.diff(table.p_shaft) > 0)
 
 

@@ -45,8 +45,8 @@ def minutes_within(hours: Weather, clear: Weather, seed: int) -> Weather:
     """Minutes whose means over each interval are the given global light.
 
     Direct light is on or off: on for the part of the hour that its mean is of a clear sky's, in
-    spells from a seed. Diffuse light follows the height of the sun. What direct light would
-    exceed a clear sky's goes to the diffuse.
+    spells from a seed. While it is on the diffuse light is a clear sky's; clouds have the rest.
+    What direct light would exceed a clear sky's goes to the diffuse.
 
     Parameters
     ----------
@@ -72,10 +72,8 @@ def minutes_within(hours: Weather, clear: Weather, seed: int) -> Weather:
     on = np.where(never | spread(part >= 0.98), 1.0, on)
     scale = beam / np.maximum(mean(on * beam_clear), 1e-6)
     dni = clear.dni * on * spread(np.minimum(scale, HAZE))
-    rest = np.maximum(hours.ghi, 0.0) - mean(dni * height)
-    shape = mean(clear.dhi)
-    dhi = np.where(spread(shape) > 0, clear.dhi / np.maximum(spread(shape), 1e-6), 1.0)
-    dhi = dhi * spread(np.maximum(rest, 0.0))
+    rest = np.maximum(np.maximum(hours.ghi, 0.0) - mean(dni * height), 0.0)
+    dhi = _diffuse(rest, on, clear, count)
     return replace(
         clear,
         ghi=dhi + dni * height,
@@ -85,6 +83,20 @@ def minutes_within(hours: Weather, clear: Weather, seed: int) -> Weather:
         wind_speed=_between(hours.wind_speed, count),
         where=f"{hours.where}, minutes generated",
     )
+
+
+def _diffuse(mean: FloatArray, on: FloatArray, clear: Weather, count: int) -> FloatArray:
+    """Diffuse light of each minute, with these means over the hours."""
+
+    def part(values: FloatArray) -> FloatArray:
+        return np.asarray(values.reshape(-1, count).mean(axis=1))
+
+    under_sun, under_cloud = part(on * clear.dhi), part((1 - on) * clear.ghi)
+    left = (mean - under_sun) / np.maximum(under_cloud, 1e-9)
+    shape = np.where(np.repeat(part(clear.dhi) > 1, count), clear.dhi, 1.0)
+    even = np.repeat(mean / part(shape), count) * shape
+    parted = on * clear.dhi + (1 - on) * clear.ghi * np.repeat(left, count)
+    return np.where(np.repeat((left > 0) & (left < 1), count), parted, even)
 
 
 def minutes_of(t: pd.DatetimeIndex, step: float) -> pd.DatetimeIndex:

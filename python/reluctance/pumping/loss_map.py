@@ -26,7 +26,8 @@ ALGORITHM = 1  # raised when the same drive gives other numbers
 SHAPE = (3, 5, 5)  # voltages, speeds, torques
 PERIODS = 6  # electrical periods of a run; its second half counts
 SHORTEST = 0.02  # run [s]
-HELD = 0.97  # of the torque asked for: below, the drive is at its limit
+HELD = 0.97  # of the last torque asked for: from here on the drive holds it
+RISES = 0.1  # of a step of the reference: less is the limit of the drive
 LEAST_TORQUE = 0.05  # of the greatest: the first of the torques
 PROCESSES = 2  # threads in the core, which runs without Python's lock
 
@@ -146,13 +147,12 @@ def _indexed_by_achieved(
 ) -> LossMap:
     ratio, tau_max = np.empty_like(loss), np.empty(loss.shape[:2])
     for u, w in np.ndindex(*tau_max.shape):
-        # Up to the first torque that is not held: past it a higher reference wastes current.
-        short = np.flatnonzero(achieved[u, w] < HELD * tau)
-        end = int(short[0]) + 1 if len(short) else len(tau)
-        x, y = achieved[u, w, :end], loss[u, w, :end] / np.maximum(achieved[u, w, :end], 1e-9)
-        rises = np.append(True, x[1:] > np.maximum.accumulate(x)[:-1])
-        tau_max[u, w] = max(0.0, float(x.max())) if len(short) else tau[-1]
-        ratio[u, w] = np.interp(tau, x[rises], y[rises])
+        x = np.maximum(achieved[u, w], 1e-9)
+        # Where a higher reference gives no more torque, the drive is at its limit and only wastes.
+        rises = np.append(True, np.diff(np.maximum.accumulate(x)) > RISES * np.diff(tau))
+        most = float(x.max())
+        tau_max[u, w] = tau[-1] if most > HELD * tau[-1] else most
+        ratio[u, w] = np.interp(tau, x[rises], (loss[u, w] / x)[rises])
     if not np.any(tau_max > tau[0]):
         raise ParameterError(
             f"drive: it holds {tau[0]:.3g} N m at no voltage from {u_dc[0]:g} to {u_dc[-1]:g} V "

@@ -115,9 +115,8 @@ def pump_table(pump: object, folder: Path) -> dict[str, Any]:
             if path.is_file():
                 return pump_table(read_toml(path).get("pump"), path.parent)
         names = [p.stem for p in library().glob("*.toml")]
-        raise ParameterError(
-            f"pump `{pump}` is neither a file nor known{did_you_mean(pump, names)}"
-        )
+        near = did_you_mean(pump, names)
+        raise ParameterError(f"pump `{pump}` is neither a file nor in the library{near}")
     if not isinstance(pump, dict):
         raise ParameterError('missing table [pump], or pump = "NAME or FILE"')
     if isinstance(pump.get("curve_csv"), str):

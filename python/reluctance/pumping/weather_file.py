@@ -146,10 +146,16 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     dni and dhi are estimated from ghi where both are missing (Erbs)."""
     try:
         frame = pd.read_csv(path, comment="#")
-        t = pd.DatetimeIndex(pd.to_datetime(frame["time"]))
+        text = frame["time"].astype(str)
+        offset = text.str.contains(r"(?:[+-]\d\d:?\d\d|Z)$")
+        if offset.any() and not offset.all():
+            raise ValueError("some with an offset from UTC, some without")
+        t = pd.DatetimeIndex(pd.to_datetime(text, format="ISO8601", utc=bool(offset.all())))
     except (ValueError, KeyError, TypeError, UnicodeDecodeError) as fault:
         what = str(fault).splitlines()[0]
-        raise ParameterError(f"{path}: need a column `time` of dates and times ({what})") from None
+        raise ParameterError(
+            f"{path}: need a column `time` as 2026-03-21 12:00 or 2026-03-21T12:00+01:00 ({what})"
+        ) from None
     if t.tz is None:
         try:
             t = t.tz_localize(site.timezone)
@@ -171,7 +177,9 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     frame.index = t + shift * (t[1] - t[0]) if len(t) > 1 else t
     if "dni" not in frame:
         split = pvlib().irradiance.erbs(
-            frame["ghi"], sun_over(site, frame.index).zenith_deg, frame.index
+            frame["ghi"].to_numpy(),
+            sun_over(site, pd.DatetimeIndex(frame.index)).zenith_deg,
+            pd.DatetimeIndex(frame.index).day_of_year.to_numpy(),
         )
         frame["dni"], frame["dhi"] = split["dni"], split["dhi"]
     return frame[[*COLUMNS]].astype(float)
