@@ -15,11 +15,10 @@ from reluctance.errors import ParameterError
 from reluctance.pumping import chain, columns, load_system, operate, per, remarks, sizes, with_units
 from reluctance.pumping import loss_map as maps
 from reluctance.pumping.operate import box_of
-from reluctance.pumping.system import Operation, system_from
+from reluctance.pumping.system import system_from
 from reluctance.pumping.tank import Tank, store
 from reluctance.pumping.weather import COLUMNS
 from reluctance.pumping.weather_file import read_weather, with_minutes
-from reluctance.schema import checked
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -97,7 +96,7 @@ def test_a_larger_tank_misses_less(year, volume, expected):
     ids=lambda o: "-".join(map(str, o.values())) if isinstance(o, dict) else "",
 )
 def test_ways_to_operate_the_array(day, operation, sun, clouds):
-    system = replace(day.system, operation=checked(Operation, operation, "[operation]"))
+    system = day.system.with_table("operation", operation)
     assert operate(system).water == pytest.approx(sun, rel=5e-3)
     cloudy = system.with_values({"weather.clouds": {"seed": 1}})
     assert operate(cloudy).water == pytest.approx(clouds, rel=5e-3)
@@ -115,7 +114,7 @@ def test_the_energy_of_every_operation_adds_up(day):
         {"kind": "constant", "u_V": 240.0},
         {"kind": "dcdc", "u_V": 300.0, "efficiency": 0.9},
     ):
-        system = replace(day.system, operation=checked(Operation, operation, "[operation]"))
+        system = day.system.with_table("operation", operation)
         c = chain(operate(system.with_values({"array.n_parallel": 9})))
         lost = c.off_mpp + c.converter + c.below_threshold + c.above_limit
         assert c.e_mp == pytest.approx(lost + c.e_in, rel=1e-12)
@@ -200,7 +199,7 @@ def test_a_result_from_hourly_means_says_so_and_with_minutes_says_what_they_chan
     assert any("means over 60 min" in line for line in remarks(year))
     found = operate(year.system.with_values({"weather.generate_minutes": True}))
     assert found.water_from_means == pytest.approx(year.water)
-    assert found.water < 0.95 * year.water
+    assert 0.90 < found.water / year.water < 0.98
     assert any("minutes were generated" in line for line in remarks(found))
 
 

@@ -22,6 +22,8 @@ COMMANDS = (
     "map plot",
     "limit",
     "compare",
+    "pump",
+    "size",
     "export",
     "export firmware",
 )

@@ -80,12 +80,19 @@ class System:
         for name, value in values.items():
             table, _, key = name.partition(".")
             section = getattr(changed, table, None)
-            if not isinstance(section, Section) or key not in type(section).model_fields:
+            if table not in TABLES or section is None or key not in type(section).model_fields:
                 raise ParameterError(f"unknown value `{name}` of a pumping system")
-            data = {**section.model_dump(exclude_unset=True), key: value}
-            new: dict[str, Any] = {table: checked(type(section), data, f"[{table}]")}
-            changed = replace(changed, **new)
+            changed = changed.with_table(
+                table, {**section.model_dump(exclude_unset=True), key: value}
+            )
         return changed
+
+    def with_table(self, table: str, values: dict[str, Any]) -> "System":
+        """A copy with another table of its file; checked."""
+        if table not in TABLES:
+            raise ParameterError(f"unknown table `{table}`{did_you_mean(table, TABLES)}")
+        new: dict[str, Any] = {table: checked(TABLES[table], values, f"[{table}]")}
+        return replace(self, **new)
 
 
 TABLES: dict[str, type[Section]] = {
