@@ -79,7 +79,6 @@ def figure(table: list[Row]) -> Figure:
         xlabel="modules in series",
         ylabel="change of the water pumped (%)",
     )
-    ax.set_yscale("symlog", linthresh=5)
     ax.legend(fontsize=8)
     ax.grid(alpha=0.25)
     return drawn

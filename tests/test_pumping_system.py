@@ -11,11 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import reluctance as rl
+from reluctance import paper
 from reluctance.errors import ParameterError
 from reluctance.pumping import chain, columns, load_system, operate, per, remarks, sizes, with_units
 from reluctance.pumping import loss_map as maps
+from reluctance.pumping.array import CellNumbers
+from reluctance.pumping.clouds import Clouds
 from reluctance.pumping.operate import box_of
-from reluctance.pumping.system import system_from
+from reluctance.pumping.pump import Pump
+from reluctance.pumping.system import TABLES, system_from
 from reluctance.pumping.tank import Tank, store
 from reluctance.pumping.weather import COLUMNS
 from reluctance.pumping.weather_file import read_weather, with_minutes
@@ -291,3 +295,21 @@ def test_another_machine_needs_only_another_drive_file(day):
     drive = rl.load(EXAMPLES / "sharing_cubic.toml", ["machine=generic_60kw_6_4"])
     found = operate(replace(day.system, drive=drive))
     assert found.water > 1.2 * day.water  # a twentieth of the resistance
+
+
+def test_the_page_names_every_key_of_a_system_file():
+    page = (EXAMPLES.parent / "docs" / "pumping.md").read_text()
+    for section in (*TABLES.values(), Pump, CellNumbers, Clouds):
+        for key in section.model_fields:
+            assert f"`{key}`" in page or f"`[array.{key}]`" in page or "clouds" in key, key
+
+
+def test_the_table_of_the_converter_study_is_what_the_code_gives(day):
+    text = (Path(paper.__file__).parent / "dc_dc.csv").read_text()
+    rows = {tuple(line.split(",")[:2]): line.split(",")[3:] for line in text.splitlines()}
+    direct, converter, ideal = map(float, rows["clear", "7"])
+    assert operate(day.system).water == pytest.approx(direct, rel=1e-3)
+    for efficiency, water in ((0.97, converter), (1.0, ideal)):
+        values = {"kind": "dcdc", "u_V": 300.0, "efficiency": efficiency}
+        found = operate(day.system.with_table("operation", values))
+        assert found.water == pytest.approx(water, rel=1e-3)

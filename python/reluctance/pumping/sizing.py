@@ -49,7 +49,7 @@ def sizes(
             progress(len(rows) / len(combinations))
     if all(row["why"] for row in rows):
         raise ParameterError(f"none of the {len(rows)} sizes works: {rows[0]['why']}")
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows).dropna(axis="columns", how="all")  # no demand: no loss of load
 
 
 def usual(system: System) -> list[Values]:
