@@ -1,4 +1,4 @@
-"""Question: how much does weather by the hour overstate the water, and do generated minutes mend it?
+"""Question: how much does hourly weather overstate the water, and do generated minutes mend it?
 
     python studies/sun_averaging.py [--csv FILE]
 

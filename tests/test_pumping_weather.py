@@ -144,6 +144,30 @@ def test_direct_light_is_estimated_where_a_file_has_only_the_global(tmp_path):
     assert found.dni.sum() == pytest.approx(frame["dni"].sum(), rel=0.25)
 
 
+def test_an_epw_file_is_read_with_the_middles_of_its_hours(tmp_path):
+    frame = sunny()
+    lines = ["LOCATION,Here,,BEN,test,0,7.18,2.06,1.0,100.0", *["HEADER"] * 7]
+    for k, row in frame.iterrows():
+        fields = ["0"] * 35
+        fields[:5] = ["2005", "5", str(1 + k // 24), str(1 + k % 24), "60"]
+        fields[5] = "?9?9"
+        fields[6], fields[21] = f"{row.temp_air:g}", f"{row.wind_speed:g}"
+        fields[13:16] = [f"{row[name]:.6f}" for name in ("ghi", "dni", "dhi")]
+        lines.append(",".join(fields))
+    (tmp_path / "w.epw").write_text("\n".join(lines) + "\n")
+    found = read(kind="epw", file="w.epw", year=2026, folder=tmp_path)
+    assert str(found.t[0]) == "2026-05-01 00:30:00+01:00" and len(found.t) == 48
+    for name in ("ghi", "dni", "dhi", "temp_air", "wind_speed"):
+        assert getattr(found, name) == pytest.approx(frame[name].to_numpy(), abs=1e-5)
+
+
+def test_times_with_an_offset_are_taken_at_their_word(tmp_path):
+    frame = sunny()
+    frame["time"] = frame["time"] + "+01:00"
+    found = read(site(timezone="Etc/UTC"), **written(tmp_path, frame))
+    assert str(found.t[0]) == "2026-04-30 23:30:00+00:00"
+
+
 def without(frame, rows):
     return frame.drop(index=rows)
 

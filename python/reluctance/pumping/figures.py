@@ -136,9 +136,9 @@ def remarks(found: Pumped) -> list[str]:
     told, s = [], found.samples
     if found.step >= LONG and found.system.weather.kind != "clear":
         told.append(
-            f"the weather is means over {found.step / 60:g} min: they overstate the water of cloudy "
-            "days by 10 to 20 % (of clear days by less than 1 %); [weather] generate_minutes = true "
-            "generates the minutes within"
+            f"the weather is means over {found.step / 60:g} min: they overstate the water of "
+            "cloudy days by 10 to 20 %, of clear days by less than 1 %; [weather] "
+            "generate_minutes = true generates the minutes within"
         )
     if found.water_from_means is not None:
         told.append(
