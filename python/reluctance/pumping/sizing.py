@@ -14,7 +14,7 @@ from reluctance.plots import save_figure
 from reluctance.pumping.figures import with_units
 from reluctance.pumping.operate import operate
 from reluctance.pumping.system import System
-from reluctance.pumping.write import write_text_whole
+from reluctance.pumping.write import made, write_text_whole
 
 FIGURES = (
     "array_kWp water_m3 water_m3_per_kWp pumping_h used_of_mp eta loss_of_load_probability"
@@ -121,8 +121,7 @@ def write_sizes(
     tables: Sequence[pd.DataFrame], chosen: Sequence[Values], folder: str | Path
 ) -> list[Path]:
     """Writes sizes_NAME.csv and .png for each table, named by what is varied."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = made(folder)
     files = []
     for table, values in zip(tables, chosen, strict=True):
         stem = folder / ("sizes_" + "_".join(name.partition(".")[2] for name in values))

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from reluctance.errors import ParameterError
 from reluctance.plots import save_figure
 from reluctance.pumping.figures import per, with_units
 from reluctance.pumping.operate import Pumped, columns
@@ -27,8 +28,7 @@ def write(found: Pumped, folder: str | Path) -> list[Path]:
     list of Path
         The files, each complete.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = made(folder)
     drawn = figures(found)
     text = json.dumps(with_units(found), indent=1) + "\n"
     report = page(found, drawn)
@@ -43,6 +43,22 @@ def write(found: Pumped, folder: str | Path) -> list[Path]:
     for name, figure in drawn.items():
         save_figure(figure, folder / f"{name}.png")
     return [folder / name for name in (*files, *(f"{name}.png" for name in drawn))]
+
+
+def made(folder: str | Path) -> Path:
+    """The folder, made where it is missing.
+
+    Raises
+    ------
+    ParameterError
+        If it cannot be made.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise ParameterError(f"cannot make the folder {folder}: {fault.strerror}") from None
+    return folder
 
 
 def write_text_whole(path: Path, text: str) -> None:
