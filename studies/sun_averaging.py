@@ -49,8 +49,7 @@ def errors(clear_min: float, cloud_min: float, cover: float) -> np.ndarray:
         system = day.with_values({"weather.clouds": clouds})
         minutes = read_weather(system.weather, system.site, system.folder)
         hours = hourly(minutes)
-        table = system.weather.model_copy(update={"seed": OTHER + seed})
-        generated = with_minutes(hours, table, system.site)
+        generated = with_minutes(hours, system.weather, system.site, seed=OTHER + seed)
         water = [operate(system, weather=w).water for w in (minutes, hours, generated)]
         found.append([100 * (w / water[0] - 1) for w in water[1:]])
     return np.array(found)

@@ -193,7 +193,7 @@ def test_hourly_means_overstate_the_water_of_a_cloudy_day_and_generated_minutes_
         )
         truth = operate(cloudy, weather=minutes).water
         means.append(operate(cloudy, weather=hours).water / truth - 1)
-        generated = with_minutes(hours, table.model_copy(update={"seed": 100 + seed}), place)
+        generated = with_minutes(hours, table, place, seed=100 + seed)
         mended.append(operate(cloudy, weather=generated).water / truth - 1)
     assert 0.06 < np.mean(means) < 0.15
     assert abs(np.mean(mended)) < 0.5 * np.mean(means)

@@ -109,7 +109,7 @@ def test_generated_minutes_keep_the_global_light_of_every_hour():
     place = checked(Site, GREENSBORO, "[site]")
     settings = table(**TMY3, generate_minutes=True)
     hours = read_weather(settings, place, Path())
-    minutes = with_minutes(hours, settings, place)
+    minutes = with_minutes(hours, settings, place, seed=1)
     assert len(minutes.t) == 525_600 and minutes.step == 60
     means = minutes.ghi.reshape(-1, 60).mean(axis=1)
     assert means == pytest.approx(np.maximum(hours.ghi, 0), abs=1e-6)

@@ -108,7 +108,7 @@ def operate(
     losses = loss_map(system.drive, box_of(system), progress=progress)
     if weather is None and system.weather.generate_minutes and own.step > 60:
         means = _over(system, own, losses, load)
-        own = with_minutes(own, system.weather, system.site)
+        own = with_minutes(own, system.weather, system.site, seed=system.weather.seed)
         return replace(_over(system, own, losses, load), water_from_means=means.water)
     return _over(system, own, losses, load)
 

@@ -101,10 +101,10 @@ def clear_sky(t: pd.DatetimeIndex, step: float, site: Site, table: WeatherTable)
     )
 
 
-def with_minutes(hours: Weather, table: WeatherTable, site: Site) -> Weather:
+def with_minutes(hours: Weather, table: WeatherTable, site: Site, *, seed: int) -> Weather:
     """The same weather with clouds within its intervals, generated."""
     t = minutes_of(hours.t, hours.step)
-    return minutes_within(hours, clear_sky(t, 60.0, site, table), table.seed)
+    return minutes_within(hours, clear_sky(t, 60.0, site, table), seed)
 
 
 def _path(file: str, folder: Path) -> Path:
