@@ -13,6 +13,7 @@ from reluctance.cli.limit import limit
 from reluctance.cli.machines import machines
 from reluctance.cli.map import map_app
 from reluctance.cli.paper import paper
+from reluctance.cli.pump import pump, size
 from reluctance.cli.run import run
 from reluctance.errors import ParameterError
 
@@ -25,7 +26,7 @@ app = typer.Typer(
     help="Switched-reluctance motor drives: simulate, control, find the physical limit, flash.",
 )
 
-for command in (run, paper, machines, compare, limit):
+for command in (run, paper, machines, compare, limit, pump, size):
     app.command()(command)
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")
