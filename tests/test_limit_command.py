@@ -26,7 +26,7 @@ from reluctance.limit import (
 EXAMPLES = sorted(
     p
     for p in (Path(__file__).parents[1] / "examples").glob("*.toml")
-    if "[site]" not in p.read_text()
+    if not any(word in p.read_text() for word in ("[site]", "shared_switch"))  # none, or no limit
 )
 RATED = next(path for path in EXAMPLES if path.name == "paper_rated.toml")
 PUMP = RATED.with_name("paper_pump.toml")

@@ -61,6 +61,7 @@ Rates<N> rates(const Plant<M, N>& p, const State<N>& x, const Circuit<N>& circui
           r.dx.i[k] = (u - p.R * x.i[k] - x.omega_m * m.psi_theta) / m.L_inc;
           r.tau += m.tau;
           i_dc += static_cast<int>(circuit.leg[k]) * x.i[k];
+          r.p_dc += static_cast<int>(circuit.leg[k]) * x.u_dc * x.i[k];
           r.p_winding += u * x.i[k];
         }
       },
@@ -71,7 +72,6 @@ Rates<N> rates(const Plant<M, N>& p, const State<N>& x, const Circuit<N>& circui
   r.dx.u_dc = source.du_dc;
   r.p_source = source.p;
   r.p_loss = source.p_loss;
-  r.p_dc = x.u_dc * i_dc;
   return r;
 }
 

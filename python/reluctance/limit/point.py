@@ -19,8 +19,8 @@ def operating_point(
     """
     if drive.converter.bridge != "asymmetric":
         raise ParameterError(
-            f"[converter] bridge = {drive.converter.bridge!r}: the limit is computed for phases that "
-            "are free of each other; need bridge = 'asymmetric'"
+            f"[converter] bridge = {drive.converter.bridge!r}: the limit is computed for phases "
+            "that share no switch; need bridge = 'asymmetric'"
         )
     speed = _speed(drive) if omega_m is None else omega_m
     if tau_ref is not None:
