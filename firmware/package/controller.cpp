@@ -57,7 +57,7 @@ void reluctance_init(reluctance_controller* controller) { ::new (controller) Sta
 
 void reluctance_reset(reluctance_controller* controller) { reluctance_init(controller); }
 
-reluctance_status reluctance_step(reluctance_controller* controller,
+[[gnu::flatten]] reluctance_status reluctance_step(reluctance_controller* controller,
                                   const reluctance_measurement* measurement, float reference,
                                   reluctance_command* command) {
   State& x = state_of(controller);
