@@ -29,7 +29,7 @@ struct EdgeMpc {
   static constexpr T looseness = T(8);
   /// Band of a sample of two pulses and more: this share of A T_s/pulse (0.4 would last for five
   /// edges).
-  static constexpr T wide_band = T(0.5);
+  static constexpr T wide_band = T(0.53);
   /// A torque error of this many bands is far [1].
   static constexpr T far = T(8);
 
