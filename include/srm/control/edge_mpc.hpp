@@ -130,10 +130,7 @@ struct EdgeMpc {
                   Command<T, N>& command) const {
     for (PhaseCommand<T>& c : command) {
       c.leg = all_legs(Leg::demagnetize);
-      for (T& t : c.t_edge) t = never<T>;
-    }
-    for (int j = 0; j < plan.n_active; ++j) {
-      command[plan.phases[j].k].leg = all_legs(static_cast<Leg>(level[j] - 1));
+      c.t_edge.fill(never<T>);
     }
     const T end = T_s / pulse;
     const T band = max(T(1), wide_band * end);
@@ -148,15 +145,19 @@ struct EdgeMpc {
       if (!plan.change(level, x, d, edges)) {  // best as they are: now only the torque can ask
         stay = Plan::torque_exit(x.e, d.e, band, end);
         if (stay > T(0)) continue;
-        return;
+        break;
       }
       for (int j = 0; j < plan.n_active; ++j) {
-        if (level[j] == before[j]) continue;
+        if (level[j] == before[j] || !(t > T(0))) continue;
         PhaseCommand<T>& c = command[plan.phases[j].k];
-        if (t > T(0)) c.t_edge[edges[j]++] = t * pulse;
-        for (int n = edges[j]; n <= max_edges; ++n) c.leg[n] = static_cast<Leg>(level[j] - 1);
+        c.leg[edges[j]] = static_cast<Leg>(before[j] - 1);
+        c.t_edge[edges[j]++] = t * pulse;
       }
       stay = plan.stay(x, d, level, band, end);
+    }
+    for (int j = 0; j < plan.n_active; ++j) {
+      Legs& leg = command[plan.phases[j].k].leg;
+      for (int n = edges[j]; n <= max_edges; ++n) leg[n] = static_cast<Leg>(level[j] - 1);
     }
   }
 };
