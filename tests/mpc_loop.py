@@ -123,9 +123,17 @@ def controller(
 
 
 def loop(
-    law: Any, point: Point, timing: Timing, *, theta_m: float = 0.0, record_every: float = -1.0
+    law: Any,
+    point: Point,
+    timing: Timing,
+    *,
+    theta_m: float = 0.0,
+    record_every: float = -1.0,
+    reference: tuple[list[float], list[float]] | None = None,
 ) -> Any:
-    """The law on its machine at the speed that a dynamometer holds."""
+    """The law on its machine at the speed that a dynamometer holds. reference: times [s] and
+    torques [N m]; by default that of the point throughout."""
+    t_ref, ref = reference or ([0.0], [point.tau])
     return _core.Simulation(
         machine=point.machine,
         n_phases=point.n_phases,
@@ -146,8 +154,8 @@ def loop(
         i_range=point.i_range,
         encoder_counts=timing.encoder_counts,
         controller=law,
-        t_ref=[0],
-        ref=[point.tau],
+        t_ref=t_ref,
+        ref=ref,
         omega_m=point.rpm * RPM,
         theta_m=theta_m,
         dt_max=5e-6,

@@ -4,8 +4,8 @@
 // flux linkages near the guide: the least-copper profile of zero torque ripple, computed offline.
 // At each sample the legs are extrapolated; where the torque would leave its band, an edge is set
 // at that instant: one phase goes to the level that is worth most from there. The timer gives four
-// edges a phase and sample; in a sample that is long against a pulse the band is wider, so that they
-// last.
+// edges a phase and sample; in a sample that is long against a pulse the band is wider, so that
+// they last.
 //
 // Far outside the band, after a step of the reference, every phase is driven towards it by all of
 // the voltage until the torque is there, in whichever sample and at whichever instant that is.

@@ -103,8 +103,8 @@ struct EdgePlan {
     for (int j = 0; j < n_active; ++j) x.z[j] = x.z[j] + d.z[j] * t;
   }
 
-  /// What going on from an error costs beyond the mean, while its legs stay, times three. Legs that are wrong at
-  /// once cost what they would do in a pulse.
+  /// What going on from an error costs beyond the mean, while its legs stay, times three. Legs that
+  /// are wrong at once cost what they would do in a pulse.
   static T dwell(T e, T slope) {
     T t = ((slope > T(0) ? T(1) : T(-1)) - e) / slope;
     if (!(t >= soon && t < T(1))) t = T(1);  // also without slope
@@ -146,7 +146,8 @@ struct EdgePlan {
     int left = 0;  // leg levels that must be left
     for (int j = 0; j < n_active; ++j) {
       const int last = level[j];
-      if (edges[j] >= max_edges || (last >= phases[j].lowest && last <= phases[j].highest)) continue;
+      if (edges[j] >= max_edges || (last >= phases[j].lowest && last <= phases[j].highest))
+        continue;
       level[j] = last < phases[j].lowest ? phases[j].lowest : phases[j].highest;
       left += distance(level[j], last);
     }

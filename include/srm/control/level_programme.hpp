@@ -40,7 +40,7 @@ struct LevelProgramme {
   Samples N_p;
   Moves N_c;
   T r_w, w_i;  // weights of the increments and of the distance to `near`
-  int n = 0;  // channels
+  int n = 0;   // channels
   std::array<Channel, N> channels;
   std::array<T, Np_max> error;
   std::array<T, Np_max> lambda;  // the errors that are left at the minimum

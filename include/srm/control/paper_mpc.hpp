@@ -44,7 +44,7 @@ struct PaperMpc {
   T delay;         // samples from measurement to effect
 
   struct State {
-    std::array<T, N> u{};  // last references [A]
+    std::array<T, N> u{};                                   // last references [A]
     std::array<std::array<std::int8_t, Nc_max>, N> side{};  // bounds that acted last
   };
 

@@ -8,6 +8,7 @@ from reluctance.limit.programme import Programme, Setting
 from reluctance.limit.report import Limit, envelope_of, floor_of, limit_of
 from reluctance.limit.ripple import RippleFloor, ripple_floor
 from reluctance.limit.table import Table, profile_table
+from reluctance.limit.torque_step import TorqueStep, fastest_torque_step
 
 __all__ = [
     "Envelope",
@@ -19,9 +20,11 @@ __all__ = [
     "RippleFloor",
     "Setting",
     "Table",
+    "TorqueStep",
     "best_profile",
     "check_point",
     "envelope_of",
+    "fastest_torque_step",
     "floor_of",
     "limit_of",
     "operating_point",

@@ -35,6 +35,12 @@ def rows(limit: Limit) -> list[tuple[str, str]]:
         ("peak phase current", f"{best.i_peak:.2f} A"),
         ("copper loss", f"{best.p_cu:.1f} W"),
     ]
+    if limit.step is not None:
+        to = f"least time from zero to {limit.step.share:.0%} of the torque"
+        lines += [
+            (f"{to}, mean over the angle", f"{limit.step.mean * 1e3:.3f} ms"),
+            ("at the worst angle", f"{limit.step.longest * 1e3:.3f} ms"),
+        ]
     if floor is not None and tau_ref > 0:
         lines += [
             ("at mean switching frequency per switch", f"{floor.switching_frequency / 1e3:g} kHz"),
