@@ -26,7 +26,7 @@ struct EdgeMpc {
   static constexpr int n_phases = N;
 
   /// A phase may leave the guide by the flux that makes this many torque bands.
-  static constexpr T looseness = T(8);
+  static constexpr T looseness = T(16);
   /// Band of a sample of two pulses and more: this share of A T_s/pulse (0.4 would last for five
   /// edges).
   static constexpr T wide_band = T(0.53);

@@ -33,7 +33,7 @@ namespace srm {
 template <Real T, int N>
 struct EdgePlan {
   /// Cost of a deviation of the slack over a pulse, against that of the torque ripple.
-  static constexpr T w_flux = T(0.3);
+  static constexpr T w_flux = T(0.6);
   /// A torque that leaves its band sooner counts as outside [pulses].
   static constexpr T soon = T(0.05);
 

@@ -59,9 +59,9 @@ class FluxGuide:
     @property
     def psi_slack(self) -> list[float]:
         """How far a phase may leave the guide, (n_speeds,) [Wb]: reserve^2 times the flux linkage
-        of half a switching period."""
-        half_period = self.tables[0].u_dc / (2 * self.f_switch)
-        return [half_period * reserve**2 for reserve in self.reserve]
+        of a switching period."""
+        period = self.tables[0].u_dc / self.f_switch
+        return [period * reserve**2 for reserve in self.reserve]
 
     @property
     def w_psi(self) -> list[float]:
