@@ -67,6 +67,7 @@ class Limit:
                 "switching_frequency_Hz": floor.switching_frequency,
                 "ripple_bound_rms_Nm": floor.bound_rms,
                 "ripple_bound_pp_Nm": floor.bound_pp,
+                "ripple_returning_flux_rms_Nm": floor.returning_rms,
                 "ripple_on_profile_rms_Nm": floor.on_profile_rms,
                 "ripple_pulse_width_rms_Nm": floor.pulse_width_rms,
             }

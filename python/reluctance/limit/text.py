@@ -46,6 +46,7 @@ def rows(limit: Limit) -> list[tuple[str, str]]:
             ("at mean switching frequency per switch", f"{floor.switching_frequency / 1e3:g} kHz"),
             ("torque error, rms, bound", f"{floor.bound_rms / tau_ref:.3%}"),
             ("torque error, peak to peak, bound", f"{floor.bound_pp / tau_ref:.3%}"),
+            ("rms, bound with returning fluxes", f"{floor.returning_rms / tau_ref:.3%}"),
             ("rms, bound with fluxes on the profile", f"{floor.on_profile_rms / tau_ref:.3%}"),
             ("rms, independent pulse width", f"{floor.pulse_width_rms / tau_ref:.3%}"),
         ]
