@@ -62,11 +62,10 @@ struct EdgeMpc {
     typename Plan::Point x;
     const Plan plan = problem(phases, y.u_dc, abs(tau_ref), slack, A, pulse, x);
     typename Plan::Levels last;
-    const bool is_far = abs(x.e) > far;
     for (int j = 0; j < plan.n_active; ++j) {
       const typename Plan::Active& p = plan.phases[j];
       last[j] = static_cast<int>(state.ordered[p.k].leg.back()) + 1;
-      if (is_far) last[j] = x.e < T(0) ? p.highest : p.lowest;
+      if (abs(x.e) > far) last[j] = phases[p.k].gain * x.e < T(0) ? p.highest : p.lowest;
     }
 
     plan_edges(plan, x, last, pulse, state.ordered);
@@ -121,8 +120,9 @@ struct EdgeMpc {
   void set_levels(typename Plan::Active& a, const PhaseOutlook<T>& p, T away, T e) const {
     const bool falling = p.goal_rate + R * p.i < T(0);
     const bool over = p.i > i_max;
-    a.lowest = falling || away > T(2) || over || e > far ? 0 : 1;
-    a.highest = (falling && away > T(-2) && e > -far) || over ? 1 : 2;
+    const bool is_far = abs(e) > far, rises = p.gain * e < T(0);  // towards the reference
+    a.lowest = falling || away > T(2) || over || (is_far && !rises) ? 0 : 1;
+    a.highest = (falling && away > T(-2) && !(is_far && rises)) || over ? 1 : 2;
   }
 
   /// Orders that keep the torque within its band, from legs on.
