@@ -65,7 +65,7 @@ struct EdgeMpc {
     for (int j = 0; j < plan.n_active; ++j) {
       const typename Plan::Active& p = plan.phases[j];
       last[j] = static_cast<int>(state.ordered[p.k].leg.back()) + 1;
-      if (abs(x.e) > far) last[j] = phases[p.k].gain * x.e < T(0) ? p.highest : p.lowest;
+      if (is_far(phases[p.k], x.e)) last[j] = x.e < T(0) ? p.highest : p.lowest;
     }
 
     plan_edges(plan, x, last, pulse, state.ordered);
@@ -115,14 +115,17 @@ struct EdgeMpc {
     return plan;
   }
 
+  /// The torque is far from its reference, and this phase can take it there.
+  static bool is_far(const PhaseOutlook<T>& p, T e) { return abs(e) > far && p.gain > T(0); }
+
   /// The two levels around the voltage that the guide asks for; beyond twice its slack, or with the
   /// torque far away, also the third; and no magnetizing above the current limit.
   void set_levels(typename Plan::Active& a, const PhaseOutlook<T>& p, T away, T e) const {
     const bool falling = p.goal_rate + R * p.i < T(0);
     const bool over = p.i > i_max;
-    const bool is_far = abs(e) > far, rises = p.gain * e < T(0);  // towards the reference
-    a.lowest = falling || away > T(2) || over || (is_far && !rises) ? 0 : 1;
-    a.highest = (falling && away > T(-2) && !(is_far && rises)) || over ? 1 : 2;
+    const bool low = is_far(p, e) && e < T(0), high = is_far(p, e) && e > T(0);
+    a.lowest = falling || away > T(2) || over || high ? 0 : 1;
+    a.highest = (falling && away > T(-2) && !low) || over ? 1 : 2;
   }
 
   /// Orders that keep the torque within its band, from legs on.
