@@ -274,7 +274,7 @@ class Simulation {
     double t_end = h == t_limit - t_ ? t_limit : t_ + h;
     Guard met;
     if (expects && h == when) {  // most events: the step ends on what its slope leads to
-      const double landed = land(plant_, k1, settled, expected, h, h_max, end);
+      const double landed = land(plant_, at_, k1, settled, expected, h, h_max, end);
       if (landed > 0) {
         h = landed;
         t_end = t_ + h;

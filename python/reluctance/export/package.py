@@ -102,8 +102,8 @@ def described(drive: Drive) -> dict[str, Node]:
         raise ParameterError(f"n_phases = {n_phases}, need {PHASES[0]} to {PHASES[-1]} for export")
     if drive.converter.bridge != "asymmetric":
         raise ParameterError(
-            f"[converter] bridge = {drive.converter.bridge!r} cannot be exported: the firmware orders "
-            "legs of two switches each; need bridge = 'asymmetric'"
+            f"[converter] bridge = {drive.converter.bridge!r} cannot be exported: the firmware "
+            "orders legs of two switches each; need bridge = 'asymmetric'"
         )
     nodes = _core.described(desk_controller(drive))
     if nodes is None:
