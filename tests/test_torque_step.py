@@ -5,11 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from limit_at import best_profile, fastest_torque_step
 from mpc_loop import FPGA, MICROCONTROLLER, PAPER, RATED, RPM, U_DC, Point, controller, loop
 
 from reluctance import _core
 from reluctance.errors import ParameterError
-from reluctance.limit import best_profile, fastest_torque_step
+from reluctance.run.columns import Rows
 
 GIVEN = {"n_phases": 3, "R": RATED.R, "u_dc": U_DC, "i_max": 150.0}
 ANGLES = 30  # the steps of three phases repeat after ten
@@ -116,16 +117,14 @@ def reached(point: Point, timing, f_switch: float, before: float, after: float, 
         t = run.advance(t_step + 4e-3)
         rows.append(run.take_waveforms())
         run.take_periods()
-    table = np.vstack(rows)
-    table = table[table[:, 0] >= t_step]
-    tau = sum(
-        torque(table[:, 4 + 3 * k].copy(), 4 * table[:, 1] - 2 * np.pi * k / 3) for k in range(3)
-    )
+    table = Rows(np.vstack(rows), _core.waveform_columns(3))
+    after_step = table["t"] >= t_step
+    tau, t = table["tau"][after_step], table["t"][after_step]
     made = (tau - before) / (after - before)
     first = int(np.argmax(made >= SHARE))
     assert made[first] >= SHARE
     over = (tau[first:] - after).max() if after > before else (after - tau[first:]).max()
-    return table[first, 0] - t_step, over / abs(after)
+    return t[first] - t_step, over / abs(after)
 
 
 @pytest.mark.parametrize(

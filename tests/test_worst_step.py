@@ -18,10 +18,10 @@ import pytest
 from firmware_tools import drive, needs_target
 
 from reluctance.drive import Drive
-from reluctance.drive.protection import limits
 from reluctance.export import firmware
 from reluctance.export.parity import record
 from reluctance.export.target import build, replay
+from reluctance.export.trip_levels import limits
 
 pytestmark = needs_target
 

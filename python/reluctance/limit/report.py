@@ -112,16 +112,7 @@ def step_of(
 ) -> TorqueStep:
     """The least time of a torque step to tau_ref [N m] at a speed [rad/s], from the currents of a
     profile; by default from none."""
-    return fastest_torque_step(
-        drive.machine.magnetics,
-        n_phases=drive.machine.n_phases,
-        R=drive.machine.R,
-        tau_ref=tau_ref,
-        omega_m=omega_m,
-        u_dc=drive.converter.u_dc_V,
-        i_max=drive.machine.i_max_A,
-        start=start,
-    )
+    return fastest_torque_step(drive.at(omega_m), tau_ref, start=start)
 
 
 def floor_of(

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from reluctance import _core
+from reluctance.drive.operating_point import OperatingPoint
+from reluctance.errors import need
 from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.profile import Profile
-from reluctance.limit.programme import need
 
 TAU, L_INC, PSI_THETA = 2, 3, 4  # columns of `_core.magnetics`
 N_ANGLES = 60  # of an electrical period
@@ -45,14 +46,9 @@ class TorqueStep:
 
 
 def fastest_torque_step(
-    machine: _core.LeHuy | _core.FluxMap,
-    *,
-    n_phases: int,
-    R: float,
+    point: OperatingPoint,
     tau_ref: float,
-    omega_m: float,
-    u_dc: float,
-    i_max: float,
+    *,
     start: Profile | None = None,
     share: float = 0.95,
     n_angles: int = N_ANGLES,
@@ -62,38 +58,34 @@ def fastest_torque_step(
 
     Parameters
     ----------
+    point : machine, voltage, current limit and speed; 0 is standstill.
     tau_ref : torque after the change [N m]; of either sign, not that of `start`.
-    omega_m : speed [rad/s]; of either sign, 0 is standstill.
-    i_max : greatest phase current [A].
     start : currents before the change; by default none.
     share : of the change that counts as done [1].
     n_angles : rotor angles at which the reference changes, over one electrical period.
     t_end : longest time looked at [s].
-    others : as for `best_profile`.
 
     Raises
     ------
     ParameterError : a parameter out of range.
     """
     tau_from = 0.0 if start is None else start.tau_ref
-    need(n_phases >= 1, "n_phases", n_phases, "at least 1 phase")
     need(tau_ref != tau_from, "tau_ref", tau_ref, "another torque than that of `start`")
-    need(R >= 0, "R", R, "a resistance >= 0 ohm")
-    need(u_dc > 0, "u_dc", u_dc, "a voltage > 0 V")
-    need(i_max > 0, "i_max", i_max, "a current > 0 A")
     need(0 < share <= 1, "share", share, "a share in (0, 1]")
     need(n_angles >= 1, "n_angles", n_angles, "at least 1 angle")
 
     theta_0 = 2 * np.pi * np.arange(n_angles) / n_angles
+    n_phases, R, i_max, u_dc = point.n_phases, point.R, point.i_max, point.u_dc
+    omega_m = point.omega_m
     lag = 2 * np.pi * np.arange(n_phases) / n_phases
     phase_0 = theta_0[:, None] - lag  # (n_angles, n_phases)
-    omega_e = machine.N_r * omega_m
+    omega_e = point.N_r * omega_m
     rising = tau_ref > tau_from
     goal = tau_from + share * (tau_ref - tau_from)
 
     def at(i: FloatArray, t: float) -> FloatArray:
         angle = np.mod(phase_0 + omega_e * t, 2 * np.pi)
-        found = _core.magnetics(machine, i.ravel(), angle.ravel())
+        found = _core.magnetics(point.magnetics, i.ravel(), angle.ravel())
         return np.asarray(found).reshape(*i.shape, -1)
 
     def moved(i: FloatArray, t: float, u: float) -> FloatArray:
