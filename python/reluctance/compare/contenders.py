@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from reluctance.drive import Drive
-from reluctance.drive.own_law import PREFIX, law_class
+from reluctance.drive.compiled_law import law_fields
+from reluctance.drive.own_code import PYTHON, names_code, own_code
+from reluctance.drive.own_law import law_class
 from reluctance.drive.schema import checked, did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.laws import table_of
@@ -235,14 +237,14 @@ CONTENDERS: dict[str, Contender] = {
 
 
 def contender(name: str) -> Contender:
-    """A contender by its name, or of a law in Python: `python:FILE:CLASS`.
+    """A contender by its name, or of a law of one's own: `python:FILE:CLASS`, `cpp:FILE:STRUCT`.
 
     Raises
     ------
     ParameterError
         If the name is unknown, or the class is not there.
     """
-    if name.startswith(PREFIX):
+    if names_code(name):
         return _own(name)
     if name not in CONTENDERS:
         raise ParameterError(f"control `{name}` is unknown{did_you_mean(name, CONTENDERS)}")
@@ -250,13 +252,16 @@ def contender(name: str) -> Contender:
 
 
 def _own(law: str) -> Contender:
-    """A law in Python. Its constructor says what sets its switching frequency: `i_band`,
-    `f_switch`, or else the control period."""
-    kind = law_class(law)
-    numbers = inspect.signature(kind).parameters
+    """A law of one's own. The names of its numbers say what sets its switching frequency:
+    `i_band`, `f_switch`, or else the control period. The others keep their defaults."""
+    if own_code(law).kind == PYTHON:
+        kind = law_class(law)
+        numbers = list(inspect.signature(kind).parameters)
+        what = (inspect.getdoc(kind) or "A law in Python.").partition("\n")[0]
+    else:
+        numbers, what = law_fields(law), "A law in C++."
     known = {"i_band": CURRENT_BAND, "f_switch": ASKED_FREQUENCY}
     free = next((known[name] for name in numbers if name in known), CARRIER)
-    what = (inspect.getdoc(kind) or "A law in Python.").partition("\n")[0]
     return Contender(name=law, law=law, free=free, what=what, when="", needs="")
 
 
