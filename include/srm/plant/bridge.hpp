@@ -66,7 +66,7 @@ struct AsymmetricBridge {
   /// switches in the path, freewheel one switch and one diode, demagnetize two diodes.
   template <std::size_t N>
   PerPhase<N> voltages(const AllLegs<N>& leg, const PerPhase<N>& i, double u_dc) const {
-    PerPhase<N> u;
+    PerPhase<N> u{};
     for (std::size_t k = 0; k < N; ++k) {
       switch (leg[k]) {
         case Leg::magnetize:
@@ -128,7 +128,7 @@ struct SharedSwitchBridge {
     const double sum = std::accumulate(i.begin(), i.end(), 0.0);
     const bool on = upper_on<N>(leg);
     const double shared = on ? device.on(sum) : device.diode(sum);
-    PerPhase<N> u;
+    PerPhase<N> u{};
     for (std::size_t k = 0; k < N; ++k) {
       switch (leg[k]) {
         case Leg::magnetize:
