@@ -12,7 +12,7 @@ class RestOfTorque(rl.Law):
         self.i_band, self.theta_on, self.theta_ov = i_band, theta_on, theta_ov
 
     def reset(self, known):
-        self.ahead = known.N_r * known.T_s * (0.5 + known.delay)  # mid-sample: electrical, per rad/s
+        self.ahead = known.N_r * known.T_s * (0.5 + known.delay)  # to mid-sample [s]
         self.i = np.linspace(0, known.i_max, 301)
         self.torque = known.machine.torque(self.i, np.linspace(0, np.pi, 721)[:, None])
 

@@ -54,6 +54,11 @@ class Contender:
     keys: tuple[tuple[str, Any], ...] = ()  # of [control], fixed
     place: Place | None = None  # the searched numbers; None: there are none
 
+    @property
+    def label(self) -> str:
+        """The name where space is short: of a law of one's own, the class."""
+        return own_code(self.name).name if names_code(self.name) else self.name
+
     def drive(self, point: Drive, values: Values) -> Drive:
         """The drive of the comparison with this law in it.
 

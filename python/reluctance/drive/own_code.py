@@ -8,16 +8,17 @@ from __future__ import annotations
 import importlib.util
 import sys
 from dataclasses import dataclass
-from importlib.machinery import ExtensionFileLoader, SourceFileLoader
+from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import ModuleType
 
 from reluctance.errors import ParameterError
 
 PYTHON, CPP = "python:", "cpp:"
+NOT_OF_THE_USER = ("<frozen", "site-packages", str(Path(__file__).parents[1]))  # code, by its path
 COMPILED = "own_law"  # the module name of a compiled law, whatever its file is called
 
-_loaded: dict[Path, tuple[int, ModuleType]] = {}  # compiled laws and their age: they load once
+_loaded: dict[Path, tuple[int, ModuleType]] = {}  # what has been loaded, and its age
 
 
 @dataclass(frozen=True)
@@ -80,28 +81,26 @@ def module_of(code: OwnCode) -> ModuleType:
     """
     if not code.file.is_file():
         raise ParameterError(f"[control] law = '{code}': no such file {code.file}")
-    return _python(code.file) if code.kind == PYTHON else _compiled(code.file)
+    path, age = code.file.resolve(), code.file.stat().st_mtime_ns
+    if path not in _loaded or _loaded[path][0] != age:
+        if code.kind == CPP and path in _loaded:  # the interpreter would give the old one again
+            raise ParameterError(f"{code.file} is newer than when it was loaded; restart Python")
+        _loaded[path] = age, _python(path) if code.kind == PYTHON else _compiled(path)
+    return _loaded[path][1]
 
 
 def _python(path: Path) -> ModuleType:
-    name = f"reluctance own law {path.resolve()}"  # one module a file; dataclasses look it up
-    spec = importlib.util.spec_from_loader(name, SourceFileLoader(name, str(path)))
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
+    module = ModuleType(f"reluctance own law {path}")  # one a file; dataclasses look it up
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
     try:
-        spec.loader.exec_module(module)
+        exec(compile(path.read_bytes(), path, "exec"), vars(module))
     except Exception as fault:
         raise ParameterError(f"{path} failed with {one_line(fault)}") from fault
     return module
 
 
 def _compiled(path: Path) -> ModuleType:
-    path, age = path.resolve(), path.stat().st_mtime_ns
-    if path in _loaded:
-        if _loaded[path][0] != age:
-            raise ParameterError(f"{path} was built anew after it was loaded; start Python again")
-        return _loaded[path][1]
     spec = importlib.util.spec_from_loader(COMPILED, ExtensionFileLoader(COMPILED, str(path)))
     assert spec is not None and spec.loader is not None
     try:
@@ -111,17 +110,15 @@ def _compiled(path: Path) -> ModuleType:
         raise ParameterError(
             f"{path} is not a compiled law ({one_line(fault)}); make it with `reluctance law build`"
         ) from fault
-    _loaded[path] = (age, module)
     return module
 
 
 def one_line(fault: BaseException) -> str:
-    """The kind and text of an exception, on one line, with the place in the file that raised it."""
-    trace = fault.__traceback__
-    while trace is not None and trace.tb_next is not None:
+    """The kind and text of an exception, and the line of the user's code that it came from."""
+    where, trace = "", fault.__traceback__
+    while trace is not None:
+        file = trace.tb_frame.f_code.co_filename
+        if not any(part in file for part in NOT_OF_THE_USER):
+            where = f" at {Path(file).name}:{trace.tb_lineno}"
         trace = trace.tb_next
-    code = trace.tb_frame.f_code if trace is not None else None
-    foreign = code is not None and code.co_filename.startswith(("<", __file__))
-    where = f" at {Path(code.co_filename).name}:{trace.tb_lineno}" if code and trace else ""
-    text = " ".join(str(fault).split())
-    return f"{type(fault).__name__}: {text}{'' if foreign else where}"
+    return f"{type(fault).__name__}: {' '.join(str(fault).split())}{where}"

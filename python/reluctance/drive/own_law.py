@@ -132,7 +132,7 @@ def law_class(law: str) -> type[Law]:
     module = module_of(code)
     found: Any = getattr(module, code.name, None)
     if not (isinstance(found, type) and issubclass(found, Law)):
-        laws = [n for n, v in vars(module).items() if isinstance(v, type) and issubclass(v, Law)]
-        known = did_you_mean(code.name, [n for n in laws if n != "Law"]) if laws else ""
-        raise ParameterError(f"{code.file} has no subclass of reluctance.Law named {code.name}{known}")
+        known = [n for n, v in vars(module).items() if isinstance(v, type) and Law in v.__bases__]
+        near = did_you_mean(code.name, known) if known else ""
+        raise ParameterError(f"{code.file} has no subclass of reluctance.Law `{code.name}`{near}")
     return found

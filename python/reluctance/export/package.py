@@ -134,9 +134,7 @@ def desk_controller(drive: Drive) -> _core.Controller:
     return drive.control.model_copy(update={"precision": "float"}).controller(drive.known())
 
 
-def parameters(
-    tree: dict[str, Node], own: Mapping[str, str] | None = None
-) -> tuple[str, int, int]:
+def parameters(tree: dict[str, Node], own: Mapping[str, str] | None = None) -> tuple[str, int, int]:
     """The text of parameters.hpp, its fingerprint, and the bytes of its tables; `own` are headers
     from outside the package."""
     tables = Tables()

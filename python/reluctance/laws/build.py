@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sysconfig
 import tempfile
+from collections.abc import Collection
 from pathlib import Path
 
 from reluctance.drive.compiled_law import core_fingerprint
@@ -94,14 +95,11 @@ def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
     if not (Path(python) / "Python.h").is_file():
         raise ParameterError(f"no Python.h in {python}; on Debian: apt install python3-dev")
     source, library = nanobind.source_dir(), nanobind.include_dir()
-    system = [library, f"{library}/../ext/robin_map/include", python]
-    include = [
-        *(f"-I{folder}" for folder in (header.absolute().parent,)),
-        *(f"-isystem{folder}" for folder in (resources("bindings"), resources("include"), *system)),
-    ]
+    folders = (resources("include"), library, f"{library}/../ext/robin_map/include", python)
+    include = [f"-isystem{folder}" for folder in folders]
     with tempfile.TemporaryDirectory() as scratch:
         unit = Path(scratch) / "own_law.cpp"
-        unit.write_text(_source(header.name, name, texts), "utf-8")
+        unit.write_text(_source(header.absolute(), name, texts), "utf-8")
         units = [str(unit), f"{source}/nb_combined.cpp"]
         command = [compiler, *FLAGS, *include, "-shared", *units, "-o", str(out)]
         try:
@@ -109,25 +107,25 @@ def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
         except (OSError, subprocess.TimeoutExpired) as fault:
             raise ParameterError(f"{compiler}: {fault}") from None
     if done.returncode != 0:
-        raise ParameterError(f"{header.name} does not compile: {first_error(done.stderr)}")
+        raise ParameterError(f"{header.name} does not compile: {first_error(done.stderr, texts)}")
 
 
-def first_error(text: str) -> str:
-    """The first error of a compiler, and how many more there are."""
+def first_error(text: str, files: Collection[str]) -> str:
+    """The first error that a compiler has in one of these files, or at all, and how many more."""
     errors = re.findall(r"^(\S+?:\d+):\d+: (?:fatal )?error: (.*)", text, re.MULTILINE)
     if not errors:
         return " ".join(text.split())[:300]
-    place, what = next(((p, w) for p, w in errors if "own_law" not in p), errors[0])
+    place, what = next((e for e in errors if Path(e[0]).name.partition(":")[0] in files), errors[0])
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     return f"{Path(place).name}: {what}{more}"
 
 
-def _source(file: str, name: str, texts: dict[str, str]) -> str:
+def _source(header: Path, name: str, texts: dict[str, str]) -> str:
     """The extension module. Text in JSON's quotes is text in C++'s, but for its \\u escapes."""
     quoted = {json.dumps(k): json.dumps(v, ensure_ascii=False) for k, v in texts.items()}
     headers = "\n".join(f"  headers[{file}] = {text};" for file, text in quoted.items())
-    return f'''#include "own_law.hpp"
-#include "{file}"
+    return f'''#include "{resources("bindings")}/own_law.hpp"
+#include "{header}"
 
 NB_MODULE({COMPILED}, m) {{
   bound::own_law<{name}>(m, "{name}", "{core_fingerprint()}");
