@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from reluctance.drive import Drive
 from reluctance.drive.compiled_law import law_fields
-from reluctance.drive.own_code import PYTHON, names_code, own_code
+from reluctance.drive.own_code import PYTHON, names_code, own_code, same_code
 from reluctance.drive.own_law import law_class
 from reluctance.drive.schema import checked, did_you_mean
 from reluctance.errors import ParameterError
@@ -70,11 +70,19 @@ class Contender:
         common = {"T_s_us": point.control.T_s_us, "precision": point.control.precision}
         if point.control.tau_max_Nm is not None:
             common["tau_max_Nm"] = point.control.tau_max_Nm
+        common |= self._own_numbers(point)
         table = {"law": self.law, **common, **dict(self.keys), **values}
         control = checked(table_of(self.law), table, f"[control] of {self.name}")
         drive = replace(point, control=control)
         drive.control.check(drive.known())
         return drive
+
+    def _own_numbers(self, point: Drive) -> dict[str, Any]:
+        """Of a law of one's own that the drive names too: the numbers that it gives it."""
+        law = getattr(point.control, "law", None)
+        if not (names_code(self.law) and names_code(law) and same_code(self.law, str(law))):
+            return {}
+        return dict(point.control.model_extra or {})
 
 
 def pulse_angles(drive: Drive, x: float, y: float) -> dict[str, float]:
@@ -258,7 +266,8 @@ def contender(name: str) -> Contender:
 
 def _own(law: str) -> Contender:
     """A law of one's own. The names of its numbers say what sets its switching frequency:
-    `i_band`, `f_switch`, or else the control period. The others keep their defaults."""
+    `i_band`, `f_switch`, or else the control period. The others have the values of the drive file
+    where it names this law, and else their defaults."""
     if own_code(law).kind == PYTHON:
         kind = law_class(law)
         numbers = list(inspect.signature(kind).parameters)

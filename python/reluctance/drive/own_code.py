@@ -54,6 +54,12 @@ def own_code(law: str, folder: Path = Path()) -> OwnCode:
     return OwnCode(f"{kind}:", folder / file, name)
 
 
+def same_code(law: str, other: str) -> bool:
+    """True where two names mean the same class in the same file."""
+    a, b = own_code(law), own_code(other)
+    return (a.kind, a.name, a.file.resolve()) == (b.kind, b.name, b.file.resolve())
+
+
 def trusted(law: str, folder: Path, trust: bool) -> str:
     """The same law with the file relative to a folder.
 

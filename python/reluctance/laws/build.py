@@ -10,11 +10,11 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import sysconfig
 import tempfile
 from collections.abc import Collection
 from pathlib import Path
+from subprocess import PIPE, STDOUT, Popen, TimeoutExpired
 
 from reluctance.drive.compiled_law import core_fingerprint
 from reluctance.drive.own_code import COMPILED
@@ -100,14 +100,28 @@ def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         unit = Path(scratch) / "own_law.cpp"
         unit.write_text(_source(header.absolute(), name, texts), "utf-8")
-        units = [str(unit), f"{source}/nb_combined.cpp"]
-        command = [compiler, *FLAGS, *include, "-shared", *units, "-o", str(out)]
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
-        except (OSError, subprocess.TimeoutExpired) as fault:
-            raise ParameterError(f"{compiler}: {fault}") from None
-    if done.returncode != 0:
-        raise ParameterError(f"{header.name} does not compile: {first_error(done.stderr, texts)}")
+        objects = [f"{scratch}/law.o", f"{scratch}/nanobind.o"]
+        _run(
+            [
+                [compiler, *FLAGS, *include, "-c", str(unit), "-o", objects[0]],
+                [compiler, *FLAGS, *include, "-c", f"{source}/nb_combined.cpp", "-o", objects[1]],
+            ],
+            header,
+            texts,
+        )
+        _run([[compiler, "-shared", *objects, "-o", str(out)]], header, texts)
+
+
+def _run(commands: list[list[str]], header: Path, texts: Collection[str]) -> None:
+    """Commands side by side, until all have ended."""
+    try:
+        running = [Popen(c, stdout=PIPE, stderr=STDOUT, text=True) for c in commands]
+        told = [process.communicate(timeout=LIMIT)[0] for process in running]
+    except (OSError, TimeoutExpired) as fault:
+        raise ParameterError(f"{commands[0][0]}: {fault}") from None
+    for process, text in zip(running, told, strict=True):
+        if process.returncode != 0:
+            raise ParameterError(f"{header.name} does not compile: {first_error(text, texts)}")
 
 
 def first_error(text: str, files: Collection[str]) -> str:
