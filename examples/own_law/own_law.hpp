@@ -1,8 +1,8 @@
 // A control law of one's own in C++: deadbeat current control of pulses between two angles.
 #pragma once
 
-#include "srm/base/fields.hpp"
 #include "srm/base/angle.hpp"
+#include "srm/base/fields.hpp"
 #include "srm/control/part/mirror.hpp"
 #include "srm/control/part/modulator.hpp"
 #include "srm/control/part/per_phase.hpp"

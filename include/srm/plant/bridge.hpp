@@ -1,7 +1,8 @@
 // Power converters: what the windings see of the switches, with the drops of switches and diodes.
 //
-// A bridge sees the legs that are ordered for all phases at once, so that phases may share switches.
-// To add one: a struct with these four functions, and its name in `Bridge` at the end of this file.
+// A bridge sees the legs that are ordered for all phases at once, so that phases may share
+// switches. To add one: a struct with these four functions, and its name in `Bridge` at the end of
+// this file.
 #pragma once
 
 #include <array>

@@ -17,9 +17,9 @@
 #pragma once
 
 #include "srm/base/fields.hpp"
+#include "srm/control/frame/interface.hpp"
 #include "srm/control/part/guide.hpp"
 #include "srm/control/part/incremental_mpc.hpp"
-#include "srm/control/frame/interface.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
