@@ -5,6 +5,7 @@ BIN := $(VENV)/bin
 SOURCES := $(shell find include bindings tests/core_module python machines examples firmware -type f \
              -not -name '*.so' -not -path '*/__pycache__/*' 2>/dev/null) CMakeLists.txt pyproject.toml
 
+CLANG_FORMAT ?= clang-format
 CHECKED := python tests studies bench machines docs examples
 
 .PHONY: run test lint bench docs clean
@@ -20,6 +21,9 @@ test: $(VENV)/installed-test lint
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check $(CHECKED)
 	$(BIN)/ruff format --check $(CHECKED)
+	@command -v $(CLANG_FORMAT) >/dev/null || \
+	  { echo "error: no $(CLANG_FORMAT); on Debian: apt install clang-format"; exit 2; }
+	find include bindings tests examples -name '*.[ch]pp' | xargs $(CLANG_FORMAT) --dry-run -Werror
 	$(BIN)/mypy
 
 bench: $(VENV)/installed

@@ -10,7 +10,7 @@ from reluctance.drive import Drive
 from reluctance.drive.library import machine_from, machine_table
 from reluctance.drive.map_machine import with_paths
 from reluctance.drive.mismatch import Mismatch
-from reluctance.drive.own_law import PREFIX
+from reluctance.drive.own_code import names_code, trusted
 from reluctance.drive.protection import Protection
 from reluctance.drive.schema import Section, checked, did_you_mean
 from reluctance.drive.tables import (
@@ -51,8 +51,9 @@ def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = 
         `section.key=value` with the value as in TOML; bare words are text; no value removes the
         key. `machine=...` takes a name from the library or a path.
     trust : bool
-        Run the code that the file names: a law in Python (`law = "python:FILE:CLASS"`). A drive
-        file of unknown origin is data, and stays data without it.
+        Run the code that the file names: a law in Python (`law = "python:FILE:CLASS"`) or a
+        compiled one (`law = "cpp:FILE:STRUCT"`). A drive file of unknown origin is data, and stays
+        data without it.
 
     Raises
     ------
@@ -71,11 +72,13 @@ def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = 
         data["machine"] = machine_table(data["machine"], path.parent)
     elif isinstance(data.get("machine"), dict):
         data["machine"] = with_paths(data["machine"], path.parent)
-    for text in overrides or []:
-        name, value = _parsed(text)
-        _put(data, name, value, f"--set {text}")
     try:
         _settle_own_law(data, path.parent, trust)
+        for text in overrides or []:
+            name, value = _parsed(text)
+            _put(data, name, value, f"--set {text}")
+            if name == "control.law":
+                _settle_own_law(data, Path(), trust)
         return drive_from(data, name=path.stem)
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None
@@ -120,16 +123,9 @@ def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
 
 
 def _settle_own_law(data: dict[str, Any], folder: Path, trust: bool) -> None:
-    """The file of a law in Python, relative to the drive file, if its code may run."""
-    law = _law(data)
-    if not (isinstance(law, str) and law.startswith(PREFIX)):
-        return
-    if not trust:
-        raise ParameterError(
-            f"[control] law = {law!r} is code that would run; if you trust it, say so with "
-            "--trust or load(..., trust=True)"
-        )
-    data["control"]["law"] = PREFIX + str(folder / law.removeprefix(PREFIX))
+    """A law that is code: its file relative to a folder, if it may run."""
+    if names_code(law := _law(data)):
+        data["control"]["law"] = trusted(str(law), folder, trust)
 
 
 def _check_together(drive: Drive) -> None:
@@ -203,10 +199,11 @@ def _law(data: dict[str, Any]) -> object:
 
 
 def _keep_known(control: dict[str, Any]) -> None:
-    """Drops the keys of [control] that its law does not have."""
+    """Drops the keys of [control] that its law does not have; those of a law of one's own are
+    given after it."""
     law = control.get("law")
-    if law in LAWS:
-        for key in set(control) - set(LAWS[law].model_fields):
+    if law in LAWS or names_code(law):
+        for key in set(control) - set(table_of(law).model_fields):
             del control[key]
 
 

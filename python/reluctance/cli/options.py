@@ -15,6 +15,6 @@ Overrides = Annotated[
     ),
 ]
 Trust = Annotated[
-    bool, typer.Option("--trust", help="Run the code that is named: control laws in Python.")
+    bool, typer.Option("--trust", help="Run the code that is named: control laws of your own.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]

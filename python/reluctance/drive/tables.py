@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -164,6 +164,16 @@ class Sensing(Section):
     encoder_counts: int = Field(0, ge=0)  # per revolution
     tracker_bandwidth_Hz: float = Field(80.0, gt=0)  # of the observer on a counted angle
     comparators: Literal["analog", "sampled"] = "analog"  # at any instant; or at the samples only
+
+    @property
+    def sampling(self) -> dict[str, Any]:
+        """What the core is told of the sensors, in SI."""
+        return {
+            "delay": self.delay_samples,
+            "adc_bits": self.adc_bits,
+            "i_range": self.i_range_A,
+            "encoder_counts": self.encoder_counts,
+        }
 
     @property
     def tracker_bandwidth(self) -> float:

@@ -25,11 +25,8 @@ def closed_loop(
         t_dead=drive.converter.t_dead,
         sampling=_core.Sampling(
             T_s=drive.control.T_s,
-            delay=sensing.delay_samples,
-            adc_bits=sensing.adc_bits,
-            i_range=sensing.i_range_A,
-            encoder_counts=sensing.encoder_counts,
             angle_offset=to_si(drive.mismatch.angle_offset_deg, "deg"),
+            **sensing.sampling,
         ),
         controller=controller,
         reference=course(drive.reference.course),

@@ -35,13 +35,13 @@ struct EdgeMpc {
   static constexpr T far = T(8);
 
   M machine;
-  Guide<T> guide;      // flux linkage over torque reference, electrical angle and speed [Wb]
-  T w_sw;              // cost of a turn-on: switching_weight.hpp [N^2 m^2 s]
-  View<T> psi_slack;   // most that a phase may leave the guide, at each of its speeds [Wb]
-  T R;                 // phase resistance [ohm]
-  T i_max;             // current limit [A]
-  T T_s;               // control period [s]
-  int delay;           // samples from measurement to effect: 0 or 1
+  Guide<T> guide;     // flux linkage over torque reference, electrical angle and speed [Wb]
+  T w_sw;             // cost of a turn-on: switching_weight.hpp [N^2 m^2 s]
+  View<T> psi_slack;  // most that a phase may leave the guide, at each of its speeds [Wb]
+  T R;                // phase resistance [ohm]
+  T i_max;            // current limit [A]
+  T T_s;              // control period [s]
+  int delay;          // samples from measurement to effect: 0 or 1
   SRM_FIELDS(machine, guide, w_sw, psi_slack, R, i_max, T_s, delay)
 
   using State = Memory<T, N>;

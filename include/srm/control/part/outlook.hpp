@@ -11,8 +11,8 @@
 // current control of a three-phase inverter", IEEE Trans. Ind. Electron. 59(2), 2012.
 #pragma once
 
-#include "srm/control/part/guide.hpp"
 #include "srm/control/frame/interface.hpp"
+#include "srm/control/part/guide.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
