@@ -241,6 +241,8 @@ def single_figures() -> None:
         told(
             f"guide smoothed by {smoothing:g}", replace(RATED, smoothing=smoothing), FPGA, f_switch
         )
+    for f_switch in (5.67e3, 11.3e3, 22.7e3, 45.4e3):  # about 5, 10, 20, 40 kHz are reached
+        told("2 us, ideal", RATED, FPGA, f_switch)
     told("20 us, one sample late, sensed", RATED, MICROCONTROLLER, 16e3)
     told("20 us, ideal", RATED, Timing(20e-6), 16e3)
     told("2 us, ideal", RATED, FPGA, 14e3)
