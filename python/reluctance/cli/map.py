@@ -14,7 +14,7 @@ from reluctance.drive.library import machine_table
 from reluctance.drive.map_file import accept_in, machine_text
 from reluctance.drive.map_machine import CONVENTIONS
 from reluctance.errors import ParameterError
-from reluctance.files import check_ending, write_text, write_whole
+from reluctance.files import check_ending, write_together, write_whole
 
 if TYPE_CHECKING:
     from reluctance.maps import FluxTable
@@ -299,7 +299,11 @@ def import_map(
         accepted_because=accept if report.reasons else None,
         notes=table.notes,
     )
-    write_whole(copy, lambda path: write_map(table, path))
-    write_text(out, text)
+    write_together(
+        {
+            copy: lambda path: write_map(table, path),
+            out: lambda path: path.write_text(text, encoding="utf-8") and None,
+        }
+    )
     print(f"wrote {out} and {copy}")
     print(f"next: reluctance run DRIVE.toml --set machine={out}")

@@ -7,7 +7,7 @@ from pathlib import Path
 from reluctance.compare.comparison import Comparison
 from reluctance.compare.conditions import in_words
 from reluctance.compare.table import as_json, flat, limit_line, markdown
-from reluctance.files import write_whole
+from reluctance.files import make_folder, write_together
 
 
 def write(found: Comparison, folder: str | Path) -> list[Path]:
@@ -20,8 +20,7 @@ def write(found: Comparison, folder: str | Path) -> list[Path]:
     """
     from reluctance.compare.figure import figure  # Matplotlib takes half of the start-up time
 
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = make_folder(Path(folder))
     text = "\n".join([*(f"- {line}" for line in in_words(found.point, found.f_target)), ""])
     text += f"- {limit_line(found)}\n\n{markdown(found)}"
     files = {
@@ -32,8 +31,7 @@ def write(found: Comparison, folder: str | Path) -> list[Path]:
             path, dpi=110, metadata={"Software": None}
         ),
     }
-    for name, put in files.items():
-        write_whole(folder / name, put)
+    write_together({folder / name: put for name, put in files.items()})
     return [folder / name for name in files]
 
 
