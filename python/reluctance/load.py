@@ -39,7 +39,13 @@ TABLES: dict[str, type[Section]] = {
 OPTIONAL = {"source", "sensing", "protection", "mismatch"}
 
 
-def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = False) -> Drive:
+def load(
+    path: str | Path,
+    overrides: list[str] | None = None,
+    *,
+    trust: bool = False,
+    check_torque: bool = True,
+) -> Drive:
     """A drive from a TOML file.
 
     Parameters
@@ -53,6 +59,9 @@ def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = 
     trust : bool
         Run the code that the file names: a law in Python (`law = "python:FILE:CLASS"`). A drive
         file of unknown origin is data, and stays data without it.
+    check_torque : bool
+        False leaves out whether the torque reference is in reach, for a caller that asks for
+        another torque.
 
     Raises
     ------
@@ -76,7 +85,7 @@ def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = 
         _put(data, name, value, f"--set {text}")
     try:
         _settle_own_law(data, path.parent, trust)
-        return drive_from(data, name=path.stem)
+        return drive_from(data, name=path.stem, check_torque=check_torque)
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None
 
@@ -95,7 +104,7 @@ def with_values(drive: Drive, values: Mapping[str, Any]) -> Drive:
     return drive_from(data, name=drive.name)
 
 
-def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
+def drive_from(data: dict[str, Any], *, name: str = "drive", check_torque: bool = True) -> Drive:
     """A drive from the tables of a drive file; `machine` must be a table here."""
     for key in data:
         if key not in (known := [*TABLES, "machine", "control"]):
@@ -117,6 +126,8 @@ def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
     )
     _check_together(drive)
     check_plausible(drive)
+    if check_torque and drive.reference.kind != "none":
+        _check_torque(drive)
     return drive
 
 
@@ -168,10 +179,12 @@ def _check_together(drive: Drive) -> None:
             if drive.reference.kind != "none"
             else "[reference] kind = 'none': the control law needs a torque or speed to follow"
         )
-    if drive.reference.kind == "none":
-        return
     if drive.reference.kind == "speed" and drive.control.tau_max_Nm is None:
         raise ParameterError("[control] missing key `tau_max_Nm`: the speed loop needs its limit")
+
+
+def _check_torque(drive: Drive) -> None:
+    """Whether the machine and the controller's own limit let the torque reference be held."""
     asked = float(np.max(np.abs(drive.reference.course[1])))
     if drive.reference.kind == "torque" and asked > drive.tau_max:
         raise ParameterError(

@@ -57,6 +57,10 @@ class Output(TextIOWrapper):
 
 def watch_output() -> None:
     """Puts `Output` in the place of standard output."""
+    if sys.stdout is None:  # closed by the shell: >&-
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")
     plain = sys.stdout
     if isinstance(plain, TextIOWrapper) and not isinstance(plain, Output):
         kind = plain.encoding, plain.errors, plain.newlines, plain.line_buffering

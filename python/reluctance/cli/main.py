@@ -8,23 +8,24 @@ import typer
 import reluctance
 from reluctance.cli.compare import compare
 from reluctance.cli.ended import exit_code, watch_output, watch_signals
+from reluctance.cli.examples import examples
 from reluctance.cli.export import export_app
 from reluctance.cli.limit import limit
 from reluctance.cli.machines import machines
 from reluctance.cli.map import map_app
+from reluctance.cli.options import help_if_bare
 from reluctance.cli.paper import paper
 from reluctance.cli.run import run
+from reluctance.cli.schema import schema
 
 app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Switched-reluctance motor drives: simulate, control, find the physical limit, flash.",
 )
 
-for command in (run, paper, machines, compare, limit):
+for command in (run, paper, machines, examples, compare, limit, schema):
     app.command()(command)
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")
@@ -32,11 +33,13 @@ app.add_typer(export_app, name="export")
 
 @app.callback(invoke_without_command=True)
 def about(
+    context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
 ) -> None:
     if version:
         print(f"reluctance {reluctance.__version__}")
         raise typer.Exit
+    help_if_bare(context)
 
 
 def main() -> None:

@@ -9,27 +9,27 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from reluctance.cli.options import AsJson
+from reluctance.cli.options import AsJson, help_if_bare
 from reluctance.drive.library import machine_table
 from reluctance.drive.map_file import accept_in, machine_text
 from reluctance.drive.map_machine import CONVENTIONS
 from reluctance.errors import ParameterError
+from reluctance.figures import check_figure, save_figure
 from reluctance.files import check_ending, write_together, write_whole
 
 if TYPE_CHECKING:
     from reluctance.maps import FluxTable
 
 map_app = typer.Typer(
-    no_args_is_help=True,
+    invoke_without_command=True,
+    callback=help_if_bare,
     rich_markup_mode=None,
     help="Import, judge, repair, fit and plot flux maps.",
 )
 
 MapFile = Annotated[
     Path,
-    typer.Argument(
-        metavar="FILE", help="Map: .csv, .mat, .json; or a machine file with model = 'map'."
-    ),
+    typer.Argument(metavar="FILE", help="Map: .csv, .txt, .xlsx, .mat, .json; or a machine file."),
 ]
 RotorPoles = Annotated[
     int | None, typer.Option("--N_r", metavar="POLES", help="Rotor poles, unless the file says.")
@@ -49,6 +49,24 @@ AngleKind = Annotated[
 ]
 Zero = Annotated[
     str | None, typer.Option(metavar="unaligned|aligned", help="Where the file's zero angle is.")
+]
+AlignedAt = Annotated[
+    float | None,
+    typer.Option(
+        "--aligned_at",
+        "--aligned-at",
+        metavar="ANGLE",
+        help="The file's angle at which the poles are aligned, in its unit; instead of --zero.",
+    ),
+]
+Factor = Annotated[
+    float,
+    typer.Option(
+        "--psi_factor",
+        "--psi-factor",
+        metavar="FACTOR",
+        help="On the file's flux linkage, as for turns in series.",
+    ),
 ]
 Layout = Annotated[
     str | None,
@@ -75,8 +93,10 @@ class Stated:
     angle_kind: str | None = None
     zero: str | None = None
     layout: str | None = None
+    aligned_at: float | None = None
     name: tuple[str, ...] = ()
     torque: Path | None = None
+    psi_factor: float = 1.0
     i_max_A: float | None = None
     accepted: bool = False
 
@@ -86,7 +106,7 @@ def _read(file: Path, stated: Stated) -> "tuple[FluxTable, Stated]":
     from reluctance.maps import read_map
 
     if file.suffix.lower() == ".toml":
-        if any(value for value in asdict(stated).values()):
+        if stated != Stated():
             raise ParameterError(f"{file}: the conventions of a machine file stand in it")
         file, stated = _from_machine_file(file)
     table = read_map(
@@ -96,7 +116,9 @@ def _read(file: Path, stated: Stated) -> "tuple[FluxTable, Stated]":
         names=_names(stated.name),
         **{key: getattr(stated, key) for key in CONVENTIONS},
     )
-    return table, stated
+    if not 0 < stated.psi_factor < float("inf"):
+        raise ParameterError(f"--psi_factor {stated.psi_factor:g}, need > 0")
+    return replace(table, psi=stated.psi_factor * table.psi), stated
 
 
 def _from_machine_file(file: Path) -> tuple[Path, Stated]:
@@ -106,12 +128,14 @@ def _from_machine_file(file: Path) -> tuple[Path, Stated]:
     if machine.get("model") != "map" or not isinstance(machine.get("map"), str):
         raise ParameterError(f"{file}: need a machine with model = 'map' and map = 'FILE'")
     known: Mapping[str, Any] = {k: machine.get(k) for k in ("N_r", "i_max_A", *CONVENTIONS)}
+    factor = machine.get("psi_factor", 1.0)
     torque = machine.get("torque_map")
     names = tuple(f"{k}={v}" for k, v in machine.get("names", {}).items())
     stated = Stated(
         **known,
         name=names,
         torque=None if torque is None else Path(torque),
+        psi_factor=factor,
         accepted=bool(machine.get("accepted_because")),
     )
     return Path(machine["map"]), stated
@@ -135,7 +159,9 @@ def check(
     angle_kind: AngleKind = None,
     zero: Zero = None,
     layout: Layout = None,
+    aligned_at: AlignedAt = None,
     name: Name = None,
+    psi_factor: Factor = 1.0,
     torque: Torque = None,
     i_max: MaxCurrent = None,
     as_json: AsJson = False,
@@ -151,7 +177,18 @@ def check(
     from reluctance.maps import check_map, repair_map, write_map
     from reluctance.maps.report import check_table
 
-    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque, i_max)
+    stated = Stated(
+        poles,
+        angle_unit,
+        angle_kind,
+        zero,
+        layout,
+        aligned_at,
+        tuple(name or ()),
+        torque,
+        psi_factor,
+        i_max,
+    )
     if repair is not None:
         check_ending(repair, {".csv"})
     if accept is not None and (file.suffix.lower() != ".toml" or not accept.strip()):
@@ -194,14 +231,25 @@ def fit(
     angle_kind: AngleKind = None,
     zero: Zero = None,
     layout: Layout = None,
+    aligned_at: AlignedAt = None,
     name: Name = None,
+    psi_factor: Factor = 1.0,
     as_json: AsJson = False,
 ) -> None:
     """Fit the Le-Huy parameters to a map, and a family with two saturating terms."""
     from reluctance.maps import fit_lehuy, fit_two_term
     from reluctance.maps.report import fit_table
 
-    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()))
+    stated = Stated(
+        poles,
+        angle_unit,
+        angle_kind,
+        zero,
+        layout,
+        aligned_at,
+        tuple(name or ()),
+        psi_factor=psi_factor,
+    )
     table, _ = _read(file, stated)
     simple, better = fit_lehuy(table), fit_two_term(table)
     if as_json:
@@ -213,13 +261,15 @@ def fit(
 @map_app.command()
 def plot(
     file: MapFile,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="Figure: .png or .svg.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Figure: .png, .svg, .pdf or .html.")],
     poles: RotorPoles = None,
     angle_unit: AngleUnit = None,
     angle_kind: AngleKind = None,
     zero: Zero = None,
     layout: Layout = None,
+    aligned_at: AlignedAt = None,
     name: Name = None,
+    psi_factor: Factor = 1.0,
     torque: Torque = None,
 ) -> None:
     """Magnetisation curves, torque, incremental inductance and co-energy of a map."""
@@ -227,10 +277,19 @@ def plot(
     from matplotlib.figure import Figure
 
     from reluctance import maps
-    from reluctance.run.plots import save_figure
 
-    check_ending(out, {".png", ".svg"})
-    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque)
+    check_figure(out)
+    stated = Stated(
+        poles,
+        angle_unit,
+        angle_kind,
+        zero,
+        layout,
+        aligned_at,
+        tuple(name or ()),
+        torque,
+        psi_factor,
+    )
     table, _ = _read(file, stated)
     machine = maps.surface(table)
     figure = Figure(figsize=(11, 8), layout="constrained")
@@ -240,8 +299,8 @@ def plot(
     maps.plot_torque(machine, table, axes=corners[1])
     maps.plot_inductance(machine, axes=corners[2])
     maps.plot_coenergy(machine, axes=corners[3])
-    figure.suptitle(file.name)
-    save_figure(figure, out)
+    figure.suptitle(file.name, parse_math=False)
+    save_figure(figure, out, title=file.name)
 
 
 @map_app.command("import")
@@ -256,7 +315,9 @@ def import_map(
     angle_kind: AngleKind = None,
     zero: Zero = None,
     layout: Layout = None,
+    aligned_at: AlignedAt = None,
     name: Name = None,
+    psi_factor: Factor = 1.0,
     torque: Torque = None,
     i_max: MaxCurrent = None,
     repair: Annotated[bool, typer.Option("--repair", help="Smooth, make flux rise.")] = False,
@@ -268,9 +329,19 @@ def import_map(
     from reluctance.maps import check_map, repair_map, write_map
 
     check_ending(out, {".toml"})
-    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque)
+    stated = Stated(
+        poles,
+        angle_unit,
+        angle_kind,
+        zero,
+        layout,
+        aligned_at,
+        tuple(name or ()),
+        torque,
+        psi_factor,
+    )
     if file.suffix.lower() == ".toml":
-        raise ParameterError(f"{file} is a machine file already; import takes .csv, .mat or .json")
+        raise ParameterError(f"{file} is a machine file already; import takes the table itself")
     table, _ = _read(file, stated)
     if repair:
         mended = repair_map(table)

@@ -4,6 +4,7 @@ import csv
 import json
 from pathlib import Path
 
+from reluctance import figures
 from reluctance.compare.comparison import Comparison
 from reluctance.compare.conditions import in_words
 from reluctance.compare.table import as_json, flat, limit_line, markdown
@@ -33,6 +34,13 @@ def write(found: Comparison, folder: str | Path) -> list[Path]:
     }
     write_together({folder / name: put for name, put in files.items()})
     return [folder / name for name in files]
+
+
+def save_figure(found: Comparison, path: Path) -> None:
+    """Writes the figure alone; the ending chooses png, svg, pdf or html."""
+    from reluctance.compare.figure import figure  # Matplotlib takes half of the start-up time
+
+    figures.save_figure(figure(found), path, title=f"{found.point.machine.name}: control laws")
 
 
 def _csv(path: Path, found: Comparison) -> None:

@@ -5,17 +5,13 @@ A number far outside is a slip of a unit, and what a run makes of it means nothi
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from reluctance import _core
+from reluctance.drive.drive import Drive
 from reluctance.drive.machine import MachineFile
 from reluctance.errors import ParameterError
 from reluctance.units import from_si
-
-if TYPE_CHECKING:
-    from reluctance.drive.drive import Drive
 
 MOST_STEPS = 1e9  # of a run; more takes a quarter of an hour at least
 MOST_SPEED = 50.0  # of a shaft, over the corner speed; at 50 times it a phase draws 2 % of i_max

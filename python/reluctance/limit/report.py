@@ -126,7 +126,9 @@ def envelope_of(
     """
     best = limit.least_copper
     if omega_max is None:
-        omega_max = 2 * best.omega_m or 2 * corner_speed(limit.drive.machine, limit.drive.converter.u_dc_V)
+        omega_max = 2 * best.omega_m or 2 * corner_speed(
+            limit.drive.machine, limit.drive.converter.u_dc_V
+        )
     speeds = np.linspace(0.0, omega_max, SPEEDS)
     return _envelope(limit.drive, speeds, best.tau_ref, progress)
 

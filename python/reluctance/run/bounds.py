@@ -1,4 +1,4 @@
-"""What a run must stay within, so that it ends by itself whatever its numbers: state, steps, memory.
+"""What a run must stay within, so that it ends by itself: state, steps, memory.
 
 A run is advanced in slices; between two of them it is held against these bounds.
 """
@@ -9,7 +9,7 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.drive.plausible import MOST_CURRENT, MOST_STEPS, MOST_SPEED, check_steps, most_speed
+from reluctance.drive.plausible import MOST_CURRENT, MOST_SPEED, MOST_STEPS, check_steps, most_speed
 from reluctance.errors import ParameterError
 from reluctance.units import from_si, to_si
 
