@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,15 +44,21 @@ def save_figure(figure: Figure, path: Path, *, title: str = "", below: str = "")
     below : str
         What follows the figure there, as HTML.
     """
+    check_figure(path)
+    content = drawn(figure, path.suffix.lower(), title=title or path.stem, below=below)
+    write_whole(path, lambda p: p.write_bytes(content) and None)
+
+
+def drawn(figure: Figure, ending: str, *, title: str = "", below: str = "") -> bytes:
+    """What `save_figure` writes. A figure is drawn before a file is opened: a backend that fails at
+    a full disk leaves an open file behind."""
     import matplotlib as mpl
 
-    check_figure(path)
-    ending = path.suffix.lower()
     if ending == ".html":
         from reluctance.interactive import page
 
-        text = page(title or path.stem, figure, below)
-        write_whole(path, lambda p: p.write_text(text, encoding="utf-8") and None)
-        return
+        return page(title, figure, below).encode()
+    content = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": "reluctance"}):
-        write_whole(path, lambda p: figure.savefig(p, dpi=110, metadata=METADATA[ending]))
+        figure.savefig(content, format=ending[1:], dpi=110, metadata=METADATA[ending])
+    return content.getvalue()

@@ -16,7 +16,7 @@ from reluctance.figures import check_figure
 from reluctance.files import TABLES, check_ending
 from reluctance.load import load
 from reluctance.run import Kpis, simulate
-from reluctance.run.bounds import waveform_bytes
+from reluctance.run.bounds import MOST_BYTES, waveform_bytes
 from reluctance.run.kpis import shown
 from reluctance.run.save import save
 from reluctance.units import from_si
@@ -59,9 +59,9 @@ def run(
     silent = out is None and plot is None and energy_loop is None
     end = drive.simulation.until_s if until is None else until
     record = None if silent else record_us * 1e-6
-    if (size := waveform_bytes(drive, end, record)) > TOLD_BYTES:
+    if TOLD_BYTES < (size := waveform_bytes(drive, end, record)) <= MOST_BYTES:
         print(
-            f"note: the waveforms take about {size / 1e9:.1g} GB; --record-us 100 keeps a grid",
+            f"note: the waveforms take about {size / 1e9:.2g} GB; --record-us 100 keeps a grid",
             file=sys.stderr,
         )
     with progress_bar(f"simulating {drive.name}", end) as told:

@@ -24,13 +24,12 @@ def write(found: Comparison, folder: str | Path) -> list[Path]:
     folder = make_folder(Path(folder))
     text = "\n".join([*(f"- {line}" for line in in_words(found.point, found.f_target)), ""])
     text += f"- {limit_line(found)}\n\n{markdown(found)}"
+    picture = figures.drawn(figure(found), ".png")
     files = {
         "compare.csv": lambda path: _csv(path, found),
         "compare.json": lambda path: path.write_text(json.dumps(as_json(found), indent=1) + "\n"),
         "compare.md": lambda path: path.write_text(text, encoding="utf-8"),
-        "compare.png": lambda path: figure(found).savefig(
-            path, dpi=110, metadata={"Software": None}
-        ),
+        "compare.png": lambda path: path.write_bytes(picture),
     }
     write_together({folder / name: put for name, put in files.items()})
     return [folder / name for name in files]

@@ -14,7 +14,7 @@ from reluctance.errors import ParameterError
 from reluctance.units import from_si, to_si
 
 MOST_BYTES = 2e9  # of waveforms; a run holds about three times as much while it puts them together
-JUDGED = 1e6  # steps after which the pace of a run tells how many it will take
+JUDGED = 3e5  # steps after which the pace of a run tells how many it will take
 ROWS_A_STEP = 1.5  # at the very least one a step; events add to it
 
 
