@@ -76,14 +76,14 @@ struct Setting {
 template <class Law>
 srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
   using T = typename Law::Scalar;
-  srm::DriveControl<Law> control{.law = law,
-                                 .outer = s.outer,
-                                 .speed = {},
-                                 .motion = s.tracker_bandwidth > 0 ? srm::Motion::tracked
-                                                                   : srm::Motion::measured,
-                                 .tracker = {T(s.speed.T_s), T(s.tracker_bandwidth), s.N_r()},
-                                 .comparators = s.comparators,
-                                 .t_dead = T(s.t_dead)};
+  srm::DriveControl<Law> control{
+      .law = law,
+      .outer = s.outer,
+      .speed = {},
+      .motion = s.tracker_bandwidth > 0 ? srm::Motion::tracked : srm::Motion::measured,
+      .tracker = {T(s.speed.T_s), T(s.tracker_bandwidth), s.N_r()},
+      .comparators = s.comparators,
+      .t_dead = T(s.t_dead)};
   srm::assign(control.speed, s.speed);
   return control;
 }

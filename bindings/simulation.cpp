@@ -105,8 +105,7 @@ void bind_simulation(nb::module_& m) {
   m.def(
       "waveform_columns",
       [](int n_phases) {
-        return with_phases(n_phases,
-                           []<int N>() { return srm::column_names(srm::Waveform<N>{}); });
+        return with_phases(n_phases, []<int N>() { return srm::column_names(srm::Waveform<N>{}); });
       },
       nb::arg("n_phases"), "Names of the columns of a waveform row.");
   m.def(

@@ -15,7 +15,7 @@ FLOORS = (  # from the ground up; a part imports only from floors below, and fro
     {"run", "limit"},
     {"laws"},
     {"load"},
-    {"compare", "export", "paper"},
+    {"compare", "export", "paper", "pumping"},
     {"cli"},
 )
 GROUND = {"_core": 0, "errors": 0, "resources": 0, "cache": 0, "units": 1, "files": 1, "interactive": 1, "figures": 2}

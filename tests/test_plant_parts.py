@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
+from reluctance.export.package import firmware
+from reluctance.limit.point import operating_point
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -159,3 +161,11 @@ def test_drops_of_a_shared_switch_carry_the_sum_of_the_currents() -> None:
 def test_a_part_that_cannot_be_meant_is_refused(override: str, says: str) -> None:
     with pytest.raises(rl.ParameterError, match=says):
         rl.load(EXAMPLES / "sharing_cubic.toml", [override])
+
+
+def test_what_does_not_cover_a_shared_switch_says_so(tmp_path: Path) -> None:
+    drive = rl.load(EXAMPLES / "shared_switch.toml")
+    with pytest.raises(rl.ParameterError, match="bridge = 'shared_switch' cannot be exported"):
+        firmware(drive, tmp_path / "package")
+    with pytest.raises(rl.ParameterError, match="need bridge = 'asymmetric'"):
+        operating_point(drive)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "srm/sim/step.hpp"
 
@@ -28,10 +29,31 @@ double distance(const Guard& g, const State<N>& x) {
 /// An angle closer than this to its value counts as met [rad].
 inline constexpr double angle_tolerance = 1e-9;
 
-/// From this distance [rad, A] one Newton step by the present slopes ends a search. At slopes down
-/// to 1e5 A/s that is 1e-8 s; what curvature (1e9 A/s^2) leaves after it is below 1e-7 A.
-inline constexpr double near_angle = 1e-5;
-inline constexpr double near_current = 1e-3;
+/// How fast the distance changes, from the rates of a point.
+template <int N>
+double approach(const Guard& g, const Point<N>& rate) {
+  return -g.direction * (g.k == Guard::angle ? rate.x.theta_m : rate.x.i[g.k]);
+}
+
+/// Moves the end of a step of length h by as little as it takes to end on the guard, with the slope
+/// at the end and the curvature over the step (k1: slope at the start). Returns the new length;
+/// NaN, and `end` unchanged, where it would change by more than an eighth, or become longer than
+/// `longest`. What the third order leaves after so little is below 1e-7 A.
+template <Machine M, int N>
+double land(const Plant<M, N>& p, const Point<N>& k1, const Settled<N>& settled, const Guard& g,
+            double h, double longest, Point<N>& end) {
+  const Point<N> rate = slope(p, end.x, settled, h);
+  const double v = approach(g, rate), curvature = (v - approach(g, k1)) / h;
+  double rest = -distance(g, end.x) / v;
+  rest -= curvature * rest * rest / (2 * v);
+  if (!(std::fabs(rest) <= h / 8 && h + rest <= longest)) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  each([rest, part = rest / (2 * h)](double a, double r,
+                                     double r0) { return a + rest * (r + part * (r - r0)); },
+       end, end, rate, k1);
+  return h + rest;
+}
 
 /// The part of a step at which a cubic Hermite polynomial falls through zero, from value d0 > 0 and
 /// slope to value d1 <= 0 and slope (slopes over the whole step); its error is of order 4.
@@ -48,34 +70,28 @@ inline double hermite_root(double d0, double slope0, double d1, double slope1) {
 /// Shortens the step from `start` of length h, which overshoots the guard, until it ends on it.
 /// `end` is replaced by the located point; returns the new length.
 ///
-/// The first guess is the root of the Hermite polynomial, and nearly always close enough for the
-/// Newton step; if not, secant steps follow, bisected wherever they would leave the bracket.
+/// The first guess is the root of the Hermite polynomial, and nearly always close enough to land;
+/// if not, secant steps follow, bisected wherever they would leave the bracket.
 template <Machine M, int N>
 double locate(const Plant<M, N>& p, const Point<N>& start, const Point<N>& k1,
               const Settled<N>& settled, const Scale& scale, const Guard& g, double h,
               Point<N>& end) {
-  const auto fall = [&](const Point<N>& rate) {
-    return -g.direction * (g.k == Guard::angle ? rate.x.theta_m : rate.x.i[g.k]);
-  };
-  const double near = g.k == Guard::angle ? near_angle : near_current;
   double d = distance(g, end.x);
-  double guess = h * hermite_root(distance(g, start.x), h * fall(k1), d,
-                                  h * fall(slope(p, end.x, settled, h)));
+  double guess = h * hermite_root(distance(g, start.x), h * approach(g, k1), d,
+                                  h * approach(g, slope(p, end.x, settled, h)));
   double lower = 0, upper = h, s = h;
   for (int trial = 0; trial < 60; ++trial) {
     const double previous = s, d_previous = d;
     s = guess > lower && guess < upper ? guess : (lower + upper) / 2;
     end = runge_kutta(p, start, k1, settled, scale, s).end;
+    const double landed = land(p, k1, settled, g, s, h, end);
+    if (landed > 0) return landed;
     d = distance(g, end.x);
-    if (std::fabs(d) <= near) break;
+    if (d == 0) return s;
     (d > 0 ? lower : upper) = s;
     guess = s - d * (s - previous) / (d - d_previous);
   }
-  const Point<N> rate = slope(p, end.x, settled, s);
-  const double rest = -d / fall(rate);
-  if (!(std::fabs(rest) < h)) return s;  // the guard is met at a standstill: it is close enough
-  end = moved(end, rate, rest);
-  return s + rest;
+  return s;  // the guard is met at a standstill: it is close enough
 }
 
 }  // namespace srm

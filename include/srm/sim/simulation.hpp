@@ -79,14 +79,13 @@ class Simulation {
                     .u_dc = at_.x.u_dc,
                     .tau_ref = tau_ref_,
                     .i = at_.x.i};
-    const PerPhase<N> u = winding_voltages(plant_, legs_, at_.x);
     for (int k = 0; k < N; ++k) {
       row.i_ref[k] = command_[k].i_ref;
       row.leg[k] = static_cast<double>(legs_[k]);
       if (!conducts(legs_[k], at_.x.i[k])) continue;
       const double theta_e = electrical_angle(plant_, at_.x.theta_m, k);
       const Magnetics<double> m = plant_.machine.at(at_.x.i[k], theta_e);
-      row.u[k] = u[k];
+      row.u[k] = winding_voltage(plant_, legs_, at_.x, k);
       row.psi[k] = m.psi;
       row.tau_ph[k] = m.tau;
       row.tau += m.tau;
@@ -116,8 +115,9 @@ class Simulation {
   static constexpr double spread_part = 2e-5;
   static constexpr double shortest = 1e-15;  // no halving below: the numbers are none any more [s]
 
-  // Longest step in electrical angle [rad]: the magnetisation changes with it however smooth the
-  // currents are. At ANGLE a single pulse of ...
+  // Longest step in electrical angle [rad], for the magnetisation changes with the angle however
+  // smooth the currents are. Single pulses from 500 to 10 000 rpm are right to 4e-7 of their peak
+  // at 10 us; at 0.0126, 8e-6. At 1500 rpm and four rotor poles the longest step stays 10 us.
   static constexpr double longest_angle = 0.0065;
 
   static constexpr long slice = 20000;  // steps of one call of `advance`; some ten milliseconds
@@ -217,38 +217,54 @@ class Simulation {
     return at_.x.theta_m + direction() * ahead;
   }
 
+  /// Calls consider(guard) for each guard that is waited for. A guard of `located` is left out.
+  template <class F>
+  void for_guards(double theta_next, int located, const F& consider) const {
+    for (int k = 0; k < N; ++k) {
+      const Leg leg = legs_[k];
+      if (k == located || !conducts(leg, at_.x.i[k])) continue;
+      if (leg != Leg::magnetize) consider(Guard{k, 0, -1, gates_[k].leg});
+      for (const Crossing& c : awaited(command_[k], gates_[k])) {
+        if (c.direction != 0) consider(Guard{k, c.i, c.direction, c.then});
+      }
+      if constexpr (requires { i_last(plant_.machine); }) {  // the inductance has a kink there
+        const double last = i_last(plant_.machine), gap = last - at_.x.i[k];
+        if (std::abs(gap) > kink_part * last) {
+          consider(Guard{k, last, gap > 0 ? 1 : -1, gates_[k].leg});
+        }
+      }
+    }
+    if (located != Guard::angle) consider(Guard{Guard::angle, theta_next, direction()});
+  }
+
   /// The first guard that a step to `end` meets, by linear estimate; none has direction 0. A guard
   /// of `located` is left out: the step ends on it.
   Guard first_met(const State<N>& end, double theta_next, int located) const {
     Guard first;
     double soonest = 2;  // in parts of the step
-    const auto consider = [&](const Guard& g) {
+    for_guards(theta_next, located, [&](const Guard& g) {
       const double before = distance(g, at_.x), after = distance(g, end);
-      if (g.direction == 0 || g.k == located || after > 0 || after > before) return;
+      if (after > 0 || after > before) return;
       const double when = before > 0 ? before / (before - after) : 0;
       if (when < soonest) {
         first = g;
         soonest = when;
       }
-    };
-    for (int k = 0; k < N; ++k) {
-      const Leg leg = legs_[k];
-      if (!conducts(leg, at_.x.i[k])) continue;
-      if (leg != Leg::magnetize) consider({k, 0, -1, gates_[k].leg});
-      if constexpr (requires { i_last(plant_.machine); }) consider(end_of_table(k));
-      for (const Crossing& c : awaited(command_[k], gates_[k])) {
-        if (c.direction != 0) consider({k, c.i, c.direction, c.then});
-      }
-    }
-    consider({Guard::angle, theta_next, direction()});
+    });
     return first;
   }
 
-  /// The current of phase k meets the end of the machine's table, where the inductance has a kink.
-  Guard end_of_table(int k) const {
-    const double last = i_last(plant_.machine), gap = last - at_.x.i[k];
-    if (std::abs(gap) < kink_part * last) return {};
-    return {k, last, gap > 0 ? 1 : -1, gates_[k].leg};
+  /// The first guard that the present slope k1 leads to, and when; none has direction 0.
+  std::pair<Guard, double> ahead(const Point<N>& k1, double theta_next) const {
+    Guard first;
+    double soonest = 1e300;  // [s]
+    for_guards(theta_next, nobody, [&](const Guard& g) {
+      const double left = distance(g, at_.x), v = approach(g, k1);
+      if (left <= 0 || v >= 0 || left >= -v * soonest) return;
+      first = g;
+      soonest = -left / v;
+    });
+    return {first, soonest};
   }
 
   /// One step towards t_limit, cut short at the first event.
@@ -264,8 +280,13 @@ class Simulation {
     extremes_.include(at_.x, k1.q.tau);
 
     const Scale& scale = resolution_.scale;
+    const double theta_next = next_angle();
     const double omega_e = plant_.machine.N_r * std::abs(at_.x.omega_m);
-    double h = std::min(t_limit - t_, std::min(resolution_.dt_max, longest_angle / omega_e));
+    const double h_max =
+        std::min({t_limit - t_, resolution_.dt_max, longest_angle / omega_e});
+    const auto [expected, when] = ahead(k1, theta_next);
+    const bool expects = expected.direction != 0 && when < h_max;
+    double h = expects ? when : h_max;
     Trial<N> trial = runge_kutta(plant_, at_, k1, settled, scale, h);
     while (trial.spread > spread_part && h > shortest) {
       h /= 2;
@@ -273,10 +294,17 @@ class Simulation {
     }
     Point<N>& end = trial.end;
     double t_end = h == t_limit - t_ ? t_limit : t_ + h;
-    const double theta_next = next_angle();
     Guard met;
-    for (Guard g = first_met(end.x, theta_next, nobody); g.direction != 0;
-         g = first_met(end.x, theta_next, g.k)) {
+    if (expects && h == when) {  // most events: the step ends on what its slope leads to
+      const double landed = land(plant_, k1, settled, expected, h, h_max, end);
+      if (landed > 0) {
+        h = landed;
+        t_end = t_ + h;
+        met = expected;
+      }
+    }
+    for (Guard g = first_met(end.x, theta_next, met.direction != 0 ? met.k : nobody);
+         g.direction != 0; g = first_met(end.x, theta_next, g.k)) {
       h = locate(plant_, at_, k1, settled, scale, g, h, end);
       t_end = t_ + h;
       met = g;

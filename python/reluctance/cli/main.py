@@ -15,6 +15,7 @@ from reluctance.cli.machines import machines
 from reluctance.cli.map import map_app
 from reluctance.cli.options import help_if_bare
 from reluctance.cli.paper import paper
+from reluctance.cli.pump import pump, size
 from reluctance.cli.run import run
 from reluctance.cli.schema import schema
 
@@ -25,7 +26,7 @@ app = typer.Typer(
     help="Switched-reluctance motor drives: simulate, control, find the physical limit, flash.",
 )
 
-for command in (run, paper, machines, examples, compare, limit, schema):
+for command in (run, paper, machines, examples, compare, limit, pump, size, schema):
     app.command()(command)
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")

@@ -102,6 +102,15 @@ class Load(OverTime):
         return self
 
     @property
+    def k(self) -> float:
+        """Of the torque k omega |omega| of a pump or fan [N m s^2]."""
+        return self.k_pump_Nms2 + self.k_fan_Nms2
+
+    def torque(self, omega_m: float) -> float:
+        """Greatest load torque at a speed [N m]."""
+        return self.k * omega_m * abs(omega_m) + max(self.tau_0[1], key=abs)
+
+    @property
     def omega(self) -> tuple[list[float], list[float]]:
         """Times [s] and speeds [rad/s]: held by a locked shaft, else the one at the start."""
         start = to_si(self.speed_rpm, "rpm")

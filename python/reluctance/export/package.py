@@ -101,6 +101,11 @@ def described(drive: Drive) -> dict[str, Node]:
     n_phases = drive.machine.n_phases
     if n_phases not in PHASES:
         raise ParameterError(f"n_phases = {n_phases}, need {PHASES[0]} to {PHASES[-1]} for export")
+    if drive.converter.bridge != "asymmetric":
+        raise ParameterError(
+            f"[converter] bridge = {drive.converter.bridge!r} cannot be exported: the firmware orders "
+            "legs of two switches each; need bridge = 'asymmetric'"
+        )
     nodes = _core.described(desk_controller(drive))
     if nodes is None:
         raise ParameterError(f"[control] law = {drive.control.law!r} cannot be exported")  # type: ignore[attr-defined]

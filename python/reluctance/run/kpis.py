@@ -67,8 +67,10 @@ class Kpis:
         Mean speed [rad/s].
     speed_ripple_pp : float or None
         Peak to peak, (max - min)/mean [1]; None at standstill.
-    u_dc_min, u_dc_max : float
-        Least and greatest dc-link voltage [V].
+    u_dc_min : float
+        Least dc-link voltage [V].
+    u_dc_max : float
+        Greatest dc-link voltage [V].
     p_source : float
         Power from the source of the dc link: before the loss in a battery [W].
     energy_residual : float or None

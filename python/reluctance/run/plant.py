@@ -72,7 +72,7 @@ def shaft(load: Load, *, J: float, B: float) -> _core.Shaft:
         rotation=_core.Rotation.locked if held else _core.Rotation.turning,
         J=J,
         B=B,
-        k=load.k_pump_Nms2 + load.k_fan_Nms2,
+        k=load.k,
         tau_0=course(load.tau_0),
         omega=course(load.omega),
         load=None,
