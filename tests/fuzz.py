@@ -340,7 +340,7 @@ def map_command(r, folder):
         ("--zero", ["aligned", "unaligned", "0"]),
         ("--aligned_at", [0, 45, "nan", 1e300, -1e-300]),
         ("--layout", ["currents_down", "angles_down"]),
-        ("--psi_factor", [1, 2, 0, "nan", "inf", 1e300]),
+        ("--turns_factor", [1, 2, 0, "nan", "inf", 1e300]),
         ("--name", ["i=1", "psi=2", "theta=x", "=", "tau="]),
     ):
         if r.random() < (0.9 if option == "--N_r" else 0.12):

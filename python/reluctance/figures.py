@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,3 +63,8 @@ def drawn(figure: Figure, ending: str, *, title: str = "", below: str = "") -> b
     with mpl.rc_context({"svg.hashsalt": "reluctance"}):
         figure.savefig(content, format=ending[1:], dpi=110, metadata=METADATA[ending])
     return content.getvalue()
+
+
+def embedded(figure: Figure) -> str:
+    """The figure as the source of an <img>, so that a page needs no other file."""
+    return "data:image/png;base64," + base64.b64encode(drawn(figure, ".png")).decode("ascii")

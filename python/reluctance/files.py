@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from reluctance.errors import ParameterError
 
 Columns = Mapping[str, NDArray[np.float64]]
+LONGEST_LINE = 1000  # of an error: a name from a file may have any length
 MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
 
 _unfinished: set[Path] = set()  # what `remove_unfinished` clears away when the process is ended
@@ -46,7 +47,8 @@ def read_toml(path: Path) -> dict[str, Any]:
 def one_line(fault: object) -> str:
     """What an error of another library says, on one line that a terminal can show."""
     text = " ".join(str(fault).split())
-    return "".join(c if c.isprintable() else "?" for c in text)
+    text = "".join(c if c.isprintable() else "?" for c in text)
+    return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 4]} ..."
 
 
 def _why(fault: Exception) -> str:
@@ -184,6 +186,14 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
     write_whole(path, write)
+
+
+def is_file(path: Path) -> bool:
+    """Whether a path names a file; a name that no file can have names none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # too long, or with a zero byte
+        return False
 
 
 def _is_dir(path: Path) -> bool:

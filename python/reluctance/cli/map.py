@@ -15,7 +15,7 @@ from reluctance.drive.map_file import accept_in, machine_text
 from reluctance.drive.map_machine import CONVENTIONS
 from reluctance.errors import ParameterError
 from reluctance.figures import check_figure, save_figure
-from reluctance.files import check_ending, write_together, write_whole
+from reluctance.files import check_ending, is_file, write_together, write_whole
 
 if TYPE_CHECKING:
     from reluctance.maps import FluxTable
@@ -62,10 +62,10 @@ AlignedAt = Annotated[
 Factor = Annotated[
     float,
     typer.Option(
-        "--psi_factor",
-        "--psi-factor",
+        "--turns_factor",
+        "--turns-factor",
         metavar="FACTOR",
-        help="On the file's flux linkage, as for turns in series.",
+        help="On the flux linkage alone: turns or coils in series that the file leaves out.",
     ),
 ]
 Layout = Annotated[
@@ -96,7 +96,7 @@ class Stated:
     aligned_at: float | None = None
     name: tuple[str, ...] = ()
     torque: Path | None = None
-    psi_factor: float = 1.0
+    turns_factor: float = 1.0
     i_max_A: float | None = None
     accepted: bool = False
 
@@ -116,26 +116,24 @@ def _read(file: Path, stated: Stated) -> "tuple[FluxTable, Stated]":
         names=_names(stated.name),
         **{key: getattr(stated, key) for key in CONVENTIONS},
     )
-    if not 0 < stated.psi_factor < float("inf"):
-        raise ParameterError(f"--psi_factor {stated.psi_factor:g}, need > 0")
-    return replace(table, psi=stated.psi_factor * table.psi), stated
+    if not 0 < stated.turns_factor < float("inf"):
+        raise ParameterError(f"--turns_factor {stated.turns_factor:g}, need > 0")
+    return replace(table, psi=stated.turns_factor * table.psi), stated
 
 
 def _from_machine_file(file: Path) -> tuple[Path, Stated]:
-    if not file.is_file():
+    if not is_file(file):
         raise ParameterError(f"{file}: no such file; check the path")
     machine = machine_table(file.name, file.parent)
     if machine.get("model") != "map" or not isinstance(machine.get("map"), str):
         raise ParameterError(f"{file}: need a machine with model = 'map' and map = 'FILE'")
     known: Mapping[str, Any] = {k: machine.get(k) for k in ("N_r", "i_max_A", *CONVENTIONS)}
-    factor = machine.get("psi_factor", 1.0)
     torque = machine.get("torque_map")
     names = tuple(f"{k}={v}" for k, v in machine.get("names", {}).items())
     stated = Stated(
         **known,
         name=names,
         torque=None if torque is None else Path(torque),
-        psi_factor=factor,
         accepted=bool(machine.get("accepted_because")),
     )
     return Path(machine["map"]), stated
@@ -161,7 +159,7 @@ def check(
     layout: Layout = None,
     aligned_at: AlignedAt = None,
     name: Name = None,
-    psi_factor: Factor = 1.0,
+    turns_factor: Factor = 1.0,
     torque: Torque = None,
     i_max: MaxCurrent = None,
     as_json: AsJson = False,
@@ -186,7 +184,7 @@ def check(
         aligned_at,
         tuple(name or ()),
         torque,
-        psi_factor,
+        turns_factor,
         i_max,
     )
     if repair is not None:
@@ -233,7 +231,7 @@ def fit(
     layout: Layout = None,
     aligned_at: AlignedAt = None,
     name: Name = None,
-    psi_factor: Factor = 1.0,
+    turns_factor: Factor = 1.0,
     as_json: AsJson = False,
 ) -> None:
     """Fit the Le-Huy parameters to a map, and a family with two saturating terms."""
@@ -248,7 +246,7 @@ def fit(
         layout,
         aligned_at,
         tuple(name or ()),
-        psi_factor=psi_factor,
+        turns_factor=turns_factor,
     )
     table, _ = _read(file, stated)
     simple, better = fit_lehuy(table), fit_two_term(table)
@@ -269,7 +267,7 @@ def plot(
     layout: Layout = None,
     aligned_at: AlignedAt = None,
     name: Name = None,
-    psi_factor: Factor = 1.0,
+    turns_factor: Factor = 1.0,
     torque: Torque = None,
 ) -> None:
     """Magnetisation curves, torque, incremental inductance and co-energy of a map."""
@@ -288,7 +286,7 @@ def plot(
         aligned_at,
         tuple(name or ()),
         torque,
-        psi_factor,
+        turns_factor,
     )
     table, _ = _read(file, stated)
     machine = maps.surface(table)
@@ -317,7 +315,7 @@ def import_map(
     layout: Layout = None,
     aligned_at: AlignedAt = None,
     name: Name = None,
-    psi_factor: Factor = 1.0,
+    turns_factor: Factor = 1.0,
     torque: Torque = None,
     i_max: MaxCurrent = None,
     repair: Annotated[bool, typer.Option("--repair", help="Smooth, make flux rise.")] = False,
@@ -338,7 +336,7 @@ def import_map(
         aligned_at,
         tuple(name or ()),
         torque,
-        psi_factor,
+        turns_factor,
     )
     if file.suffix.lower() == ".toml":
         raise ParameterError(f"{file} is a machine file already; import takes the table itself")

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from reluctance import _core
 from reluctance.drive.machine import MachineFile
+from reluctance.files import is_file
 
 if TYPE_CHECKING:
     from reluctance.maps import FluxTable, MapReport, Surface
@@ -90,7 +91,7 @@ def with_paths(table: dict[str, Any], folder: Path) -> dict[str, Any]:
 def _digest(path: str) -> bytes:
     """Of the content; of nothing where there is no file: reading it will say so."""
     file = Path(path)
-    return hashlib.sha256(file.read_bytes()).digest() if file.is_file() else b""
+    return hashlib.sha256(file.read_bytes()).digest() if is_file(file) else b""
 
 
 @lru_cache(maxsize=32)

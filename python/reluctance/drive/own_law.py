@@ -19,6 +19,7 @@ from reluctance.drive.control import Control
 from reluctance.drive.known import Known
 from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
+from reluctance.files import is_file
 from reluctance.units import si
 
 PREFIX = "python:"
@@ -126,7 +127,7 @@ def law_class(law: str) -> type[Law]:
     path = Path(file)
     if not file or not name.isidentifier():
         raise ParameterError(f'[control] law = {law!r}, need "python:FILE.py:CLASS"')
-    if not path.is_file():
+    if not is_file(path):
         raise ParameterError(f"[control] law = {law!r}: no such file {path}")
     spec = importlib.util.spec_from_file_location(f"reluctance_law_{path.stem}", path)
     if spec is None or spec.loader is None:

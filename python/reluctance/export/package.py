@@ -59,9 +59,9 @@ def firmware(
         the folder exists and is not empty.
     """
     folder = Path(folder)
+    check_folder(folder)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ParameterError(f"{folder} exists and is not an empty folder; name another")
-    check_folder(folder)
     tree = described(drive)
     text, fingerprint, table_bytes = parameters(tree)
     if table_bytes > flash_limit_KiB * 1024:

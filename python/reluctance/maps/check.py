@@ -153,7 +153,7 @@ def _turns(tau: Array | None, tau_W: Array) -> str | None:
     times = f"1/{whole}" if factor > 1 else f"{whole}"
     return (
         f"flux is {times} times what the torque belongs to: of another number of turns in series; "
-        f"pass --psi_factor {factor if factor > 1 else 1 / whole:.6g}"
+        f"pass --turns_factor {factor if factor > 1 else 1 / whole:.6g}"
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.io
 
 from reluctance.errors import ParameterError
+from reluctance.files import is_file
 from reluctance.maps.cells import numeric, sheet_rows, text_rows
 from reluctance.maps.conventions import settled
 from reluctance.maps.raw import Column, RawMap, chosen, column
@@ -110,7 +111,7 @@ def with_torque(raw: RawMap, other: RawMap, where: Path) -> RawMap:
 
 def _read(path: Path, names: dict[str, str], *, torque: bool = False) -> RawMap:
     """What a file says; of a file with the torque, that in the place of the flux."""
-    if not path.is_file():
+    if not is_file(path):
         raise ParameterError("no such file; check the path")
     size = path.stat().st_size
     if size == 0:

@@ -30,8 +30,8 @@ def _legend_above(ax: Axes) -> None:
 def _last(result: Result, start: float) -> Result:
     """The waveforms from `start` [s] on."""
     kept = result.t >= start
-    rows = {name: getattr(result, name)[kept] for name in ("t", "tau", "tau_ref")}
-    phases = {name: getattr(result, name)[:, kept] for name in ("i", "i_ref", "leg")}
+    rows = {name: getattr(result, name)[kept] for name in ("t", "omega_m", "tau", "tau_ref")}
+    phases = {name: getattr(result, name)[:, kept] for name in ("i", "i_ref", "leg", "tau_ph")}
     return replace(result, **rows, **phases)
 
 
@@ -48,7 +48,21 @@ def plot_torque(ax: Axes, result: Result) -> Axes:
 def plot_speed(ax: Axes, result: Result) -> Axes:
     """Speed over time."""
     ax.plot(result.t * 1e3, from_si(result.omega_m, "rpm"), lw=1.2, label="speed")
+    if result.drive.reference.kind == "speed":
+        times, speeds = result.drive.reference.course
+        asked = from_si(np.interp(result.t, times, speeds), "rpm")
+        ax.plot(result.t * 1e3, asked, "k--", lw=0.8, label="reference")
+        _legend_above(ax)
     ax.set(xlabel="time (ms)", ylabel="speed (rpm)")
+    return ax
+
+
+def plot_phase_torques(ax: Axes, result: Result) -> Axes:
+    """Torque of each phase over time."""
+    for k, tau in enumerate(result.tau_ph):
+        ax.plot(result.t * 1e3, tau, lw=0.8, label=f"phase {'abcdef'[k]}")
+    ax.set(xlabel="time (ms)", ylabel="torque of the phases (N m)")
+    _legend_above(ax)
     return ax
 
 
@@ -79,7 +93,8 @@ def plot_legs(ax: Axes, result: Result) -> Axes:
 
 
 def overview(result: Result, *, last_periods: float = 2.0) -> Figure:
-    """Torque and speed of the whole run; currents and legs of its last electrical periods.
+    """Torque and speed of the whole run; currents and legs of its last electrical periods. Where
+    the speed is held, the torques of the phases take its place.
 
     Returns
     -------
@@ -90,10 +105,14 @@ def overview(result: Result, *, last_periods: float = 2.0) -> Figure:
     FigureCanvasAgg(figure)
     torque, speed, currents, legs = figure.subplots(2, 2).flat
     plot_torque(torque, result).set_title("whole run", loc="left")
-    plot_speed(speed, result).set_title("whole run", loc="left")
     period = 2 * np.pi / result.drive.machine.N_r / max(abs(result.kpis.speed_mean), 1e-9)
     start = max(result.t[-1] - last_periods * period, 0.0)
-    for ax, plot in ((currents, plot_currents), (legs, plot_legs)):
+    late = [(currents, plot_currents), (legs, plot_legs)]
+    if np.ptp(result.omega_m) > 0:
+        plot_speed(speed, result).set_title("whole run", loc="left")
+    else:  # a held speed would fill a panel with a constant
+        late.append((speed, plot_phase_torques))
+    for ax, plot in late:
         shown = f"last {last_periods:g} periods" if start > 0 else "whole run"
         plot(ax, _last(result, start)).set_title(shown, loc="left")
         ax.set_xlim(start * 1e3, result.t[-1] * 1e3)
