@@ -18,10 +18,10 @@ from pathlib import Path
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from reluctance.figures import save_figure
 from reluctance.pumping import System, load_system, operate
 from reluctance.pumping.plots import BLUE, GREEN, ORANGE
 from reluctance.pumping.write import write_text_whole
-from reluctance.run.plots import save_figure
 
 ROOT = Path(__file__).parents[1]
 SERIES = range(4, 10)

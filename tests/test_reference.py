@@ -170,6 +170,23 @@ def test_error_falls_with_the_fourth_power_of_the_step() -> None:
     np.testing.assert_allclose(order, 4.0, atol=0.25)
 
 
+@pytest.mark.parametrize("turning", [False, True], ids=["locked", "pump"])
+@pytest.mark.parametrize("rpm", [1000, 3000, 6000, 10000])
+def test_the_default_step_is_right_to_1e_6_at_any_speed(rpm: float, turning: bool) -> None:
+    """Of peak against DOP853 with dt_max = 10 us: the step follows the speed."""
+    overrides = [f"load.speed_rpm={rpm}", "simulation.dt_max_us=10"]
+    overrides += ["load.kind='pump'", "load.k_pump_Nms2=0.0015"] if turning else []
+    drive = rl.load(EXAMPLES / "single_pulse.toml", overrides)
+    omega = rpm * np.pi / 30
+    result = rl.simulate(drive, until=3.3 * 2 * np.pi / (4 * omega))
+    plant = Plant(R=0.72, psi_m=0.468, L_d=23.62e-3, **(TURNING if turning else {}))
+    x = single_pulse(plant, result.t, omega=omega, u_dc=240.0, on=0.0, off=np.radians(110))
+    expected = [*x[:3], plant.torque(x), x[3]]
+    found = [*result.i, result.tau, result.omega_m]
+    for ours, theirs in zip(found, expected, strict=True):
+        assert np.abs(ours - theirs).max() < 1e-6 * np.abs(theirs).max()
+
+
 def hysteresis(
     plant: Plant, omega: float, *, band: tuple[float, float], off: float, dt: float
 ) -> float:

@@ -11,6 +11,7 @@ from reluctance.drive.library import machine_from, machine_table
 from reluctance.drive.map_machine import with_paths
 from reluctance.drive.mismatch import Mismatch
 from reluctance.drive.own_code import names_code, trusted
+from reluctance.drive.plausible import check_plausible
 from reluctance.drive.protection import Protection
 from reluctance.drive.schema import Section, checked, did_you_mean
 from reluctance.drive.tables import (
@@ -36,10 +37,15 @@ TABLES: dict[str, type[Section]] = {
     "mismatch": Mismatch,
 }
 OPTIONAL = {"source", "sensing", "protection", "mismatch"}
-MOST_STEPS = 1e9  # of a run; more takes a quarter of an hour at least, and is a slip of the unit
 
 
-def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = False) -> Drive:
+def load(
+    path: str | Path,
+    overrides: list[str] | None = None,
+    *,
+    trust: bool = False,
+    check_torque: bool = True,
+) -> Drive:
     """A drive from a TOML file.
 
     Parameters
@@ -54,6 +60,9 @@ def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = 
         Run the code that the file names: a law in Python (`law = "python:FILE:CLASS"`) or a
         compiled one (`law = "cpp:FILE:STRUCT"`). A drive file of unknown origin is data, and stays
         data without it.
+    check_torque : bool
+        False leaves out whether the torque reference is in reach, for a caller that asks for
+        another torque.
 
     Raises
     ------
@@ -79,7 +88,7 @@ def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = 
             _put(data, name, value, f"--set {text}")
             if name == "control.law":
                 _settle_own_law(data, Path(), trust)
-        return drive_from(data, name=path.stem)
+        return drive_from(data, name=path.stem, check_torque=check_torque)
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None
 
@@ -98,7 +107,7 @@ def with_values(drive: Drive, values: Mapping[str, Any]) -> Drive:
     return drive_from(data, name=drive.name)
 
 
-def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
+def drive_from(data: dict[str, Any], *, name: str = "drive", check_torque: bool = True) -> Drive:
     """A drive from the tables of a drive file; `machine` must be a table here."""
     for key in data:
         if key not in (known := [*TABLES, "machine", "control"]):
@@ -119,6 +128,9 @@ def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
         **sections,
     )
     _check_together(drive)
+    check_plausible(drive)
+    if check_torque and drive.reference.kind != "none":
+        _check_torque(drive)
     return drive
 
 
@@ -140,16 +152,6 @@ def _check_together(drive: Drive) -> None:
             f"[control] T_s_us = {drive.control.T_s_us:g} is not below [simulation] until_s = "
             f"{drive.simulation.until_s:g}; the controller would run once"
         )
-    until = drive.simulation.until_s
-    for name, step_us in (
-        ("[control] T_s_us", drive.control.T_s_us),
-        ("[simulation] dt_max_us", drive.simulation.dt_max_us),
-    ):
-        if until > MOST_STEPS * step_us * 1e-6:
-            raise ParameterError(
-                f"{name} = {step_us:g} is {until / step_us * 1e6:.1e} steps in until_s = "
-                f"{until:g}, need at most {MOST_STEPS:.0e}; it is in microseconds"
-            )
     if drive.converter.t_dead >= drive.control.T_s:
         raise ParameterError(
             f"[converter] dead_time_us = {drive.converter.dead_time_us:g}, need less than "
@@ -173,10 +175,12 @@ def _check_together(drive: Drive) -> None:
             if drive.reference.kind != "none"
             else "[reference] kind = 'none': the control law needs a torque or speed to follow"
         )
-    if drive.reference.kind == "none":
-        return
     if drive.reference.kind == "speed" and drive.control.tau_max_Nm is None:
         raise ParameterError("[control] missing key `tau_max_Nm`: the speed loop needs its limit")
+
+
+def _check_torque(drive: Drive) -> None:
+    """Whether the machine and the controller's own limit let the torque reference be held."""
     asked = float(np.max(np.abs(drive.reference.course[1])))
     if drive.reference.kind == "torque" and asked > drive.tau_max:
         raise ParameterError(

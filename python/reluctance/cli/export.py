@@ -8,9 +8,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from reluctance import export, load
-from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust, help_if_bare
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.cost import costs
@@ -19,7 +20,9 @@ from reluctance.export.parity import STEPS, check_parity, in_the_loop
 from reluctance.export.target import MACHINES, Cpu
 from reluctance.run.kpis import shown
 
-export_app = typer.Typer(no_args_is_help=True, help="Hand a drive over to other tools.")
+export_app = typer.Typer(
+    invoke_without_command=True, callback=help_if_bare, help="Hand a drive over to other tools."
+)
 
 CpuOption = Annotated[str, typer.Option("--cpu", help="cortex-m4 or cortex-m7, emulated.")]
 Steps = Annotated[int, typer.Option(metavar="N", min=1, help="Control steps to replay.")]
@@ -117,7 +120,7 @@ def pil(
     if as_json:
         print(json.dumps({"target": asdict(target), "desk": asdict(desk)}))
         return
-    table = Table(title=drive.name)
+    table = Table(title=Text(drive.name))
     for column in ("key figure", cpu, "desk, float"):
         table.add_column(column, justify="left" if column == "key figure" else "right")
     for (name, on_target), on_desk in zip(

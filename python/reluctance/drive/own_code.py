@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 from reluctance.errors import ParameterError
+from reluctance.files import is_file
 
 PYTHON, CPP = "python:", "cpp:"
 NOT_OF_THE_USER = ("<frozen", "site-packages", str(Path(__file__).parents[1]))  # code, by its path
@@ -85,7 +86,7 @@ def module_of(code: OwnCode) -> ModuleType:
     ParameterError
         If the file is not there or fails, with the kind of the fault.
     """
-    if not code.file.is_file():
+    if not is_file(code.file):
         raise ParameterError(f"[control] law = '{code}': no such file {code.file}")
     path, age = code.file.resolve(), code.file.stat().st_mtime_ns
     if path not in _loaded or _loaded[path][0] != age:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import re
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.constants import Node, Tables, constant, literal
 from reluctance.export.trip_levels import limits
+from reluctance.files import check_folder, make_folder, scratch, told
 from reluctance.resources import resources
 from reluctance.units import from_si
 
@@ -59,6 +59,7 @@ def firmware(
         the folder exists and is not empty.
     """
     folder = Path(folder)
+    check_folder(folder)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ParameterError(f"{folder} exists and is not an empty folder; name another")
     tree = described(drive)
@@ -71,9 +72,9 @@ def firmware(
         )
     law = tree["control"]["fields"]["law"]["type"]
     values = _values(drive, law, fingerprint)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
-        made = Path(scratch) / "package"
+    make_folder(folder.parent)
+    with told(folder), scratch(folder.parent) as place:
+        made = place / "package"
         source = resources("firmware") / "package"
         for path in sorted(p for p in source.rglob("*") if p.is_file()):
             filled = MARK.sub(lambda m: values[m[1]], path.read_text("utf-8"))

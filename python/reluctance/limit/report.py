@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reluctance import _core
 from reluctance.drive import Drive
+from reluctance.drive.plausible import corner_speed
 from reluctance.limit.envelope import Envelope, torque_speed_envelope
 from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.point import check_point, operating_point
@@ -143,16 +143,11 @@ def envelope_of(
     """
     best = limit.least_copper
     if omega_max is None:
-        omega_max = 2 * best.omega_m or 2 * _corner(limit.drive)
+        omega_max = 2 * best.omega_m or 2 * corner_speed(
+            limit.drive.machine, limit.drive.converter.u_dc_V
+        )
     speeds = np.linspace(0.0, omega_max, SPEEDS)
     return _envelope(limit.drive, speeds, best.tau_ref, progress)
-
-
-def _corner(drive: Drive) -> float:
-    """Speed [rad/s] at which u_dc moves the flux of i_max to alignment in half a period."""
-    i, theta_e = np.full(2, drive.machine.i_max_A), np.array([0.0, np.pi])
-    unaligned, aligned = _core.magnetics(drive.machine.magnetics, i, theta_e)[:, 0]
-    return float(np.pi * drive.converter.u_dc_V / (drive.machine.N_r * (aligned - unaligned)))
 
 
 def _envelope(

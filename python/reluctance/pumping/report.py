@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from reluctance.figures import embedded
 from reluctance.pumping import plots
 from reluctance.pumping.figures import remarks, with_units
 from reluctance.pumping.operate import Pumped
 from reluctance.pumping.text import rows
-from reluctance.run.plots import embedded
 
 Plot = Callable[[Axes, Pumped], Axes]
 STYLE = (

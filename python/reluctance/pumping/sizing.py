@@ -10,11 +10,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from reluctance.errors import ParameterError
+from reluctance.figures import save_figure
 from reluctance.pumping.figures import with_units
 from reluctance.pumping.operate import operate
 from reluctance.pumping.system import System
 from reluctance.pumping.write import made, write_text_whole
-from reluctance.run.plots import save_figure
 
 FIGURES = (
     "array_kWp water_m3 water_m3_per_kWp pumping_h used_of_mp eta loss_of_load_probability"

@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reluctance.errors import ParameterError
-from reluctance.files import write_whole
+from reluctance.figures import drawn as picture
+from reluctance.files import make_folder, write_together, write_whole
 from reluctance.pumping.figures import per, with_units
 from reluctance.pumping.operate import Pumped, columns
 from reluctance.pumping.report import figures, page
-from reluctance.run.plots import save_figure
 
 MOST_ROWS = 50_000  # of samples as text; more go to a .npz file
 TABLES = {"days": "D", "months": "MS", "years": "YS"}
@@ -38,11 +37,10 @@ def write(found: Pumped, folder: str | Path) -> list[Path]:
         **{f"{name}.csv": partial(_table, per(found, rule)) for name, rule in TABLES.items()},
         **_samples(found),
     }
-    for name, put in files.items():
-        write_whole(folder / name, put)
     for name, figure in drawn.items():
-        save_figure(figure, folder / f"{name}.png")
-    return [folder / name for name in (*files, *(f"{name}.png" for name in drawn))]
+        files[f"{name}.png"] = partial(_bytes, picture(figure, ".png"))
+    write_together({folder / name: put for name, put in files.items()})
+    return [folder / name for name in files]
 
 
 def made(folder: str | Path) -> Path:
@@ -53,17 +51,16 @@ def made(folder: str | Path) -> Path:
     ParameterError
         If it cannot be made.
     """
-    folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as fault:
-        raise ParameterError(f"cannot make the folder {folder}: {fault.strerror}") from None
-    return folder
+    return make_folder(Path(folder))
 
 
 def write_text_whole(path: Path, text: str) -> None:
     """Writes a text file, whole or not at all."""
     write_whole(path, partial(_text, text))
+
+
+def _bytes(content: bytes, path: Path) -> None:
+    path.write_bytes(content)
 
 
 def _text(text: str, path: Path) -> None:
