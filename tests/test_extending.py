@@ -15,7 +15,12 @@ import reluctance
 ROOT = Path(__file__).parents[1]
 OWN = ROOT / "examples" / "own_law"
 PAGE = (ROOT / "docs" / "extending.md").read_text()
-PATCHES = dict(re.findall(r"^## (A .+?)\n(?:(?!^## ).*\n)*?```diff\n(.*?)```", PAGE, re.M | re.S))
+SECTIONS = dict(part.split("\n", 1) for part in PAGE.split("\n## ")[1:])
+PATCHES = {
+    name: text.partition("```diff\n")[2].partition("```")[0]
+    for name, text in SECTIONS.items()
+    if "```diff" in text
+}
 STATED = {
     name.capitalize(): int(files)
     for name, files in re.findall(r"^\| \[(.+?)\]\(#.+?\) \| (\d) \|", PAGE, re.M)
