@@ -1,13 +1,15 @@
 # Two commands: `make run` and `make test`. Both make their own environment in .venv.
 PYTHON ?= python3
+PYTHON312 ?= python3.12
 VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := $(shell find include bindings tests/core_module python machines examples firmware -type f \
              -not -name '*.so' -not -path '*/__pycache__/*' 2>/dev/null) CMakeLists.txt pyproject.toml
 
+CLANG_FORMAT ?= clang-format
 CHECKED := python tests studies bench machines docs examples
 
-.PHONY: run test lint bench docs clean
+.PHONY: run test lint bench docs wheels clean
 
 run: $(VENV)/installed
 	@mkdir -p out
@@ -15,11 +17,14 @@ run: $(VENV)/installed
 	$(BIN)/reluctance paper --out out/paper
 
 test: $(VENV)/installed-test lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check $(CHECKED)
 	$(BIN)/ruff format --check $(CHECKED)
+	@command -v $(CLANG_FORMAT) >/dev/null || \
+	  { echo "error: no $(CLANG_FORMAT); on Debian: apt install clang-format"; exit 2; }
+	find include bindings tests examples -name '*.[ch]pp' | xargs $(CLANG_FORMAT) --dry-run -Werror
 	$(BIN)/mypy
 
 bench: $(VENV)/installed
@@ -28,6 +33,13 @@ bench: $(VENV)/installed
 docs: $(VENV)/installed-docs
 	$(BIN)/sphinx-build -W --keep-going -E -a -q -b html docs build/site
 	$(BIN)/python docs/extensions/check_links.py build/site
+
+# One wheel for this Python, and one for 3.12 and later; each is tried in an empty environment.
+wheels:
+	$(PYTHON) -m pip wheel --quiet --no-deps --wheel-dir dist .
+	.ci/installed "$$(ls -t dist/*.whl | head -1)" $(PYTHON)
+	$(PYTHON312) -m pip wheel --quiet --no-deps --wheel-dir dist -C wheel.py-api=cp312 .
+	.ci/installed "$$(ls -t dist/*abi3*.whl | head -1)" $(PYTHON312)
 
 $(VENV)/installed: $(SOURCES) | $(VENV)/made
 	$(BIN)/pip install --quiet .

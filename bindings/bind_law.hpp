@@ -46,13 +46,17 @@ using Sample = Law<srm::LeHuy<double>, 2>;
 
 /// 1 where the first field of a law is its machine, which is the setting's; else 0.
 template <template <class, int> class Law>
-inline constexpr std::size_t has_machine = requires(Sample<Law> law) { law.machine; } ? 1 : 0;
+inline constexpr std::size_t has_machine = requires(Sample<Law> law) {
+  law.machine;
+}
+? 1 : 0;
 
 /// What Python gives for field n of a law, the machine left out.
 template <template <class, int> class Law, std::size_t n>
 using GivenField = typename Given<std::remove_reference_t<
     decltype(std::tuple_element_t<n + has_machine<Law>,
-                                  decltype(field_list(std::declval<Sample<Law>&>()))>::value)>>::type;
+                                  decltype(field_list(std::declval<Sample<Law>&>()))>::value)>>::
+    type;
 
 /// Python's function that makes the controller of a law: the setting, then the fields of the law
 /// but its machine.
@@ -65,21 +69,23 @@ void bind_law(nb::module_& m, const char* name, const char* doc) {
     m.def(
         name,
         [](const Setting& setting, const GivenField<Law, n>&... value) {
-          return controller(setting, [&]<class T, int N, class M>(const M& machine,
-                                                                  srm::Tables& tables) {
-            Law<M, N> law{};
-            if constexpr (has_machine<Law> == 1) law.machine = machine;
-            const auto fields = field_list(law);
-            (srm::assign(std::get<n + has_machine<Law>>(fields).value, value, tables), ...);
-            if constexpr (requires { law.is_consistent(); }) {
-              if (!law.is_consistent()) throw std::invalid_argument("need a value for each speed");
-            }
-            return law;
-          });
+          return controller(
+              setting, [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
+                Law<M, N> law{};
+                if constexpr (has_machine<Law> == 1) law.machine = machine;
+                const auto fields = field_list(law);
+                (srm::assign(std::get<n + has_machine<Law>>(fields).value, value, tables), ...);
+                if constexpr (requires { law.is_consistent(); }) {
+                  if (!law.is_consistent())
+                    throw std::invalid_argument("need a value for each speed");
+                }
+                return law;
+              });
         },
         nb::arg("setting"), nb::kw_only(), nb::arg(std::get<n + has_machine<Law>>(list).name)...,
         doc);
-  }(std::make_index_sequence<count>());
+  }
+  (std::make_index_sequence<count>());
 }
 
 }  // namespace bound

@@ -79,15 +79,15 @@ struct Setting {
 template <class Law>
 srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
   using T = typename Law::Scalar;
-  srm::DriveControl<Law> control{.law = law,
-                                 .outer = s.outer,
-                                 .speed = {},
-                                 .pv = {},
-                                 .motion = s.tracker_bandwidth > 0 ? srm::Motion::tracked
-                                                                   : srm::Motion::measured,
-                                 .tracker = {T(s.speed.T_s), T(s.tracker_bandwidth), s.N_r()},
-                                 .comparators = s.comparators,
-                                 .t_dead = T(s.t_dead)};
+  srm::DriveControl<Law> control{
+      .law = law,
+      .outer = s.outer,
+      .speed = {},
+      .pv = {},
+      .motion = s.tracker_bandwidth > 0 ? srm::Motion::tracked : srm::Motion::measured,
+      .tracker = {T(s.speed.T_s), T(s.tracker_bandwidth), s.N_r()},
+      .comparators = s.comparators,
+      .t_dead = T(s.t_dead)};
   srm::assign(control.speed, s.speed);
   srm::assign(control.pv, s.pv);
   return control;

@@ -1,7 +1,8 @@
 // A control law in Python: what it sees, what it returns, and the controller around it.
+#include "srm/sim/called_law.hpp"
+
 #include "bindings.hpp"
 #include "srm/control/part/modulator.hpp"
-#include "srm/sim/called_law.hpp"
 
 namespace bound {
 
@@ -41,7 +42,9 @@ bool makes_sense(const Order& order) {
 template <int N>
 srm::Command<double, N> taken(const nb::object& answer) {
   const std::string need = ", need a list of " + std::to_string(N) + " Order, one a phase";
-  const auto text = [](nb::handle what) { return std::string(nb::repr(what).c_str()).substr(0, 80); };
+  const auto text = [](nb::handle what) {
+    return std::string(nb::repr(what).c_str()).substr(0, 80);
+  };
   if (!nb::isinstance<nb::sequence>(answer)) {
     refuse("step returned " + text(answer) + need);
   }
@@ -102,7 +105,8 @@ void bind_called_law(nb::module_& m) {
            "Electrical angle of phase k: 0 unaligned, pi aligned [rad].");
   auto order = nb::class_<Order>(m, "Order", "What one phase does until the next sample.");
   order.def(nb::init<>(), "All off: the leg demagnetizes.");
-  order.def_static("hold", &srm::hold<double>, nb::arg("leg"), "One leg state for the whole sample.")
+  order
+      .def_static("hold", &srm::hold<double>, nb::arg("leg"), "One leg state for the whole sample.")
       .def_static("pulse", &srm::pulse<double>, nb::arg("outside"), nb::arg("inside"),
                   nb::arg("start"), nb::arg("end"),
                   "`inside` between two instants of the sample [s], `outside` before and after.")
@@ -117,13 +121,14 @@ void bind_called_law(nb::module_& m) {
       .def("__repr__", &text_of);
   Order sample;
   srm::fields_of(sample, [&](auto... field) {
-    (order.def_prop_ro(field.name, [name = std::string(field.name)](const Order& o) {
-       nb::object value = nb::none();
-       srm::fields_of(o, [&](auto... f) {
-         ((f.name == name ? void(value = nb::cast(f.value)) : void()), ...);
-       });
-       return value;
-     }),
+    (order.def_prop_ro(field.name,
+                       [name = std::string(field.name)](const Order& o) {
+                         nb::object value = nb::none();
+                         srm::fields_of(o, [&](auto... f) {
+                           ((f.name == name ? void(value = nb::cast(f.value)) : void()), ...);
+                         });
+                         return value;
+                       }),
      ...);
   });
   m.def("controller_of", &controller_of, nb::arg("setting"), nb::arg("step"),

@@ -45,7 +45,8 @@ AnyController from_function(int n_phases, nb::callable function) {
           nb::cast<std::vector<double>>(
               (*owner)(i, y.theta_e, y.omega_m, y.u_dc, reference, y.i_source));
       if (int(rows.size()) != N * order_columns + 1) {
-        throw std::invalid_argument("need the order columns of each phase and the torque reference");
+        throw std::invalid_argument(
+            "need the order columns of each phase and the torque reference");
       }
       srm::Orders<N> orders;
       orders.tau_ref = *srm::read_columns(orders.command, rows.data());

@@ -62,9 +62,8 @@ nb::object described(const V& value) {
   nb::dict node;
   if constexpr (srm::Listed<V>) {
     nb::dict fields;
-    srm::fields_of(value, [&](auto... field) {
-      ((fields[field.name] = described(field.value)), ...);
-    });
+    srm::fields_of(value,
+                   [&](auto... field) { ((fields[field.name] = described(field.value)), ...); });
     node["type"] = type_name(value);
     node["fields"] = fields;
   } else if constexpr (std::is_enum_v<V>) {

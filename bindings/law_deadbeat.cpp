@@ -4,7 +4,8 @@
 namespace bound {
 
 void bind_deadbeat(nb::module_& m) {
-  bind_law<srm::Deadbeat>(m, "deadbeat", "The duty cycle that brings each phase to its shared torque in one sample.");
+  bind_law<srm::Deadbeat>(
+      m, "deadbeat", "The duty cycle that brings each phase to its shared torque in one sample.");
 }
 
 }  // namespace bound

@@ -4,7 +4,10 @@
 namespace bound {
 
 void bind_edge_mpc(nb::module_& m) {
-  bind_law<srm::EdgeMpc>(m, "edge_mpc", "Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; psi_slack: most that a phase may leave it, at each of its speeds [Wb].");
+  bind_law<srm::EdgeMpc>(
+      m, "edge_mpc",
+      "Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; "
+      "psi_slack: most that a phase may leave it, at each of its speeds [Wb].");
 }
 
 }  // namespace bound

@@ -4,7 +4,10 @@
 namespace bound {
 
 void bind_finite_set_mpc(nb::module_& m) {
-  bind_law<srm::FiniteSetMpc>(m, "finite_set_mpc", "Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of the distance to it, at each of its speeds [N^2 m^2/Wb^2].");
+  bind_law<srm::FiniteSetMpc>(
+      m, "finite_set_mpc",
+      "Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of "
+      "the distance to it, at each of its speeds [N^2 m^2/Wb^2].");
 }
 
 }  // namespace bound

@@ -11,7 +11,8 @@ using PaperMpc = srm::PaperMpc<M, N, Np_max, Nc_max>;
 void bind_paper_mpc(nb::module_& m) {
   m.attr("N_p_max") = Np_max;
   m.attr("N_c_max") = Nc_max;
-  bind_law<PaperMpc>(m, "paper_mpc", "Predictive controller of current references. guide: phase current [A].");
+  bind_law<PaperMpc>(m, "paper_mpc",
+                     "Predictive controller of current references. guide: phase current [A].");
 }
 
 }  // namespace bound

@@ -59,14 +59,16 @@ std::vector<V> copied(const srm::View<V>& view) {
 }  // namespace
 
 void bind_machine(nb::module_& m) {
-  auto lehuy = nb::class_<LeHuy>(m, "LeHuy", "Analytic machine of Le-Huy and Brunelle (IECON 2005).");
-  lehuy.def(nb::new_([](int N_r, double L_u, double L_a, double L_sat, double i_m, double psi_m) {
-              return LeHuy{srm::lehuy<double>(N_r, L_u, L_a, L_sat, i_m, psi_m), nullptr};
-            }),
-            nb::kw_only(), nb::arg("N_r"), nb::arg("L_u"), nb::arg("L_a"), nb::arg("L_sat"),
-            nb::arg("i_m"), nb::arg("psi_m"),
-            "From unaligned and unsaturated aligned inductance, saturated slope [H] and one point "
-            "(i_m, psi_m) of the aligned curve [A, Wb].")
+  auto lehuy =
+      nb::class_<LeHuy>(m, "LeHuy", "Analytic machine of Le-Huy and Brunelle (IECON 2005).");
+  lehuy
+      .def(nb::new_([](int N_r, double L_u, double L_a, double L_sat, double i_m, double psi_m) {
+             return LeHuy{srm::lehuy<double>(N_r, L_u, L_a, L_sat, i_m, psi_m), nullptr};
+           }),
+           nb::kw_only(), nb::arg("N_r"), nb::arg("L_u"), nb::arg("L_a"), nb::arg("L_sat"),
+           nb::arg("i_m"), nb::arg("psi_m"),
+           "From unaligned and unsaturated aligned inductance, saturated slope [H] and one point "
+           "(i_m, psi_m) of the aligned curve [A, Wb].")
       .def_prop_ro("N_r", [](const LeHuy& m) { return m.value.N_r; })
       .def_prop_ro("L_u", [](const LeHuy& m) { return m.value.L_u; })
       .def_prop_ro("L_sat", [](const LeHuy& m) { return m.value.L_sat; })
@@ -102,14 +104,12 @@ void bind_machine(nb::module_& m) {
           },
           nb::rv_policy::move, "Shape (n_i, n_theta + 3, 5) [J/A^p].")
       .def_prop_ro(
-          "pieces",
-          [](const Map& m) { return nb::bytes(m.value.piece.data, m.value.piece.size); },
+          "pieces", [](const Map& m) { return nb::bytes(m.value.piece.data, m.value.piece.size); },
           "Piece of each current slot, one byte a slot.")
       .def("magnetics", &magnetics, nb::arg("i"), nb::arg("theta_e"), columns)
       .def("current", &current, nb::arg("psi"), nb::arg("theta_e"), nb::arg("i_max"),
            "Current in [0, i_max] at flux psi and angle theta_e, shape (n,) [A].");
-  m.def("magnetics", &magnetics, nb::arg("machine"), nb::arg("i"), nb::arg("theta_e"),
-        columns);
+  m.def("magnetics", &magnetics, nb::arg("machine"), nb::arg("i"), nb::arg("theta_e"), columns);
 }
 
 }  // namespace bound

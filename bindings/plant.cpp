@@ -8,8 +8,9 @@ void bind_plant(nb::module_& m) {
   nb::enum_<srm::Rotation>(m, "Rotation")
       .value("locked", srm::Rotation::locked)
       .value("turning", srm::Rotation::turning);
-  bind_struct<srm::Course>(m, "Course", "A quantity over time: linear between points, two points at "
-                                        "the same time make a step. Times in s.");
+  bind_struct<srm::Course>(m, "Course",
+                           "A quantity over time: linear between points, two points at "
+                           "the same time make a step. Times in s.");
   bind_struct<srm::StiffSource>(m, "StiffSource", "A dc link that holds its voltage [V].");
   bind_struct<srm::Battery>(m, "Battery",
                             "Open-circuit voltage [V] behind R [ohm], dc-link capacitor C [F].");
@@ -38,9 +39,12 @@ void bind_plant(nb::module_& m) {
   bind_struct<srm::Sampling>(m, "Sampling", "Sensors and timing of the controller.");
   bind_struct<srm::Scale>(m, "Scale", "Currents [A] and voltages [V] that matter.");
   bind_struct<srm::Resolution>(m, "Resolution", "How finely a run is computed and kept.");
-  m.def("n_switches", [](const srm::Bridge& bridge, int n_phases) {
+  m.def(
+      "n_switches",
+      [](const srm::Bridge& bridge, int n_phases) {
         return std::visit([&](const auto& b) { return b.n_switches(n_phases); }, bridge);
-      }, nb::arg("bridge"), nb::arg("n_phases"), "Switches of a bridge.");
+      },
+      nb::arg("bridge"), nb::arg("n_phases"), "Switches of a bridge.");
 }
 
 }  // namespace bound

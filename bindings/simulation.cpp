@@ -1,6 +1,8 @@
 // The closed loop for Python: built once, advanced in slices, its tables emptied in between.
 #include "srm/sim/simulation.hpp"
 
+#include <nanobind/stl/tuple.h>
+
 #include <functional>
 
 #include "bindings.hpp"
@@ -17,6 +19,8 @@ constexpr int period_rows = 1000;
 
 class AnySimulation {
  public:
+  using State = std::tuple<std::vector<double>, double, double, double>;
+
   AnySimulation(const AnyMachine& machine, int n_phases, double R, const srm::Source& source,
                 const srm::Bridge& bridge, const srm::Shaft& shaft, double t_dead,
                 const srm::Sampling& sampling, const AnyController& controller,
@@ -38,6 +42,11 @@ class AnySimulation {
               return loop->advance(t, w, p);
             };
             record_ = [loop](srm::Rows& w) { loop->record(w); };
+            steps_ = [loop] { return loop->steps(); };
+            state_ = [loop] {
+              const srm::State<N>& x = loop->state();
+              return State{{x.i.begin(), x.i.end()}, x.omega_m, x.theta_m, x.u_dc};
+            };
             close_period_ = [loop](srm::Rows& p) { loop->close_period(p); };
           },
           machine);
@@ -45,6 +54,8 @@ class AnySimulation {
   }
 
   double advance(double t_stop) { return advance_(t_stop, *waveforms_, *periods_); }
+  long steps() const { return steps_(); }
+  State state() const { return state_(); }
   void record() { record_(*waveforms_); }
   void close_period() { close_period_(*periods_); }
   Table take_waveforms() { return take(*waveforms_); }
@@ -60,6 +71,8 @@ class AnySimulation {
 
   std::function<double(double, srm::Rows&, srm::Rows&)> advance_;
   std::function<void(srm::Rows&)> record_, close_period_;
+  std::function<long()> steps_;
+  std::function<State()> state_;
   std::unique_ptr<srm::Rows> waveforms_, periods_;
   std::shared_ptr<const void> memory_;  // of the machine's tables
 };
@@ -76,7 +89,11 @@ void bind_simulation(nb::module_& m) {
            nb::arg("controller"), nb::arg("reference"), nb::arg("theta_m"), nb::arg("resolution"))
       .def("advance", &AnySimulation::advance, nb::arg("t_stop"),
            nb::call_guard<nb::gil_scoped_release>(),
-           "Runs to t_stop [s] or until a table is full; returns the time reached.")
+           "Runs to t_stop [s], or until a table is full or many steps are taken; returns the time "
+           "reached.")
+      .def_prop_ro("steps", &AnySimulation::steps, "Integration steps taken so far.")
+      .def("state", &AnySimulation::state,
+           "Currents of the phases [A], speed [rad/s], rotor angle [rad], dc-link voltage [V].")
       .def("record", &AnySimulation::record, "Adds the present instant to the waveforms.")
       .def("close_period", &AnySimulation::close_period,
            "Adds the integrals so far to the periods.")
@@ -88,8 +105,7 @@ void bind_simulation(nb::module_& m) {
   m.def(
       "waveform_columns",
       [](int n_phases) {
-        return with_phases(n_phases,
-                           []<int N>() { return srm::column_names(srm::Waveform<N>{}); });
+        return with_phases(n_phases, []<int N>() { return srm::column_names(srm::Waveform<N>{}); });
       },
       nb::arg("n_phases"), "Names of the columns of a waveform row.");
   m.def(

@@ -78,8 +78,8 @@ class Published:
         reference: float,
         i_source: float,
     ) -> list[float]:
-        """One sample, at 10 us. Returns 15 numbers a phase, of which the leg alone matters here,
-        and the torque reference."""
+        """One sample, at 10 us. Returns the ORDER_COLUMNS of each phase, of which the leg alone
+        matters, and the torque reference."""
         error = reference - omega_m
         tau = K_P * error + K_I * self.integral
         if not ((tau >= TAU_MAX and error >= 0) or (tau <= 0 and error <= 0)):
@@ -92,7 +92,7 @@ class Published:
             i_ref = current(share(theta) * tau, theta)
             legs.append(1 if i[k] < i_ref - I_BAND else -1 if i[k] > i_ref + I_BAND else last)
         self.legs = tuple(legs)
-        orders = [number for leg in legs for number in (0, *5 * [leg], 0, *8 * [0.0])]
+        orders = [number for leg in legs for number in (*5 * [leg], *10 * [0.0])]
         return [*orders, tau]
 
 

@@ -23,7 +23,7 @@ import reluctance as rl
 from reluctance.run.kpis import definite
 
 ROOT = Path(__file__).parents[1]
-EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
+EXAMPLES = sorted(p for p in (ROOT / "examples").glob("*.toml") if "[site]" not in p.read_text())
 LEFT_OUT = ("wall_s_per_sim_s", "control_period_s", "energy_residual")  # of the computer, or zero
 LIMIT = {"i_rms_A": "limit_i_rms_A", "p_cu_W": "limit_p_cu_W"}
 LAWS = {
@@ -50,6 +50,7 @@ def row(path: Path) -> dict[str, float | str | None]:
     kpis = rl.simulate(drive, record=None).kpis.with_units()
     kept = {name: value for name, value in kpis.items() if name not in LEFT_OUT}
     held = drive.load.kind == "locked" and drive.reference.kind == "torque"
+    held = held and drive.converter.bridge == "asymmetric"  # else there is no limit
     return {"example": path.stem, **kept, **(limit(path) if held else {})}
 
 

@@ -272,7 +272,7 @@ def test_no_law_knows_more_of_the_plant_than_its_measurements(rated, samples, na
 
 
 def test_control_headers_include_nothing_of_plant_or_simulation():
-    headers = sorted((ROOT / "include" / "srm" / "control").glob("*.hpp"))
+    headers = sorted((ROOT / "include" / "srm" / "control").rglob("*.hpp"))
     assert len(headers) > 10
     for header in headers:
         for folder in re.findall(r'#include "srm/(\w+)/', header.read_text()):

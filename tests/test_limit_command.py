@@ -23,7 +23,11 @@ from reluctance.limit import (
     text,
 )
 
-EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.toml"))
+EXAMPLES = sorted(
+    p
+    for p in (Path(__file__).parents[1] / "examples").glob("*.toml")
+    if not any(word in p.read_text() for word in ("[site]", "shared_switch"))  # none, or no limit
+)
 RATED = next(path for path in EXAMPLES if path.name == "paper_rated.toml")
 PUMP = RATED.with_name("paper_pump.toml")
 

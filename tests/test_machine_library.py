@@ -202,8 +202,9 @@ def test_the_sampled_machine_runs_like_the_analytic_one(paper_map, law):
     exact, sampled = (
         rl.simulate(drive_from(tables(m, law, **changes)), record=None).kpis for m in paper_map
     )
+    residues = ("energy_residual", "torque_drift", "wall_s_per_sim_s")  # near zero, or of the clock
     for name, value in sampled.with_units().items():
-        if name not in ("energy_residual", "wall_s_per_sim_s"):
+        if value is not None and name not in residues:
             assert value == pytest.approx(exact.with_units()[name], rel=5e-3), name
     assert abs(sampled.energy_residual) < 1e-6
 

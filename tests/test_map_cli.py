@@ -176,7 +176,7 @@ FAULTS = [
     (["check", "FE", "--N_r", 6, "--i_max_A", -1], "i_max = -1 A, need > 0"),
     (["check", ROOT / "machines/paper_6_4.toml"], "need a machine with model = 'map'"),
     (["check", ROOT / "machines/guc_linear_6_4.toml", "--N_r", 4], "stand in it"),
-    (["plot", "FE", "--N_r", 6, "--out", "x.pdf"], "need one of .png, .svg"),
+    (["plot", "FE", "--N_r", 6, "--out", "x.gif"], "need one of .html, .pdf, .png, .svg"),
     (["import", "FE", "--N_r", 6, *WINDING, "--out", "x.csv"], "need one of .toml"),
     (["import", "FE", "--N_r", 6, *WINDING, "--out", "no/x.toml"], "does not exist"),
     (["import", "FE", "--N_r", 6, *WINDING[:3], -2, *WINDING[4:], "--out", "x.toml"], "R_ohm = -2"),

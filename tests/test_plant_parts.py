@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
+from reluctance.export.package import firmware
+from reluctance.limit.point import operating_point
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -34,13 +36,14 @@ def test_a_battery_sags_by_what_it_delivers() -> None:
 
 
 def test_the_capacitor_takes_the_ripple_of_the_bridge() -> None:
-    """Ten times the capacitance, a tenth of the voltage ripple."""
+    """Ten times the capacitance, a tenth of the voltage ripple, where R C is long against a stroke
+    and the battery can take no part in it."""
     drive = rl.load(EXAMPLES / "battery.toml")
     ripple = []
-    for C_uF in (1000.0, 10000.0):
-        k = rl.simulate(drive.with_values({"source.C_uF": C_uF}), until=0.4, record=None).kpis
+    for C_uF in (20e3, 200e3):
+        k = rl.simulate(drive.with_values({"source.C_uF": C_uF}), until=0.5, record=None).kpis
         ripple.append(k.u_dc_max - k.u_dc_min)
-    assert ripple[0] / ripple[1] == pytest.approx(10, rel=0.3)
+    assert ripple[0] / ripple[1] == pytest.approx(10, rel=0.2)
 
 
 def test_a_rectifier_takes_nothing_back() -> None:
@@ -124,8 +127,8 @@ def test_a_shared_switch_has_fewer_switches_and_longer_tails() -> None:
     for drive in (own, shared):
         result = rl.simulate(drive, record=20e-6)
         theta_e = np.degrees(drive.machine.N_r * result.theta_m) % 360
-        tails.append(result.i[0][(theta_e > 150) & (theta_e < 180)].mean())
-    assert tails[1] > 1.2 * tails[0] > 0
+        tails.append(result.i[0][(theta_e > 112) & (theta_e < 128)].mean())
+    assert tails[1] > 1.3 * tails[0] > 0
 
 
 def test_drops_of_a_shared_switch_carry_the_sum_of_the_currents() -> None:
@@ -158,3 +161,11 @@ def test_drops_of_a_shared_switch_carry_the_sum_of_the_currents() -> None:
 def test_a_part_that_cannot_be_meant_is_refused(override: str, says: str) -> None:
     with pytest.raises(rl.ParameterError, match=says):
         rl.load(EXAMPLES / "sharing_cubic.toml", [override])
+
+
+def test_what_does_not_cover_a_shared_switch_says_so(tmp_path: Path) -> None:
+    drive = rl.load(EXAMPLES / "shared_switch.toml")
+    with pytest.raises(rl.ParameterError, match="bridge = 'shared_switch' cannot be exported"):
+        firmware(drive, tmp_path / "package")
+    with pytest.raises(rl.ParameterError, match="need bridge = 'asymmetric'"):
+        operating_point(drive)

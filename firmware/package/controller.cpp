@@ -58,9 +58,9 @@ void reluctance_init(reluctance_controller* controller) { ::new (controller) Sta
 
 void reluctance_reset(reluctance_controller* controller) { reluctance_init(controller); }
 
-reluctance_status reluctance_step(reluctance_controller* controller,
-                                  const reluctance_measurement* measurement, float reference,
-                                  reluctance_command* command) {
+[[gnu::flatten]] reluctance_status reluctance_step(reluctance_controller* controller,
+                                                   const reluctance_measurement* measurement,
+                                                   float reference, reluctance_command* command) {
   State& x = state_of(controller);
   const auto& given = *std::launder(reinterpret_cast<const Measurement*>(measurement));
   const Measurement& y = judged<control.motion>(given, x);

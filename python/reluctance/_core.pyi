@@ -78,6 +78,11 @@ class LeHuy:
     @property
     def B(self) -> float: ...
 
+    def magnetics(self, i: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+        """
+        Columns psi [Wb], W_c [J], tau [N m], L_inc [H], psi_theta [Wb/rad], shape (n, 5), at n currents [A] and electrical angles [rad] of one phase.
+        """
+
 class FluxMap:
     """
     Measured or computed machine: one co-energy spline over current and angle.
@@ -115,6 +120,11 @@ class FluxMap:
     @property
     def pieces(self) -> bytes:
         """Piece of each current slot, one byte a slot."""
+
+    def magnetics(self, i: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+        """
+        Columns psi [Wb], W_c [J], tau [N m], L_inc [H], psi_theta [Wb/rad], shape (n, 5), at n currents [A] and electrical angles [rad] of one phase.
+        """
 
     def current(self, psi: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], i_max: float) -> NDArray[numpy.float64]:
         """Current in [0, i_max] at flux psi and angle theta_e, shape (n,) [A]."""
@@ -306,7 +316,18 @@ class Simulation:
     def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, controller: Controller, reference: Course, theta_m: float, resolution: Resolution) -> None: ...
 
     def advance(self, t_stop: float) -> float:
-        """Runs to t_stop [s] or until a table is full; returns the time reached."""
+        """
+        Runs to t_stop [s], or until a table is full or many steps are taken; returns the time reached.
+        """
+
+    @property
+    def steps(self) -> int:
+        """Integration steps taken so far."""
+
+    def state(self) -> tuple[list[float], float, float, float]:
+        """
+        Currents of the phases [A], speed [rad/s], rotor angle [rad], dc-link voltage [V].
+        """
 
     def record(self) -> None:
         """Adds the present instant to the waveforms."""

@@ -1,7 +1,9 @@
-"""Files: read TOML, check an ending, write whole or not at all, write a table of columns."""
+"""Files: read TOML, check where a result goes, write whole or not at all, write a table."""
 
 import os
-from collections.abc import Callable, Collection, Mapping
+import shutil
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,10 @@ from numpy.typing import NDArray
 from reluctance.errors import ParameterError
 
 Columns = Mapping[str, NDArray[np.float64]]
+LONGEST_LINE = 1000  # of an error: a name from a file may have any length
+MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
+
+_unfinished: set[Path] = set()  # what `remove_unfinished` clears away when the process is ended
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -24,11 +30,29 @@ def read_toml(path: Path) -> dict[str, Any]:
     import tomllib  # here, as tempfile below: a tenth of the import time of the package
 
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise ParameterError(f"cannot read {path}: {fault.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise ParameterError(f"{path} is not valid TOML: {fault}") from None
+        with path.open("rb") as file:
+            content = file.read(MAX_TOML_BYTES + 1)
+    except (OSError, ValueError) as fault:  # ValueError: a zero byte in the name
+        raise ParameterError(f"cannot read {path}: {_why(fault)}") from None
+    if len(content) > MAX_TOML_BYTES:
+        raise ParameterError(
+            f"{path} has more than {MAX_TOML_BYTES / 1e6:g} MB, need a TOML file of some kilobytes"
+        )
+    try:
+        return tomllib.loads(content.decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as fault:
+        raise ParameterError(f"{path} is not valid TOML: {one_line(fault)}") from None
+
+
+def one_line(fault: object) -> str:
+    """What an error of another library says, on one line that a terminal can show."""
+    text = " ".join(str(fault).split())
+    text = "".join(c if c.isprintable() else "?" for c in text)
+    return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 4]} ..."
+
+
+def _why(fault: Exception) -> str:
+    return getattr(fault, "strerror", None) or one_line(fault)
 
 
 def toml_value(text: str) -> Any:
@@ -42,29 +66,117 @@ def toml_value(text: str) -> Any:
 
 
 def check_ending(path: Path, endings: Collection[str]) -> str:
-    """The ending of a path, if it is one of these and its folder exists."""
+    """The ending of a path, if it is one of these and a file could be put there."""
     ending = path.suffix.lower()
     if ending not in endings:
         told = f"ending `{ending}`" if ending else "no ending"
         raise ParameterError(f"{path}: {told}, need one of {', '.join(sorted(endings))}")
-    if not path.absolute().parent.is_dir():
-        raise ParameterError(f"{path}: the folder {path.parent} does not exist; make it first")
+    check_place(path)
     return ending
 
 
-def write_whole(path: Path, write: Callable[[Path], None]) -> None:
-    """Lets `write` fill a temporary file beside `path`, then puts it in place in one step."""
+def check_place(path: Path) -> None:
+    """Raises ParameterError where a file could not be put: before the work, not after it."""
+    folder = path.absolute().parent
+    if not _is_dir(folder):
+        raise ParameterError(f"{path}: the folder {path.parent} does not exist; make it first")
+    if _is_dir(path):
+        raise ParameterError(f"{path} is a folder, need a file; choose another name")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ParameterError(f"{path}: no right to write in {folder}; choose another folder")
+
+
+def check_folder(folder: Path) -> None:
+    """Raises ParameterError where a folder could not be made, or not be written to."""
+    there = folder.absolute()
+    while not _exists(there):
+        there = there.parent
+    if not there.is_dir():
+        raise ParameterError(f"{folder}: {there} is a file, need a folder; choose another --out")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise ParameterError(f"{folder}: no right to write in {there}; choose another --out")
+
+
+def make_folder(folder: Path) -> Path:
+    """The folder, made where it does not exist, with those above it."""
+    check_folder(folder)
+    with told(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@contextmanager
+def told(path: Path) -> Iterator[None]:
+    """What goes wrong with the disk while `path` is written, as one line."""
+    try:
+        yield
+    except OSError as fault:
+        why = os.strerror(fault.errno) if fault.errno else one_line(fault)
+        raise ParameterError(
+            f"cannot write {path}: {why}; nothing is left half-written, choose another place"
+        ) from None
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Lets `write` fill a temporary file beside `path`, then puts it in place in one step.
+
+    Raises
+    ------
+    ParameterError
+        If the disk does not take it; then `path` is as it was.
+    """
+    write_together({path: write})
+
+
+def write_together(files: Mapping[Path, Callable[[Path], object]]) -> None:
+    """Several files that belong together, like `write_whole`: all are full before one appears."""
+    full: dict[Path, Path] = {}
+    try:
+        for path, write in files.items():
+            check_place(path)
+            with told(path):
+                full[path] = _temporary(path)
+                write(full[path])
+                os.chmod(full[path], 0o666 & ~_umask())
+        for path, temporary in full.items():
+            with told(path):
+                os.replace(temporary, path)
+    finally:
+        for temporary in full.values():
+            temporary.unlink(missing_ok=True)
+            _unfinished.discard(temporary)
+
+
+def _temporary(path: Path) -> Path:
+    """An empty file beside `path`, with its ending."""
     import tempfile
 
     handle, name = tempfile.mkstemp(dir=path.absolute().parent, suffix=path.suffix)
     os.close(handle)
-    try:
-        write(Path(name))
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+    _unfinished.add(Path(name))
+    return Path(name)
+
+
+@contextmanager
+def scratch(folder: Path | None = None) -> Iterator[Path]:
+    """A folder that is gone afterwards, in `folder` or where the system keeps such."""
+    import tempfile
+
+    with tempfile.TemporaryDirectory(dir=folder) as name:
+        _unfinished.add(Path(name))
+        try:
+            yield Path(name)
+        finally:
+            _unfinished.discard(Path(name))
+
+
+def remove_unfinished() -> None:
+    """Clears temporary files and folders away: for a process that is being ended."""
+    for path in list(_unfinished):
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -74,6 +186,28 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
     write_whole(path, write)
+
+
+def is_file(path: Path) -> bool:
+    """Whether a path names a file; a name that no file can have names none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # too long, or with a zero byte
+        return False
+
+
+def _is_dir(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):  # a name that is too long, or has a zero byte
+        return False
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists() or path == path.parent
+    except (OSError, ValueError):
+        return False
 
 
 def _umask() -> int:

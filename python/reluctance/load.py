@@ -10,7 +10,8 @@ from reluctance.drive import Drive
 from reluctance.drive.library import machine_from, machine_table
 from reluctance.drive.map_machine import with_paths
 from reluctance.drive.mismatch import Mismatch
-from reluctance.drive.own_law import PREFIX
+from reluctance.drive.own_code import names_code, trusted
+from reluctance.drive.plausible import check_plausible
 from reluctance.drive.protection import Protection
 from reluctance.drive.pv_control import PvControl
 from reluctance.drive.pv_source import cold_voltage
@@ -39,10 +40,15 @@ TABLES: dict[str, type[Section]] = {
     "pv_control": PvControl,
 }
 OPTIONAL = {"source", "sensing", "protection", "mismatch", "pv_control"}
-MOST_STEPS = 1e9  # of a run; more takes a quarter of an hour at least, and is a slip of the unit
 
 
-def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = False) -> Drive:
+def load(
+    path: str | Path,
+    overrides: list[str] | None = None,
+    *,
+    trust: bool = False,
+    check_torque: bool = True,
+) -> Drive:
     """A drive from a TOML file.
 
     Parameters
@@ -54,8 +60,12 @@ def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = 
         `section.key=value` with the value as in TOML; bare words are text; no value removes the
         key. `machine=...` takes a name from the library or a path.
     trust : bool
-        Run the code that the file names: a law in Python (`law = "python:FILE:CLASS"`). A drive
-        file of unknown origin is data, and stays data without it.
+        Run the code that the file names: a law in Python (`law = "python:FILE:CLASS"`) or a
+        compiled one (`law = "cpp:FILE:STRUCT"`). A drive file of unknown origin is data, and stays
+        data without it.
+    check_torque : bool
+        False leaves out whether the torque reference is in reach, for a caller that asks for
+        another torque.
 
     Raises
     ------
@@ -74,13 +84,15 @@ def load(path: str | Path, overrides: list[str] | None = None, *, trust: bool = 
         data["machine"] = machine_table(data["machine"], path.parent)
     elif isinstance(data.get("machine"), dict):
         data["machine"] = with_paths(data["machine"], path.parent)
-    for text in overrides or []:
-        name, value = _parsed(text)
-        _put(data, name, value, f"--set {text}")
     try:
         _settle_own_law(data, path.parent, trust)
+        for text in overrides or []:
+            name, value = _parsed(text)
+            _put(data, name, value, f"--set {text}")
+            if name == "control.law":
+                _settle_own_law(data, Path(), trust)
         _settle_pump(data, path.parent)
-        return drive_from(data, name=path.stem)
+        return drive_from(data, name=path.stem, check_torque=check_torque)
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None
 
@@ -99,7 +111,7 @@ def with_values(drive: Drive, values: Mapping[str, Any]) -> Drive:
     return drive_from(data, name=drive.name)
 
 
-def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
+def drive_from(data: dict[str, Any], *, name: str = "drive", check_torque: bool = True) -> Drive:
     """A drive from the tables of a drive file; `machine` must be a table here."""
     for key in data:
         if key not in (known := [*TABLES, "machine", "control"]):
@@ -120,20 +132,16 @@ def drive_from(data: dict[str, Any], *, name: str = "drive") -> Drive:
         **sections,
     )
     _check_together(drive)
+    check_plausible(drive)
+    if check_torque and drive.reference.kind != "none":
+        _check_torque(drive)
     return drive
 
 
 def _settle_own_law(data: dict[str, Any], folder: Path, trust: bool) -> None:
-    """The file of a law in Python, relative to the drive file, if its code may run."""
-    law = _law(data)
-    if not (isinstance(law, str) and law.startswith(PREFIX)):
-        return
-    if not trust:
-        raise ParameterError(
-            f"[control] law = {law!r} is code that would run; if you trust it, say so with "
-            "--trust or load(..., trust=True)"
-        )
-    data["control"]["law"] = PREFIX + str(folder / law.removeprefix(PREFIX))
+    """A law that is code: its file relative to a folder, if it may run."""
+    if names_code(law := _law(data)):
+        data["control"]["law"] = trusted(str(law), folder, trust)
 
 
 def _settle_pump(data: dict[str, Any], folder: Path) -> None:
@@ -148,8 +156,8 @@ def _check_together(drive: Drive) -> None:
     """What no table can know alone."""
     if drive.reference.kind in ("speed", "pv") and drive.load.kind == "locked":
         raise ParameterError(
-            f"[reference] kind = {drive.reference.kind!r} with [load] kind = 'locked': the shaft cannot follow; "
-            "use another load or a torque reference"
+            f"[reference] kind = {drive.reference.kind!r} with [load] kind = 'locked': the shaft "
+            "cannot follow; use another load or a torque reference"
         )
     _check_array(drive)
     if drive.control.T_s >= drive.simulation.until_s:
@@ -157,16 +165,6 @@ def _check_together(drive: Drive) -> None:
             f"[control] T_s_us = {drive.control.T_s_us:g} is not below [simulation] until_s = "
             f"{drive.simulation.until_s:g}; the controller would run once"
         )
-    until = drive.simulation.until_s
-    for name, step_us in (
-        ("[control] T_s_us", drive.control.T_s_us),
-        ("[simulation] dt_max_us", drive.simulation.dt_max_us),
-    ):
-        if until > MOST_STEPS * step_us * 1e-6:
-            raise ParameterError(
-                f"{name} = {step_us:g} is {until / step_us * 1e6:.1e} steps in until_s = "
-                f"{until:g}, need at most {MOST_STEPS:.0e}; it is in microseconds"
-            )
     if drive.converter.t_dead >= drive.control.T_s:
         raise ParameterError(
             f"[converter] dead_time_us = {drive.converter.dead_time_us:g}, need less than "
@@ -190,10 +188,12 @@ def _check_together(drive: Drive) -> None:
             if drive.reference.kind != "none"
             else "[reference] kind = 'none': the control law needs a torque or speed to follow"
         )
-    if drive.reference.kind == "none":
-        return
     if drive.reference.kind in ("speed", "pv") and drive.control.tau_max_Nm is None:
         raise ParameterError("[control] missing key `tau_max_Nm`: the speed loop needs its limit")
+
+
+def _check_torque(drive: Drive) -> None:
+    """Whether the machine and the controller's own limit let the torque reference be held."""
     asked = float(np.max(np.abs(drive.reference.course[1])))
     if drive.reference.kind == "torque" and asked > drive.tau_max:
         raise ParameterError(
@@ -247,10 +247,11 @@ def _law(data: dict[str, Any]) -> object:
 
 
 def _keep_known(control: dict[str, Any]) -> None:
-    """Drops the keys of [control] that its law does not have."""
+    """Drops the keys of [control] that its law does not have; those of a law of one's own are
+    given after it."""
     law = control.get("law")
-    if law in LAWS:
-        for key in set(control) - set(LAWS[law].model_fields):
+    if law in LAWS or names_code(law):
+        for key in set(control) - set(table_of(law).model_fields):
             del control[key]
 
 

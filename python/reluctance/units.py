@@ -64,7 +64,7 @@ def from_si(value: Value, unit: str | None) -> Value:
 def si(table: Mapping[str, Any]) -> dict[str, Any]:
     """The values of a table in SI, under their names without the unit.
 
-    Lists are converted element by element. Whole numbers, truth values, text and None stay.
+    Lists are converted element by element. Truth values, text and None stay.
 
     Examples
     --------
@@ -81,7 +81,8 @@ def si(table: Mapping[str, Any]) -> dict[str, Any]:
 def _converted(value: Any, unit: str | None) -> Any:
     if isinstance(value, list | tuple):
         return [_converted(v, unit) for v in value]
-    return to_si(value, unit) if unit and isinstance(value, float) else value
+    number = isinstance(value, float | int) and not isinstance(value, bool)
+    return to_si(float(value), unit) if unit and number else value
 
 
 def hertz(text: str) -> float:

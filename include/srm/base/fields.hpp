@@ -7,7 +7,8 @@
 //     SRM_FIELDS(K_p, K_i)
 //   };
 //
-// The list must name every member in its order: `fields_of` refuses to compile where one is missing.
+// The list must name every member in its order: `fields_of` refuses to compile where one is
+// missing.
 #pragma once
 
 #include <utility>
@@ -25,7 +26,9 @@ Field(const char*, V&) -> Field<V>;
 
 /// A struct with a field list.
 template <class S>
-concept Listed = requires(S& s) { S::fields(s, [](auto...) {}); };
+concept Listed = requires(S& s) {
+  S::fields(s, [](auto...) {});
+};
 
 namespace detail {
 
@@ -34,11 +37,12 @@ struct Anything {  // converts to the type of any member
   constexpr operator V() const;
 };
 
+// clang-format off: release 14 does not know how to lay out a conjunction of requirements
 /// S takes these values in braces, and not one more: they are all of its members.
 template <class S, class... V>
-concept MadeOf = requires { S{std::declval<V>()...}; } && !requires(Anything more) {
-  S{std::declval<V>()..., more};
-};
+concept MadeOf = requires { S{std::declval<V>()...}; } &&
+                 !requires(Anything more) { S{std::declval<V>()..., more}; };
+// clang-format on
 
 }  // namespace detail
 
@@ -65,7 +69,7 @@ constexpr decltype(auto) fields_of(S& s, F&& use) {
   ::srm::Field{#name, self.name} __VA_OPT__(, SRM_EACH_AGAIN SRM_PARENTHESES(__VA_ARGS__))
 #define SRM_EACH_AGAIN() SRM_EACH_FIELD
 
-#define SRM_FIELDS(...)                                                       \
-  static constexpr decltype(auto) fields(auto& self, auto&& list) {           \
-    return list(SRM_RESCAN(SRM_EACH_FIELD(__VA_ARGS__)));                     \
+#define SRM_FIELDS(...)                                             \
+  static constexpr decltype(auto) fields(auto& self, auto&& list) { \
+    return list(SRM_RESCAN(SRM_EACH_FIELD(__VA_ARGS__)));           \
   }

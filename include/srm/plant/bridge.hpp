@@ -1,7 +1,8 @@
 // Power converters: what the windings see of the switches, with the drops of switches and diodes.
 //
-// A bridge sees the legs that are ordered for all phases at once, so that phases may share switches.
-// To add one: a struct with these four functions, and its name in `Bridge` at the end of this file.
+// A bridge sees the legs that are ordered for all phases at once, so that phases may share
+// switches. To add one: a struct with these five functions, and its name in `Bridge` at the end of
+// this file.
 #pragma once
 
 #include <array>
@@ -62,25 +63,25 @@ struct AsymmetricBridge {
     return ordered;
   }
 
-  /// Winding voltages, valid for i > 0 and for a magnetized leg at any current. Magnetize puts two
-  /// switches in the path, freewheel one switch and one diode, demagnetize two diodes.
+  /// What the phases share at these legs and currents: nothing.
+  struct Shared {};
   template <std::size_t N>
-  PerPhase<N> voltages(const AllLegs<N>& leg, const PerPhase<N>& i, double u_dc) const {
-    PerPhase<N> u;
-    for (std::size_t k = 0; k < N; ++k) {
-      switch (leg[k]) {
-        case Leg::magnetize:
-          u[k] = u_dc - 2 * device.on(i[k]);
-          break;
-        case Leg::freewheel:
-          u[k] = -device.on(i[k]) - device.diode(i[k]);
-          break;
-        case Leg::demagnetize:
-          u[k] = -u_dc - 2 * device.diode(i[k]);
-          break;
-      }
+  Shared shared(const AllLegs<N>&, const PerPhase<N>&) const {
+    return {};
+  }
+
+  /// Voltage of one winding, valid for i > 0 and for a magnetized leg at any current. Magnetize
+  /// puts two switches in the path, freewheel one switch and one diode, demagnetize two diodes.
+  double voltage(Shared, Leg leg, double i, double u_dc) const {
+    switch (leg) {
+      case Leg::magnetize:
+        return u_dc - 2 * device.on(i);
+      case Leg::freewheel:
+        return -device.on(i) - device.diode(i);
+      case Leg::demagnetize:
+        return -u_dc - 2 * device.diode(i);
     }
-    return u;
+    return 0;
   }
 
   template <std::size_t N>
@@ -123,26 +124,27 @@ struct SharedSwitchBridge {
   }
 
   /// The shared switch, or the shared diode while it is off, carries the currents of all phases.
+  struct Shared {
+    bool on;
+    double drop;  // [V]
+  };
   template <std::size_t N>
-  PerPhase<N> voltages(const AllLegs<N>& leg, const PerPhase<N>& i, double u_dc) const {
+  Shared shared(const AllLegs<N>& leg, const PerPhase<N>& i) const {
     const double sum = std::accumulate(i.begin(), i.end(), 0.0);
     const bool on = upper_on<N>(leg);
-    const double shared = on ? device.on(sum) : device.diode(sum);
-    PerPhase<N> u;
-    for (std::size_t k = 0; k < N; ++k) {
-      switch (leg[k]) {
-        case Leg::magnetize:
-          u[k] = u_dc - shared - device.on(i[k]);
-          break;
-        case Leg::freewheel:  // through the own diode while the upper switch is on
-          u[k] = -shared - (on ? device.diode(i[k]) : device.on(i[k]));
-          break;
-        case Leg::demagnetize:
-          u[k] = -u_dc - shared - device.diode(i[k]);
-          break;
-      }
+    return {on, on ? device.on(sum) : device.diode(sum)};
+  }
+
+  double voltage(const Shared& upper, Leg leg, double i, double u_dc) const {
+    switch (leg) {
+      case Leg::magnetize:
+        return u_dc - upper.drop - device.on(i);
+      case Leg::freewheel:  // through the own diode while the upper switch is on
+        return -upper.drop - (upper.on ? device.diode(i) : device.on(i));
+      case Leg::demagnetize:
+        return -u_dc - upper.drop - device.diode(i);
     }
-    return u;
+    return 0;
   }
 
   template <std::size_t N>

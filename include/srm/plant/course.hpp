@@ -32,6 +32,7 @@ struct Course {
 
   /// Rate of change just after this time.
   double rate(double time) const {
+    if (t.size() == 1) return 0;
     const auto j = piece(time);
     return j == 0 || j == t.size() ? 0 : slope(j);
   }

@@ -47,37 +47,33 @@ double electrical_angle(const Plant<M, N>& p, double theta_m, int k) {
   return phase_angle<N>(wrap(p.machine.N_r * theta_m), k);
 }
 
-template <Machine M, int N>
-PerPhase<N> winding_voltages(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& leg,
-                             const State<N>& x) {
-  return std::visit([&](const auto& bridge) { return bridge.voltages(leg, x.i, x.u_dc); },
-                    p.bridge);
-}
-
 /// Per phase di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di); a blocked phase stays at zero.
-// flatten: inlining the machine model drops what the rates do not need of it; a fifth of the run.
 template <Machine M, int N>
-[[gnu::flatten]] Rates<N> rates(const Plant<M, N>& p, const State<N>& x, const Circuit<N>& circuit,
-                                Moment now) {
+Rates<N> rates(const Plant<M, N>& p, const State<N>& x, const Circuit<N>& circuit, Moment now) {
   Rates<N> r;
   const double theta_e = wrap(p.machine.N_r * x.theta_m);
-  const PerPhase<N> u = winding_voltages(p, circuit.leg, x);
   double i_dc = 0;
-  for (int k = 0; k < N; ++k) {
-    if (!circuit.flows[k]) continue;
-    const Magnetics<double> m = p.machine.at(x.i[k], phase_angle<N>(theta_e, k));
-    r.dx.i[k] = (u[k] - p.R * x.i[k] - x.omega_m * m.psi_theta) / m.L_inc;
-    r.tau += m.tau;
-    i_dc += static_cast<int>(circuit.leg[k]) * x.i[k];
-    r.p_winding += u[k] * x.i[k];
-  }
+  std::visit(
+      [&](const auto& bridge) {
+        const auto shared = bridge.shared(circuit.leg, x.i);
+        for (int k = 0; k < N; ++k) {
+          if (!circuit.flows[k]) continue;
+          const Magnetics<double> m = p.machine.at(x.i[k], phase_angle<N>(theta_e, k));
+          const double u = bridge.voltage(shared, circuit.leg[k], x.i[k], x.u_dc);
+          r.dx.i[k] = (u - p.R * x.i[k] - x.omega_m * m.psi_theta) / m.L_inc;
+          r.tau += m.tau;
+          i_dc += static_cast<int>(circuit.leg[k]) * x.i[k];
+          r.p_dc += static_cast<int>(circuit.leg[k]) * x.u_dc * x.i[k];
+          r.p_winding += u * x.i[k];
+        }
+      },
+      p.bridge);
   const Feed source = feed(p.source, x.u_dc, i_dc, now);
   r.dx.omega_m = acceleration(p.shaft, r.tau, x.omega_m, now);
   r.dx.theta_m = x.omega_m;
   r.dx.u_dc = circuit.shorted ? 0 : source.du_dc;
   r.p_source = source.p;
   r.p_loss = source.p_loss;
-  r.p_dc = x.u_dc * i_dc;
   return r;
 }
 
@@ -88,6 +84,17 @@ Feed source_now(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& le
   double i_dc = 0;
   for (int k = 0; k < N; ++k) i_dc += static_cast<int>(leg[k]) * x.i[k];
   return feed(p.source, x.u_dc, i_dc, {t, t});
+}
+
+/// What winding k sees [V].
+template <Machine M, int N>
+double winding_voltage(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& leg,
+                       const State<N>& x, int k) {
+  return std::visit(
+      [&](const auto& bridge) {
+        return bridge.voltage(bridge.shared(leg, x.i), leg[k], x.i[k], x.u_dc);
+      },
+      p.bridge);
 }
 
 /// Energy stored in the magnetic field of all phases [J].

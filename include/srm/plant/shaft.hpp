@@ -14,11 +14,11 @@ enum class Rotation { locked, turning };
 
 struct Shaft {
   Rotation rotation = Rotation::locked;
-  double J = 1;       // inertia of rotor and load [kg m^2]
-  double B{};       // viscous friction [N m s]
-  double k{};       // fan or pump without static head: torque k omega |omega| [N m s^2]
-  Course tau_0 = constant(0);   // torque against positive rotation, at any speed [N m]
-  Course omega = constant(0);   // held where locked; else its first value is the speed at the start [rad/s]
+  double J = 1;                // inertia of rotor and load [kg m^2]
+  double B{};                  // viscous friction [N m s]
+  double k{};                  // fan or pump without static head: torque k omega |omega| [N m s^2]
+  Course tau_0 = constant(0);  // torque against positive rotation, at any speed [N m]
+  Course omega = constant(0);  // held where locked; else its first value is the start's [rad/s]
   std::function<double(double omega_m)> load{};  // more torque against the rotation [N m]
   Pump pump{};
   SRM_FIELDS(rotation, J, B, k, tau_0, omega, load, pump)

@@ -27,10 +27,10 @@ struct StiffSource {
 /// A battery or rectifier as a voltage behind a resistance, with a dc-link capacitor:
 ///   C du/dt = (E - u)/R - i_dc
 struct Battery {
-  Course E;          // open-circuit voltage [V]
-  double R;          // of battery and cable [ohm]
-  double C;          // of the dc link [F]
-  bool one_way = false;      // a rectifier feeds, and never takes back
+  Course E;              // open-circuit voltage [V]
+  double R;              // of battery and cable [ohm]
+  double C;              // of the dc link [F]
+  bool one_way = false;  // a rectifier feeds, and never takes back
   SRM_FIELDS(E, R, C, one_way)
 
   double start() const { return E.at(0); }

@@ -22,9 +22,8 @@ struct State {
 /// Field number n of a struct.
 template <std::size_t n, class S>
 constexpr auto& field(S& s) {
-  return fields_of(s, [](auto... f) -> auto& {
-    return std::get<n>(std::forward_as_tuple(f.value...));
-  });
+  return fields_of(
+      s, [](auto... f) -> auto& { return std::get<n>(std::forward_as_tuple(f.value...)); });
 }
 
 /// to = f(from...), number by number, for structs of the same kind.
@@ -33,9 +32,8 @@ constexpr void each(const F& f, S& to, const V&... from) {
   if constexpr (Listed<S>) {
     const auto nth = [&]<std::size_t n>() { each(f, field<n>(to), field<n>(from)...); };
     fields_of(to, [&]<class... W>(Field<W>...) {
-      [&]<std::size_t... n>(std::index_sequence<n...>) {
-        (nth.template operator()<n>(), ...);
-      }(std::index_sequence_for<W...>());
+      [&]<std::size_t... n>(std::index_sequence<n...>) { (nth.template operator()<n>(), ...); }
+      (std::index_sequence_for<W...>());
     });
   } else if constexpr (requires { to[0]; }) {
     for (std::size_t j = 0; j < to.size(); ++j) each(f, to[j], from[j]...);

@@ -11,7 +11,9 @@ namespace srm {
 
 /// A value with elements: spread over as many columns.
 template <class V>
-concept Spread = requires(V& value) { value[0]; };
+concept Spread = requires(V& value) {
+  value[0];
+};
 
 template <class V>
 constexpr double* write_columns(const V& value, double* row) {

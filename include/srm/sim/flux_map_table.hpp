@@ -60,16 +60,17 @@ inline Held<FluxMap<double>> flux_map(int N_r, const std::vector<double>& knot,
   const int n_slot = int(std::ceil(knot.back() / narrowest * (1 - 1e-9))) + 1;
   const double slots_per_A = (n_slot - 1) / knot.back();
   Tables memory;
-  const FluxMap<double> map{.N_r = N_r,
-                            .n_i = n_i,
-                            .n_theta = n_theta,
-                            .n_slot = n_slot,
-                            .theta_span = theta_span,
-                            .cells_per_rad = n_theta / theta_span,
-                            .slots_per_A = slots_per_A,
-                            .knot = memory.keep<double>(knot),
-                            .piece = memory.keep<std::uint8_t>(piece_table(knot, slots_per_A, n_slot)),
-                            .coefficient = memory.keep<double>(coefficient)};
+  const FluxMap<double> map{
+      .N_r = N_r,
+      .n_i = n_i,
+      .n_theta = n_theta,
+      .n_slot = n_slot,
+      .theta_span = theta_span,
+      .cells_per_rad = n_theta / theta_span,
+      .slots_per_A = slots_per_A,
+      .knot = memory.keep<double>(knot),
+      .piece = memory.keep<std::uint8_t>(piece_table(knot, slots_per_A, n_slot)),
+      .coefficient = memory.keep<double>(coefficient)};
   if (!(inductance_bound(map) > 0)) {
     throw std::invalid_argument("the incremental inductance is not positive everywhere");
   }

@@ -42,18 +42,18 @@ class Rows {
 /// One instant of the waveforms; per phase the machine's answers as well.
 template <int N>
 struct Waveform {
-  double t{};                        // [s]
-  double theta_m{};                  // rotor angle [rad]
-  double omega_m{};                  // rotor speed [rad/s]
-  double u_dc{};                     // dc-link voltage [V]
-  double tau_ref{};                  // torque reference; 0 where the law has none [N m]
-  double tau{};                      // machine torque [N m]
-  std::array<double, N> i{};         // phase currents [A]
-  std::array<double, N> i_ref{};     // current references [A]
-  std::array<double, N> leg{};       // what the windings see: 1, 0, -1
-  std::array<double, N> u{};         // winding voltages [V]; 0 where the diodes block
-  std::array<double, N> psi{};       // flux linkages [Wb]
-  std::array<double, N> tau_ph{};    // phase torques [N m]
+  double t{};                      // [s]
+  double theta_m{};                // rotor angle [rad]
+  double omega_m{};                // rotor speed [rad/s]
+  double u_dc{};                   // dc-link voltage [V]
+  double tau_ref{};                // torque reference; 0 where the law has none [N m]
+  double tau{};                    // machine torque [N m]
+  std::array<double, N> i{};       // phase currents [A]
+  std::array<double, N> i_ref{};   // current references [A]
+  std::array<double, N> leg{};     // what the windings see: 1, 0, -1
+  std::array<double, N> u{};       // winding voltages [V]; 0 where the diodes block
+  std::array<double, N> psi{};     // flux linkages [Wb]
+  std::array<double, N> tau_ph{};  // phase torques [N m]
   SRM_FIELDS(t, theta_m, omega_m, u_dc, tau_ref, tau, i, i_ref, leg, u, psi, tau_ph)
 };
 

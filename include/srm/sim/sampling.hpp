@@ -11,11 +11,11 @@ namespace srm {
 
 /// Sensors and timing of the controller. Zero bits or counts mean an ideal sensor.
 struct Sampling {
-  double T_s{};          // control period [s]
-  int delay{};           // samples from measurement to effect: 0 or 1
-  int adc_bits{};        // of the current converter
-  double i_range{};      // its full scale [A]
-  int encoder_counts{};  // per mechanical revolution
+  double T_s{};           // control period [s]
+  int delay{};            // samples from measurement to effect: 0 or 1
+  int adc_bits{};         // of the current converter
+  double i_range{};       // its full scale [A]
+  int encoder_counts{};   // per mechanical revolution
   double angle_offset{};  // of the angle sensor, electrical: shown less true [rad]
   SRM_FIELDS(T_s, delay, adc_bits, i_range, encoder_counts, angle_offset)
 };

@@ -7,11 +7,13 @@ from typing import Annotated
 import typer
 
 from reluctance import compare as comparison
-from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
 from reluctance.cli.progress import progress_bar, wrapped
 from reluctance.compare import conditions, table
-from reluctance.drive.own_law import PREFIX
+from reluctance.drive.own_code import names_code
 from reluctance.errors import ParameterError
+from reluctance.figures import check_figure
+from reluctance.files import check_folder
 from reluctance.load import load
 from reluctance.units import hertz
 
@@ -27,6 +29,7 @@ def compare(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for table and figure.")
     ] = None,
+    plot: Plot = None,
     overrides: Overrides = None,
     trust: Trust = False,
     as_json: AsJson = False,
@@ -36,16 +39,23 @@ def compare(
 ) -> None:
     """Control laws side by side, at equal switching frequency and under equal conditions."""
     f_switch = hertz(at_switching_frequency)
+    if out is not None:
+        check_folder(out)
+    if plot is not None:
+        check_figure(plot)
     drive = load(drive_file, overrides, trust=trust)
     names = None if controls is None else [name.strip() for name in controls.split(",")]
     for name in names or []:
-        if name.startswith(PREFIX) and not trust:
+        if names_code(name) and not trust:
             raise ParameterError(
                 f"control `{name}` is code that would run; if you trust it, add --trust"
             )
     with progress_bar("tuning control laws", 1.0) as told:
         found = comparison.compare(drive, names, f_switch=f_switch, progress=told)
     files = [] if out is None else comparison.write(found, out)
+    if plot is not None:
+        comparison.save_figure(found, plot)
+        files.append(plot)
     if as_json:
         print(json.dumps(table.as_json(found)))
         return

@@ -7,9 +7,11 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
-from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
 from reluctance.cli.progress import progress_bar
+from reluctance.figures import check_figure
 from reluctance.files import TABLES, check_ending
 from reluctance.limit import envelope_of, limit_of, text
 from reluctance.load import load
@@ -38,19 +40,19 @@ def limit(
         Path | None,
         typer.Option(metavar="FILE", help="Ripple-free torque over speed; endings as --out."),
     ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Profile and envelope: .png, .svg or .pdf.")
-    ] = None,
+    plot: Plot = None,
 ) -> None:
     """What physics allows at the drive's operating point, under any controller."""
     from reluctance.limit import files  # here, because Matplotlib is slow to import
 
     f_switch = None if at_switching_frequency is None else hertz(at_switching_frequency)
-    for path, endings in ((out, set(TABLES)), (envelope, set(TABLES)), (plot, files.ENDINGS)):
+    for path in (out, envelope):
         if path is not None:
-            check_ending(path, endings)
+            check_ending(path, TABLES)
+    if plot is not None:
+        check_figure(plot)
     found = limit_of(
-        load(drive_file, overrides, trust=trust),
+        load(drive_file, overrides, trust=trust, check_torque=tau is None),
         tau_ref=tau,
         omega_m=None if speed is None else to_si(speed, "rpm"),
         switching_frequency=f_switch,
@@ -67,7 +69,7 @@ def limit(
     if as_json:
         print(json.dumps(found.with_units()))
         return
-    table = Table(title=found.drive.name, show_header=False)
+    table = Table(title=Text(found.drive.name), show_header=False)
     table.add_column("figure")
     table.add_column("value", justify="right")
     for label, value in text.rows(found):

@@ -9,27 +9,27 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from reluctance.cli.options import AsJson
+from reluctance.cli.options import AsJson, help_if_bare
 from reluctance.drive.library import machine_table
 from reluctance.drive.map_file import accept_in, machine_text
 from reluctance.drive.map_machine import CONVENTIONS
 from reluctance.errors import ParameterError
-from reluctance.files import check_ending, write_text, write_whole
+from reluctance.figures import check_figure, save_figure
+from reluctance.files import check_ending, is_file, write_together, write_whole
 
 if TYPE_CHECKING:
     from reluctance.maps import FluxTable
 
 map_app = typer.Typer(
-    no_args_is_help=True,
+    invoke_without_command=True,
+    callback=help_if_bare,
     rich_markup_mode=None,
     help="Import, judge, repair, fit and plot flux maps.",
 )
 
 MapFile = Annotated[
     Path,
-    typer.Argument(
-        metavar="FILE", help="Map: .csv, .mat, .json; or a machine file with model = 'map'."
-    ),
+    typer.Argument(metavar="FILE", help="Map: .csv, .txt, .xlsx, .mat, .json; or a machine file."),
 ]
 RotorPoles = Annotated[
     int | None, typer.Option("--N_r", metavar="POLES", help="Rotor poles, unless the file says.")
@@ -49,6 +49,24 @@ AngleKind = Annotated[
 ]
 Zero = Annotated[
     str | None, typer.Option(metavar="unaligned|aligned", help="Where the file's zero angle is.")
+]
+AlignedAt = Annotated[
+    float | None,
+    typer.Option(
+        "--aligned_at",
+        "--aligned-at",
+        metavar="ANGLE",
+        help="The file's angle at which the poles are aligned, in its unit; instead of --zero.",
+    ),
+]
+Factor = Annotated[
+    float,
+    typer.Option(
+        "--turns_factor",
+        "--turns-factor",
+        metavar="FACTOR",
+        help="On the flux linkage alone: turns or coils in series that the file leaves out.",
+    ),
 ]
 Layout = Annotated[
     str | None,
@@ -75,8 +93,10 @@ class Stated:
     angle_kind: str | None = None
     zero: str | None = None
     layout: str | None = None
+    aligned_at: float | None = None
     name: tuple[str, ...] = ()
     torque: Path | None = None
+    turns_factor: float = 1.0
     i_max_A: float | None = None
     accepted: bool = False
 
@@ -86,7 +106,7 @@ def _read(file: Path, stated: Stated) -> "tuple[FluxTable, Stated]":
     from reluctance.maps import read_map
 
     if file.suffix.lower() == ".toml":
-        if any(value for value in asdict(stated).values()):
+        if stated != Stated():
             raise ParameterError(f"{file}: the conventions of a machine file stand in it")
         file, stated = _from_machine_file(file)
     table = read_map(
@@ -96,11 +116,13 @@ def _read(file: Path, stated: Stated) -> "tuple[FluxTable, Stated]":
         names=_names(stated.name),
         **{key: getattr(stated, key) for key in CONVENTIONS},
     )
-    return table, stated
+    if not 0 < stated.turns_factor < float("inf"):
+        raise ParameterError(f"--turns_factor {stated.turns_factor:g}, need > 0")
+    return replace(table, psi=stated.turns_factor * table.psi), stated
 
 
 def _from_machine_file(file: Path) -> tuple[Path, Stated]:
-    if not file.is_file():
+    if not is_file(file):
         raise ParameterError(f"{file}: no such file; check the path")
     machine = machine_table(file.name, file.parent)
     if machine.get("model") != "map" or not isinstance(machine.get("map"), str):
@@ -135,7 +157,9 @@ def check(
     angle_kind: AngleKind = None,
     zero: Zero = None,
     layout: Layout = None,
+    aligned_at: AlignedAt = None,
     name: Name = None,
+    turns_factor: Factor = 1.0,
     torque: Torque = None,
     i_max: MaxCurrent = None,
     as_json: AsJson = False,
@@ -151,7 +175,18 @@ def check(
     from reluctance.maps import check_map, repair_map, write_map
     from reluctance.maps.report import check_table
 
-    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque, i_max)
+    stated = Stated(
+        poles,
+        angle_unit,
+        angle_kind,
+        zero,
+        layout,
+        aligned_at,
+        tuple(name or ()),
+        torque,
+        turns_factor,
+        i_max,
+    )
     if repair is not None:
         check_ending(repair, {".csv"})
     if accept is not None and (file.suffix.lower() != ".toml" or not accept.strip()):
@@ -194,14 +229,25 @@ def fit(
     angle_kind: AngleKind = None,
     zero: Zero = None,
     layout: Layout = None,
+    aligned_at: AlignedAt = None,
     name: Name = None,
+    turns_factor: Factor = 1.0,
     as_json: AsJson = False,
 ) -> None:
     """Fit the Le-Huy parameters to a map, and a family with two saturating terms."""
     from reluctance.maps import fit_lehuy, fit_two_term
     from reluctance.maps.report import fit_table
 
-    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()))
+    stated = Stated(
+        poles,
+        angle_unit,
+        angle_kind,
+        zero,
+        layout,
+        aligned_at,
+        tuple(name or ()),
+        turns_factor=turns_factor,
+    )
     table, _ = _read(file, stated)
     simple, better = fit_lehuy(table), fit_two_term(table)
     if as_json:
@@ -213,13 +259,15 @@ def fit(
 @map_app.command()
 def plot(
     file: MapFile,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="Figure: .png or .svg.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Figure: .png, .svg, .pdf or .html.")],
     poles: RotorPoles = None,
     angle_unit: AngleUnit = None,
     angle_kind: AngleKind = None,
     zero: Zero = None,
     layout: Layout = None,
+    aligned_at: AlignedAt = None,
     name: Name = None,
+    turns_factor: Factor = 1.0,
     torque: Torque = None,
 ) -> None:
     """Magnetisation curves, torque, incremental inductance and co-energy of a map."""
@@ -227,10 +275,19 @@ def plot(
     from matplotlib.figure import Figure
 
     from reluctance import maps
-    from reluctance.run.plots import save_figure
 
-    check_ending(out, {".png", ".svg"})
-    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque)
+    check_figure(out)
+    stated = Stated(
+        poles,
+        angle_unit,
+        angle_kind,
+        zero,
+        layout,
+        aligned_at,
+        tuple(name or ()),
+        torque,
+        turns_factor,
+    )
     table, _ = _read(file, stated)
     machine = maps.surface(table)
     figure = Figure(figsize=(11, 8), layout="constrained")
@@ -240,8 +297,8 @@ def plot(
     maps.plot_torque(machine, table, axes=corners[1])
     maps.plot_inductance(machine, axes=corners[2])
     maps.plot_coenergy(machine, axes=corners[3])
-    figure.suptitle(file.name)
-    save_figure(figure, out)
+    figure.suptitle(file.name, parse_math=False)
+    save_figure(figure, out, title=file.name)
 
 
 @map_app.command("import")
@@ -256,7 +313,9 @@ def import_map(
     angle_kind: AngleKind = None,
     zero: Zero = None,
     layout: Layout = None,
+    aligned_at: AlignedAt = None,
     name: Name = None,
+    turns_factor: Factor = 1.0,
     torque: Torque = None,
     i_max: MaxCurrent = None,
     repair: Annotated[bool, typer.Option("--repair", help="Smooth, make flux rise.")] = False,
@@ -268,9 +327,19 @@ def import_map(
     from reluctance.maps import check_map, repair_map, write_map
 
     check_ending(out, {".toml"})
-    stated = Stated(poles, angle_unit, angle_kind, zero, layout, tuple(name or ()), torque)
+    stated = Stated(
+        poles,
+        angle_unit,
+        angle_kind,
+        zero,
+        layout,
+        aligned_at,
+        tuple(name or ()),
+        torque,
+        turns_factor,
+    )
     if file.suffix.lower() == ".toml":
-        raise ParameterError(f"{file} is a machine file already; import takes .csv, .mat or .json")
+        raise ParameterError(f"{file} is a machine file already; import takes the table itself")
     table, _ = _read(file, stated)
     if repair:
         mended = repair_map(table)
@@ -299,7 +368,11 @@ def import_map(
         accepted_because=accept if report.reasons else None,
         notes=table.notes,
     )
-    write_whole(copy, lambda path: write_map(table, path))
-    write_text(out, text)
+    write_together(
+        {
+            copy: lambda path: write_map(table, path),
+            out: lambda path: path.write_text(text, encoding="utf-8"),
+        }
+    )
     print(f"wrote {out} and {copy}")
     print(f"next: reluctance run DRIVE.toml --set machine={out}")

@@ -15,6 +15,16 @@ Overrides = Annotated[
     ),
 ]
 Trust = Annotated[
-    bool, typer.Option("--trust", help="Run the code that is named: control laws in Python.")
+    bool, typer.Option("--trust", help="Run the code that is named: control laws of your own.")
+]
+Plot = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Figure: .png, .svg, .pdf, or .html with zoom.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+
+
+def help_if_bare(context: typer.Context) -> None:
+    """Prints the help of a group that is called without a command."""
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+        raise typer.Exit

@@ -15,7 +15,7 @@ def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
     """A bar on a terminal for work that takes over a second; silent in a pipe."""
     console = Console(stderr=True)
     with Progress(
-        TextColumn(title),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TaskProgressColumn(),
         TimeRemainingColumn(),

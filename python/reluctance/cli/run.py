@@ -1,21 +1,30 @@
 """`reluctance run`: simulate a drive and print its key figures."""
 
 import json
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
-from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
 from reluctance.cli.progress import progress_bar
+from reluctance.figures import check_figure
 from reluctance.files import TABLES, check_ending
 from reluctance.load import load
 from reluctance.run import Kpis, simulate
+from reluctance.run.bounds import MOST_BYTES, waveform_bytes
 from reluctance.run.kpis import shown
 from reluctance.run.save import save
 from reluctance.units import from_si
+
+if TYPE_CHECKING:
+    from reluctance.run.energy_loop import EnergyLoop
+
+TOLD_BYTES = 2e8  # of waveforms: from here on their size is said beforehand
 
 
 def run(
@@ -30,12 +39,10 @@ def run(
         Path | None,
         typer.Option(metavar="FILE", help="Waveforms: .csv, .npz, .parquet or .mat."),
     ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Overview figure: .png, .svg or .html.")
-    ] = None,
+    plot: Plot = None,
     energy_loop: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Flux over current, area against work: .png or .svg."),
+        typer.Option(metavar="FILE", help="Flux over current, area against work; as --plot."),
     ] = None,
     record_us: Annotated[
         float,
@@ -46,27 +53,34 @@ def run(
     drive = load(drive_file, overrides, trust=trust)
     if out is not None:
         check_ending(out, TABLES)
-    if plot is not None:
-        from reluctance.run import plots  # here, because Matplotlib takes half of the start-up time
-
-        check_ending(plot, plots.ENDINGS)
-    if energy_loop is not None:
-        from reluctance.run import energy_loop as loops
-
-        check_ending(energy_loop, loops.ENDINGS)
+    for path in (plot, energy_loop):
+        if path is not None:
+            check_figure(path)
     silent = out is None and plot is None and energy_loop is None
     end = drive.simulation.until_s if until is None else until
+    record = None if silent else record_us * 1e-6
+    if TOLD_BYTES < (size := waveform_bytes(drive, end, record)) <= MOST_BYTES:
+        print(
+            f"note: the waveforms take about {size / 1e9:.2g} GB; --record-us 100 keeps a grid",
+            file=sys.stderr,
+        )
     with progress_bar(f"simulating {drive.name}", end) as told:
         result = simulate(
             drive,
             until=end,
-            record=None if silent else record_us * 1e-6,
+            record=record,
             progress=told,
         )
-    found = [] if energy_loop is None else loops.save_energy_loop(result, energy_loop)
+    found: list[EnergyLoop] = []
+    if energy_loop is not None:
+        from reluctance.run import energy_loop as loops  # Matplotlib: half of the start-up time
+
+        found = loops.save_energy_loop(result, energy_loop)
     if out is not None:
         save(result, out)
     if plot is not None:
+        from reluctance.run import plots
+
         plots.save_plot(result, plot)
     if as_json:
         print(json.dumps(result.kpis.with_units()))
@@ -83,7 +97,7 @@ def run(
 
 def kpi_table(name: str, kpis: Kpis) -> Table:
     """Key figures as people read them."""
-    table = Table(title=name, show_header=False)
+    table = Table(title=Text(name), show_header=False)
     table.add_column("key figure")
     table.add_column("value", justify="right")
     k = kpis

@@ -3,6 +3,15 @@
 from reluctance.compare.comparison import Comparison, compare
 from reluctance.compare.contenders import CONTENDERS, Contender
 from reluctance.compare.contest import Entry, FrontPoint
-from reluctance.compare.write import write
+from reluctance.compare.write import save_figure, write
 
-__all__ = ["CONTENDERS", "Comparison", "Contender", "Entry", "FrontPoint", "compare", "write"]
+__all__ = [
+    "CONTENDERS",
+    "Comparison",
+    "Contender",
+    "Entry",
+    "FrontPoint",
+    "compare",
+    "save_figure",
+    "write",
+]

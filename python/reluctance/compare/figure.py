@@ -43,7 +43,7 @@ LOOKS = {
     "pwm_current": Look("pulses", "#000000", "--"),
 }
 
-OWN = Look("own", "#F0E442", "-.")  # a law in Python
+OWN = Look("own", "#F0E442", "-.")  # a law from outside the package
 
 Label = tuple[float, float, Entry]  # where it belongs, and whose it is
 
@@ -56,7 +56,8 @@ def plot_front(ax: Axes, found: Comparison) -> Axes:
         error = np.array([100 * p.torque_error_rms for p in entry.front])
         kept = error <= GREATEST_ERROR
         if kept.any():
-            ax.plot(f[kept], error[kept], **style(entry.name, best=entry is _best(found)))
+            look = style(entry.name, best=entry is _best(found))
+            ax.plot(f[kept], error[kept], label=entry.name, **look)
             ends.append((f[kept][-1], error[kept][-1], entry))
     f_target = found.f_target / 1e3
     ax.axvline(f_target, color="k", lw=0.8, ls=":")
@@ -87,7 +88,7 @@ def plot_price(ax: Axes, found: Comparison) -> Axes:
         assert entry.kpis is not None
         at = entry.kpis.i_rms / found.bound.i_rms, 100 * definite(entry.kpis.torque_error_rms)
         look = style(entry.name, best=entry is _best(found)) | {"ls": ""}
-        ax.plot(*at, **look, mfc=look["color"] if entry.met else "none")
+        ax.plot(*at, label=entry.name, **look, mfc=look["color"] if entry.met else "none")
         points.append((*at, entry))
     ax.axvline(1.0, color="k", lw=0.8, ls=":")
     ax.axhspan(1e-6, _bound(found), color="k", alpha=0.12, lw=0)
@@ -109,11 +110,12 @@ def plot_torque(axes: Iterable[Axes], found: Comparison) -> None:
         assert entry.torque is not None
         theta, tau = entry.torque
         error = 100 * (tau / found.bound.tau_ref - 1)
-        ax.plot(np.degrees(theta), error, color=_look(entry).color, lw=0.7)
+        ax.plot(np.degrees(theta), error, color=_look(entry).color, lw=0.7, label=entry.name)
         ax.axhline(0, color="k", lw=0.5)
         ax.set_xlim(0, 360)
         ax.set_xticks(range(0, 361, 60))
-        ax.set_title(f"{entry.name}: torque error (%)", loc="left", fontsize=9, pad=3)
+        name = contender(entry.name).label
+        ax.set_title(f"{name}: torque error (%)", loc="left", fontsize=9, pad=3)
 
 
 def figure(found: Comparison) -> Figure:
@@ -125,11 +127,11 @@ def figure(found: Comparison) -> Figure:
         f"{p.machine.name}: {p.converter.u_dc_V:g} V, {p.load.speed_rpm:g} rpm, "
         f"{found.bound.tau_ref:g} N m, {found.f_target / 1e3:g} kHz per switch"
     )
-    if left_out := [e.name for e in found.entries if not _works(e)]:
+    if left_out := [contender(e.name).label for e in found.entries if not _works(e)]:
         title += (
             f"\nnot drawn, not possible or error above {GREATEST_ERROR:g} %: {', '.join(left_out)}"
         )
-    made.suptitle(title)
+    made.suptitle(title, parse_math=False)
     n = len(_shown(found))
     halves = made.subfigures(2, 1, squeeze=False, height_ratios=(11, 2 * n + 0.01))[:, 0]
     front, price = halves[0].subplots(1, 2)
@@ -209,7 +211,7 @@ def _label(ax: Axes, found: Comparison, ends: list[Label]) -> None:
     for (x, y, entry), height in zip(ends, heights, strict=True):
         color = _look(entry).color
         ax.annotate(
-            entry.name,
+            contender(entry.name).label,
             (x, y),
             (1.04, height),
             textcoords="axes fraction",

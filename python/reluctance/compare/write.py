@@ -4,10 +4,11 @@ import csv
 import json
 from pathlib import Path
 
+from reluctance import figures
 from reluctance.compare.comparison import Comparison
 from reluctance.compare.conditions import in_words
 from reluctance.compare.table import as_json, flat, limit_line, markdown
-from reluctance.files import write_whole
+from reluctance.files import make_folder, write_together
 
 
 def write(found: Comparison, folder: str | Path) -> list[Path]:
@@ -20,21 +21,25 @@ def write(found: Comparison, folder: str | Path) -> list[Path]:
     """
     from reluctance.compare.figure import figure  # Matplotlib takes half of the start-up time
 
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = make_folder(Path(folder))
     text = "\n".join([*(f"- {line}" for line in in_words(found.point, found.f_target)), ""])
     text += f"- {limit_line(found)}\n\n{markdown(found)}"
+    picture = figures.drawn(figure(found), ".png")
     files = {
         "compare.csv": lambda path: _csv(path, found),
         "compare.json": lambda path: path.write_text(json.dumps(as_json(found), indent=1) + "\n"),
         "compare.md": lambda path: path.write_text(text, encoding="utf-8"),
-        "compare.png": lambda path: figure(found).savefig(
-            path, dpi=110, metadata={"Software": None}
-        ),
+        "compare.png": lambda path: path.write_bytes(picture),
     }
-    for name, put in files.items():
-        write_whole(folder / name, put)
+    write_together({folder / name: put for name, put in files.items()})
     return [folder / name for name in files]
+
+
+def save_figure(found: Comparison, path: Path) -> None:
+    """Writes the figure alone; the ending chooses png, svg, pdf or html."""
+    from reluctance.compare.figure import figure  # Matplotlib takes half of the start-up time
+
+    figures.save_figure(figure(found), path, title=f"{found.point.machine.name}: control laws")
 
 
 def _csv(path: Path, found: Comparison) -> None:

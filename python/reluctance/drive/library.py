@@ -10,7 +10,7 @@ from reluctance.drive.machine import LeHuyMachine, MachineFile
 from reluctance.drive.map_machine import MapMachine, with_paths
 from reluctance.drive.schema import checked, did_you_mean
 from reluctance.errors import ParameterError
-from reluctance.files import read_toml
+from reluctance.files import is_file, read_toml
 from reluctance.resources import resources
 
 MODELS: dict[str, type[MachineFile]] = {"lehuy": LeHuyMachine, "map": MapMachine}
@@ -77,7 +77,7 @@ def machine_table(machine: str, folder: Path) -> dict[str, Any]:
     """The [machine] table of a library machine by its name, or of a file by its path."""
     candidates = [folder / machine, resources("machines") / f"{machine}.toml"]
     for candidate in candidates:
-        if candidate.is_file():
+        if is_file(candidate):
             data = read_toml(candidate)
             if set(data) != {"machine"}:
                 raise ParameterError(f"{candidate}: need the table [machine] and nothing else")

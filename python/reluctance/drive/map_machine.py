@@ -11,11 +11,12 @@ from pydantic import Field, model_validator
 
 from reluctance import _core
 from reluctance.drive.machine import MachineFile
+from reluctance.files import is_file
 
 if TYPE_CHECKING:
     from reluctance.maps import FluxTable, MapReport, Surface
 
-CONVENTIONS = ("angle_unit", "angle_kind", "zero", "layout")
+CONVENTIONS = ("angle_unit", "angle_kind", "zero", "layout", "aligned_at")
 
 
 class MapMachine(MachineFile):
@@ -28,6 +29,7 @@ class MapMachine(MachineFile):
     angle_kind: Literal["mechanical", "electrical"] | None = None
     zero: Literal["unaligned", "aligned"] | None = None
     layout: Literal["currents_down", "angles_down"] | None = None
+    aligned_at: float | None = None  # the file's angle of alignment, in its unit; instead of zero
     names: dict[str, str] = Field(default_factory=dict)  # psi, i, theta, tau: names in the file
     symmetric: bool = True  # even about unaligned and aligned
     psi_factor: float = Field(1.0, gt=0)  # on the flux linkage of the file, as for end effects
@@ -89,7 +91,7 @@ def with_paths(table: dict[str, Any], folder: Path) -> dict[str, Any]:
 def _digest(path: str) -> bytes:
     """Of the content; of nothing where there is no file: reading it will say so."""
     file = Path(path)
-    return hashlib.sha256(file.read_bytes()).digest() if file.is_file() else b""
+    return hashlib.sha256(file.read_bytes()).digest() if is_file(file) else b""
 
 
 @lru_cache(maxsize=32)
@@ -97,7 +99,7 @@ def _table(
     path: str,
     torque: str | None,
     N_r: int,
-    stated: tuple[str | None, ...],
+    stated: tuple[Any, ...],
     names: tuple[tuple[str, str], ...],
     psi_factor: float,
     contents: tuple[bytes, bytes | None],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -193,6 +193,15 @@ class Load(OverTime):
         return self.points(self.H_static_m or 0.0) if self.pump is not None else ([0.0], [0.0])
 
     @property
+    def k(self) -> float:
+        """Of the torque k omega |omega| of a pump or fan [N m s^2]."""
+        return self.k_pump_Nms2 + self.k_fan_Nms2
+
+    def torque(self, omega_m: float) -> float:
+        """Greatest load torque at a speed [N m]."""
+        return self.k * omega_m * abs(omega_m) + max(self.tau_0[1], key=abs)
+
+    @property
     def omega(self) -> tuple[list[float], list[float]]:
         """Times [s] and speeds [rad/s]: held by a locked shaft, else the one at the start."""
         start = to_si(self.speed_rpm, "rpm")
@@ -249,6 +258,16 @@ class Sensing(Section):
     comparators: Literal["analog", "sampled"] = "analog"  # at any instant; or at the samples only
 
     @property
+    def sampling(self) -> dict[str, Any]:
+        """What the core is told of the sensors, in SI."""
+        return {
+            "delay": self.delay_samples,
+            "adc_bits": self.adc_bits,
+            "i_range": self.i_range_A,
+            "encoder_counts": self.encoder_counts,
+        }
+
+    @property
     def tracker_bandwidth(self) -> float:
         """Of the observer on a counted angle; 0 with an ideal sensor [rad/s]."""
         return 2 * np.pi * self.tracker_bandwidth_Hz if self.encoder_counts > 0 else 0.0
@@ -264,5 +283,5 @@ class SimulationSettings(Section):
     """How long, how fine."""
 
     until_s: float = Field(gt=0)
-    dt_max_us: float = Field(10.0, gt=0)  # largest integration step
+    dt_max_us: float = Field(10.0, gt=0, le=1000)  # largest integration step
     theta_start_deg: float = 0.0  # mechanical rotor angle at the start

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import subprocess
-import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from reluctance.errors import ParameterError
 from reluctance.export.package import firmware
 from reluctance.export.parity import STEPS, Recording, parity, record
 from reluctance.export.target import Cpu, build
+from reluctance.files import scratch
 
 CPUS: tuple[Cpu, ...] = ("cortex-m4", "cortex-m7")
 
@@ -84,8 +84,8 @@ def cost(drive: Drive, cpu: Cpu, recording: Recording, folder: Path) -> Cost:
 def costs(drive: Drive, *, steps: int = STEPS) -> list[Cost]:
     """The cost of a drive's controller on both processors."""
     recording = record(drive, steps=steps)
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = firmware(drive, Path(scratch) / "package").folder
+    with scratch() as place:
+        folder = firmware(drive, place / "package").folder
         return [cost(drive, cpu, recording, folder) for cpu in CPUS]
 
 

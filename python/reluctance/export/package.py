@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-import shutil
-import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.constants import Node, Tables, constant, literal
 from reluctance.export.trip_levels import limits
+from reluctance.files import check_folder, make_folder, scratch, told
 from reluctance.resources import resources
 from reluctance.units import from_si
 
@@ -59,10 +59,12 @@ def firmware(
         the folder exists and is not empty.
     """
     folder = Path(folder)
+    check_folder(folder)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ParameterError(f"{folder} exists and is not an empty folder; name another")
     tree = described(drive)
-    text, fingerprint, table_bytes = parameters(tree)
+    own = drive.control.headers
+    text, fingerprint, table_bytes = parameters(tree, own)
     if table_bytes > flash_limit_KiB * 1024:
         raise ParameterError(
             f"the tables take {table_bytes / 1024:.1f} KiB of flash, need <= {flash_limit_KiB:g} "
@@ -70,19 +72,18 @@ def firmware(
         )
     law = tree["control"]["fields"]["law"]["type"]
     values = _values(drive, law, fingerprint)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
-        made = Path(scratch) / "package"
+    make_folder(folder.parent)
+    with told(folder), scratch(folder.parent) as place:
+        made = place / "package"
         source = resources("firmware") / "package"
         for path in sorted(p for p in source.rglob("*") if p.is_file()):
-            target = made / path.relative_to(source)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_text(MARK.sub(lambda m: values[m[1]], path.read_text("utf-8")), "utf-8")
-        (made / "parameters.hpp").write_text(text, "utf-8")
-        for header in headers([text, (made / "controller.cpp").read_text("utf-8")]):
-            target = made / "include" / header
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(resources("include") / header, target)
+            filled = MARK.sub(lambda m: values[m[1]], path.read_text("utf-8"))
+            _put(made / path.relative_to(source), filled)
+        _put(made / "parameters.hpp", text)
+        for header, code in own.items():
+            _put(made / "include" / header, code)
+        for header in headers([text, (made / "controller.cpp").read_text("utf-8"), *own.values()]):
+            _put(made / "include" / header, (resources("include") / header).read_text("utf-8"))
         if folder.exists():
             folder.rmdir()
         made.rename(folder)
@@ -100,9 +101,17 @@ def described(drive: Drive) -> dict[str, Node]:
     n_phases = drive.machine.n_phases
     if n_phases not in PHASES:
         raise ParameterError(f"n_phases = {n_phases}, need {PHASES[0]} to {PHASES[-1]} for export")
+    if drive.converter.bridge != "asymmetric":
+        raise ParameterError(
+            f"[converter] bridge = {drive.converter.bridge!r} cannot be exported: the firmware "
+            "orders legs of two switches each; need bridge = 'asymmetric'"
+        )
     nodes = _core.described(desk_controller(drive))
     if nodes is None:
-        raise ParameterError(f"[control] law = {drive.control.law!r} cannot be exported")  # type: ignore[attr-defined]
+        raise ParameterError(
+            f"[control] law = {drive.control.law!r} cannot be exported; "  # type: ignore[attr-defined]
+            "a law in C++ can (docs/extending.md)"
+        )
     levels = limits(drive)
     fields = {
         "machine": nodes["machine"],
@@ -126,8 +135,9 @@ def desk_controller(drive: Drive) -> _core.Controller:
     return drive.control.model_copy(update={"precision": "float"}).controller(drive.known())
 
 
-def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:
-    """The text of parameters.hpp, its fingerprint, and the bytes of its tables."""
+def parameters(tree: dict[str, Node], own: Mapping[str, str] | None = None) -> tuple[str, int, int]:
+    """The text of parameters.hpp, its fingerprint, and the bytes of its tables; `own` are headers
+    from outside the package."""
     tables = Tables()
     constants = [
         f"inline constexpr {node['type']} {name} = {constant(node, tables, name)};\n"
@@ -136,7 +146,7 @@ def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:
     body = "\n".join([*tables.text, *constants])
     fingerprint = int.from_bytes(hashlib.sha256(body.encode()).digest()[:4], "big")
     names = {"DriveControl", "Protection", *re.findall(r"srm::(\w+)<", body)}
-    includes = sorted({_header_of(name) for name in names})
+    includes = [*sorted({_header_of(name) for name in names}), *list(own or {})[:1]]
     text = "\n".join(
         [
             "// All parameters of the controller, as constants, from `reluctance export firmware`.",
@@ -165,6 +175,11 @@ def headers(texts: list[str]) -> list[str]:
                 found.add(header)
                 texts.append((resources("include") / header).read_text("utf-8"))
     return sorted(found)
+
+
+def _put(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, "utf-8")
 
 
 def _header_of(name: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ from reluctance.export.target import (
     replay,
     target_samples,
 )
+from reluctance.files import scratch
 from reluctance.run.kpis import Kpis
 from reluctance.run.simulate import simulate
 
@@ -106,8 +106,8 @@ def parity(program: Path, cpu: Cpu, recording: Recording) -> Parity:
 
 def check_parity(drive: Drive, *, cpu: Cpu = "cortex-m7", steps: int = STEPS) -> Parity:
     """Export a drive, build it for the emulated target, and replay a simulation on it."""
-    with tempfile.TemporaryDirectory() as scratch:
-        program = build(firmware(drive, Path(scratch) / "package").folder, cpu)
+    with scratch() as place:
+        program = build(firmware(drive, place / "package").folder, cpu)
         return parity(program, cpu, record(drive, steps=steps))
 
 
@@ -125,8 +125,8 @@ def in_the_loop(
     target, desk : Kpis
         The desk's controller computes in single precision too.
     """
-    with tempfile.TemporaryDirectory() as scratch:
-        program = build(firmware(drive, Path(scratch) / "package").folder, cpu)
+    with scratch() as place:
+        program = build(firmware(drive, place / "package").folder, cpu)
         with processor_in_the_loop(
             program,
             cpu,

@@ -7,14 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from reluctance import _core
-from reluctance.files import check_ending, write_table, write_whole
+from reluctance import _core, figures
+from reluctance.files import write_table
 from reluctance.limit.envelope import Envelope
 from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.report import Limit
 from reluctance.units import from_si
 
-ENDINGS = {".png", ".svg", ".pdf"}
 # Of M. Okabe and K. Ito, 2008: told apart by colour-blind readers.
 PHASES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
@@ -122,17 +121,15 @@ def figure(limit: Limit, envelope: Envelope) -> Figure:
     what = "without ripple" if limit.ripple_free else "with least ripple"
     drawn.suptitle(
         f"{limit.drive.name}: least copper {what}, {best.tau_ref:.4g} N m at "
-        f"{from_si(best.omega_m, 'rpm'):.5g} rpm, {best.u_dc:g} V"
+        f"{from_si(best.omega_m, 'rpm'):.5g} rpm, {best.u_dc:g} V",
+        parse_math=False,
     )
     return drawn
 
 
 def save_figure(limit: Limit, envelope: Envelope, path: str | Path) -> None:
-    """Writes the figure; the ending chooses png, svg or pdf."""
-    path = Path(path)
-    check_ending(path, ENDINGS)
-    drawn = figure(limit, envelope)
-    write_whole(path, lambda temporary: drawn.savefig(temporary, dpi=110))
+    """Writes the figure; the ending chooses png, svg, pdf or html."""
+    figures.save_figure(figure(limit, envelope), Path(path), title=limit.drive.name)
 
 
 def _save(path: str | Path, table: dict[str, FloatArray]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from reluctance.drive import Drive
+from reluctance.drive.pump_load import pump
 from reluctance.errors import ParameterError
 from reluctance.units import to_si
 
@@ -17,6 +18,11 @@ def operating_point(
     The speed is the one held, or the greatest reference. The torque is the reference of greatest
     magnitude; with a speed reference it is what load and friction take at that speed.
     """
+    if drive.converter.bridge != "asymmetric":
+        raise ParameterError(
+            f"[converter] bridge = {drive.converter.bridge!r}: the limit is computed for phases "
+            "that share no switch; need bridge = 'asymmetric'"
+        )
     speed = _speed(drive) if omega_m is None else omega_m
     if tau_ref is not None:
         return tau_ref, speed
@@ -24,9 +30,8 @@ def operating_point(
         return _greatest(drive.reference.course[1]), speed
     if drive.reference.kind == "none":
         raise ParameterError("[reference] kind = 'none' asks for no torque; give one with --tau")
-    load = drive.load
-    pump = load.k_pump_Nms2 * speed * abs(speed)
-    return pump + drive.machine.B_Nms * speed + load.tau_Nm, speed
+    load = drive.load.torque(speed) + pump(drive.load).torque(speed, 0.0)
+    return load + drive.machine.B_Nms * speed, speed
 
 
 def check_point(

@@ -15,6 +15,7 @@ from reluctance.maps.table import Array, FluxTable, around
 TORQUE_RMS = 0.05
 AREA = 0.02
 SYMMETRY = 0.005
+TURNS = 0.02  # how near the ratio of torque and co-energy comes to a whole number
 NOISE = 0.003
 ROW = 0.01
 
@@ -94,6 +95,7 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
     symmetry = None if table.half else _symmetry_error(table)
     noise = _noise(table)
     row_error, row = _row_error(table, noise)
+    turns = None if torque_rms is None else _turns(table.tau, tau_W)
     figures = dict(
         monotone_share=float((steps > 0).mean()),
         symmetry_error=symmetry,
@@ -104,6 +106,8 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
         row_error=row_error,
     )
     reasons = _reasons(figures, row)
+    if turns is not None:
+        reasons.insert(0, turns)
     last = float(table.i[-1])
     return MapReport(
         N_r=table.N_r,
@@ -134,6 +138,23 @@ def coenergy_torque(table: FluxTable) -> Array:
     """dW_c/dtheta_m of the table itself, shape (n_i, n_theta) [N m]."""
     slope: Array = around(table, coenergy(table)).derivative()(table.theta_e)
     return table.N_r * slope
+
+
+def _turns(tau: Array | None, tau_W: Array) -> str | None:
+    """A flux linkage of another number of turns than the torque: their ratio is a whole number, and
+    with it they belong together."""
+    if tau is None:
+        return None
+    factor = float(np.sum(tau * tau_W) / np.sum(tau_W**2))
+    left = float(np.sqrt(np.mean((tau - factor * tau_W) ** 2) / np.mean(tau**2)))
+    whole = round(max(factor, 1 / factor)) if factor > 0 else 0
+    if whole < 2 or abs(max(factor, 1 / factor) / whole - 1) > TURNS or left > TORQUE_RMS:
+        return None
+    times = f"1/{whole}" if factor > 1 else f"{whole}"
+    return (
+        f"flux is {times} times what the torque belongs to: of another number of turns in series; "
+        f"pass --turns_factor {factor if factor > 1 else 1 / whole:.6g}"
+    )
 
 
 def _area_error(table: FluxTable) -> float:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from reluctance.errors import ParameterError
 from reluctance.maps.raw import RawMap
@@ -36,6 +37,7 @@ def settled(
     angle_kind: str | None = None,
     zero: str | None = None,
     layout: str | None = None,
+    aligned_at: float | None = None,
 ) -> FluxTable:
     """The table in the project's convention: what the user states wins, then what the file says,
     then what the numbers show; the notes tell which.
@@ -47,13 +49,15 @@ def settled(
     """
     stated = dict(angle_unit=angle_unit, angle_kind=angle_kind, zero=zero, layout=layout)
     for name, value in stated.items():
+        if name == "zero" and value is not None and aligned_at is not None:
+            raise ParameterError("zero and aligned_at say the same; give one of them")
         if value is not None and value not in CHOICES[name]:
             raise ParameterError(f"{name} = {value!r}, need one of {', '.join(CHOICES[name])}")
     N_r = N_r if N_r is not None else raw.N_r
     if N_r is None:
-        raise ParameterError("the file does not give the rotor poles; pass N_r")
+        raise ParameterError("the file does not give the rotor poles; pass N_r (--N_r)")
     if N_r < 1:
-        raise ParameterError(f"N_r = {N_r}, need the number of rotor poles; pass N_r")
+        raise ParameterError(f"N_r = {N_r}, need the number of rotor poles; pass N_r (--N_r)")
     notes: list[str] = []
     i, angle, psi, tau = _oriented(raw, layout, N_r, notes)
     for name, table in (("flux", psi), ("torque", tau)):
@@ -67,8 +71,12 @@ def settled(
     i, psi, tau = _currents(i, psi, tau, notes)
     angle, psi, tau = _rising(angle, psi, tau, notes)
     reading = _angles(angle, N_r, unit, kind, notes)
-    theta_e = angle * reading.factor
-    where = zero or raw.zero or _zero(theta_e, psi, reading.halves, notes)
+    if aligned_at is not None:
+        theta_e, where = (angle - aligned_at) * reading.factor + np.pi, "unaligned"
+        notes.append(f"angles shifted: aligned at {aligned_at:g} {reading.unit} of the file")
+    else:
+        theta_e = angle * reading.factor
+        where = zero or raw.zero or _zero(theta_e, psi, reading, notes)
     if where not in CHOICES["zero"]:
         raise ParameterError(f"zero = {where!r}, need one of {', '.join(CHOICES['zero'])}")
     if where == "aligned":
@@ -76,9 +84,11 @@ def settled(
     if reading.halves == 1:
         theta_e, psi, tau, error = (*_half(theta_e, psi, tau, notes), 0.0)
     else:
-        theta_e, psi, tau, error = _whole(theta_e, psi, tau)
+        theta_e, psi, tau, error = _whole(theta_e, psi, tau, notes)
     _peak_is_aligned(theta_e, psi, where)
     tau = _signed(theta_e, psi, tau, i, notes)
+    if tau is None and reading.kind == "electrical":
+        notes.append(f"N_r = {N_r} as stated: electrical angles without torque cannot tell")
     return FluxTable(N_r, i, theta_e, psi, tau, error, tuple(notes))
 
 
@@ -98,7 +108,7 @@ def _oriented(
         if fits[0] == fits[1]:
             raise ParameterError(
                 "cannot tell currents from angles, need flux 0 at 0 A and a half or whole period "
-                "of angles; pass layout=currents_down or angles_down"
+                "of angles; pass layout=currents_down or angles_down (--layout ...)"
             )
         known = "currents_down" if fits[0] else "angles_down"
         notes.append(f"{known.replace('_', ' ')} the rows, since flux vanishes there at 0 A")
@@ -208,7 +218,10 @@ def _angles(
     low, high = float(angle.min()), float(angle.max())
     if len(readings) > 1:
         ways = " or ".join(f"{r.unit} {r.kind}" for r in readings)
-        raise ParameterError(f"angles {low:g} to {high:g} read as {ways}; pass unit and kind")
+        raise ParameterError(
+            f"angles {low:g} to {high:g} read as {ways}; pass angle_unit "
+            "and angle_kind (--angle_unit, --angle_kind)"
+        )
     if readings:
         reading = readings[0]
         period = "half" if reading.halves == 1 else "whole"
@@ -224,7 +237,8 @@ def _angles(
         said = " ".join(w for w in (unit, kind) if w)
         raise ParameterError(
             f"angles {low:g} to {high:g} are no half or whole period in {said}, but in "
-            f"{other.unit} {other.kind}; pass angle_unit={other.unit}, angle_kind={other.kind}"
+            f"{other.unit} {other.kind}; pass angle_unit={other.unit}, angle_kind={other.kind} "
+            f"(--angle_unit {other.unit} --angle_kind {other.kind})"
         )
     unit = unit or ("deg" if high - low > 2 * np.pi else "rad")
     turn = 180 / np.pi * UNITS[unit]
@@ -238,10 +252,10 @@ def _angles(
     )
 
 
-def _zero(theta_e: Array, psi: Array, halves: int, notes: list[str]) -> str:
+def _zero(theta_e: Array, psi: Array, reading: Reading, notes: list[str]) -> str:
     """Where the file's angle zero is, from where the flux is largest."""
     flux = psi.mean(axis=0)
-    if halves == 1:
+    if reading.halves == 1:
         peak = theta_e[[0, -1]][int(flux[-1] > flux[0])]
     else:
         peak = float(np.angle(np.sum(flux * np.exp(1j * theta_e))))
@@ -249,7 +263,8 @@ def _zero(theta_e: Array, psi: Array, halves: int, notes: list[str]) -> str:
     if np.pi / 6 < from_zero < np.pi * 5 / 6:
         raise ParameterError(
             f"flux is largest {np.degrees(peak):.0f} deg el. from the file's zero, need 0 or 180; "
-            "shift the angles so that zero is aligned or unaligned"
+            f"pass the file's angle of alignment, aligned_at={peak / reading.factor:.4g} "
+            f"(--aligned_at {peak / reading.factor:.4g})"
         )
     where = "aligned" if from_zero < np.pi / 2 else "unaligned"
     notes.append(f"angle zero read as {where}, from where the flux is largest")
@@ -278,9 +293,10 @@ def _half(
 
 
 def _whole(
-    theta_e: Array, psi: Array, tau: Array | None
+    theta_e: Array, psi: Array, tau: Array | None, notes: list[str]
 ) -> tuple[Array, Array, Array | None, float]:
-    """A whole period from 0, without 2 pi; where both ends are given, their mean and difference."""
+    """A whole period from 0, without 2 pi; where both ends are given, their mean and difference.
+    Where no sample is at 0, a periodic spline gives the values at as many even angles."""
     error = 0.0
     if abs(theta_e[-1] - theta_e[0] - 2 * np.pi) < 2 * MATCH * np.pi:
         error = float(np.abs(psi[:, -1] - psi[:, 0]).max() / np.abs(psi).max())
@@ -290,13 +306,21 @@ def _whole(
     turned = np.mod(theta_e + 1e-9, 2 * np.pi) - 1e-9
     order = np.argsort(turned)
     turned = turned[order]
+    psi, tau = psi[:, order], None if tau is None else tau[:, order]
     if abs(turned[0]) > 1e-6:
-        raise ParameterError(
-            f"no sample at the file's zero angle, the nearest is {np.degrees(turned[0]):.3g} deg "
-            "el. off; shift the angles"
-        )
-    tau = None if tau is None else tau[:, order]
-    return _snapped(np.append(turned, 2 * np.pi), 2 * np.pi)[:-1], psi[:, order], tau, error
+        even = np.linspace(0, 2 * np.pi, len(turned), endpoint=False)
+        psi = _periodic(turned, psi)(even)
+        tau = None if tau is None else _periodic(turned, tau)(even)
+        turned = even
+        notes.append(f"no sample at angle zero: {len(even)} even angles by a periodic spline")
+    return _snapped(np.append(turned, 2 * np.pi), 2 * np.pi)[:-1], psi, tau, error
+
+
+def _periodic(theta_e: Array, values: Array) -> CubicSpline:
+    closed = np.hstack([values, values[:, :1]])
+    return CubicSpline(
+        np.append(theta_e, theta_e[0] + 2 * np.pi), closed, axis=1, bc_type="periodic"
+    )
 
 
 def _snapped(theta_e: Array, span: float) -> Array:
@@ -312,7 +336,8 @@ def _peak_is_aligned(theta_e: Array, psi: Array, where: str) -> None:
     if flux[0] > flux[np.argmin(np.abs(theta_e - np.pi))]:
         other = "unaligned" if where == "aligned" else "aligned"
         raise ParameterError(
-            f"zero = {where}, but flux falls towards what would be alignment; pass zero={other}"
+            f"zero = {where}, but flux falls towards what would be alignment; pass zero={other} "
+            f"(--zero {other})"
         )
 
 

@@ -1,4 +1,4 @@
-"""Read map files: CSV as a grid or in long form, MATLAB .mat (v5 to v7), JSON."""
+"""Read map files: text as a grid, in long form or as a sweep; .xlsx, .mat (v5 to v7), JSON."""
 
 import csv
 import json
@@ -11,9 +11,12 @@ import numpy as np
 import scipy.io
 
 from reluctance.errors import ParameterError
+from reluctance.files import is_file
+from reluctance.maps.cells import numeric, sheet_rows, text_rows
 from reluctance.maps.conventions import settled
 from reluctance.maps.raw import Column, RawMap, chosen, column
 from reluctance.maps.table import Array, FluxTable
+from reluctance.maps.variations import is_swept, swept
 
 # Maps in the wild have 6 to 31 angles and 6 to 19 currents, some kilobytes.
 MAX_BYTES = 20_000_000
@@ -27,6 +30,7 @@ def read_map(
     angle_kind: str | None = None,
     zero: str | None = None,
     layout: str | None = None,
+    aligned_at: float | None = None,
     names: Mapping[str, str] | None = None,
     torque: str | Path | None = None,
 ) -> FluxTable:
@@ -35,8 +39,9 @@ def read_map(
     Parameters
     ----------
     path : path
-        .csv, .txt or .tsv (grid: first row and column are the axes; long: a header like
-        `i_A, theta_deg, psi_Wb, tau_Nm`), .mat (v5 to v7) or .json.
+        .csv, .txt, .tsv or .xlsx (grid: first row and column are the axes; long: a header like
+        `i_A, theta_deg, psi_Wb, tau_Nm`; sweep: a column for each current), .mat (v5 to v7) or
+        .json.
     N_r : int
         Rotor poles; needed unless the file has `N_r`.
     angle_unit : {"deg", "rad"}, optional
@@ -45,10 +50,13 @@ def read_map(
         Where the file's angle zero is.
     layout : {"currents_down", "angles_down"}, optional
         What runs down the rows of the flux table.
+    aligned_at : float, optional
+        The file's angle, in its own unit, at which the poles are aligned; instead of `zero`.
     names : mapping, optional
-        Names in the file: keys "psi", "i", "theta", "tau".
+        Names in the file: keys "psi", "i", "theta", "tau". Of a file without a header the numbers
+        of its columns: "1", "2", ...
     torque : path, optional
-        A second grid with the torque, on the same axes.
+        A second file with the torque, as a grid or in long form, on the same axes.
 
     Returns
     -------
@@ -64,19 +72,18 @@ def read_map(
     try:
         raw = _read(path, dict(names or {}))
         if torque is not None:
-            other = _read(Path(torque), {})
-            if not (
-                np.array_equal(other.rows, raw.rows) and np.array_equal(other.columns, raw.columns)
-            ):
-                raise ParameterError(
-                    f"axes of {torque} differ from those of the flux; export both on one grid"
-                )
-            raw = replace(raw, tau=other.psi)
+            raw = with_torque(raw, _read(Path(torque), {}, torque=True), Path(torque))
         return settled(
-            raw, N_r=N_r, angle_unit=angle_unit, angle_kind=angle_kind, zero=zero, layout=layout
+            raw,
+            N_r=N_r,
+            angle_unit=angle_unit,
+            angle_kind=angle_kind,
+            zero=zero,
+            layout=layout,
+            aligned_at=aligned_at,
         )
     except ParameterError as fault:
-        raise ParameterError(f"{path.name}: {fault}") from None
+        raise ParameterError(f"{path}: {fault}") from None
 
 
 def write_map(table: FluxTable, path: str | Path) -> None:
@@ -93,8 +100,18 @@ def write_map(table: FluxTable, path: str | Path) -> None:
                 writer.writerow([repr(float(v)) for v in row])
 
 
-def _read(path: Path, names: dict[str, str]) -> RawMap:
-    if not path.is_file():
+def with_torque(raw: RawMap, other: RawMap, where: Path) -> RawMap:
+    """A flux map with the torque of another file, whichever way round its table is."""
+    axes, theirs = (raw.rows, raw.columns), (other.rows, other.columns)
+    for found, table in ((theirs, other.psi), (theirs[::-1], other.psi.T)):
+        if all(len(a) == len(b) and np.allclose(a, b) for a, b in zip(axes, found, strict=True)):
+            return replace(raw, tau=table)
+    raise ParameterError(f"axes of {where} differ from those of the flux; export both on one grid")
+
+
+def _read(path: Path, names: dict[str, str], *, torque: bool = False) -> RawMap:
+    """What a file says; of a file with the torque, that in the place of the flux."""
+    if not is_file(path):
         raise ParameterError("no such file; check the path")
     size = path.stat().st_size
     if size == 0:
@@ -107,35 +124,31 @@ def _read(path: Path, names: dict[str, str]) -> RawMap:
     suffix = path.suffix.lower()
     if suffix == ".mat":
         return _read_mat(path, names)
+    if suffix == ".xlsx":
+        return _from_rows(sheet_rows(path), names, torque=torque)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise ParameterError("the file is not text; export it as CSV, JSON or .mat v7") from None
     if suffix == ".json":
         return _read_json(text, names)
-    if suffix in (".csv", ".txt", ".tsv", ".tab", ".dat"):
-        return _read_csv(text, names)
+    if suffix in (".csv", ".txt", ".tsv", ".tab", ".dat", ".out", ".lis", ".ans"):
+        return _from_rows(text_rows(text), names, torque=torque)
     raise ParameterError(
-        f"format `{suffix}` is unknown, need .csv, .mat or .json; export it as one"
+        f"format `{suffix}` is unknown, need .csv, .txt, .xlsx, .mat or .json; export it as one"
     )
 
 
-def _read_csv(text: str, names: dict[str, str]) -> RawMap:
-    lines = [s for s in text.splitlines() if s.strip() and not s.lstrip().startswith("#")]
-    if not lines:
-        raise ParameterError("the file has no data; export the map again")
-    separator = next((s for s in ";\t," if s in lines[0]), None)
-    if separator == ";" and "." not in text:
-        lines = [s.replace(",", ".") for s in lines]  # decimal commas
-    rows = [[c.strip().strip('"') for c in s.split(separator)] for s in lines]
-    for number, row in enumerate(rows, 1):
-        if len(row) != len(rows[0]):
-            raise ParameterError(
-                f"data row {number} has {len(row)} cells, need {len(rows[0])} as in the first; "
-                "fill or remove the row"
-            )
-    if names or sum(column(cell) is not None for cell in rows[0] if not _numeric(cell)) >= 3:
-        return _long(rows, names)
+def _from_rows(rows: list[list[str]], names: dict[str, str], *, torque: bool) -> RawMap:
+    """The map in rows of cells: long, a sweep, or a grid."""
+    head = rows[0]
+    if is_swept(head):
+        return swept(rows)
+    if names and all(map(numeric, head)):  # no header: columns have numbers
+        head = [str(n) for n in range(1, len(head) + 1)]
+        rows = [head, *rows]
+    if names or sum(_named_column(cell) for cell in head) >= 3:
+        return _long(rows, names, torque=torque)
     if len(rows) < 3 or len(rows[0]) < 3:
         raise ParameterError(
             f"the table is {len(rows)} x {len(rows[0])}, need a grid with axes in the first row "
@@ -148,10 +161,18 @@ def _read_csv(text: str, names: dict[str, str]) -> RawMap:
     return RawMap(rows=body[:, 0], columns=columns, psi=body[:, 1:])
 
 
-def _long(rows: list[list[str]], names: dict[str, str]) -> RawMap:
+def _named_column(cell: str) -> bool:
+    try:
+        return not numeric(cell) and column(cell) is not None
+    except ParameterError:  # a unit that is unknown
+        return True
+
+
+def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False) -> RawMap:
     """The grid behind rows of samples in any order."""
     head = rows[0]
-    found = chosen(head, names, "the header")
+    value = "tau" if torque else "psi"
+    found = chosen(head, names, "the header", (value, "i", "theta"))
     data = {
         q: np.array(
             [
@@ -173,14 +194,16 @@ def _long(rows: list[list[str]], names: dict[str, str]) -> RawMap:
             f"the sample at {i[k]:g} A, angle {theta[n]:g} {fault}, need every current at every "
             f"angle once ({len(i)} x {len(theta)}); complete the grid"
         )
-    grids = {}
+    grids: dict[str, Array] = {}
     for quantity in ("psi", "tau"):
         if quantity in data:
             grids[quantity] = np.empty(count.shape)
             grids[quantity][row, place] = data[quantity]
     angle = found["theta"][1]
     tau = grids.get("tau")
-    return RawMap(i, theta, grids["psi"], tau, "currents_down", None, angle.unit, angle.kind)
+    flux = grids[value]
+    extra = None if torque else tau
+    return RawMap(i, theta, flux, extra, "currents_down", None, angle.unit, angle.kind)
 
 
 def _read_json(text: str, names: dict[str, str]) -> RawMap:
@@ -277,16 +300,8 @@ def _size(values: Array) -> str:
     return " x ".join(map(str, values.shape))
 
 
-def _numeric(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
 def _number(cell: str, row: int, place: int) -> float:
-    if not _numeric(cell):
+    if not numeric(cell):
         raise ParameterError(
             f"data row {row}, column {place}: `{cell}` is not a number; fill the cell or name the "
             "columns like i_A, theta_deg, psi_Wb"

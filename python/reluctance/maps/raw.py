@@ -1,7 +1,7 @@
 """What a map file says before conventions are settled, and how its quantities are named."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from reluctance.errors import ParameterError
@@ -15,11 +15,12 @@ STEMS = {
     "tau": ("ttbl", "tau", "torque", "t", "tau_ph", "phase_torque"),
 }
 UNITS = {
-    "psi": {"wb": 1.0, "mwb": 1e-3, "vs": 1.0, "mvs": 1e-3},
-    "i": {"a": 1.0, "ma": 1e-3, "ka": 1e3},
-    "tau": {"nm": 1.0, "mnm": 1e-3},
-    "theta": {"deg": 1.0, "rad": 1.0},
+    "psi": {"wb": 1.0, "mwb": 1e-3, "uwb": 1e-6, "vs": 1.0, "mvs": 1e-3, "weber": 1.0},
+    "i": {"a": 1.0, "ma": 1e-3, "ka": 1e3, "amp": 1.0, "ampere": 1.0},
+    "tau": {"nm": 1.0, "mnm": 1e-3, "newtonmeter": 1.0, "mnewtonmeter": 1e-3},
+    "theta": {"deg": 1.0, "rad": 1.0, "degree": 1.0, "degrees": 1.0, "radian": 1.0},
 }
+SPELLED = {"degree": "deg", "degrees": "deg", "radian": "rad"}
 KINDS = {
     "e": "electrical",
     "el": "electrical",
@@ -71,12 +72,44 @@ class Column:
 
 def column(name: str) -> Column | None:
     """The quantity that a name like `i_A`, `theta_m_deg`, `psi [mWb]` or `FTBL` stands for."""
-    words = [w for w in re.split(r"[\s_\[\]()./]+", name.strip().lower()) if w]
+    words = _words(name)
     for quantity, stems in STEMS.items():
         for n in range(len(words), 0, -1):
-            if "_".join(words[:n]) in stems:
+            stem = "_".join(words[:n])
+            if stem in stems or stem.removesuffix("s") in stems:
                 return _with_unit(quantity, words[n:], name)
     return None
+
+
+def leading(name: str) -> str:
+    """A name without what a program adds in front or in parentheses: `Moving1.Torque`,
+    `FluxLinkage(PhaseA) [Wb]`."""
+    return re.sub(r"\([^)]*\)", " ", name).rpartition(".")[2] if "[" in name else name
+
+
+def stated_column(quantity: str, name: str) -> Column:
+    """A name that the user says is this quantity: its unit, and kind for angles, where it ends in
+    one: `I_aa[A]`, `rotor (el. deg)`."""
+    unit = kind = None
+    for word in reversed(_words(name)):
+        if unit is None and word in UNITS[quantity]:
+            unit = word
+        elif kind is None and quantity == "theta" and word in KINDS:
+            kind = KINDS[word]
+        else:
+            break
+    return _column(quantity, unit, kind)
+
+
+def _words(name: str) -> list[str]:
+    """The parts of a name in lower case. A dot or a product sign within a unit joins: N.m, V s."""
+    joined = re.sub(r"\b(m?N|m?V)\s*[.*·]\s*(m|s)\b", r"\1\2", name.strip())
+    return [w for w in re.split(r"[\s_\[\]()./,:]+", joined.lower()) if w]
+
+
+def _column(quantity: str, unit: str | None, kind: str | None) -> Column:
+    factor = UNITS[quantity][unit] if unit else 1.0
+    return Column(quantity, factor, SPELLED.get(unit, unit) if unit else None, kind)
 
 
 def _with_unit(quantity: str, words: list[str], name: str) -> Column:
@@ -92,11 +125,14 @@ def _with_unit(quantity: str, words: list[str], name: str) -> Column:
                 f"column `{name}` has the unknown part `{word}`, need a unit out of {units} "
                 "(any case); rename the column"
             )
-    return Column(quantity, UNITS[quantity][unit] if unit else 1.0, unit, kind)
+    return _column(quantity, unit, kind)
 
 
 def chosen(
-    names: Iterable[str], selected: Mapping[str, str], what: str
+    names: Iterable[str],
+    selected: Mapping[str, str],
+    what: str,
+    required: Collection[str] = REQUIRED,
 ) -> dict[str, tuple[str, Column]]:
     """Quantity -> (name, column) for the names of a file; `selected` maps quantity to name.
 
@@ -115,11 +151,13 @@ def chosen(
             )
     found: dict[str, tuple[str, Column]] = {}
     for quantity, name in selected.items():
-        known = column(name)
-        ours = known is not None and known.quantity == quantity
-        found[quantity] = (name, known if known is not None and ours else Column(quantity))
+        found[quantity] = (name, stated_column(quantity, name))
+    doubt: ParameterError | None = None
     for name in names:
-        known = column(name) if name not in selected.values() else None
+        try:
+            known = column(name) if name not in selected.values() else None
+        except ParameterError as fault:  # a unit that is unknown: told where nothing else fits
+            doubt, known = fault, None
         if known is None or known.quantity in selected:
             continue
         if known.quantity in found:
@@ -128,7 +166,9 @@ def chosen(
                 f"select one with {known.quantity}=NAME"
             )
         found[known.quantity] = (name, known)
-    missing = [q for q in REQUIRED if q not in found]
+    missing = [q for q in required if q not in found]
+    if missing and doubt is not None:
+        raise doubt
     if missing:
         raise ParameterError(
             f"{what} has no {' and no '.join(missing)}, it has {listed}; select names as "

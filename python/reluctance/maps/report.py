@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 from rich.table import Table
+from rich.text import Text
 
 from reluctance.maps.check import AREA, NOISE, ROW, SYMMETRY, TORQUE_RMS, MapReport
 from reluctance.maps.fit import LeHuyFit, TwoTermFit
@@ -45,7 +46,7 @@ def fit_table(name: str, simple: LeHuyFit, better: TwoTermFit) -> Table:
 
 
 def _table(name: str, head: Row, rows: Iterable[Row]) -> Table:
-    table = Table(title=name)
+    table = Table(title=Text(name))
     for column, justify in zip(head, ("left", "right", "right"), strict=True):
         table.add_column(column, justify=justify)  # type: ignore[arg-type]
     for row in rows:

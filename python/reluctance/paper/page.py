@@ -25,6 +25,8 @@ th.claim{width:52%}
 .confirmed{color:#0a6b2d}.not-confirmed{color:#b3261e}.cannot-be-checked{color:#6b5900}
 .verdict{white-space:nowrap;font-weight:600}
 .why{color:#555}
+@media(max-width:50em){table{display:block;overflow-x:auto}td.n,td.label{white-space:normal}
+th.claim{width:auto}td,th{padding-right:.4em}body{margin:1em auto}}
 img{max-width:100%}figure{margin:1.5em 0}figcaption{color:#444}
 code,pre{background:#f3f3f3;padding:.1em .3em}pre{padding:.7em}
 """

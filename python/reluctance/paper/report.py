@@ -2,14 +2,12 @@
 
 import io
 import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from reluctance.errors import ParameterError
-from reluctance.files import write_whole
+from reluctance.files import check_folder, make_folder, write_together
 from reluctance.paper.claim import Claim
 from reluctance.paper.claims import claims
 from reluctance.paper.figures import PICTURES
@@ -51,16 +49,12 @@ def write(
     ParameterError
         If the folder cannot be written to.
     """
-    _check(folder)
+    check_folder(folder)
     found = study(grid, progress=progress)
     rows = claims(found)
     contents = _contents(found, rows, progress)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, content in contents.items():
-            write_whole(folder / name, partial(_put, content))
-    except OSError as fault:
-        raise ParameterError(f"cannot write to {folder}: {fault.strerror}") from None
+    make_folder(folder)
+    write_together({folder / name: partial(_put, content) for name, content in contents.items()})
     return Report(files=[folder / name for name in contents], claims=rows)
 
 
@@ -82,17 +76,6 @@ def _contents(
         "claims.json": (table + "\n").encode(),
         "report.html": page(found, rows, images).encode(),
     }
-
-
-def _check(folder: Path) -> None:
-    """Before the work: could the folder be made and written to?"""
-    there = folder.absolute()
-    while not there.exists():
-        there = there.parent
-    if not there.is_dir():
-        raise ParameterError(f"{folder}: {there} is a file, need a folder; choose another --out")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise ParameterError(f"{folder}: no right to write in {there}; choose another --out")
 
 
 def _put(content: bytes, path: Path) -> None:

@@ -19,12 +19,10 @@ from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.errors import ParameterError
-from reluctance.files import check_ending
-from reluctance.run.plots import save_figure
+from reluctance.figures import check_figure, save_figure
 from reluctance.run.result import Result
 
 FloatArray = NDArray[np.float64]
-ENDINGS = {".png", ".svg"}
 CURVES_DEG = (0.0, 45.0, 90.0, 135.0, 180.0)  # magnetisation curves behind the loop
 
 
@@ -104,7 +102,7 @@ def text(loop: EnergyLoop) -> str:
 
 
 def save_energy_loop(result: Result, path: str | Path) -> list[EnergyLoop]:
-    """Draws the loop of phase a; the ending chooses png or svg.
+    """Draws the loop of phase a; the ending chooses png, svg, pdf or html.
 
     Returns
     -------
@@ -112,10 +110,10 @@ def save_energy_loop(result: Result, path: str | Path) -> list[EnergyLoop]:
         Of all phases.
     """
     path = Path(path)
-    check_ending(path, ENDINGS)
+    check_figure(path)
     loops = energy_loops(result)
     figure = Figure(figsize=(7.5, 5.5), layout="constrained")
     FigureCanvasAgg(figure)
     plot_energy_loop(figure.subplots(), result, loops[0])
-    save_figure(figure, path)
+    save_figure(figure, path, title=f"{result.drive.name}: energy loop")
     return loops

@@ -15,6 +15,8 @@ from reluctance.run.plant import bridge
 from reluctance.units import from_si
 
 NOT_HELD = 0.05  # deviation of the mean torque from its reference that is worth a remark
+MEANS_NOTHING = 100.0  # a ripple of 10 000 %: the mean that it is held against is about zero
+FEW_SAMPLES = 10.0  # of the controller in an electrical period: below, a remark
 DRIFTS = 0.02  # of the mean torque, by a period: above, the drive has not settled
 
 
@@ -65,8 +67,10 @@ class Kpis:
         Mean speed [rad/s].
     speed_ripple_pp : float or None
         Peak to peak, (max - min)/mean [1]; None at standstill.
-    u_dc_min, u_dc_max : float
-        Least and greatest dc-link voltage [V].
+    u_dc_min : float
+        Least dc-link voltage [V].
+    u_dc_max : float
+        Greatest dc-link voltage [V].
     p_source : float
         Power from the source of the dc link: before the loss in a battery [W].
     energy_residual : float or None
@@ -257,5 +261,5 @@ def _efficiency(p_mech: float, p_in: float) -> float | None:
 
 
 def _ratio(part: float, whole: float | None) -> float | None:
-    """part/|whole|; None where the whole is 0 or None."""
-    return part / abs(whole) if whole else None
+    """part/|whole|; None where the whole is 0 or None, or so small that the ratio says nothing."""
+    return part / abs(whole) if whole and part < MEANS_NOTHING * abs(whole) else None

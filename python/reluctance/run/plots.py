@@ -1,22 +1,17 @@
 """Figures of a run. Each function draws on Axes that it is given and returns them."""
 
-import base64
-import html
-import io
 from dataclasses import replace
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from reluctance.files import check_ending, write_whole
+from reluctance.figures import save_figure
 from reluctance.run.result import Result
 from reluctance.units import from_si
 
-ENDINGS = {".png", ".svg", ".html"}
 LEG_NAMES = ("demagnetize", "freewheel", "magnetize")
 
 
@@ -35,8 +30,8 @@ def _legend_above(ax: Axes) -> None:
 def _last(result: Result, start: float) -> Result:
     """The waveforms from `start` [s] on."""
     kept = result.t >= start
-    rows = {name: getattr(result, name)[kept] for name in ("t", "tau", "tau_ref")}
-    phases = {name: getattr(result, name)[:, kept] for name in ("i", "i_ref", "leg")}
+    rows = {name: getattr(result, name)[kept] for name in ("t", "omega_m", "tau", "tau_ref")}
+    phases = {name: getattr(result, name)[:, kept] for name in ("i", "i_ref", "leg", "tau_ph")}
     return replace(result, **rows, **phases)
 
 
@@ -52,8 +47,22 @@ def plot_torque(ax: Axes, result: Result) -> Axes:
 
 def plot_speed(ax: Axes, result: Result) -> Axes:
     """Speed over time."""
-    ax.plot(result.t * 1e3, from_si(result.omega_m, "rpm"), lw=1.2)
+    ax.plot(result.t * 1e3, from_si(result.omega_m, "rpm"), lw=1.2, label="speed")
+    if result.drive.reference.kind == "speed":
+        times, speeds = result.drive.reference.course
+        asked = from_si(np.interp(result.t, times, speeds), "rpm")
+        ax.plot(result.t * 1e3, asked, "k--", lw=0.8, label="reference")
+        _legend_above(ax)
     ax.set(xlabel="time (ms)", ylabel="speed (rpm)")
+    return ax
+
+
+def plot_phase_torques(ax: Axes, result: Result) -> Axes:
+    """Torque of each phase over time."""
+    for k, tau in enumerate(result.tau_ph):
+        ax.plot(result.t * 1e3, tau, lw=0.8, label=f"phase {'abcdef'[k]}")
+    ax.set(xlabel="time (ms)", ylabel="torque of the phases (N m)")
+    _legend_above(ax)
     return ax
 
 
@@ -74,7 +83,8 @@ def plot_legs(ax: Axes, result: Result) -> Axes:
     """Leg states, one band per phase."""
     n_phases = len(result.leg)
     for k, leg in enumerate(result.leg):
-        ax.step(result.t * 1e3, 3 * (n_phases - 1 - k) + leg + 1, where="post", lw=0.6)
+        level = 3 * (n_phases - 1 - k) + leg + 1
+        ax.step(result.t * 1e3, level, where="post", lw=0.6, label=f"phase {'abcdef'[k]}")
     heights = [3 * (n_phases - 1 - k) + state for k in range(n_phases) for state in range(3)]
     names = [f"{'abcdef'[k]} {LEG_NAMES[state]}" for k in range(n_phases) for state in range(3)]
     ax.set_yticks(heights, names, fontsize=7)
@@ -83,7 +93,8 @@ def plot_legs(ax: Axes, result: Result) -> Axes:
 
 
 def overview(result: Result, *, last_periods: float = 2.0) -> Figure:
-    """Torque and speed of the whole run; currents and legs of its last electrical periods.
+    """Torque and speed of the whole run; currents and legs of its last electrical periods. Where
+    the speed is held, the torques of the phases take its place.
 
     Returns
     -------
@@ -94,56 +105,25 @@ def overview(result: Result, *, last_periods: float = 2.0) -> Figure:
     FigureCanvasAgg(figure)
     torque, speed, currents, legs = figure.subplots(2, 2).flat
     plot_torque(torque, result).set_title("whole run", loc="left")
-    plot_speed(speed, result).set_title("whole run", loc="left")
     period = 2 * np.pi / result.drive.machine.N_r / max(abs(result.kpis.speed_mean), 1e-9)
     start = max(result.t[-1] - last_periods * period, 0.0)
-    for ax, plot in ((currents, plot_currents), (legs, plot_legs)):
-        plot(ax, _last(result, start)).set_title(f"last {last_periods:g} periods", loc="left")
+    late = [(currents, plot_currents), (legs, plot_legs)]
+    if np.ptp(result.omega_m) > 0:
+        plot_speed(speed, result).set_title("whole run", loc="left")
+    else:  # a held speed would fill a panel with a constant
+        late.append((speed, plot_phase_torques))
+    for ax, plot in late:
+        shown = f"last {last_periods:g} periods" if start > 0 else "whole run"
+        plot(ax, _last(result, start)).set_title(shown, loc="left")
         ax.set_xlim(start * 1e3, result.t[-1] * 1e3)
-    figure.suptitle(result.drive.name)
+    figure.suptitle(result.drive.name, parse_math=False)
     return figure
 
 
 def save_plot(result: Result, path: str | Path) -> None:
-    """Writes the overview; the ending chooses png, svg or html (with the key figures)."""
+    """Writes the overview; the ending chooses png, svg, pdf or html. The page has zoom over the
+    whole run, and the key figures."""
     path = Path(path)
-    ending = check_ending(path, ENDINGS)
-    figure = overview(result)
-    if ending == ".html":
-        write_whole(path, lambda p: _write_text(p, page(result, figure)))
-    else:
-        save_figure(figure, path)
-
-
-def save_figure(figure: Figure, path: Path) -> None:
-    """Writes a png or svg, the same bytes for the same figure."""
-    metadata = _metadata(path.suffix.lower())
-    with mpl.rc_context({"svg.hashsalt": "reluctance"}):
-        write_whole(path, lambda p: figure.savefig(p, dpi=110, metadata=metadata))
-
-
-def _metadata(ending: str) -> dict[str, str | None]:
-    return {"Date": None} if ending == ".svg" else {"Software": None}
-
-
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
-
-
-def embedded(figure: Figure) -> str:
-    """The figure as the source of an <img>, so that a page needs no other file."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
-    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
-
-
-def page(result: Result, figure: Figure) -> str:
-    """One self-contained page: key figures and the overview."""
-    name = html.escape(result.drive.name)
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title>'
-        "<style>body{font-family:sans-serif;margin:2em;max-width:70em}"
-        "td{padding:.1em 1em .1em 0;font-variant-numeric:tabular-nums}img{max-width:100%}</style>"
-        f'<h1>{name}</h1><img alt="waveforms" src="{embedded(figure)}">'
-        f"{result.kpis._repr_html_()}</html>\n"
-    )
+    whole = path.suffix.lower() == ".html"
+    drawn = overview(result, last_periods=np.inf if whole else 2.0)
+    save_figure(drawn, path, title=result.drive.name, below=result.kpis._repr_html_())

@@ -12,6 +12,7 @@ from reluctance.drive import Drive
 from reluctance.drive.control import NEVER_REACHED
 from reluctance.drive.own_law import Law, controller_of
 from reluctance.errors import ParameterError
+from reluctance.run.bounds import Bounds
 from reluctance.run.columns import Rows
 from reluctance.run.kpis import Kpis, evaluated, kpis
 from reluctance.run.losses import iron_loss
@@ -52,7 +53,8 @@ def simulate(
     Raises
     ------
     ParameterError
-        If an argument is of the wrong kind, or `until` or `record` is out of range.
+        If an argument is of the wrong kind, `until` or `record` is out of range, the waveforms
+        would not fit, or speed or current leave what the machine can mean.
 
     Examples
     --------
@@ -62,6 +64,7 @@ def simulate(
     41
     """
     end = _checked(drive, until, record)
+    bounds = Bounds(drive, end, record)
     if law is not None:
         controller = controller_of(law, drive.control, drive.known())
     elif controller is None:
@@ -70,7 +73,7 @@ def simulate(
     watched = iron or record is not None
     loop = closed_loop(drive, controller, -1.0 if not watched else 0.0 if iron else record or 0.0)
     loop.close_period()
-    waveforms, periods = [], []
+    waveforms, periods, kept = [], [], 0
     wall, t = 0.0, 0.0
     while t < end:
         start = time.perf_counter()
@@ -78,6 +81,8 @@ def simulate(
         wall += time.perf_counter() - start
         waveforms.append(loop.take_waveforms())
         periods.append(loop.take_periods())
+        kept += len(waveforms[-1])
+        bounds.check(loop, t, kept)
         if progress is not None:
             progress(t)
     if watched:

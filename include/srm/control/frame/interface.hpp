@@ -4,8 +4,8 @@
 #include <array>
 #include <concepts>
 
-#include "srm/base/fields.hpp"
 #include "srm/base/angle.hpp"
+#include "srm/base/fields.hpp"
 #include "srm/base/leg.hpp"
 
 namespace srm {
@@ -84,11 +84,11 @@ constexpr PhaseCommand<T> regulate(T i_ref, T i_band, Leg chop = Leg::freewheel)
 /// A control law is its parameters; what it remembers is a plain value, `State`; a default State
 /// is the state after reset. `step` runs once a sample and turns a torque reference into commands.
 template <class L>
-concept ControlLaw =
-    requires(const L law, typename L::State& state,
-             const Measurement<typename L::Scalar, L::n_phases>& y, typename L::Scalar tau_ref) {
-      requires Real<typename L::Scalar>;
-      { law.step(state, y, tau_ref) } -> std::same_as<Command<typename L::Scalar, L::n_phases>>;
-    };
+concept ControlLaw = requires(const L law, typename L::State& state,
+                              const Measurement<typename L::Scalar, L::n_phases>& y,
+                              typename L::Scalar tau_ref) {
+  requires Real<typename L::Scalar>;
+  { law.step(state, y, tau_ref) } -> std::same_as<Command<typename L::Scalar, L::n_phases>>;
+};
 
 }  // namespace srm

@@ -1,0 +1,95 @@
+"""How a command ends: its exit code, and one line for what a user can mend."""
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+from io import TextIOWrapper
+from types import FrameType
+
+from reluctance.errors import ParameterError
+from reluctance.files import one_line, remove_unfinished
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
+
+
+def exit_code(command: Callable[[], object]) -> int:
+    """Runs a command: 0, or the code that it asks for; 2 for what a user can mend, told on one
+    line."""
+    try:
+        code = command()
+        sys.stdout.flush()
+        return code if isinstance(code, int) else 0
+    except ParameterError as fault:
+        _tell(f"error: {one_line(fault)}")
+    except MemoryError:
+        _tell("error: not enough memory; run shorter, or record on a grid with --record-us")
+    except Exception as fault:
+        if not hasattr(fault, "format_message"):  # what the command line library raises has it
+            raise
+        _tell(f"error: {one_line(fault.format_message())}")
+    return 2
+
+
+class Output(TextIOWrapper):
+    """Standard output whose faults, a closed pipe or a full disk, are errors that a user can mend.
+
+    Neither Rich nor Click then ends the process in its own way.
+    """
+
+    def write(self, text: str) -> int:
+        try:
+            return super().write(text)
+        except OSError as fault:
+            raise self._closed(fault) from None
+
+    def flush(self) -> None:
+        try:
+            super().flush()
+        except OSError as fault:
+            raise self._closed(fault) from None
+
+    def _closed(self, fault: OSError) -> ParameterError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self.fileno())  # what is left in buffers fails no second time at the exit
+        return ParameterError(f"cannot write to standard output: {fault.strerror}")
+
+
+def watch_output() -> None:
+    """Puts `Output` in the place of standard output."""
+    if sys.stdout is None:  # closed by the shell: >&-
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")
+    plain = sys.stdout
+    if isinstance(plain, TextIOWrapper) and not isinstance(plain, Output):
+        kind = plain.encoding, plain.errors, plain.newlines, plain.line_buffering
+        plain.flush()
+        sys.stdout = Output(plain.detach(), kind[0], kind[1], None, kind[3])
+
+
+def watch_signals() -> None:
+    """Ctrl-C and requests to end: no half-written file stays, and one line says so."""
+    for number in SIGNALS:
+        signal.signal(number, _end)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """Ends the process here and now. Not by an exception: the optimiser's wrapper prints it and
+    goes on."""
+    if "multiprocessing" in sys.modules:
+        for child in sys.modules["multiprocessing"].active_children():
+            child.kill()
+    remove_unfinished()
+    shown = "\r\x1b[K\x1b[?25h" if sys.stderr.isatty() else ""  # the bar off, the cursor back
+    try:
+        os.write(2, f"{shown}interrupted; no file is left half-written\n".encode())
+    finally:
+        os._exit(128 + number)
+
+
+def _tell(line: str) -> None:
+    try:
+        print(line, file=sys.stderr)
+    except OSError:
+        pass  # nobody listens

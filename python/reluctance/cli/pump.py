@@ -1,0 +1,91 @@
+"""`reluctance pump` and `reluctance size`: from the sun to the tank."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from reluctance.cli.options import AsJson
+
+SystemFile = Annotated[Path, typer.Argument(metavar="SYSTEM.toml", help="Pumping system.")]
+
+
+def pump(
+    system_file: SystemFile,
+    as_json: AsJson = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder of report, tables and figures.")
+    ] = None,
+) -> None:
+    """Water of a photovoltaic pumping system over a day or a year."""
+    from reluctance.cli.progress import progress_bar
+    from reluctance.pumping import load_system, operate, remarks, with_units
+    from reluctance.pumping.text import rows
+
+    system = load_system(system_file)
+    with progress_bar("simulating the drive's loss map", 1.0) as told:
+        found = operate(system, progress=told)
+    files: list[Path] = []
+    if out is not None:
+        from reluctance.pumping.write import write  # Matplotlib takes half of the start-up time
+
+        files = write(found, out)
+    if as_json:
+        print(json.dumps(with_units(found)))
+        return
+    _print_table(system.name, rows(with_units(found)))
+    for remark in remarks(found):
+        print(f"note: {remark}")
+    for path in files:
+        print(path)
+
+
+def size(
+    system_file: SystemFile,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SECTION.KEY=FROM:TO:COUNT",
+            help="Value to vary, as array.n_series=4:9; by default array size and head, and the "
+            "modules in series.",
+        ),
+    ] = None,
+    as_json: AsJson = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder of tables and figures.")
+    ] = None,
+) -> None:
+    """Water over the sizes of a pumping system: array, head, modules in series."""
+    from reluctance.cli.progress import progress_bar
+    from reluctance.pumping import load_system, sizes
+    from reluctance.pumping.sizing import Values, parsed, usual, write_sizes
+
+    system = load_system(system_file)
+    chosen: list[Values] = [dict(parsed(text, system) for text in vary)] if vary else usual(system)
+    tables = []
+    for values in chosen:
+        with progress_bar("sizing", 1.0) as told:
+            tables.append(sizes(system, values, progress=told))
+    files = [] if out is None else write_sizes(tables, chosen, out)
+    if as_json:
+        print(json.dumps([json.loads(table.to_json(orient="records")) for table in tables]))
+        return
+    for table in tables:
+        shown = table if table["why"].any() else table.drop(columns="why")
+        print(shown.to_string(index=False, float_format=lambda x: f"{x:.4g}", na_rep="-"))
+        print()
+    for path in files:
+        print(path)
+
+
+def _print_table(title: str, rows: list[tuple[str, str]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, show_header=False)
+    table.add_column("figure")
+    table.add_column("value", justify="right")
+    for label, value in rows:
+        table.add_row(label, value)
+    Console().print(table)

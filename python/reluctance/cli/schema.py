@@ -1,0 +1,58 @@
+"""`reluctance schema`: the JSON schema of drive files, with which an editor completes keys."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from pydantic.json_schema import models_json_schema
+
+from reluctance.drive.library import MODELS
+from reluctance.drive.own_law import OwnLaw
+from reluctance.drive.schema import Section
+from reluctance.files import check_ending, write_text
+from reluctance.laws import LAWS
+from reluctance.load import OPTIONAL, TABLES
+
+
+def json_schema() -> dict[str, Any]:
+    """The schema, made from the tables that check a drive file."""
+    tables: list[type[Section]] = [*TABLES.values(), *MODELS.values(), *LAWS.values(), OwnLaw]
+    places, below = models_json_schema([(table, "validation") for table in tables])
+
+    def place(table: type[Section]) -> dict[str, Any]:
+        return places[table, "validation"]
+
+    law = below["$defs"]["OwnLaw"]["properties"]["law"]
+    law["pattern"] = "^python:"
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Drive file of reluctance",
+        "type": "object",
+        "additionalProperties": False,
+        "required": ["machine", "control", *(name for name in TABLES if name not in OPTIONAL)],
+        "properties": {
+            "machine": {
+                "description": "name from the library, path to a machine file, or a table",
+                "anyOf": [{"type": "string"}, *map(place, MODELS.values())],
+            },
+            "control": {"anyOf": [*map(place, LAWS.values()), place(OwnLaw)]},
+            **{name: place(table) for name, table in TABLES.items()},
+        },
+        **below,
+    }
+
+
+def schema(
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.json", help="Write it there instead.")
+    ] = None,
+) -> None:
+    """Print the JSON schema of drive files, for completion in an editor."""
+    text = json.dumps(json_schema(), indent=1)
+    if out is None:
+        print(text)
+        return
+    check_ending(out, {".json"})
+    write_text(out, text + "\n")
+    print(f"first line of a drive file: #:schema {out}")

@@ -1,0 +1,93 @@
+"""Can these numbers be meant? Each is held against a scale of the machine itself.
+
+A number far outside is a slip of a unit, and what a run makes of it means nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reluctance import _core
+from reluctance.drive.drive import Drive
+from reluctance.drive.machine import MachineFile
+from reluctance.errors import ParameterError
+from reluctance.units import from_si
+
+MOST_STEPS = 1e9  # of a run; more takes a quarter of an hour at least
+MOST_SPEED = 50.0  # of a shaft, over the corner speed; at 50 times it a phase draws 2 % of i_max
+MOST_CURRENT = 100.0  # of a phase, over i_max_A; u_dc/R of usual machines is 10 to 30
+SHORTEST_RISE = 1e-6  # [s] to i_max_A at the unaligned position; converters need 10 to 1000 times
+FEWEST_SAMPLES = 1.0  # of the controller in an electrical period
+MOST_TORQUE = 1e4  # on the shaft, over the greatest torque of the machine
+
+
+def corner_speed(machine: MachineFile, u_dc: float) -> float:
+    """Speed at which u_dc moves the flux linkage of i_max to alignment in half a period [rad/s]."""
+    i, theta_e = np.full(2, machine.i_max_A), np.array([0.0, np.pi])
+    unaligned, aligned = _core.magnetics(machine.magnetics, i, theta_e)[:, 0]
+    return float(np.pi * u_dc / (machine.N_r * (aligned - unaligned)))
+
+
+def most_speed(drive: Drive) -> float:
+    """The greatest speed that a run of this drive can mean [rad/s]."""
+    u_dc = max(drive.source.points(drive.converter.u_dc_V)[1])
+    return MOST_SPEED * corner_speed(drive.machine, u_dc)
+
+
+def check_plausible(drive: Drive) -> None:
+    """Raises ParameterError for the first number that cannot be meant."""
+    check_steps(drive, drive.simulation.until_s)
+    _voltages(drive)
+    _speeds(drive)
+    most = MOST_TORQUE * drive.machine.greatest_torque
+    for tau in drive.load.tau_0[1]:
+        if abs(tau) > most:
+            raise ParameterError(
+                f"[load] torque {tau:g} N m, need at most {most:.3g}: {MOST_TORQUE:g} times the "
+                "greatest torque of the machine"
+            )
+
+
+def check_steps(drive: Drive, until: float) -> None:
+    """Raises ParameterError where a run to `until` [s] takes too many steps."""
+    for name, step_us in (
+        ("[control] T_s_us", drive.control.T_s_us),
+        ("[simulation] dt_max_us", drive.simulation.dt_max_us),
+    ):
+        if until > MOST_STEPS * step_us * 1e-6:
+            raise ParameterError(
+                f"{name} = {step_us:g} is {until / step_us * 1e6:.1e} steps in until_s = "
+                f"{until:g}, need at most {MOST_STEPS:.0e}; it is in microseconds"
+            )
+
+
+def _voltages(drive: Drive) -> None:
+    machine = drive.machine
+    i, theta_e = np.array([machine.i_max_A]), np.zeros(1)
+    flux = float(_core.magnetics(machine.magnetics, i, theta_e)[0, 0])
+    most = flux / SHORTEST_RISE
+    for u in (drive.converter.u_dc_V, *drive.source.values):
+        if u > most:
+            raise ParameterError(
+                f"dc-link voltage {u:g} V, need at most {most:.3g}: it would take a phase to "
+                f"i_max_A = {machine.i_max_A:g} within {SHORTEST_RISE * 1e6:g} us; check the unit"
+            )
+
+
+def _speeds(drive: Drive) -> None:
+    most = most_speed(drive)
+    asked = drive.reference.course[1] if drive.reference.kind in ("speed", "pv") else []
+    for where, speeds in (("[load]", drive.load.omega[1]), ("[reference]", asked)):
+        for omega in speeds:
+            if abs(omega) > most:
+                raise ParameterError(
+                    f"{where} speed {from_si(omega, 'rpm'):g} rpm, need at most "
+                    f"{from_si(most, 'rpm'):.3g}: {MOST_SPEED:g} times the speed at which the dc "
+                    "link moves the flux of i_max_A to alignment in half a period"
+                )
+    f_e = drive.machine.N_r * drive.omega_nominal / (2 * np.pi)
+    if drive.control.T_s * f_e > 1 / FEWEST_SAMPLES:
+        raise ParameterError(
+            f"[control] T_s_us = {drive.control.T_s_us:g}, need at most {1e6 / f_e:.4g}: an "
+            f"electrical period at {from_si(drive.omega_nominal, 'rpm'):g} rpm"
+        )

@@ -1,0 +1,179 @@
+"""Losses of a drive over dc-link voltage, speed and torque, from switched runs on a locked shaft.
+
+Stored is loss over torque, which is nearly straight in all three: at random points between 75 runs
+the power drawn is off by 0.2 % rms, where linear interpolation of the power itself is off by 2 %.
+It is stored over the torque that a run achieved, not the one it was asked for, and with the
+greatest torque achieved at each voltage and speed.
+"""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+
+import reluctance
+from reluctance.cache import cached
+from reluctance.drive import Drive
+from reluctance.drive.schema import checked
+from reluctance.errors import ParameterError
+from reluctance.pumping.single_diode import FloatArray
+
+ALGORITHM = 1  # raised when the same drive gives other numbers
+SHAPE = (3, 5, 5)  # voltages, speeds, torques
+PERIODS = 6  # electrical periods of a run; its second half counts
+SHORTEST = 0.02  # run [s]
+HELD = 0.97  # of the last torque asked for: from here on the drive holds it
+RISES = 0.1  # of a step of the reference: less is the limit of the drive
+LEAST_TORQUE = 0.05  # of the greatest: the first of the torques
+PROCESSES = 2  # threads in the core, which runs without Python's lock
+
+
+@dataclass(frozen=True)
+class Box:
+    """What the map covers."""
+
+    u_dc: tuple[float, float]  # [V]
+    omega: tuple[float, float]  # [rad/s]
+    tau_max: float  # [N m]
+
+
+@dataclass(frozen=True)
+class LossMap:
+    """Loss over torque on a grid; axes rise."""
+
+    u_dc: FloatArray  # (n_u,) [V]
+    omega: FloatArray  # (n_w,) [rad/s]
+    tau: FloatArray  # (n_t,) electromagnetic torque, achieved [N m]
+    loss_per_torque: FloatArray  # (n_u, n_w, n_t) [W/(N m)]
+    tau_max: FloatArray  # (n_u, n_w) greatest torque achieved, or the end of the map [N m]
+
+    def p_in(self, u_dc: FloatArray, omega: FloatArray, tau: FloatArray) -> FloatArray:
+        """Power from the dc link at an electromagnetic torque [W]. Outside the grid the loss over
+        torque is that of its edge."""
+        axes = (self.u_dc, self.omega, self.tau)
+        point = [
+            np.clip(x, axis[0], axis[-1])
+            for x, axis in zip(np.broadcast_arrays(u_dc, omega, tau), axes, strict=True)
+        ]
+        ratio = RegularGridInterpolator(axes, self.loss_per_torque)(np.stack(point, -1))
+        return np.asarray(tau * (omega + ratio))
+
+    def greatest_torque(self, u_dc: FloatArray, omega: FloatArray) -> FloatArray:
+        """What the drive can give there [N m]."""
+        axes = (self.u_dc, self.omega)
+        point = [
+            np.clip(x, axis[0], axis[-1])
+            for x, axis in zip(np.broadcast_arrays(u_dc, omega), axes, strict=True)
+        ]
+        return np.asarray(RegularGridInterpolator(axes, self.tau_max)(np.stack(point, -1)))
+
+
+def loss_map(
+    drive: Drive,
+    box: Box,
+    *,
+    shape: tuple[int, int, int] = SHAPE,
+    progress: Callable[[float], None] | None = None,
+) -> LossMap:
+    """The drive's map, from the cache or from as many switched runs as the grid has points.
+
+    Raises
+    ------
+    ParameterError
+        If the control law takes no torque reference, or the drive holds no point of the grid.
+    """
+    if not drive.control.follows_torque:
+        raise ParameterError(
+            "drive: its control law fixes the current and cannot follow a torque; take another law"
+        )
+    return cached(
+        LossMap,
+        [_content(drive), box.u_dc, box.omega, box.tau_max, shape],
+        lambda: _from_runs(drive, box, shape, progress),
+        algorithm=ALGORITHM,
+    )
+
+
+def at(drive: Drive, *, u_dc: float, omega: float, tau: float, tau_max: float) -> Drive:
+    """The drive on a locked shaft at one operating point; its tables reach to tau_max."""
+    return replace(
+        drive,
+        converter=drive.converter.model_copy(update={"u_dc_V": u_dc}),
+        load=checked(
+            type(drive.load), {"kind": "locked", "speed_rpm": omega * 30 / math.pi}, "[load]"
+        ),
+        reference=checked(type(drive.reference), {"kind": "torque", "tau_Nm": tau}, "[reference]"),
+        control=drive.control.model_copy(update={"tau_max_Nm": tau_max}),
+    )
+
+
+def run(point: Drive) -> tuple[float, float]:
+    """Mean torque [N m] and loss [W] of a switched run."""
+    period = 2 * math.pi / (point.machine.N_r * point.omega_nominal)
+    until = max(PERIODS * period, SHORTEST)
+    figures = reluctance.simulate(point, until=until, record=None).kpis
+    return figures.tau_mean, figures.p_in - figures.p_mech
+
+
+def _from_runs(
+    drive: Drive,
+    box: Box,
+    shape: tuple[int, int, int],
+    progress: Callable[[float], None] | None,
+) -> LossMap:
+    u_dc = np.linspace(*box.u_dc, shape[0])
+    omega = np.linspace(*box.omega, shape[1])
+    tau = np.linspace(LEAST_TORQUE * box.tau_max, box.tau_max, shape[2])
+    points = [
+        at(drive, u_dc=float(u), omega=float(w), tau=float(x), tau_max=box.tau_max)
+        for u, w, x in product(u_dc, omega, tau)
+    ]
+    found = []
+    with ThreadPoolExecutor(PROCESSES) as pool:
+        for done in pool.map(run, points):
+            found.append(done)
+            if progress is not None:
+                progress(len(found) / len(points))
+    achieved, loss = np.array(found).reshape(*shape, 2).transpose(3, 0, 1, 2)
+    return _indexed_by_achieved(u_dc, omega, tau, achieved, loss)
+
+
+def _indexed_by_achieved(
+    u_dc: FloatArray, omega: FloatArray, tau: FloatArray, achieved: FloatArray, loss: FloatArray
+) -> LossMap:
+    ratio, tau_max = np.empty_like(loss), np.empty(loss.shape[:2])
+    for u, w in np.ndindex(*tau_max.shape):
+        x = np.maximum(achieved[u, w], 1e-9)
+        # Where a higher reference gives no more torque, the drive is at its limit and only wastes.
+        rises = np.append(True, np.diff(np.maximum.accumulate(x)) > RISES * np.diff(tau))
+        most = float(x.max())
+        tau_max[u, w] = tau[-1] if most > HELD * tau[-1] else most
+        ratio[u, w] = np.interp(tau, x[rises], (loss[u, w] / x)[rises])
+    if not np.any(tau_max > tau[0]):
+        raise ParameterError(
+            f"drive: it holds {tau[0]:.3g} N m at no voltage from {u_dc[0]:g} to {u_dc[-1]:g} V "
+            f"and no speed from {omega[0] * 30 / np.pi:.4g} to {omega[-1] * 30 / np.pi:.4g} rpm; "
+            "more modules in series raise the voltage"
+        )
+    return LossMap(u_dc, omega, tau, ratio, tau_max)
+
+
+def _content(drive: Drive) -> object:
+    """All that the runs depend on."""
+    from reluctance.limit.magnetics import content
+
+    files = {"map", "torque_map"}  # paths: their content is in the magnetics
+    return [
+        reluctance.__version__,
+        [*content(drive.machine.magnetics)],
+        drive.machine.model_dump(mode="json", exclude=files),
+        *(
+            section.model_dump(mode="json")
+            for section in (drive.converter, drive.control, drive.sensing, drive.mismatch)
+        ),
+        drive.simulation.dt_max_us,
+    ]

@@ -1,0 +1,76 @@
+"""A pumping system as one self-contained page."""
+
+import html
+from collections.abc import Callable
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from reluctance.figures import embedded
+from reluctance.pumping import plots
+from reluctance.pumping.figures import remarks, with_units
+from reluctance.pumping.operate import Pumped
+from reluctance.pumping.text import rows
+
+Plot = Callable[[Axes, Pumped], Axes]
+STYLE = (
+    "body{font-family:sans-serif;margin:2em auto;max-width:62em;line-height:1.4}"
+    "td{padding:.1em 1.5em .1em 0;font-variant-numeric:tabular-nums}img{max-width:100%}"
+)
+
+
+def figures(found: Pumped) -> dict[str, Figure]:
+    """All figures by the name of their file."""
+    drawn = {
+        "losses": _single(plots.plot_losses, found, (10, 4.5)),
+        "day": _day(plots.best_day(found)),
+        "water": _single(plots.plot_water, found, (10, 3.5)),
+        "array": _single(plots.plot_array, found, (8, 5)),
+        "pump": _single(plots.plot_heads, found, (8, 5)),
+        "threshold": _single(plots.plot_threshold, found, (8, 4)),
+        "efficiency": _single(plots.plot_efficiency, found, (8, 5)),
+    }
+    if found.storage is not None:
+        drawn["tank"] = _single(plots.plot_tank, found, (10, 3.5))
+    return drawn
+
+
+def page(found: Pumped, drawn: dict[str, Figure]) -> str:
+    """HTML with the figures in it."""
+    name = html.escape(found.system.name)
+    table = "".join(
+        f"<tr><td>{html.escape(label)}</td><td>{html.escape(value)}</td></tr>"
+        for label, value in rows(with_units(found))
+    )
+    notes = "".join(f"<p>Note: {html.escape(text)}.</p>" for text in remarks(found))
+    images = "".join(
+        f'<h2>{html.escape(key)}</h2><img alt="{html.escape(key)}" src="{embedded(figure)}">'
+        for key, figure in drawn.items()
+    )
+    return (
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title>'
+        f"<style>{STYLE}</style><h1>{name}</h1><table>{table}</table>{notes}{images}</html>\n"
+    )
+
+
+def _figure(size: tuple[float, float]) -> Figure:
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _single(plot: Plot, found: Pumped, size: tuple[float, float]) -> Figure:
+    figure = _figure(size)
+    plot(figure.subplots(), found).grid(alpha=0.25)
+    return figure
+
+
+def _day(found: Pumped) -> Figure:
+    figure = _figure((10, 9))
+    chosen = (plots.plot_irradiance, plots.plot_power, plots.plot_speed, plots.plot_flow)
+    for ax, plot in zip(figure.subplots(4, sharex=True), chosen, strict=True):
+        plot(ax, found).grid(alpha=0.25)
+        ax.label_outer()
+    figure.suptitle(f"the day with most water: {found.t[0]:%d %B %Y}")
+    return figure

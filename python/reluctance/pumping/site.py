@@ -1,0 +1,82 @@
+"""The [site] table, and where the sun stands there."""
+
+from dataclasses import dataclass
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
+
+import numpy as np
+import pandas as pd
+from pydantic import Field, field_validator
+
+from reluctance.drive.schema import Section, did_you_mean
+from reluctance.pumping.array import pvlib
+from reluctance.pumping.single_diode import FloatArray
+
+# The position is computed this often and interpolated as a unit vector between: off by less than
+# 0.01 deg where the sun is more than 5 deg high, at a tenth of the time for weather by the minute.
+KNOTS = 600  # [s]
+
+
+class Site(Section):
+    """[site]: where the array stands."""
+
+    latitude_deg: float = Field(ge=-90, le=90)  # north positive
+    longitude_deg: float = Field(ge=-180, le=180)  # east positive
+    altitude_m: float = Field(0.0, ge=-500, le=9000)
+    timezone: str  # IANA name: the days and the hours of the demand are local
+
+    @field_validator("timezone")
+    @classmethod
+    def timezone_is_known(cls, name: str) -> str:
+        try:
+            ZoneInfo(name)
+        except (ZoneInfoNotFoundError, ValueError):
+            near = did_you_mean(name, available_timezones()) if name else ""
+            near = near if near.startswith("; did") else "; need an IANA name such as `Etc/GMT-1`"
+            raise ValueError(f"timezone = {name!r} is unknown{near}") from None
+        return name
+
+
+@dataclass(frozen=True)
+class Sun:
+    """Apparent position of the sun, one value a sample."""
+
+    zenith_deg: FloatArray
+    azimuth_deg: FloatArray  # 0 north, 90 east
+
+    @property
+    def height(self) -> FloatArray:
+        """Cosine of the zenith angle, 0 at night [1]."""
+        return np.asarray(np.maximum(np.cos(np.radians(self.zenith_deg)), 0.0))
+
+
+def sun_over(site: Site, t: pd.DatetimeIndex) -> Sun:
+    """Where the sun stands, with refraction."""
+    seconds = _seconds(t)
+    if len(t) < 3 or np.median(np.diff(seconds)) >= KNOTS:
+        zenith, azimuth = _position(site, t)
+        return Sun(zenith, azimuth)
+    knots = np.arange(seconds[0] - KNOTS, seconds[-1] + 2 * KNOTS, KNOTS)
+    zenith, azimuth = map(np.radians, _position(site, pd.to_datetime(knots, unit="s", utc=True)))
+    vector = (np.sin(zenith) * np.sin(azimuth), np.sin(zenith) * np.cos(azimuth), np.cos(zenith))
+    east, north, up = (np.interp(seconds, knots, part) for part in vector)
+    return Sun(
+        np.degrees(np.arctan2(np.hypot(east, north), up)),
+        np.degrees(np.arctan2(east, north)) % 360,
+    )
+
+
+def extra_radiation(t: pd.DatetimeIndex) -> FloatArray:
+    """Irradiance above the atmosphere [W/m^2]."""
+    days = t.tz_convert("UTC").day_of_year.to_numpy()
+    return np.asarray(pvlib().irradiance.get_extra_radiation(days))
+
+
+def _position(site: Site, t: pd.DatetimeIndex) -> tuple[FloatArray, FloatArray]:
+    found = pvlib().solarposition.get_solarposition(
+        t, site.latitude_deg, site.longitude_deg, site.altitude_m
+    )
+    return found["apparent_zenith"].to_numpy(), found["azimuth"].to_numpy()
+
+
+def _seconds(t: pd.DatetimeIndex) -> FloatArray:
+    return np.asarray((t.tz_convert("UTC").tz_localize(None) - pd.Timestamp(0)).total_seconds())

@@ -1,0 +1,153 @@
+"""A pumping system: from a TOML file to checked tables and a drive."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+import reluctance
+from reluctance.drive import Drive
+from reluctance.drive.schema import Section, checked, did_you_mean
+from reluctance.errors import ParameterError
+from reluctance.files import read_toml
+from reluctance.pumping.array import Array
+from reluctance.pumping.hydraulics import Pipe
+from reluctance.pumping.pump import Pump, pump_from
+from reluctance.pumping.site import Site
+from reluctance.pumping.tank import Demand, Tank
+from reluctance.pumping.weather_file import WeatherTable
+
+TORQUE_MARGIN = 1.1  # the loss map's end over the torque of the drive file
+
+
+class Operation(Section):
+    """[operation]: the voltage that the array is held at, and what is between it and the drive."""
+
+    kind: Literal["mppt", "constant", "fraction", "dcdc"] = "mppt"
+    u_V: float | None = Field(None, gt=0)  # constant: of the array; dcdc: of the dc link
+    fraction: float | None = Field(None, gt=0, lt=1)  # of the open-circuit voltage
+    efficiency: float | None = Field(None, gt=0, le=1)  # of the dc-dc converter
+
+    @model_validator(mode="after")
+    def numbers_belong_to_the_kind(self) -> "Operation":
+        needs = {
+            "mppt": set[str](),
+            "constant": {"u_V"},
+            "fraction": {"fraction"},
+            "dcdc": {"u_V", "efficiency"},
+        }[self.kind]
+        given = {k for k in ("u_V", "fraction", "efficiency") if getattr(self, k) is not None}
+        for key in sorted(needs - given):
+            raise ValueError(f"kind = {self.kind!r} needs {key}")
+        for key in sorted(given - needs):
+            raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
+        return self
+
+
+class Limits(Section):
+    """[limits] of the drive on this pump."""
+
+    tau_max_Nm: float | None = Field(None, gt=0)  # by default 1.1 times the drive file's torque
+    u_max_V: float | None = Field(None, gt=0)  # that the switches stand; by default not checked
+
+
+@dataclass(frozen=True)
+class System:
+    """All that a day of pumping depends on, checked."""
+
+    name: str
+    folder: Path  # that its weather file is relative to
+    drive: Drive
+    pump: Pump
+    site: Site
+    weather: WeatherTable
+    array: Array
+    operation: Operation
+    pipe: Pipe
+    limits: Limits
+    tank: Tank
+    demand: Demand | None
+
+    @property
+    def tau_max(self) -> float:
+        """Largest torque that the drive is used for [N m]."""
+        return self.limits.tau_max_Nm or TORQUE_MARGIN * self.drive.tau_max
+
+    def with_values(self, values: dict[str, Any]) -> "System":
+        """A copy with other values, as {"array.n_series": 8}; checked."""
+        changed = self
+        for name, value in values.items():
+            table, _, key = name.partition(".")
+            section = getattr(changed, table, None)
+            if table not in TABLES or section is None or key not in type(section).model_fields:
+                raise ParameterError(f"unknown value `{name}` of a pumping system")
+            changed = changed.with_table(
+                table, {**section.model_dump(exclude_unset=True), key: value}
+            )
+        return changed
+
+    def with_table(self, table: str, values: dict[str, Any]) -> "System":
+        """A copy with another table of its file; checked."""
+        if table not in TABLES:
+            raise ParameterError(f"unknown table `{table}`{did_you_mean(table, TABLES)}")
+        new: dict[str, Any] = {table: checked(TABLES[table], values, f"[{table}]")}
+        return replace(self, **new)
+
+
+TABLES: dict[str, type[Section]] = {
+    "site": Site,
+    "weather": WeatherTable,
+    "array": Array,
+    "operation": Operation,
+    "pipe": Pipe,
+    "limits": Limits,
+    "tank": Tank,
+    "demand": Demand,
+}
+OPTIONAL = {"operation", "limits", "tank", "demand"}
+
+
+def load_system(path: str | Path) -> System:
+    """A pumping system from a TOML file. Its `drive` is a drive file, its `pump` a pump of the
+    library or a file; paths are relative to the system file.
+
+    Raises
+    ------
+    ParameterError
+        With one line that says what is wrong and what is needed.
+    """
+    path = Path(path)
+    data = read_toml(path)
+    try:
+        return system_from(data, folder=path.parent, name=path.stem)
+    except ParameterError as fault:
+        text = str(fault)
+        raise ParameterError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+
+
+def system_from(data: dict[str, Any], *, folder: Path, name: str = "system") -> System:
+    """A pumping system from the tables of its file."""
+    known = [*TABLES, "drive", "pump"]
+    for key in data:
+        if key not in known:
+            raise ParameterError(f"unknown table `{key}`{did_you_mean(key, known)}")
+    for key in known:
+        if key not in data and key not in OPTIONAL:
+            raise ParameterError(f"missing {'table ' if key in TABLES else ''}`{key}`")
+    if not isinstance(data["drive"], str):
+        raise ParameterError(f"drive = {data['drive']!r}, need the path of a drive file in quotes")
+    if "tank" in data and "demand" not in data:
+        raise ParameterError("[tank] has no effect without [demand]")
+    tables: dict[str, Any] = {
+        key: checked(section, data.get(key, {}), f"[{key}]")
+        for key, section in TABLES.items()
+        if key in data or key not in ("tank", "demand")
+    }
+    return System(
+        name=name,
+        folder=folder,
+        drive=reluctance.load(folder / data["drive"]),
+        pump=pump_from(data["pump"], folder),
+        **{"tank": checked(Tank, {"volume_m3": 0.0}, "[tank]"), "demand": None, **tables},
+    )

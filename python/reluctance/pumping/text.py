@@ -1,0 +1,41 @@
+"""Key figures of pumping as people read them."""
+
+LABELS = {
+    "water_m3": ("water pumped", "m³", 1.0),
+    "water_m3_per_day": ("water a day", "m³", 1.0),
+    "water_m3_per_kWp": ("water per nominal power", "m³/kWp", 1.0),
+    "pumping_h": ("pumping", "h", 1.0),
+    "days": ("days", "", 1.0),
+    "array_kWp": ("array", "kWp", 1.0),
+    "poa_kWh_m2": ("insolation on the array's plane", "kWh/m²", 1.0),
+    "e_mp_kWh": ("energy at the maximum power point", "kWh", 1.0),
+    "lost_off_mpp_kWh": ("  lost off the maximum power point", "kWh", 1.0),
+    "lost_converter_kWh": ("  lost in the dc-dc converter", "kWh", 1.0),
+    "lost_below_threshold_kWh": ("  unused: too little to lift water", "kWh", 1.0),
+    "lost_above_limit_kWh": ("  unused: speed, torque or well limit", "kWh", 1.0),
+    "e_in_kWh": ("energy drawn by the drive", "kWh", 1.0),
+    "e_shaft_kWh": ("energy into the pump", "kWh", 1.0),
+    "e_lift_kWh": ("energy of the water lifted", "kWh", 1.0),
+    "used_of_mp": ("drawn, of the maximum power point", "%", 100.0),
+    "eta_motor": ("efficiency of drive and motor", "%", 100.0),
+    "eta_pump": ("efficiency of the pump", "%", 100.0),
+    "eta": ("efficiency, array to water", "%", 100.0),
+    "speed_max_rpm": ("largest speed", "rpm", 1.0),
+    "Q_max_m3ph": ("largest flow", "m³/h", 1.0),
+    "limited_h": ("at a limit", "h", 1.0),
+    "demand_m3": ("demand", "m³", 1.0),
+    "missing_m3": ("missing", "m³", 1.0),
+    "overflow_m3": ("overflow of the tank", "m³", 1.0),
+    "loss_of_load_probability": ("loss of load probability", "%", 100.0),
+}
+
+
+def rows(figures: dict[str, float | None]) -> list[tuple[str, str]]:
+    """Label and value of what there is."""
+    found = []
+    for key, (label, unit, scale) in LABELS.items():
+        value = figures[key]
+        if value is not None:
+            number = f"{scale * value:.0f}" if abs(scale * value) >= 1e4 else f"{scale * value:.4g}"
+            found.append((label, f"{number} {unit}".rstrip()))
+    return found

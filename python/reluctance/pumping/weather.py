@@ -1,0 +1,119 @@
+"""Weather as samples at equal intervals, and what is refused: gaps, nights only, a wrong zone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from reluctance.errors import ParameterError
+from reluctance.pumping.single_diode import FloatArray
+from reluctance.pumping.site import Site, Sun, sun_over
+
+DARK_DEG = 96.0  # zenith angle of the end of civil twilight
+LIGHT = 50.0  # more at night than a pyranometer's offset [W/m^2]
+WRONG_ZONE_H = 1.0  # the light's centroid may be off noon by this, over a month or more
+WRONG_ZONE_DAY_H = 2.5  # and by this on few days: clouds may take a morning
+
+
+@dataclass(frozen=True)
+class Weather:
+    """Means over the intervals; `t` are their middles."""
+
+    t: pd.DatetimeIndex  # (n,) local time
+    step: float  # length of an interval [s]
+    ghi: FloatArray  # global horizontal irradiance [W/m^2]
+    dni: FloatArray  # direct normal
+    dhi: FloatArray  # diffuse horizontal
+    temp_air: FloatArray  # [degC]
+    wind_speed: FloatArray  # [m/s]
+    sun: Sun
+    where: str  # for messages
+
+    @property
+    def is_averaged(self) -> bool:
+        """True where the intervals are long enough to hide clouds."""
+        return self.step >= 600
+
+
+COLUMNS = ("ghi", "dni", "dhi", "temp_air", "wind_speed")
+
+
+def weather_of(table: pd.DataFrame, site: Site, *, where: str) -> Weather:
+    """Checked samples from a table with an index of middles and pvlib's names.
+
+    Raises
+    ------
+    ParameterError
+        With one line: a gap, a value that is missing or impossible, light at night, or a day whose
+        light is hours off noon.
+    """
+    t = pd.DatetimeIndex(table.index).tz_convert(site.timezone)
+    step = _step(t, where)
+    for name in COLUMNS:
+        _whole(t, table[name].to_numpy(dtype=float), name, where)
+    values = {name: table[name].to_numpy(dtype=float) for name in COLUMNS}
+    found = Weather(t=t, step=step, sun=sun_over(site, t), where=where, **values)
+    _check_light(found, site)
+    return found
+
+
+def _step(t: pd.DatetimeIndex, where: str) -> float:
+    """The interval [s]."""
+    if len(t) < 2:
+        raise ParameterError(f"{where}: {len(t)} samples, need at least 2")
+    steps = np.diff(t.tz_convert("UTC").tz_localize(None).to_numpy()) / np.timedelta64(1, "s")
+    step = float(np.median(steps))
+    wrong = np.flatnonzero(np.abs(steps - step) > 1e-3 * step)
+    if len(wrong):
+        k = int(wrong[0])
+        kind = "a gap" if steps[k] > step else "repeated or unordered times"
+        raise ParameterError(
+            f"{where}: {kind} from {t[k]} to {t[k + 1]} ({len(wrong)} such places), need every "
+            f"{step:g} s; fill the gaps first"
+        )
+    return step
+
+
+def _whole(t: pd.DatetimeIndex, values: FloatArray, name: str, where: str) -> None:
+    missing = np.flatnonzero(~np.isfinite(values))
+    if len(missing):
+        raise ParameterError(
+            f"{where}: {name} is missing at {t[missing[0]]} ({len(missing)} of {len(t)} samples); "
+            "fill the gaps first"
+        )
+    low, high = (-90.0, 70.0) if name == "temp_air" else (-20.0, 1800.0)
+    wrong = np.flatnonzero((values < low) | (values > high))
+    if len(wrong):
+        raise ParameterError(
+            f"{where}: {name} = {values[wrong[0]]:g} at {t[wrong[0]]}, need {low:g} to {high:g}"
+        )
+
+
+def _check_light(weather: Weather, site: Site) -> None:
+    sun, ghi, hour = weather.sun, np.maximum(weather.ghi, 0.0), weather.step / 3600
+    if ghi.max() < 5:
+        raise ParameterError(
+            f"{weather.where}: night only, ghi stays below 5 W/m2 from {weather.t[0]} to "
+            f"{weather.t[-1]}; take days with sun"
+        )
+    height = sun.height
+    if height.max() == 0:
+        off = 12.0
+    else:  # time of the light's centroid less that of the sun's, around the mean solar noon
+        clock = _solar_clock(weather.t, site)
+        off = float((clock @ ghi) / ghi.sum() - (clock @ height) / height.sum())
+    allowed = WRONG_ZONE_H if len(ghi) * hour >= 24 * 30 else WRONG_ZONE_DAY_H
+    night = (sun.zenith_deg > DARK_DEG + 15 * hour / 2) & (ghi > LIGHT)
+    if abs(off) > allowed or night.mean() > 0.01:
+        raise ParameterError(
+            f"{weather.where}: its light is {off:+.1f} h off the sun at {site.latitude_deg:g} N "
+            f"{site.longitude_deg:g} E, and {night.sum()} samples have sun at night; check "
+            f"[site] timezone = {site.timezone!r}, longitude_deg and the time stamps"
+        )
+
+
+def _solar_clock(t: pd.DatetimeIndex, site: Site) -> FloatArray:
+    """Hours from the mean solar noon, -12 to 12."""
+    utc = t.tz_convert("UTC")
+    hours = utc.hour + utc.minute / 60 + utc.second / 3600 + site.longitude_deg / 15
+    return np.asarray((hours % 24) - 12, dtype=float)

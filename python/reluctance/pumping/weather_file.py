@@ -1,0 +1,197 @@
+"""The [weather] table: a clear sky, or a TMY3, EPW or CSV file."""
+
+from datetime import date
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+from pydantic import Field, model_validator
+
+from reluctance.drive.schema import Section
+from reluctance.errors import ParameterError
+from reluctance.pumping.array import pvlib
+from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
+from reluctance.pumping.site import Site, extra_radiation, sun_over
+from reluctance.pumping.weather import COLUMNS, Weather, weather_of
+
+NEAR_DEG = 1.0  # a file from farther away is for another place
+LINKE = 3.0  # turbidity of the clear sky where nothing else is said
+
+
+class WeatherTable(Section):
+    """[weather]"""
+
+    kind: Literal["clear", "tmy3", "epw", "csv"]
+    start: date | None = None  # clear: first day, as in start = 2026-03-21
+    days: int = Field(1, ge=1, le=366 * 30)
+    step_min: float = Field(1.0, gt=0, le=60)
+    linke_turbidity: float = Field(LINKE, gt=1, lt=10)
+    temp_air_degC: float = Field(25.0, gt=-60, lt=60)
+    wind_mps: float = Field(1.0, ge=0)
+    clouds: Clouds | None = None
+    file: str | None = None  # "pvlib:NAME" takes a file that comes with pvlib
+    year: int = Field(2025, ge=1900, le=2100)  # that a typical year is shown in
+    stamp: Literal["start", "middle", "end"] = "start"  # csv: what of its interval a time names
+    generate_minutes: bool = False  # within the hours of a file, by clouds from `seed`
+    seed: int = Field(1, ge=0)
+
+    @model_validator(mode="after")
+    def keys_belong_to_the_kind(self) -> "WeatherTable":
+        if self.kind == "clear":
+            if self.start is None:
+                raise ValueError("kind = 'clear' needs start, as in start = 2026-03-21")
+            wrong = self.model_fields_set & {"file", "year", "stamp", "generate_minutes", "seed"}
+        else:
+            if self.file is None:
+                raise ValueError(f"kind = {self.kind!r} needs file")
+            wrong = self.model_fields_set & {"start", "days", "step_min", "clouds"}
+        for key in sorted(wrong):
+            raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
+        if self.kind in ("tmy3", "epw") and pd.Timestamp(self.year, 1, 1).is_leap_year:
+            raise ValueError(
+                f"year = {self.year} has a 29 February, which a typical year has not; take "
+                f"{self.year - 1} or {self.year + 1}"
+            )
+        return self
+
+
+def read_weather(table: WeatherTable, site: Site, folder: Path) -> Weather:
+    """The samples that the table asks for, as they are: without generated minutes."""
+    if table.kind == "clear":
+        assert table.start is not None
+        first = pd.Timestamp(table.start).tz_localize(site.timezone)
+        step = pd.Timedelta(minutes=table.step_min)
+        end = (pd.Timestamp(table.start) + pd.Timedelta(days=table.days)).tz_localize(site.timezone)
+        t = pd.date_range(first, end, freq=step, inclusive="left")
+        if table.step_min >= 10:  # the middle of a long interval stands for its mean
+            t = t + step / 2
+        clear = clear_sky(t, step.total_seconds(), site, table)
+        return clear if table.clouds is None else covered(clear, table.clouds)
+    assert table.file is not None
+    path = _path(table.file, folder)
+    return weather_of(_READERS[table.kind](path, table, site), site, where=str(path))
+
+
+def clear_sky(t: pd.DatetimeIndex, step: float, site: Site, table: WeatherTable) -> Weather:
+    """Ineichen and Perez's clear sky."""
+    sun = sun_over(site, t)
+    lib = pvlib()
+    with np.errstate(all="ignore"):  # at night it divides by zero, and says 0
+        airmass = lib.atmosphere.get_relative_airmass(sun.zenith_deg)
+        pressure = lib.atmosphere.alt2pres(site.altitude_m)
+        sky = lib.clearsky.ineichen(
+            sun.zenith_deg,
+            lib.atmosphere.get_absolute_airmass(airmass, pressure),
+            table.linke_turbidity,
+            altitude=site.altitude_m,
+            dni_extra=extra_radiation(t),
+        )
+    ghi, dni, dhi = (np.nan_to_num(np.asarray(sky[name])) for name in ("ghi", "dni", "dhi"))
+    return Weather(
+        t.tz_convert(site.timezone),
+        step,
+        ghi,
+        dni,
+        dhi,
+        temp_air=np.full(len(t), table.temp_air_degC),
+        wind_speed=np.full(len(t), table.wind_mps),
+        sun=sun,
+        where="[weather] clear sky",
+    )
+
+
+def with_minutes(hours: Weather, table: WeatherTable, site: Site, *, seed: int) -> Weather:
+    """The same weather with clouds within its intervals, generated."""
+    t = minutes_of(hours.t, hours.step)
+    return minutes_within(hours, clear_sky(t, 60.0, site, table), seed)
+
+
+def _path(file: str, folder: Path) -> Path:
+    if file.startswith("pvlib:"):
+        path = Path(pvlib().__file__).parent / "data" / file.removeprefix("pvlib:")
+    else:
+        path = folder / file
+    if not path.is_file():
+        raise ParameterError(f"[weather] file = {file!r}: no such file as {path}")
+    return path
+
+
+def _tmy3(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
+    """Hours, labelled by their ends."""
+    try:
+        frame, place = pvlib().iotools.read_tmy3(path, coerce_year=table.year, map_variables=True)
+    except (ValueError, KeyError, IndexError, TypeError, UnicodeDecodeError):
+        raise ParameterError(f"{path} is not a TMY3 file; set [weather] kind") from None
+    _check_place(place, site, path)
+    frame = frame[[*COLUMNS]]
+    frame.index = frame.index - pd.Timedelta("30min")
+    return frame
+
+
+def _epw(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
+    """Hours; pvlib labels them by their starts."""
+    try:
+        frame, place = pvlib().iotools.read_epw(path, coerce_year=table.year)
+    except (ValueError, KeyError, IndexError, TypeError, UnicodeDecodeError):
+        raise ParameterError(f"{path} is not an EPW file; set [weather] kind") from None
+    _check_place(place, site, path)
+    frame = frame[[*COLUMNS]]
+    frame.index = frame.index + pd.Timedelta("30min")
+    return frame
+
+
+def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
+    """Columns `time` (local without an offset, or with one), ghi, temp_air, wind_speed, dni, dhi;
+    dni and dhi are estimated from ghi where both are missing (Erbs)."""
+    try:
+        frame = pd.read_csv(path, comment="#")
+        text = frame["time"].astype(str)
+        offset = text.str.contains(r"(?:[+-]\d\d:?\d\d|Z)$")
+        if offset.any() and not offset.all():
+            raise ValueError("some with an offset from UTC, some without")
+        t = pd.DatetimeIndex(pd.to_datetime(text, format="ISO8601", utc=bool(offset.all())))
+    except (ValueError, KeyError, TypeError, UnicodeDecodeError) as fault:
+        what = str(fault).splitlines()[0]
+        raise ParameterError(
+            f"{path}: need a column `time` as 2026-03-21 12:00 or 2026-03-21T12:00+01:00 ({what})"
+        ) from None
+    if t.tz is None:
+        try:
+            t = t.tz_localize(site.timezone)
+        except ValueError as fault:
+            raise ParameterError(
+                f"{path}: a time does not exist once in {site.timezone} ({fault}); write times "
+                "with their offset from UTC, or set a fixed [site] timezone such as Etc/GMT+5"
+            ) from None
+    for name, usual in (("temp_air", table.temp_air_degC), ("wind_speed", table.wind_mps)):
+        if name not in frame:
+            frame[name] = usual
+    if "ghi" not in frame or ("dni" in frame) != ("dhi" in frame):
+        raise ParameterError(
+            f"{path}: columns {', '.join(frame.columns)}; need time, ghi, and both or none of dni "
+            "and dhi"
+        )
+    frame.index = t
+    shift = {"start": 0.5, "middle": 0.0, "end": -0.5}[table.stamp]
+    frame.index = t + shift * (t[1] - t[0]) if len(t) > 1 else t
+    if "dni" not in frame:
+        split = pvlib().irradiance.erbs(
+            frame["ghi"].to_numpy(),
+            sun_over(site, pd.DatetimeIndex(frame.index)).zenith_deg,
+            pd.DatetimeIndex(frame.index).day_of_year.to_numpy(),
+        )
+        frame["dni"], frame["dhi"] = split["dni"], split["dhi"]
+    return frame[[*COLUMNS]].astype(float)
+
+
+def _check_place(place: dict[str, float], site: Site, path: Path) -> None:
+    north, east = place["latitude"], place["longitude"]
+    if abs(north - site.latitude_deg) > NEAR_DEG or abs(east - site.longitude_deg) > NEAR_DEG:
+        raise ParameterError(
+            f"{path} is for {north:g} N {east:g} E, [site] is at {site.latitude_deg:g} N "
+            f"{site.longitude_deg:g} E; set latitude_deg and longitude_deg, or take another file"
+        )
+
+
+_READERS = {"tmy3": _tmy3, "epw": _epw, "csv": _csv}

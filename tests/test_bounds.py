@@ -1,0 +1,202 @@
+"""A run ends by itself whatever its numbers, and says what it left and how to mend it. It takes
+no more memory than it said; numbers that cannot be meant are refused before it."""
+
+import resource
+import time
+
+import numpy as np
+import pytest
+from command import command, refused
+
+import reluctance as rl
+from reluctance import ParameterError
+from reluctance.drive.plausible import MOST_SPEED, corner_speed
+from reluctance.files import MAX_TOML_BYTES
+from reluctance.resources import resources
+from reluctance.run.bounds import MOST_BYTES, waveform_bytes
+
+RATED = resources("examples") / "paper_rated.toml"
+
+
+def overridden(*values):
+    return [word for value in values for word in ("--set", value)]
+
+
+DRIVEN = ("load.kind=torque", "load.speed_rpm=1500")
+
+
+def test_a_shaft_that_runs_away_ends_the_run_in_one_line():
+    start = time.process_time()
+    line = refused("run", RATED, *overridden(*DRIVEN, "load.tau_Nm=1e6"))
+    assert time.process_time() - start < 10
+    for text in ("the speed is", "rpm after", "need at most", "check [load]"):
+        assert text in line
+
+
+def test_a_shaft_that_is_driven_backwards_without_end_too():
+    assert "the speed is" in refused("run", RATED, *overridden(*DRIVEN, "load.tau_Nm=-1e5"))
+
+
+def test_a_current_without_end_is_one_line():
+    """One window that never closes, at standstill, without resistance."""
+    drive = rl.load(
+        resources("examples") / "single_pulse.toml",
+        ["load.speed_rpm=0", "converter.u_dc_V=50000", "simulation.until_s=10"],
+    )
+    nothing = drive.machine.computed(R_ohm=0.0)
+    from dataclasses import replace
+
+    with pytest.raises(ParameterError, match=r"a phase current is .* A after .* need at most"):
+        rl.simulate(replace(drive, machine=nothing), record=None)
+
+
+def test_chattering_that_would_take_for_ever_ends():
+    line = refused("run", RATED, "--set", "control.i_band_A=1e-9")
+    assert "switches too often" in line and "widen i_band_A" in line
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        ("converter.u_dc_V=1e9", "u_dc"),
+        ("load.speed_rpm=1e6", "speed 1e+06 rpm, need at most"),
+        ("control.T_s_us=50000", "T_s_us = 50000, need at most"),
+        ("simulation.dt_max_us=1e9", "dt_max_us = 1000000000.0, need <= 1000"),
+        ("simulation.until_s=1e9", "steps in until_s"),
+        ("source.values=[1e9]", "dc-link voltage 1e+09 V"),
+    ],
+)
+def test_a_number_that_cannot_be_meant_is_refused(value, says):
+    more = ["--set", "source.t_s=[0]"] if value.startswith("source") else []
+    line = refused("run", RATED, *more, "--set", value)
+    assert says.replace("u_dc", "dc-link voltage") in line or says in line
+
+
+def test_the_end_on_the_command_line_is_judged_as_that_of_the_file():
+    on_the_line = refused("run", RATED, "--until", "1e9")
+    in_the_file = refused("run", RATED, "--set", "simulation.until_s=1e9")
+    assert "5.0e+13 steps" in on_the_line and "5.0e+13 steps" in in_the_file
+
+
+def test_scales_are_those_of_the_machine():
+    """At 50 times the corner speed a single pulse at full voltage draws about 2 % of i_max."""
+    drive = rl.load(resources("examples") / "single_pulse.toml")
+    omega = MOST_SPEED * corner_speed(drive.machine, drive.converter.u_dc_V)
+    fast = drive.with_values({"load.speed_rpm": omega * 30 / np.pi * 0.99})
+    peak = rl.simulate(fast, until=1e-3, record=None).kpis.i_peak
+    assert 0.005 < peak / drive.machine.i_max_A < 0.1
+
+
+def test_waveforms_that_do_not_fit_are_refused_with_a_remedy_that_works():
+    line = refused("run", RATED, "--until", "1000", "--json", "--out", "/tmp/never.csv")
+    assert "GB" in line and "--record-us" in line
+    drive = rl.load(RATED)
+    grid = float(line.split("--record-us ")[1].split()[0])
+    assert waveform_bytes(drive, 1000, grid * 1e-6) < MOST_BYTES
+    with pytest.raises(ParameterError, match="need at most"):
+        rl.simulate(drive, until=1000)
+
+
+def test_a_large_recording_says_its_size_beforehand(tmp_path, monkeypatch):
+    from reluctance.cli import run
+
+    monkeypatch.setattr(__import__("sys").modules["reluctance.cli.run"], "TOLD_BYTES", 1e5)
+    done = command("run", RATED, "--until", "0.02", "--out", tmp_path / "w.npz")
+    assert done.code == 0
+    assert done.error.startswith("note: the waveforms take about")
+    assert run
+
+
+def test_the_estimate_is_below_what_a_run_keeps_and_not_far():
+    drive = rl.load(RATED)
+    result = rl.simulate(drive, until=0.02)
+    columns = 6 + 6 * drive.machine.n_phases
+    assert 0.3 < waveform_bytes(drive, 0.02, 0.0) / (8 * columns * result.t.size) < 1.5
+    grid = rl.simulate(drive, until=0.02, record=1e-5)
+    assert waveform_bytes(drive, 0.02, 1e-5) == pytest.approx(8 * columns * grid.t.size, rel=0.01)
+
+
+def test_a_drive_file_without_end_is_one_line():
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert f"{MAX_TOML_BYTES / 1e6:g} MB" in refused("run", "/dev/zero")
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000  # KiB
+
+
+@pytest.mark.parametrize("name", ["[red]x[/]", "[/]", "a{b}", "$x$", "$\\frac$", "é &<b>"])
+def test_a_name_is_shown_as_it_is(name, tmp_path):
+    """No markup, no formula, no HTML, whatever a file is called."""
+    path = tmp_path / f"{name.replace('/', '|')}.toml"
+    path.write_text(RATED.read_text())
+    page, image = tmp_path / "p.html", tmp_path / "p.png"
+    for options in ((), ("--plot", page), ("--plot", image)):
+        done = command("run", path, "--until", "0.01", *options)
+        assert done.code == 0, done.error
+        assert path.stem in done.out.replace("\n", "")
+    shown = page.read_text()
+    assert "<b>" not in shown.split("<h1>")[1].split("</h1>")[0]
+
+
+HTML = '</table><script>alert("x")</script>'
+
+
+def test_names_from_files_stay_escaped_in_every_page(tmp_path):
+    """The machine's name and source go into pages, Markdown and C."""
+    path = tmp_path / "drive.toml"
+    machine = (resources("machines") / "paper_6_4.toml").read_text().split("[machine]", 1)[1]
+    lines = [x for x in machine.splitlines() if not x.startswith(("name", "source", "#"))]
+    text = RATED.read_text().replace('machine = "paper_6_4"\n', "")
+    told = f"[machine]\nname = '{HTML} */ | x'\nsource = '{HTML} */'\n" + "\n".join(lines)
+    path.write_text(f"{text}\n{told}\n")
+    assert command("run", path, "--until", "0.01", "--plot", tmp_path / "p.html").code == 0
+    assert command("limit", path, "--plot", tmp_path / "l.html").code == 0
+    for page in tmp_path.glob("*.html"):
+        assert "<script>alert" not in page.read_text()
+    assert command("export", "firmware", path, "--out", tmp_path / "fw").code == 0
+    for file in (tmp_path / "fw").rglob("*"):
+        assert not file.is_file() or "*/ |" not in file.read_text(errors="replace")
+
+
+def test_a_ratio_to_about_nothing_is_null():
+    """Torque whose mean is zero has no ripple figure: it once was 66 753 %."""
+    drive = rl.load(
+        resources("examples") / "single_pulse.toml",
+        ["control.theta_on_deg=90", "control.theta_off_deg=100", "load.speed_rpm=20000"],
+    )
+    k = rl.simulate(drive, until=0.01, record=None).kpis
+    for ratio in (k.torque_ripple_pp, k.torque_ripple_rms, k.speed_ripple_pp):
+        assert ratio is None or ratio < 100
+
+
+@pytest.mark.parametrize("tau", [-20.0, -40.0])
+def test_efficiency_when_braking_is_that_of_the_way_the_power_takes(tau):
+    k = rl.simulate(rl.load(RATED, [f"reference.tau_Nm={tau}"]), until=0.05, record=None).kpis
+    assert k.p_mech < 0 and k.p_in < 0
+    assert k.efficiency == pytest.approx(k.p_in / k.p_mech)
+    assert 0 < k.efficiency < 1
+
+
+def test_efficiency_is_null_where_both_sides_feed_the_losses():
+    """Slow braking: the shaft's power does not even cover the copper."""
+    drive = rl.load(RATED, ["reference.tau_Nm=-20", "load.speed_rpm=30"])
+    k = rl.simulate(drive, until=0.5, record=None).kpis
+    assert k.p_mech < 0 < k.p_in
+    assert k.efficiency is None
+
+
+def test_limit_judges_the_torque_that_it_is_asked_for():
+    """Not the file's own, which may be out of reach."""
+    done = command("limit", RATED, "--set", "reference.tau_Nm=1000", "--tau", "20", "--json")
+    assert done.code == 0, done.error
+    assert "out of reach" in refused("limit", RATED, "--set", "reference.tau_Nm=1000")
+    assert "need at most" in refused("limit", RATED, "--tau", "1000")
+
+
+def test_a_law_without_reference_has_no_torque_error():
+    drive = rl.load(resources("examples") / "single_pulse.toml")
+    k = rl.simulate(drive, until=0.02, record=None).kpis
+    assert k.torque_error_rms is None and k.tau_ref_mean is None
+
+
+def test_a_reference_of_the_wrong_kind_is_named():
+    line = refused("run", RATED, "--set", "reference.speed_rpm=100")
+    assert "[reference] kind = 'torque' takes tau_Nm; remove speed_rpm" in line

@@ -1,0 +1,110 @@
+"""`reluctance pump` and `reluctance size` as a user meets them."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[1]
+DAY = str(ROOT / "examples" / "sun_day.toml")
+YEAR = str(ROOT / "examples" / "sun_year.toml")
+PROMISED = {"water_m3", "e_mp_kWh", "e_in_kWh", "pumping_h", "loss_of_load_probability"}
+
+
+def reluctance(*arguments, **options):
+    command = [sys.executable, "-m", "reluctance.cli", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, **options)
+
+
+def test_json_is_one_object_with_the_promised_keys_and_nothing_else():
+    done = reluctance("pump", DAY, "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    figures = json.loads(done.stdout)
+    assert set(figures) >= PROMISED
+    assert figures["loss_of_load_probability"] is None  # no demand
+    assert figures["water_m3"] == pytest.approx(566.05, rel=1e-2)
+
+
+def test_a_year_prints_its_figures_and_writes_whole_files(tmp_path):
+    out = tmp_path / "new" / "year"
+    done = reluctance("pump", YEAR, "--out", str(out))
+    assert (done.returncode, done.stderr) == (0, "")
+    for text in ("water pumped", "m³", "loss of load probability", "note: the weather is means"):
+        assert text in done.stdout
+    written = {path.name for path in out.iterdir()}
+    assert written == {Path(line).name for line in done.stdout.splitlines() if str(out) in line}
+    figures = "losses day water array pump threshold efficiency tank".split()
+    assert written >= {f"{name}.png" for name in figures} | {"report.html", "pump.json"}
+    months = np.genfromtxt(out / "months.csv", delimiter=",", names=True, dtype=None, encoding=None)
+    total = json.loads((out / "pump.json").read_text())["water_m3"]
+    assert len(months) == 12 and months["water_m3"].sum() == pytest.approx(total)
+    samples = (out / "samples.csv").read_text().splitlines()
+    assert len(samples) == 8761 and samples[0].startswith("time,poa_global,")
+    report = (out / "report.html").read_text()
+    assert report.count("<img") == len(figures) and "http" not in report.split("<body")[0]
+    assert 'src="data:image/png;base64,' in report and 'src="/' not in report
+
+
+def test_sizes_over_series_and_over_head(tmp_path):
+    done = reluctance(
+        "size", DAY, "--vary", "array.n_series=6:8", "--vary", "pipe.H_static_m=10:20:2", "--json"
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    (rows,) = json.loads(done.stdout)
+    assert [(row["array.n_series"], row["pipe.H_static_m"]) for row in rows] == [
+        (n, H) for n in (6, 7, 8) for H in (10.0, 20.0)
+    ]
+    water = np.array([row["water_m3"] for row in rows]).reshape(3, 2)
+    assert np.all(np.diff(water, axis=0) > 0) and np.all(np.diff(water, axis=1) < 0)
+    done = reluctance("size", DAY, "--vary", "array.n_series=7:8", "--out", str(tmp_path / "s"))
+    assert (tmp_path / "s" / "sizes_n_series.csv").is_file(), done.stderr
+    assert (tmp_path / "s" / "sizes_n_series.png").is_file()
+
+
+def test_a_size_that_does_not_work_is_told_and_the_others_are_kept():
+    done = reluctance("size", DAY, "--vary", "pipe.H_static_m=15:60:2", "--json")
+    (rows,) = json.loads(done.stdout)
+    assert rows[0]["why"] == "" and rows[1]["water_m3"] == 0
+    assert "lower the head" in rows[1]["why"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("pump", "none.toml"), "cannot read none.toml"),
+        (("pump", str(ROOT / "examples" / "paper_rated.toml")), "unknown table"),
+        (("size", DAY, "--vary", "array.n_series=a:b"), "need section.key=FROM:TO:COUNT"),
+        (("size", DAY, "--vary", "array.series=4:9"), "unknown value `array.series`"),
+        (("size", DAY, "--vary", "array.n_series=0:1"), "n_series = 0, need >= 1"),
+        (("pump", DAY, "--out", DAY), "cannot make the folder"),
+        (("size", DAY, "--vary", "pipe.H_static_m=60"), "none of the 1 sizes works"),
+    ],
+)
+def test_a_fault_is_one_line_and_exit_code_2(arguments, message):
+    done = reluctance(*arguments)
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr.startswith("error: ") and done.stderr.count("\n") == 1
+    assert message in done.stderr
+
+
+def test_without_pvlib_one_line_says_what_to_install(tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(
+        "import importlib.util as u\nfind = u.find_spec\n"
+        "u.find_spec = lambda n, *a: None if n == 'pvlib' else find(n, *a)\n"
+    )
+    import os
+
+    done = reluctance("pump", DAY, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    assert done.returncode == 2 and "pip install reluctance[sun]" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_other_commands_do_not_import_pvlib_or_pandas():
+    code = (
+        "import sys, reluctance.cli; "
+        "assert not {'pvlib', 'pandas', 'reluctance.pumping'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,164 @@
+"""Pump, pipe and lift: affinity, the reference table, `fluids` for friction, curves refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fluids import friction_factor
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reluctance.drive.schema import checked
+from reluctance.errors import ParameterError
+from reluctance.pumping.hydraulics import Pipe, flow, hydraulics, least_speed
+from reluctance.pumping.pump import GRAVITY, RHO, pump_from
+
+PUMP = pump_from("synthetic_70_25", Path())
+PIPE = {"H_static_m": 15.0, "L_m": 120.0, "D_mm": 125.0, "roughness_mm": 0.05, "K": 4.0}
+
+
+def pipe(**changes):
+    return checked(Pipe, {**PIPE, **changes}, "[pipe]")
+
+
+def test_the_table_of_the_reference_pump_to_four_digits():
+    curve, r = PUMP.curve(), np.array([0.70, 0.80, 0.90, 1.00])
+    Q = flow(curve, pipe(), r)
+    H, P = curve.head(Q, r), curve.shaft_power(Q, r)
+    assert Q * 3600 == pytest.approx([18.039, 52.220, 74.039, 92.598], rel=5e-5)
+    assert H == pytest.approx([15.215, 16.584, 18.089, 19.751], rel=5e-5)
+    assert pipe().friction_head(Q) == pytest.approx([0.215, 1.584, 3.089, 4.751], abs=5e-4)
+    assert RHO * GRAVITY * Q * H / P == pytest.approx([0.4325, 0.7167, 0.6979, 0.6450], abs=5e-5)
+    assert P == pytest.approx([1725.4, 3285.7, 5218.2, 7710.6], rel=5e-5)
+    assert P / (r * curve.omega_ref) == pytest.approx([15.69, 26.15, 36.91, 49.09], abs=5e-3)
+    assert least_speed(curve, pipe()) == pytest.approx(0.68465, abs=5e-6)
+
+
+@given(Q=st.floats(0, 0.03), r=st.floats(0.2, 1.2), k=st.floats(0.3, 2))
+def test_affinity_flow_head_and_power_scale_as_one_two_three(Q, r, k):
+    curve = PUMP.curve()
+    assert curve.head(k * Q, k * r) == pytest.approx(k**2 * curve.head(Q, r), abs=1e-9)
+    assert curve.shaft_power(k * Q, k * r) == pytest.approx(
+        k**3 * curve.shaft_power(Q, r), rel=1e-9
+    )
+
+
+def test_shaft_power_is_finite_and_continuous_without_flow():
+    curve = PUMP.curve()
+    P = curve.shaft_power(np.array([0.0, 1e-9, 1e-6]), np.ones(3))
+    assert P[0] > 0 and P == pytest.approx(P[0], rel=1e-3)
+
+
+@given(
+    Q=st.floats(1e-3, 0.05), D_mm=st.floats(50, 300), rough=st.floats(0.0, 0.3), L=st.floats(1, 500)
+)
+def test_friction_agrees_with_fluids(Q, D_mm, rough, L):
+    found = pipe(D_mm=D_mm, roughness_mm=rough, L_m=L, K=2.0).friction_head(np.full(1, Q))[0]
+    D = D_mm * 1e-3
+    v = Q / (np.pi * D**2 / 4)
+    f = friction_factor(Re=v * D / 1e-6, eD=rough / D_mm, Method="Swamee_Jain_1976")
+    assert found == pytest.approx((f * L / D + 2.0) * v**2 / (2 * GRAVITY), rel=5e-3)
+
+
+def test_friction_of_the_reference_pipe_agrees_with_colebrook():
+    for Q in np.array([20.0, 50, 75, 95]) / 3600:
+        v = Q / (np.pi * 0.125**2 / 4)
+        f = friction_factor(Re=v * 0.125 / 1e-6, eD=0.05 / 125)
+        expected = (f * 120 / 0.125 + 4) * v**2 / (2 * GRAVITY)
+        assert pipe().friction_head(np.full(1, Q))[0] == pytest.approx(expected, rel=5e-3)
+
+
+def test_nothing_flows_below_the_speed_that_reaches_the_static_head():
+    curve = PUMP.curve()
+    r = least_speed(curve, pipe()) * np.array([0.0, 0.5, 0.999, 1.001, 1.01])
+    Q = flow(curve, pipe(), r)
+    assert np.all(Q[:3] == 0) and np.all(np.diff(Q[2:]) > 0)
+
+
+def test_the_table_over_speed_meets_the_solution_between_its_nodes():
+    curve, table = PUMP.curve(), hydraulics(PUMP.curve(), pipe(), PUMP.omega_max)
+    omega = np.linspace(table.omega[0], table.omega[-1], 777)
+    exact = flow(curve, pipe(), omega / curve.omega_ref)
+    assert np.interp(omega, table.omega, table.Q) == pytest.approx(
+        exact, rel=1e-3, abs=1e-3 * exact[-1]
+    )
+    assert np.all(np.diff(table.p_shaft) > 0)
+
+
+def test_without_static_head_the_pump_lifts_from_a_creeping_speed_on():
+    table = hydraulics(PUMP.curve(), pipe(H_static_m=0.0, L_m=600.0, K=20.0), PUMP.omega_max)
+    assert table.omega[0] < 0.03 * PUMP.omega_max
+    assert np.all(np.isfinite(table.p_shaft)) and np.all(table.Q[1:] > 0)
+
+
+def written(tmp_path, text):
+    (tmp_path / "curve.csv").write_text(text)
+    return {"n_ref_rpm": 1500.0, "curve_csv": "curve.csv"}
+
+
+def test_points_of_a_curve_do_as_well_as_its_parameters(tmp_path):
+    curve = PUMP.curve()
+    Q = np.linspace(0, curve.Q_end, 15)
+    H, P = curve.head(Q, np.ones(15)), curve.shaft_power(Q, np.ones(15))
+    rows = [f"{q * 3600},{h},{p}" for q, h, p in zip(Q, H, P, strict=True)]
+    table = written(tmp_path, "\n".join(["# a comment", "Q_m3ph,H_m,p_shaft_W", *rows]))
+    found = pump_from(table, tmp_path).curve()
+    r = np.array([0.75, 0.9, 1.0])
+    assert flow(found, pipe(), r) == pytest.approx(flow(curve, pipe(), r), rel=2e-3)
+    eta = RHO * GRAVITY * Q * H / P
+    rows = [f"{q * 3600},{h},{e}" for q, h, e in zip(Q, H, eta, strict=True)]
+    by_eta = pump_from(written(tmp_path, "\n".join(["Q_m3ph,H_m,eta", *rows])), tmp_path).curve()
+    q = flow(curve, pipe(), r)
+    assert by_eta.shaft_power(q, r) == pytest.approx(curve.shaft_power(q, r), rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("Q_m3ph,H_m,eta\n0,30,0\n10,31,0.3\n20,28,0.5\n30,20,.6", "does not fall from 30 to 31 m"),
+        ("Q_m3ph,H_m,eta\n5,30,0.1\n10,29,0.3\n20,28,0.5", "rising flows, the first 0"),
+        ("Q_m3ph,H_m,eta\n0,30,0\n10,29,30\n20,28,50", "fractions between 0 and 1"),
+        ("Q_m3ph,H_m\n0,30\n10,29\n20,28", "need Q_m3ph, H_m and eta or p_shaft_W"),
+        ("Q_m3ph,H_m,eta\n0,a,0", "not a table of numbers"),
+        ("", "not a table of numbers"),
+    ],
+)
+def test_a_curve_that_is_none_is_refused_on_one_line(tmp_path, text, message):
+    with pytest.raises(ParameterError) as fault:
+        pump_from(written(tmp_path, text), tmp_path).curve()
+    assert message in str(fault.value) and "\n" not in str(fault.value)
+
+
+BEST = {"n_ref_rpm": 1500.0, "H_0_m": 32.0, "Q_b_m3ph": 70.0, "H_b_m": 25.0, "eta_b": 0.72}
+
+
+@pytest.mark.parametrize(
+    ("pump", "message"),
+    [
+        ({**BEST, "H_b_m": 32.0}, "rises with flow"),
+        ({**BEST, "eta_b": 72.0}, "eta_b = 72.0, need < 1"),
+        ({"n_ref_rpm": 1500.0}, "or curve_csv"),
+        ("synthetic_70", "did you mean `synthetic_70_25`"),
+        (None, "missing table [pump]"),
+    ],
+)
+def test_a_pump_that_cannot_be_is_refused_on_one_line(pump, message):
+    with pytest.raises(ParameterError) as fault:
+        pump_from(pump, Path())
+    assert message in str(fault.value) and "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"H_static_m": 50.0}, "the pump reaches 42.32 m"),
+        ({"H_static_m": 0.0, "L_m": 0.0, "K": 0.0}, "no head at all"),
+        ({"H_static_m": 0.0, "L_m": 1.0, "K": 0.0}, "runs out past"),
+        ({"H_static_m": -1.0}, "H_static_m = -1.0, need >= 0"),
+        ({"D_mm": 0.0}, "D_mm = 0.0, need > 0"),
+    ],
+)
+def test_a_lift_that_cannot_be_is_refused_on_one_line(changes, message):
+    with pytest.raises(ParameterError) as fault:
+        hydraulics(PUMP.curve(), pipe(**changes), PUMP.omega_max)
+    assert message in str(fault.value) and "\n" not in str(fault.value)

@@ -1,0 +1,228 @@
+"""Weather: pvlib's own sky and position, clouds that keep their means, faults on one line."""
+
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pvlib
+import pytest
+
+from reluctance.drive.schema import checked
+from reluctance.errors import ParameterError
+from reluctance.pumping.clouds import HAZE
+from reluctance.pumping.site import Site, sun_over
+from reluctance.pumping.weather_file import WeatherTable, clear_sky, read_weather, with_minutes
+
+BENIN = {
+    "latitude_deg": 7.18,
+    "longitude_deg": 2.06,
+    "altitude_m": 100.0,
+    "timezone": "Africa/Porto-Novo",
+}
+GREENSBORO = {
+    "latitude_deg": 36.1,
+    "longitude_deg": -79.95,
+    "altitude_m": 273.0,
+    "timezone": "Etc/GMT+5",
+}
+CLEAR = {"kind": "clear", "start": date(2026, 3, 21)}
+TMY3 = {"kind": "tmy3", "file": "pvlib:723170TYA.CSV", "year": 2026}
+
+
+def site(**changes):
+    return checked(Site, {**BENIN, **changes}, "[site]")
+
+
+def table(**values):
+    return checked(WeatherTable, values, "[weather]")
+
+
+def read(where=None, folder=Path(), **values):
+    return read_weather(table(**values), where or site(), folder)
+
+
+def test_the_sun_between_the_knots_stands_where_pvlib_says():
+    t = pd.date_range("2026-06-21", periods=1440, freq="1min", tz="Europe/Berlin")
+    place = site(latitude_deg=52.0, longitude_deg=13.0)
+    theirs = pvlib.solarposition.get_solarposition(t, 52.0, 13.0, 100.0)
+    ours, up = sun_over(place, t), theirs["apparent_zenith"] < 85
+    assert ours.zenith_deg[up] == pytest.approx(theirs["apparent_zenith"][up], abs=0.01)
+    assert ours.azimuth_deg[up] == pytest.approx(theirs["azimuth"][up], abs=0.02)
+
+
+@pytest.mark.filterwarnings("ignore")  # pvlib's, of pandas and of night
+def test_the_clear_sky_is_that_of_pvlib():
+    found = read(**CLEAR)
+    place = pvlib.location.Location(7.18, 2.06, "Africa/Porto-Novo", 100.0)
+    with np.errstate(all="ignore"):
+        position = pvlib.solarposition.get_solarposition(found.t, 7.18, 2.06, 100.0)
+        theirs = place.get_clearsky(
+            found.t,
+            linke_turbidity=3.0,
+            solar_position=position,
+        )
+    for name in ("ghi", "dni", "dhi"):
+        assert getattr(found, name) == pytest.approx(theirs[name].to_numpy(), abs=2.0)
+    assert found.ghi.sum() == pytest.approx(theirs["ghi"].sum(), rel=1e-4)
+
+
+def test_29_february_is_a_day_as_any_other():
+    found = read(kind="clear", start=date(2024, 2, 28), days=3, step_min=60.0)
+    assert [f"{t:%d %b}" for t in found.t[12::24]] == ["28 Feb", "29 Feb", "01 Mar"]
+    assert found.ghi.reshape(3, 24).sum(axis=1) == pytest.approx(found.ghi.sum() / 3, rel=0.02)
+
+
+def test_a_day_of_a_summer_time_change_has_its_own_length():
+    berlin = site(latitude_deg=52.0, longitude_deg=13.0, timezone="Europe/Berlin")
+    assert len(read(berlin, kind="clear", start=date(2026, 3, 29), step_min=60.0).t) == 23
+
+
+def test_a_typical_year_has_middles_of_its_hours():
+    found = read(checked(Site, GREENSBORO, "[site]"), **TMY3)
+    assert len(found.t) == 8760 and found.step == 3600
+    assert str(found.t[0]) == "2026-01-01 00:30:00-05:00"
+    assert str(found.t[-1]) == "2026-12-31 23:30:00-05:00"
+
+
+def test_clouds_repeat_with_their_seed_and_leave_the_share_they_state():
+    weather = [
+        read(**CLEAR, clouds={"seed": seed, "clear_min": 6.0, "cloud_min": 3.0, "cover": 0.1})
+        for seed in (1, 1, 2)
+    ]
+    assert np.array_equal(weather[0].ghi, weather[1].ghi)
+    assert not np.array_equal(weather[0].ghi, weather[2].ghi)
+    year = read(
+        kind="clear",
+        start=date(2026, 3, 21),
+        days=60,
+        clouds={"clear_min": 6.0, "cloud_min": 3.0, "cover": 0.1},
+    )
+    clear = read(kind="clear", start=date(2026, 3, 21), days=60)
+    expected = (6 * 1.0 + 3 * 0.1) / 9  # of a two-state chain in equilibrium
+    assert year.ghi.sum() / clear.ghi.sum() == pytest.approx(expected, abs=0.02)
+    height = clear.sun.height
+    assert year.ghi == pytest.approx(year.dhi + year.dni * height, abs=8)
+
+
+def test_generated_minutes_keep_the_global_light_of_every_hour():
+    place = checked(Site, GREENSBORO, "[site]")
+    settings = table(**TMY3, generate_minutes=True)
+    hours = read_weather(settings, place, Path())
+    minutes = with_minutes(hours, settings, place, seed=1)
+    assert len(minutes.t) == 525_600 and minutes.step == 60
+    means = minutes.ghi.reshape(-1, 60).mean(axis=1)
+    assert means == pytest.approx(np.maximum(hours.ghi, 0), abs=1e-6)
+    assert np.all(minutes.dni <= HAZE * clear_sky(minutes.t, 60.0, place, settings).dni + 1e-9)
+    assert np.all(minutes.dni >= 0) and np.all(minutes.dhi >= 0)
+
+
+def sunny(start="2026-05-01", days=2, freq="1h", zone="Africa/Porto-Novo"):
+    """An hourly file of the clear sky at the site."""
+    t = pd.date_range(start, periods=24 * days, freq=freq, tz=zone)
+    found = read(kind="clear", start=date(2026, 5, 1), days=days, step_min=60.0)
+    columns = {n: getattr(found, n) for n in ("ghi", "dni", "dhi", "temp_air", "wind_speed")}
+    return pd.DataFrame({"time": t.tz_localize(None).astype(str), **columns})
+
+
+def written(tmp_path, frame):
+    frame.to_csv(tmp_path / "w.csv", index=False)
+    return {"kind": "csv", "file": "w.csv", "folder": tmp_path}
+
+
+def test_a_csv_file_gives_back_what_was_written(tmp_path):
+    frame = sunny()
+    found = read(**written(tmp_path, frame))
+    assert found.ghi == pytest.approx(frame["ghi"].to_numpy())
+    assert str(found.t[0]) == "2026-05-01 00:30:00+01:00"
+
+
+def test_direct_light_is_estimated_where_a_file_has_only_the_global(tmp_path):
+    frame = sunny()
+    found = read(**written(tmp_path, frame[["time", "ghi"]]))
+    assert found.ghi == pytest.approx(found.dhi + found.dni * found.sun.height, abs=2)
+    assert found.dni.sum() == pytest.approx(frame["dni"].sum(), rel=0.25)
+
+
+def test_an_epw_file_is_read_with_the_middles_of_its_hours(tmp_path):
+    frame = sunny()
+    lines = ["LOCATION,Here,,BEN,test,0,7.18,2.06,1.0,100.0", *["HEADER"] * 7]
+    for k, row in frame.iterrows():
+        fields = ["0"] * 35
+        fields[:5] = ["2005", "5", str(1 + k // 24), str(1 + k % 24), "60"]
+        fields[5] = "?9?9"
+        fields[6], fields[21] = f"{row.temp_air:g}", f"{row.wind_speed:g}"
+        fields[13:16] = [f"{row[name]:.6f}" for name in ("ghi", "dni", "dhi")]
+        lines.append(",".join(fields))
+    (tmp_path / "w.epw").write_text("\n".join(lines) + "\n")
+    found = read(kind="epw", file="w.epw", year=2026, folder=tmp_path)
+    assert str(found.t[0]) == "2026-05-01 00:30:00+01:00" and len(found.t) == 48
+    for name in ("ghi", "dni", "dhi", "temp_air", "wind_speed"):
+        assert getattr(found, name) == pytest.approx(frame[name].to_numpy(), abs=1e-5)
+
+
+def test_times_with_an_offset_are_taken_at_their_word(tmp_path):
+    frame = sunny()
+    frame["time"] = frame["time"] + "+01:00"
+    found = read(site(timezone="Etc/UTC"), **written(tmp_path, frame))
+    assert str(found.t[0]) == "2026-04-30 23:30:00+00:00"
+
+
+def without(frame, rows):
+    return frame.drop(index=rows)
+
+
+FILES = [
+    (lambda f: without(f, [10, 11]), "a gap from 2026-05-01 09:30"),
+    (lambda f: pd.concat([f[:20], f[19:]]), "repeated or unordered times"),
+    (lambda f: f.assign(ghi=f["ghi"].where(f.index != 30)), "ghi is missing at 2026-05-02 06:30"),
+    (lambda f: f.assign(ghi=3 * f["ghi"]), "need -20 to 1800"),
+    (lambda f: f.assign(ghi=0.0), "night only"),
+    (lambda f: f[0:5], "night only"),
+    (lambda f: f[:1], "need at least 2"),
+    (lambda f: f.drop(columns="time"), "need a column `time`"),
+    (lambda f: f.drop(columns="ghi"), "need time, ghi"),
+    (lambda f: f.drop(columns="dhi"), "both or none of dni and dhi"),
+    (lambda f: f.assign(time=["no"] * len(f)), "need a column `time`"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), FILES, ids=[m for _, m in FILES])
+def test_a_file_that_cannot_be_used_is_refused_on_one_line(tmp_path, change, message):
+    with pytest.raises(ParameterError) as fault:
+        read(**written(tmp_path, change(sunny())))
+    assert message in str(fault.value) and "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize("zone", ["Asia/Tokyo", "America/Lima", "Pacific/Auckland"])
+def test_weather_in_a_wrong_zone_is_refused_on_one_line(tmp_path, zone):
+    with pytest.raises(ParameterError, match=r"h off the sun at 7\.18 N 2\.06 E"):
+        read(site(timezone=zone), **written(tmp_path, sunny()))
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"kind": "clear"}, "needs start"),
+        ({"kind": "csv"}, "needs file"),
+        ({**CLEAR, "file": "x.csv"}, "file has no effect with kind = 'clear'"),
+        ({**TMY3, "days": 3}, "days has no effect"),
+        ({**TMY3, "year": 2024}, "29 February"),
+        ({**TMY3, "file": "pvlib:none.csv"}, "no such file"),
+        ({"kind": "epw", "file": "pvlib:723170TYA.CSV"}, "is not an EPW file"),
+        ({"kind": "tmy3", "file": "pvlib:12839.tm2"}, "is not a TMY3 file"),
+        (TMY3, "is for 36.1 N -79.95 E, [site] is at 7.18 N"),
+    ],
+)
+def test_a_weather_table_that_cannot_be_is_refused_on_one_line(values, message):
+    with pytest.raises(ParameterError) as fault:
+        read(**values)
+    assert message in str(fault.value) and "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("zone", "message"), [("Africa/Porto-Nove", "did you mean"), ("", "unknown")]
+)
+def test_an_unknown_timezone_is_refused(zone, message):
+    with pytest.raises(ParameterError, match=message):
+        site(timezone=zone)
