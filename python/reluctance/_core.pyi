@@ -316,7 +316,18 @@ class Simulation:
     def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, controller: Controller, reference: Course, theta_m: float, resolution: Resolution) -> None: ...
 
     def advance(self, t_stop: float) -> float:
-        """Runs to t_stop [s] or until a table is full; returns the time reached."""
+        """
+        Runs to t_stop [s], or until a table is full or many steps are taken; returns the time reached.
+        """
+
+    @property
+    def steps(self) -> int:
+        """Integration steps taken so far."""
+
+    def state(self) -> tuple[list[float], float, float, float]:
+        """
+        Currents of the phases [A], speed [rad/s], rotor angle [rad], dc-link voltage [V].
+        """
 
     def record(self) -> None:
         """Adds the present instant to the waveforms."""
