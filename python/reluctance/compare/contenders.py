@@ -217,7 +217,8 @@ CONTENDERS: dict[str, Contender] = {
             free=ASKED_FREQUENCY,
             place=copper_and_horizon,
             what="Finite-control-set MPC as in the literature: torque error, copper, switching.",
-            when="To compare with the literature: its horizon is too short to build up flux in time.",
+            when="To compare with the literature: "
+            "its horizon is too short to build up flux in time.",
             needs="fast sampling",
         ),
         Contender(
