@@ -37,7 +37,8 @@ struct Anything {  // converts to the type of any member
   constexpr operator V() const;
 };
 
-// clang-format off: release 14 does not know how to lay out a conjunction of requirements
+// Release 14 of clang-format does not know how to lay out a conjunction of requirements.
+// clang-format off
 /// S takes these values in braces, and not one more: they are all of its members.
 template <class S, class... V>
 concept MadeOf = requires { S{std::declval<V>()...}; } &&

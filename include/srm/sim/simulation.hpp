@@ -287,8 +287,7 @@ class Simulation {
     const Scale& scale = resolution_.scale;
     const double theta_next = next_angle();
     const double omega_e = plant_.machine.N_r * std::abs(at_.x.omega_m);
-    const double h_max =
-        std::min({t_limit - t_, resolution_.dt_max, longest_angle / omega_e});
+    const double h_max = std::min({t_limit - t_, resolution_.dt_max, longest_angle / omega_e});
     const auto [expected, when] = ahead(k1, theta_next);
     const bool expects = expected.direction != 0 && when < h_max;
     double h = expects ? when : h_max;
