@@ -1,4 +1,4 @@
-"""What does a cloud do to a solar pump without a dc-dc converter, and how must it not be controlled?
+"""What does a cloud do to a solar pump without a dc-dc converter, and which control fails?
 
 Writes docs/pumping/cloud.png, latch.png and cloud.csv. About a minute of one core.
 
@@ -19,7 +19,7 @@ import reluctance as rl
 from reluctance import _core
 from reluctance.drive.pump_load import flow
 from reluctance.drive.pv_source import available
-from reluctance.run.plots import save_figure
+from reluctance.figures import save_figure
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "sun_cloud.toml"

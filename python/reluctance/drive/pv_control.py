@@ -1,4 +1,4 @@
-"""The [pv_control] table: voltage control and maximum power point tracking of a drive on an array."""
+"""The [pv_control] table: voltage control and power tracking of a drive on an array."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive.tables import CellNumbers, Source
@@ -89,7 +89,7 @@ def cold_voltage(source: Source) -> float:
     return open_circuit(pv_array(source), COLD_G, source.temp_cold_degC)
 
 
-def available(source: Source, t: ArrayLike) -> NDArray[np.float64]:
+def available(source: Source, t: NDArray[np.float64]) -> NDArray[np.float64]:
     """Power of the array at its maximum power point at the times t [s]; [W]."""
     array = pv_array(source)
     sun = np.interp(t, source.t_s, source.poa_global_Wpm2 or [])
