@@ -1,5 +1,5 @@
-"""A run ends by itself whatever its numbers, says what it left and how to mend it, and takes no more
-memory than it said; numbers that cannot be meant are refused before it."""
+"""A run ends by itself whatever its numbers, says what it left and how to mend it, and takes no
+more memory than it said; numbers that cannot be meant are refused before it."""
 
 import resource
 import time
