@@ -6,6 +6,7 @@ BIN := $(VENV)/bin
 SOURCES := $(shell find include bindings tests/core_module python machines examples firmware -type f \
              -not -name '*.so' -not -path '*/__pycache__/*' 2>/dev/null) CMakeLists.txt pyproject.toml
 
+CLANG_FORMAT ?= clang-format
 CHECKED := python tests studies bench machines docs examples
 
 .PHONY: run test lint bench docs wheels clean
@@ -16,11 +17,14 @@ run: $(VENV)/installed
 	$(BIN)/reluctance paper --out out/paper
 
 test: $(VENV)/installed-test lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check $(CHECKED)
 	$(BIN)/ruff format --check $(CHECKED)
+	@command -v $(CLANG_FORMAT) >/dev/null || \
+	  { echo "error: no $(CLANG_FORMAT); on Debian: apt install clang-format"; exit 2; }
+	find include bindings tests examples -name '*.[ch]pp' | xargs $(CLANG_FORMAT) --dry-run -Werror
 	$(BIN)/mypy
 
 bench: $(VENV)/installed

@@ -70,10 +70,16 @@ class Published:
     legs: tuple[int, ...] = (-1, -1, -1)
 
     def __call__(
-        self, i: list[float], theta_e: float, omega_m: float, u_dc: float, reference: float
+        self,
+        i: list[float],
+        theta_e: float,
+        omega_m: float,
+        u_dc: float,
+        reference: float,
+        i_source: float,
     ) -> list[float]:
-        """One sample, at 10 us. Returns the ORDER_COLUMNS of each phase, of which the leg alone matters,
-        and the torque reference."""
+        """One sample, at 10 us. Returns the ORDER_COLUMNS of each phase, of which the leg alone
+        matters, and the torque reference."""
         error = reference - omega_m
         tau = K_P * error + K_I * self.integral
         if not ((tau >= TAU_MAX and error >= 0) or (tau <= 0 and error <= 0)):

@@ -66,6 +66,7 @@ def main() -> None:
         lines.append(",".join([name, *map(str, clouds), *(f"{x:.2f}" for x in numbers)]))
     year = load_system(ROOT / "examples" / "sun_year.toml")
     pumped = operate(year.with_values({"weather.generate_minutes": True}))
+    assert pumped.water_from_means is not None  # minutes were generated
     over = 100 * (pumped.water_from_means / pumped.water - 1)
     lines.append(f"year,,,,{over:.2f},,0,")
     options.csv.parent.mkdir(parents=True, exist_ok=True)

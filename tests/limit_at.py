@@ -18,6 +18,11 @@ def best_profile(machine, *, tau_ref, **given):
     return limit.best_profile(point, tau_ref, **rest)
 
 
+def fastest_torque_step(machine, *, tau_ref, **given):
+    point, rest = split(machine, given)
+    return limit.fastest_torque_step(point, tau_ref, **rest)
+
+
 def profile_table(machine, *, tau_max, **given):
     point, rest = split(machine, given)
     return limit.profile_table(point, tau_max, **rest)

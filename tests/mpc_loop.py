@@ -122,9 +122,17 @@ def controller(
 
 
 def loop(
-    law: Any, point: Point, timing: Timing, *, theta_m: float = 0.0, record_every: float = -1.0
+    law: Any,
+    point: Point,
+    timing: Timing,
+    *,
+    theta_m: float = 0.0,
+    record_every: float = -1.0,
+    reference: tuple[list[float], list[float]] | None = None,
 ) -> Any:
-    """The law on its machine at the speed that a dynamometer holds."""
+    """The law on its machine at the speed that a dynamometer holds. reference: times [s] and
+    torques [N m]; by default that of the point throughout."""
+    t_ref, ref = reference or ([0.0], [point.tau])
     return _core.Simulation(
         machine=point.machine,
         n_phases=point.n_phases,
@@ -152,7 +160,7 @@ def loop(
             angle_offset=0.0,
         ),
         controller=law,
-        reference=_constant(point.tau),
+        reference=_core.Course(t=t_ref, value=ref),
         theta_m=theta_m,
         resolution=_core.Resolution(
             dt_max=5e-6, scale=_core.Scale(i=100.0, u_dc=point.u_dc), record_every=record_every
@@ -233,6 +241,8 @@ def single_figures() -> None:
         told(
             f"guide smoothed by {smoothing:g}", replace(RATED, smoothing=smoothing), FPGA, f_switch
         )
+    for f_switch in (5.67e3, 11.3e3, 22.7e3, 45.4e3):  # about 5, 10, 20, 40 kHz are reached
+        told("2 us, ideal", RATED, FPGA, f_switch)
     told("20 us, one sample late, sensed", RATED, MICROCONTROLLER, 16e3)
     told("20 us, ideal", RATED, Timing(20e-6), 16e3)
     told("2 us, ideal", RATED, FPGA, 14e3)

@@ -28,13 +28,16 @@ def test_laws_with_a_carrier_keep_their_mean_torque(name: str) -> None:
     assert late.torque_error_rms == pytest.approx(ideal.torque_error_rms, rel=0.01)
 
 
-def test_edges_inside_the_sample_hardly_feel_it() -> None:
-    """Not compensated, 2 us nearly double the error. Turn-ons at sample borders stay late."""
+@pytest.mark.parametrize(("dead_time_us", "factor"), [(1, 1.1), (2, 1.3)])
+def test_edges_inside_the_sample_hardly_feel_it(dead_time_us: float, factor: float) -> None:
+    """Not compensated, 2 us nearly double the error. Turn-ons at sample borders, and sooner after
+    them than the dead time, stay late: 0.52 % rms become 0.54 % with 1 us and 0.65 % with 2 us."""
     ideal, late = (
-        rl.simulate(drive("edge_mpc_mcu", d), until=0.1, record=None).kpis for d in (0, 2)
+        rl.simulate(drive("edge_mpc_mcu", d), until=0.1, record=None).kpis
+        for d in (0, dead_time_us)
     )
     assert late.tau_mean == pytest.approx(ideal.tau_mean, rel=1e-3)
-    assert late.torque_error_rms < 1.2 * ideal.torque_error_rms
+    assert late.torque_error_rms < factor * ideal.torque_error_rms
 
 
 def test_a_comparator_passes_its_lower_bound_only() -> None:

@@ -8,6 +8,7 @@ import pytest
 from reluctance import _core
 from reluctance.errors import ParameterError
 from reluctance.limit import OperatingPoint, Profile, RippleFloor, best_profile, ripple_floor
+from reluctance.limit.returning_flux import returning_mean
 from reluctance.limit.ripple import _least
 
 PAPER = _core.LeHuy(N_r=4, L_u=0.67e-3, L_a=23.62e-3, L_sat=0.15e-3, i_m=450.0, psi_m=0.468)
@@ -43,6 +44,19 @@ def test_one_phase_alone_is_the_triangle_of_pulse_width_modulation(d: float) -> 
     assert free == pytest.approx(held, rel=1e-9)
 
 
+def test_returning_fluxes_are_free_where_no_angle_has_two_phases() -> None:
+    """One phase alone: its torque holds its flux linkage. Nine pairs of weights: 3e-4."""
+    n, N, u_dc = 60, 3, 240.0
+    rng = np.random.default_rng(1)
+    flows = np.arange(n) < n // N
+    u = np.where(flows, rng.uniform(-0.9, 0.9, n) * u_dc, 0.0)
+    gain = np.where(flows, rng.uniform(100.0, 900.0, n), 0.0)
+    weights = np.linspace(0.0, 1.0, 9) ** (2 / 3)
+    mean = returning_mean(u, gain, flows, n_phases=N, u_dc=u_dc, weights=weights)
+    alone = [_least(u[j : j + 1], gain[j : j + 1], u_dc)[0] for j in range(n // N)]
+    assert mean == pytest.approx(np.mean(alone), rel=1e-3)
+
+
 def test_no_sharing_of_time_between_vectors_undercuts_the_bound() -> None:
     """Shares of independent phases are one way to hold all fluxes: the bound lies below."""
     rng = np.random.default_rng(6)
@@ -62,9 +76,9 @@ def test_ripple_falls_as_one_over_switching_frequency(
     profile: Profile, at_60kHz: RippleFloor
 ) -> None:
     slow, fast = floor(profile, 15e3), at_60kHz
-    for name in ("bound_rms", "bound_pp", "on_profile_rms", "pulse_width_rms"):
+    for name in ("bound_rms", "bound_pp", "returning_rms", "on_profile_rms", "pulse_width_rms"):
         assert getattr(slow, name) == pytest.approx(4 * getattr(fast, name), rel=1e-9)
-    assert 0 < slow.bound_rms < slow.on_profile_rms < slow.pulse_width_rms
+    assert 0 < slow.bound_rms < slow.returning_rms < slow.on_profile_rms < slow.pulse_width_rms
     assert slow.bound_pp > slow.bound_rms * np.sqrt(12) * 0.9  # of a triangle; more where it varies
 
 

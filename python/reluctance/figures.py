@@ -47,7 +47,7 @@ def save_figure(figure: Figure, path: Path, *, title: str = "", below: str = "")
     """
     check_figure(path)
     content = drawn(figure, path.suffix.lower(), title=title or path.stem, below=below)
-    write_whole(path, lambda p: p.write_bytes(content) and None)
+    write_whole(path, lambda p: p.write_bytes(content))
 
 
 def drawn(figure: Figure, ending: str, *, title: str = "", below: str = "") -> bytes:

@@ -117,7 +117,7 @@ def told(path: Path) -> Iterator[None]:
         ) from None
 
 
-def write_whole(path: Path, write: Callable[[Path], None]) -> None:
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Lets `write` fill a temporary file beside `path`, then puts it in place in one step.
 
     Raises
@@ -128,7 +128,7 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
     write_together({path: write})
 
 
-def write_together(files: Mapping[Path, Callable[[Path], None]]) -> None:
+def write_together(files: Mapping[Path, Callable[[Path], object]]) -> None:
     """Several files that belong together, like `write_whole`: all are full before one appears."""
     full: dict[Path, Path] = {}
     try:

@@ -60,8 +60,11 @@ def page(title: str, figure: Figure, below: str = "") -> str:
 
 def _panel(ax: Axes, shared: dict[Any, Any]) -> Any:
     """The lines of some axes. Axes with the same horizontal quantity and limits move together."""
-    from bokeh.models import HoverTool
+    from bokeh.models import HoverTool, Range1d
     from bokeh.plotting import figure
+
+    def range_of(limits: tuple[float, float]) -> Range1d:
+        return Range1d(start=float(limits[0]), end=float(limits[1]))
 
     x_label, y_label = ax.get_xlabel(), ax.get_ylabel()
     drawn = figure(
@@ -70,8 +73,8 @@ def _panel(ax: Axes, shared: dict[Any, Any]) -> Any:
         y_axis_label=y_label,
         x_axis_type="log" if ax.get_xscale() == "log" else "linear",
         y_axis_type="log" if ax.get_yscale() == "log" else "linear",
-        x_range=tuple(map(float, ax.get_xlim())),
-        y_range=tuple(map(float, ax.get_ylim())),
+        x_range=range_of(ax.get_xlim()),
+        y_range=range_of(ax.get_ylim()),
         tools="pan,wheel_zoom,box_zoom,reset,save",
         active_scroll="wheel_zoom",
         height=360,

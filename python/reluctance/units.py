@@ -26,10 +26,17 @@ UNITS: dict[str, tuple[float, float]] = {
     "kHz": (1e3, 1.0),
     "mJ": (1e-3, 1.0),
     "KiB": (1024.0, 1.0),
+    "ms": (1e-3, 1.0),
+    "rpmps": (math.pi, 30.0),  # per second
+    "rpmpV": (math.pi, 30.0),  # per volt
+    "rpmpVs": (math.pi, 30.0),  # per volt and second
+    "pct": (1.0, 100.0),
+    "mm": (1e-3, 1.0),
+    "m3ph": (1.0, 3600.0),
 } | dict.fromkeys(
     (
         *("s", "Hz", "rad", "m", "kg", "A", "V", "W", "J", "ohm", "H", "F", "Wb", "B"),
-        *("Nm", "Nms", "Nms2", "kgm2", "degC"),
+        *("Nm", "Nms", "Nms2", "NmpV", "NmpVs", "kgm2", "degC", "Wpm2", "ApK"),
     ),
     (1.0, 1.0),
 )
@@ -57,7 +64,7 @@ def from_si(value: Value, unit: str | None) -> Value:
 def si(table: Mapping[str, Any]) -> dict[str, Any]:
     """The values of a table in SI, under their names without the unit.
 
-    Lists are converted element by element. Whole numbers, truth values, text and None stay.
+    Lists are converted element by element. Truth values, text and None stay.
 
     Examples
     --------
@@ -74,7 +81,8 @@ def si(table: Mapping[str, Any]) -> dict[str, Any]:
 def _converted(value: Any, unit: str | None) -> Any:
     if isinstance(value, list | tuple):
         return [_converted(v, unit) for v in value]
-    return to_si(value, unit) if unit and isinstance(value, float) else value
+    number = isinstance(value, float | int) and not isinstance(value, bool)
+    return to_si(float(value), unit) if unit and number else value
 
 
 def hertz(text: str) -> float:

@@ -3,11 +3,11 @@
 #include <cstdio>
 #include <initializer_list>
 
+#include "srm/control/frame/speed_pi.hpp"
 #include "srm/control/law/angles.hpp"
 #include "srm/control/law/deadbeat.hpp"
 #include "srm/control/law/ditc.hpp"
 #include "srm/control/law/pwm_current.hpp"
-#include "srm/control/frame/speed_pi.hpp"
 #include "srm/control/law/torque_sharing.hpp"
 #include "srm/machine/lehuy.hpp"
 

@@ -62,8 +62,8 @@ int main() {
                 .omega = srm::constant(157)}};
   const srm::Sampling sampling{
       .T_s = 20e-6, .adc_bits = 12, .i_range = 200, .encoder_counts = 4096};
-  srm::Simulation<Machine, N> loop(plant, 0, sampling, std::move(controller),
-                                   srm::constant(41.339), 0, {10e-6, {150, 240}, 0});
+  srm::Simulation<Machine, N> loop(plant, 0, sampling, std::move(controller), srm::constant(41.339),
+                                   0, {10e-6, {150, 240}, 0});
   srm::Rows waveforms(srm::columns_of(srm::Waveform<N>{}), 1000);
   srm::Rows periods(srm::columns_of(srm::Period<N>{}), 10);
 

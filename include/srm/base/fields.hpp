@@ -37,12 +37,13 @@ struct Anything {  // converts to the type of any member
   constexpr operator V() const;
 };
 
+// Release 14 of clang-format does not know how to lay out a conjunction of requirements.
+// clang-format off
 /// S takes these values in braces, and not one more: they are all of its members.
 template <class S, class... V>
-concept MadeOf = requires {
-  S{std::declval<V>()...};
-}
-&&!requires(Anything more) { S{std::declval<V>()..., more}; };
+concept MadeOf = requires { S{std::declval<V>()...}; } &&
+                 !requires(Anything more) { S{std::declval<V>()..., more}; };
+// clang-format on
 
 }  // namespace detail
 

@@ -62,8 +62,8 @@ inline double sqrt(double x) { return __builtin_sqrt(x); }
 
 /// A number of which the last bits are units: added to x, it leaves x rounded to an integer there.
 template <Real T>
-inline constexpr T to_units =
-    std::same_as<T, float> ? T(12582912) : T(6755399441055744);  // 1.5 2^23
+inline constexpr T to_units = std::same_as<T, float> ? T(12582912)
+                                                     : T(6755399441055744);  // 1.5 2^23
 
 /// 2^n from to_units + n, for n within the normal exponents.
 template <Real T>

@@ -1,9 +1,9 @@
 // A table over a quantity and an electrical angle, linear between its points.
 #pragma once
 
+#include "srm/base/angle.hpp"
 #include "srm/base/fields.hpp"
 #include "srm/base/view.hpp"
-#include "srm/base/angle.hpp"
 
 namespace srm {
 

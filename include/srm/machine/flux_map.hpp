@@ -29,17 +29,18 @@ struct FluxMap {
   using Scalar = T;
   static constexpr int n_power = 5;  // powers 0..4 of the current
 
-  int N_r;                    // rotor poles
-  int n_i;                    // current pieces, the open last one included
-  int n_theta;                // angle cells
-  int n_slot;                 // slots of the piece table
-  T theta_span;               // pi: even about 0 and pi; 2 pi: a whole period
-  T cells_per_rad;            // n_theta / theta_span
-  T slots_per_A;              // a slot is no wider than the narrowest piece
-  View<T> knot;               // (n_i) current at the start of each piece; 0 first, i_max last [A]
-  View<std::uint8_t> piece;   // (n_slot) piece at the start of each slot
-  View<T> coefficient;        // (n_i, n_theta + 3, n_power) of W_c; powers run fastest [J/A^p]
-  SRM_FIELDS(N_r, n_i, n_theta, n_slot, theta_span, cells_per_rad, slots_per_A, knot, piece, coefficient)
+  int N_r;                   // rotor poles
+  int n_i;                   // current pieces, the open last one included
+  int n_theta;               // angle cells
+  int n_slot;                // slots of the piece table
+  T theta_span;              // pi: even about 0 and pi; 2 pi: a whole period
+  T cells_per_rad;           // n_theta / theta_span
+  T slots_per_A;             // a slot is no wider than the narrowest piece
+  View<T> knot;              // (n_i) current at the start of each piece; 0 first, i_max last [A]
+  View<std::uint8_t> piece;  // (n_slot) piece at the start of each slot
+  View<T> coefficient;       // (n_i, n_theta + 3, n_power) of W_c; powers run fastest [J/A^p]
+  SRM_FIELDS(N_r, n_i, n_theta, n_slot, theta_span, cells_per_rad, slots_per_A, knot, piece,
+             coefficient)
 
   /// i >= 0 [A], theta_e in [0, 2 pi).
   constexpr Magnetics<T> at(T i, T theta_e) const {

@@ -10,8 +10,9 @@
 //   co-energy  W_c = L_u i^2/2 + G(i) f,  G = (L_sat - L_u) i^2/2 + A i - (A/B)(1 - e^(-B i))
 // clang-format on
 //
-// f is the only cubic with f(unaligned) = 0, f(aligned) = 1 and no slope at either. The source paper
-// prints it with a wrong sign and closes the torque bracket too early: docs/paper.md, errata 4, 5.
+// f is the only cubic with f(unaligned) = 0, f(aligned) = 1 and no slope at either. The source
+// paper prints it with a wrong sign and closes the torque bracket too early: docs/paper.md, errata
+// 4, 5.
 #pragma once
 
 #include "srm/base/fields.hpp"

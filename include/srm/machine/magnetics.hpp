@@ -1,4 +1,5 @@
-// What every machine model answers: all magnetic quantities of one phase, from one co-energy function.
+// What every machine model answers: all magnetic quantities of one phase, from one co-energy
+// function.
 #pragma once
 
 #include <concepts>

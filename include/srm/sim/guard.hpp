@@ -9,10 +9,11 @@
 
 namespace srm {
 
-/// The current of phase k, or the rotor angle (k = angle), meets `value`: from below (direction
-/// +1) or from above (-1). Direction 0: no guard.
+/// The current of phase k, the rotor angle (k = angle) or the dc-link voltage (k = link) meets
+/// `value`: from below (direction +1) or from above (-1). Direction 0: no guard.
 struct Guard {
   static constexpr int angle = -1;
+  static constexpr int link = -3;
 
   int k = angle;
   double value = 0;
@@ -20,10 +21,17 @@ struct Guard {
   Leg then = Leg::demagnetize;  // a current guard sets the leg
 };
 
+/// What a guard watches, of a state or of its rates.
+template <int N>
+double watched(const Guard& g, const State<N>& x) {
+  if (g.k == Guard::angle) return x.theta_m;
+  return g.k == Guard::link ? x.u_dc : x.i[g.k];
+}
+
 /// What is left before the guard is met: positive before, zero or negative once it is met.
 template <int N>
 double distance(const Guard& g, const State<N>& x) {
-  return g.direction * (g.value - (g.k == Guard::angle ? x.theta_m : x.i[g.k]));
+  return g.direction * (g.value - watched(g, x));
 }
 
 /// An angle closer than this to its value counts as met [rad].
@@ -32,27 +40,35 @@ inline constexpr double angle_tolerance = 1e-9;
 /// How fast the distance changes, from the rates of a point.
 template <int N>
 double approach(const Guard& g, const Point<N>& rate) {
-  return -g.direction * (g.k == Guard::angle ? rate.x.theta_m : rate.x.i[g.k]);
+  return -g.direction * watched(g, rate.x);
 }
 
-/// Moves the end of a step of length h by as little as it takes to end on the guard, with the slope
-/// at the end and the curvature over the step (k1: slope at the start). Returns the new length;
-/// NaN, and `end` unchanged, where it would change by more than an eighth, or become longer than
-/// `longest`. What the third order leaves after so little is below 1e-7 A.
+/// The cubic Hermite polynomial of a step of length h from x0 to x1 with slopes r0 and r1, at the
+/// time s after its end (negative: before).
+inline double hermite_past_end(double x0, double r0, double x1, double r1, double h, double s) {
+  const double mean = (x1 - x0) / h, part = s / h;
+  const double cubic = r0 + r1 - 2 * mean;
+  return x1 + s * (r1 + part * (r1 - mean + cubic + part * cubic));
+}
+
+/// Moves the end of a step of length h by as little as it takes to end on the guard, along the
+/// cubic Hermite polynomial of the step (k1: slope at the start). Returns the new length; NaN, and
+/// `end` unchanged, where it would change by more than an eighth, or become longer than `longest`.
 template <Machine M, int N>
-double land(const Plant<M, N>& p, const Point<N>& k1, const Settled<N>& settled, const Guard& g,
-            double h, double longest, Point<N>& end) {
+double land(const Plant<M, N>& p, const Point<N>& start, const Point<N>& k1,
+            const Settled<N>& settled, const Guard& g, double h, double longest, Point<N>& end) {
   const Point<N> rate = slope(p, end.x, settled, h);
-  const double v = approach(g, rate), curvature = (v - approach(g, k1)) / h;
-  double rest = -distance(g, end.x) / v;
-  rest -= curvature * rest * rest / (2 * v);
-  if (!(std::fabs(rest) <= h / 8 && h + rest <= longest)) {
+  const double d0 = distance(g, start.x), d1 = distance(g, end.x);
+  const double v0 = approach(g, k1), v1 = approach(g, rate);
+  double s = -d1 / v1;
+  for (int trial = 0; trial < 2; ++trial) s -= hermite_past_end(d0, v0, d1, v1, h, s) / v1;
+  if (!(std::fabs(s) <= h / 8 && h + s <= longest)) {
     return std::numeric_limits<double>::quiet_NaN();
   }
-  each([rest, part = rest / (2 * h)](double a, double r,
-                                     double r0) { return a + rest * (r + part * (r - r0)); },
-       end, end, rate, k1);
-  return h + rest;
+  each([h, s](double x1, double x0, double r0,
+              double r1) { return hermite_past_end(x0, r0, x1, r1, h, s); },
+       end, end, start, k1, rate);
+  return h + s;
 }
 
 /// The part of a step at which a cubic Hermite polynomial falls through zero, from value d0 > 0 and
@@ -84,7 +100,7 @@ double locate(const Plant<M, N>& p, const Point<N>& start, const Point<N>& k1,
     const double previous = s, d_previous = d;
     s = guess > lower && guess < upper ? guess : (lower + upper) / 2;
     end = runge_kutta(p, start, k1, settled, scale, s).end;
-    const double landed = land(p, k1, settled, g, s, h, end);
+    const double landed = land(p, start, k1, settled, g, s, h, end);
     if (landed > 0) return landed;
     d = distance(g, end.x);
     if (d == 0) return s;

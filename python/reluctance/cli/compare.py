@@ -10,7 +10,7 @@ from reluctance import compare as comparison
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
 from reluctance.cli.progress import progress_bar, wrapped
 from reluctance.compare import conditions, table
-from reluctance.drive.own_law import PREFIX
+from reluctance.drive.own_code import names_code
 from reluctance.errors import ParameterError
 from reluctance.figures import check_figure
 from reluctance.files import check_folder
@@ -46,7 +46,7 @@ def compare(
     drive = load(drive_file, overrides, trust=trust)
     names = None if controls is None else [name.strip() for name in controls.split(",")]
     for name in names or []:
-        if name.startswith(PREFIX) and not trust:
+        if names_code(name) and not trust:
             raise ParameterError(
                 f"control `{name}` is code that would run; if you trust it, add --trust"
             )

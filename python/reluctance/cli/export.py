@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from reluctance import export, load
-from reluctance.cli.options import AsJson, DriveFile, Overrides, help_if_bare
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust, help_if_bare
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.cost import costs
@@ -33,6 +33,7 @@ def firmware(
     drive_file: DriveFile,
     out: Annotated[Path, typer.Option(metavar="DIR", help="New or empty folder.")],
     overrides: Overrides = None,
+    trust: Trust = False,
     flash_limit: Annotated[
         float, typer.Option(metavar="KIB", min=0, help="Most that the tables may take.")
     ] = FLASH_LIMIT_KIB,
@@ -43,7 +44,7 @@ def firmware(
     as_json: AsJson = False,
 ) -> None:
     """Write the controller as a self-contained firmware package."""
-    drive = load(drive_file, overrides)
+    drive = load(drive_file, overrides, trust=trust)
     made = export.firmware(drive, out, flash_limit_KiB=flash_limit)
     rows = [c.with_units() for c in costs(drive, steps=steps)] if cost else []
     if as_json:
@@ -86,10 +87,11 @@ def parity(
     cpu: CpuOption = "cortex-m7",
     steps: Steps = STEPS,
     overrides: Overrides = None,
+    trust: Trust = False,
     as_json: AsJson = False,
 ) -> None:
     """Replay a simulation on the emulated target and compare its commands bit for bit."""
-    found = check_parity(load(drive_file, overrides), cpu=_cpu(cpu), steps=steps)
+    found = check_parity(load(drive_file, overrides, trust=trust), cpu=_cpu(cpu), steps=steps)
     if as_json:
         print(json.dumps({"steps": found.steps, "different": found.different, "cpu": cpu}))
     else:
@@ -109,10 +111,11 @@ def pil(
         float | None, typer.Option(metavar="SECONDS", help="End of the run, instead of the file's.")
     ] = None,
     overrides: Overrides = None,
+    trust: Trust = False,
     as_json: AsJson = False,
 ) -> None:
     """Processor in the loop: simulate with every control step on the emulated target."""
-    drive: Drive = load(drive_file, overrides)
+    drive: Drive = load(drive_file, overrides, trust=trust)
     target, desk = in_the_loop(drive, cpu=_cpu(cpu), until=until)
     if as_json:
         print(json.dumps({"target": asdict(target), "desk": asdict(desk)}))

@@ -10,6 +10,7 @@ from reluctance.cli.compare import compare
 from reluctance.cli.ended import exit_code, watch_output, watch_signals
 from reluctance.cli.examples import examples
 from reluctance.cli.export import export_app
+from reluctance.cli.law import law_app
 from reluctance.cli.limit import limit
 from reluctance.cli.machines import machines
 from reluctance.cli.map import map_app
@@ -30,6 +31,7 @@ for command in (run, paper, machines, examples, compare, limit, pump, size, sche
     app.command()(command)
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")
+app.add_typer(law_app, name="law")
 
 
 @app.callback(invoke_without_command=True)

@@ -371,7 +371,7 @@ def import_map(
     write_together(
         {
             copy: lambda path: write_map(table, path),
-            out: lambda path: path.write_text(text, encoding="utf-8") and None,
+            out: lambda path: path.write_text(text, encoding="utf-8"),
         }
     )
     print(f"wrote {out} and {copy}")

@@ -15,7 +15,7 @@ Overrides = Annotated[
     ),
 ]
 Trust = Annotated[
-    bool, typer.Option("--trust", help="Run the code that is named: control laws in Python.")
+    bool, typer.Option("--trust", help="Run the code that is named: control laws of your own.")
 ]
 Plot = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Figure: .png, .svg, .pdf, or .html with zoom.")

@@ -36,7 +36,7 @@ def json_schema() -> dict[str, Any]:
                 "description": "name from the library, path to a machine file, or a table",
                 "anyOf": [{"type": "string"}, *map(place, MODELS.values())],
             },
-            "control": {"anyOf": [place(table) for table in (*LAWS.values(), OwnLaw)]},
+            "control": {"anyOf": [*map(place, LAWS.values()), place(OwnLaw)]},
             **{name: place(table) for name, table in TABLES.items()},
         },
         **below,

@@ -50,8 +50,8 @@ def compare(
     ----------
     drive : Drive
     controls : list of str, optional
-        Names of CONTENDERS, or `python:FILE:CLASS` for a law in Python, whose code runs; by default
-        all of CONTENDERS.
+        Names of CONTENDERS; `python:FILE:CLASS` or `cpp:FILE:STRUCT` for a law of your own, whose
+        code runs. By default all of CONTENDERS.
     f_switch : float
         Mean switching frequency per switch [Hz].
     octaves : tuple of float

@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from reluctance.drive import Drive
-from reluctance.drive.own_law import PREFIX, law_class
+from reluctance.drive.compiled_law import law_fields
+from reluctance.drive.own_code import PYTHON, names_code, own_code, same_code
+from reluctance.drive.own_law import law_class
 from reluctance.drive.schema import checked, did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.laws import table_of
@@ -52,6 +54,11 @@ class Contender:
     keys: tuple[tuple[str, Any], ...] = ()  # of [control], fixed
     place: Place | None = None  # the searched numbers; None: there are none
 
+    @property
+    def label(self) -> str:
+        """The name where space is short: of a law of one's own, the class."""
+        return own_code(self.name).name if names_code(self.name) else self.name
+
     def drive(self, point: Drive, values: Values) -> Drive:
         """The drive of the comparison with this law in it.
 
@@ -63,11 +70,19 @@ class Contender:
         common = {"T_s_us": point.control.T_s_us, "precision": point.control.precision}
         if point.control.tau_max_Nm is not None:
             common["tau_max_Nm"] = point.control.tau_max_Nm
+        common |= self._own_numbers(point)
         table = {"law": self.law, **common, **dict(self.keys), **values}
         control = checked(table_of(self.law), table, f"[control] of {self.name}")
         drive = replace(point, control=control)
         drive.control.check(drive.known())
         return drive
+
+    def _own_numbers(self, point: Drive) -> dict[str, Any]:
+        """Of a law of one's own that the drive names too: the numbers that it gives it."""
+        law = getattr(point.control, "law", None)
+        if not (names_code(self.law) and names_code(law) and same_code(self.law, str(law))):
+            return {}
+        return dict(point.control.model_extra or {})
 
 
 def pulse_angles(drive: Drive, x: float, y: float) -> dict[str, float]:
@@ -160,7 +175,7 @@ CONTENDERS: dict[str, Contender] = {
         _sharing(
             "exponential",
             "Torque passed along an exponential, as current in a band.",
-            "Where the outgoing phase has to be rid of its current quickly.",
+            "Where the outgoing phase must be demagnetised quickly.",
         ),
         _sharing(
             "optimal",
@@ -202,7 +217,8 @@ CONTENDERS: dict[str, Contender] = {
             free=ASKED_FREQUENCY,
             place=copper_and_horizon,
             what="Finite-control-set MPC as in the literature: torque error, copper, switching.",
-            when="To compare with the literature: it does not see that flux must be built early.",
+            when="To compare with the literature: "
+            "its horizon is too short to build up flux in time.",
             needs="fast sampling",
         ),
         Contender(
@@ -235,14 +251,14 @@ CONTENDERS: dict[str, Contender] = {
 
 
 def contender(name: str) -> Contender:
-    """A contender by its name, or of a law in Python: `python:FILE:CLASS`.
+    """A contender by its name, or of a law of one's own: `python:FILE:CLASS`, `cpp:FILE:STRUCT`.
 
     Raises
     ------
     ParameterError
         If the name is unknown, or the class is not there.
     """
-    if name.startswith(PREFIX):
+    if names_code(name):
         return _own(name)
     if name not in CONTENDERS:
         raise ParameterError(f"control `{name}` is unknown{did_you_mean(name, CONTENDERS)}")
@@ -250,13 +266,17 @@ def contender(name: str) -> Contender:
 
 
 def _own(law: str) -> Contender:
-    """A law in Python. Its constructor says what sets its switching frequency: `i_band`,
-    `f_switch`, or else the control period."""
-    kind = law_class(law)
-    numbers = inspect.signature(kind).parameters
+    """A law of one's own. The names of its numbers say what sets its switching frequency:
+    `i_band`, `f_switch`, or else the control period. The others have the values of the drive file
+    where it names this law, and else their defaults."""
+    if own_code(law).kind == PYTHON:
+        kind = law_class(law)
+        numbers = list(inspect.signature(kind).parameters)
+        what = (inspect.getdoc(kind) or "A law in Python.").partition("\n")[0]
+    else:
+        numbers, what = law_fields(law), "A law in C++."
     known = {"i_band": CURRENT_BAND, "f_switch": ASKED_FREQUENCY}
     free = next((known[name] for name in numbers if name in known), CARRIER)
-    what = (inspect.getdoc(kind) or "A law in Python.").partition("\n")[0]
     return Contender(name=law, law=law, free=free, what=what, when="", needs="")
 
 

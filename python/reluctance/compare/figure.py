@@ -43,7 +43,7 @@ LOOKS = {
     "pwm_current": Look("pulses", "#000000", "--"),
 }
 
-OWN = Look("own", "#F0E442", "-.")  # a law in Python
+OWN = Look("own", "#F0E442", "-.")  # a law from outside the package
 
 Label = tuple[float, float, Entry]  # where it belongs, and whose it is
 
@@ -114,7 +114,8 @@ def plot_torque(axes: Iterable[Axes], found: Comparison) -> None:
         ax.axhline(0, color="k", lw=0.5)
         ax.set_xlim(0, 360)
         ax.set_xticks(range(0, 361, 60))
-        ax.set_title(f"{entry.name}: torque error (%)", loc="left", fontsize=9, pad=3)
+        name = contender(entry.name).label
+        ax.set_title(f"{name}: torque error (%)", loc="left", fontsize=9, pad=3)
 
 
 def figure(found: Comparison) -> Figure:
@@ -126,7 +127,7 @@ def figure(found: Comparison) -> Figure:
         f"{p.machine.name}: {p.converter.u_dc_V:g} V, {p.load.speed_rpm:g} rpm, "
         f"{found.bound.tau_ref:g} N m, {found.f_target / 1e3:g} kHz per switch"
     )
-    if left_out := [e.name for e in found.entries if not _works(e)]:
+    if left_out := [contender(e.name).label for e in found.entries if not _works(e)]:
         title += (
             f"\nnot drawn, not possible or error above {GREATEST_ERROR:g} %: {', '.join(left_out)}"
         )
@@ -210,7 +211,7 @@ def _label(ax: Axes, found: Comparison, ends: list[Label]) -> None:
     for (x, y, entry), height in zip(ends, heights, strict=True):
         color = _look(entry).color
         ax.annotate(
-            entry.name,
+            contender(entry.name).label,
             (x, y),
             (1.04, height),
             textcoords="axes fraction",

@@ -141,15 +141,15 @@ def markdown(found: Comparison) -> str:
         "| " + " | ".join(head) + " |",
         "|---|" + "---:|" * len(COLUMNS),
         *(
-            "| " + " | ".join([f"`{r['control']}`" + star(r), *(c.cell(r) for c in COLUMNS)]) + " |"
+            "| " + " | ".join([f"`{label(r)}`" + star(r), *(c.cell(r) for c in COLUMNS)]) + " |"
             for r in rows
         ),
     ]
     mark = {True: "", False: "\\* "}
-    notes = [f"{mark[r['met']]}`{r['control']}`: {r['note']}." for r in rows if r["note"]]
+    notes = [f"{mark[r['met']]}`{label(r)}`: {r['note']}." for r in rows if r["note"]]
     if notes:
         lines += ["", "  \n".join(notes)]
-    values = [f"| `{r['control']}` | {tuned(r)} | {r['needs']} |" for r in rows]
+    values = [f"| `{label(r)}` | {tuned(r)} | {r['needs']} |" for r in rows]
     return "\n".join([*lines, "", "| control | tuned | needs |", "|---|---|---|", *values]) + "\n"
 
 
@@ -157,14 +157,18 @@ def plain(found: Comparison) -> list[str]:
     """The table in aligned columns, at most 110 wide, then what the misses are."""
     rows = records(found)
     cells = [[name, *(c.head[j] for c in COLUMNS)] for j, name in enumerate(("control", ""))]
-    cells += [[r["control"] + star(r), *(c.cell(r) for c in COLUMNS)] for r in rows]
+    cells += [[label(r) + star(r), *(c.cell(r) for c in COLUMNS)] for r in rows]
     widths = [max(len(row[j]) for row in cells) for j in range(len(cells[0]))]
     lines = [
         " ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in cells
     ]
-    notes = [f"{r['control']}{star(r)}: {r['note']}" for r in rows if r["note"]]
-    values = [f"{r['control']}: {tuned(r)}" for r in rows if r["values"]]
+    notes = [f"{label(r)}{star(r)}: {r['note']}" for r in rows if r["note"]]
+    values = [f"{label(r)}: {tuned(r)}" for r in rows if r["values"]]
     return [*lines, *notes, "", "tuned values, for [control]:", *values]
+
+
+def label(record: Record) -> str:
+    return contender(record["control"]).label
 
 
 def star(record: Record) -> str:

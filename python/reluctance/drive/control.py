@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
@@ -35,6 +36,11 @@ class Control(Section):
         """False where the table fixes the current, and no torque can be asked for."""
         return True
 
+    @property
+    def headers(self) -> Mapping[str, str]:
+        """Headers from outside the package that the law is written in: name to text."""
+        return {}
+
     def check(self, known: Known) -> None:
         """What the law needs of the drive besides its own table.
 
@@ -66,4 +72,5 @@ class Control(Section):
             tracker_bandwidth=known.tracker_bandwidth,
             comparators=getattr(_core.Comparators, known.comparators),
             t_dead=known.t_dead,
+            pv=known.pv,
         )

@@ -6,10 +6,8 @@ comparators and dead-time compensation.
 
 from __future__ import annotations
 
-import importlib.util
 import inspect
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from pydantic import ConfigDict
@@ -17,12 +15,10 @@ from pydantic import ConfigDict
 from reluctance import _core
 from reluctance.drive.control import Control
 from reluctance.drive.known import Known
+from reluctance.drive.own_code import module_of, one_line, own_code
 from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
-from reluctance.files import is_file
 from reluctance.units import si
-
-PREFIX = "python:"
 
 
 class Law:
@@ -71,7 +67,8 @@ class Law:
 
 
 class OwnLaw(Control):
-    """The [control] table of a law in Python: what every law has, and the law's own numbers."""
+    """The [control] table of a law in Python: what every law has, and the law's own numbers. It is
+    computed in double, whatever `precision` says."""
 
     model_config = ConfigDict(extra="allow")
     law: str  # python:FILE:CLASS, the file relative to the drive file
@@ -94,23 +91,31 @@ class OwnLaw(Control):
                 )
         try:
             return kind(**numbers)
-        except TypeError as fault:
-            raise ParameterError(f"[control] law {kind.__name__}: {fault}") from fault
+        except Exception as fault:
+            raise ParameterError(f"[control] {kind.__name__}(...): {one_line(fault)}") from fault
 
 
 def controller_of(law: Law, control: Control, known: Known) -> _core.Controller:
-    """A law in Python with all that stands around it, ready to be sampled."""
+    """A law in Python with all that stands around it, ready to be sampled.
+
+    Raises
+    ------
+    ParameterError
+        If it is no Law or its `reset` fails; later, on one line, if its `step` does.
+    """
     if not isinstance(law, Law):
         raise ParameterError(f"law = {law!r}, need an object of a subclass of reluctance.Law")
-    law.reset(known)
+    name = type(law).__name__
+    try:
+        law.reset(known)
+    except Exception as fault:
+        raise ParameterError(f"{name}.reset failed with {one_line(fault)}") from fault
 
     def step(y: _core.Measurement, tau_ref: float) -> Sequence[_core.Order]:
         try:
             return law.step(y, tau_ref)
-        except ParameterError:
-            raise
         except Exception as fault:
-            raise ParameterError(_told(law, fault)) from fault
+            raise ParameterError(f"{name}.step failed with {one_line(fault)}") from fault
 
     return _core.controller_of(control.setting(known), step)
 
@@ -123,33 +128,11 @@ def law_class(law: str) -> type[Law]:
     ParameterError
         If the file or the class is not there, or the file fails.
     """
-    file, _, name = law.removeprefix(PREFIX).rpartition(":")
-    path = Path(file)
-    if not file or not name.isidentifier():
-        raise ParameterError(f'[control] law = {law!r}, need "python:FILE.py:CLASS"')
-    if not is_file(path):
-        raise ParameterError(f"[control] law = {law!r}: no such file {path}")
-    spec = importlib.util.spec_from_file_location(f"reluctance_law_{path.stem}", path)
-    if spec is None or spec.loader is None:
-        raise ParameterError(f"[control] law = {law!r}: {path} is not a Python file")
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as fault:
-        raise ParameterError(f"{path} failed with {type(fault).__name__}: {fault}") from fault
-    found: Any = getattr(module, name, None)
+    code = own_code(law)
+    module = module_of(code)
+    found: Any = getattr(module, code.name, None)
     if not (isinstance(found, type) and issubclass(found, Law)):
-        laws = [n for n, v in vars(module).items() if isinstance(v, type) and issubclass(v, Law)]
-        raise ParameterError(
-            f"{path} has no subclass of reluctance.Law named {name}{did_you_mean(name, laws)}"
-        )
+        known = [n for n, v in vars(module).items() if isinstance(v, type) and Law in v.__bases__]
+        near = did_you_mean(code.name, known) if known else ""
+        raise ParameterError(f"{code.file} has no subclass of reluctance.Law `{code.name}`{near}")
     return found
-
-
-def _told(law: Law, fault: Exception) -> str:
-    """Where a law failed, on one line."""
-    trace = fault.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    line = f" at {Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace else ""
-    return f"{type(law).__name__}.step failed with {type(fault).__name__}: {fault}{line}"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-import shutil
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +24,7 @@ from reluctance.units import from_si
 
 FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
 PHASES = range(3, 6)
+UNSAFE = re.compile(r"[^\w .,()/+%-]")  # of a name from a file, in Markdown and in C comments
 MARK = re.compile(r"@(\w+)@")
 INCLUDE = re.compile(r'#include "(srm/[^"]+)"')
 
@@ -63,7 +64,8 @@ def firmware(
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ParameterError(f"{folder} exists and is not an empty folder; name another")
     tree = described(drive)
-    text, fingerprint, table_bytes = parameters(tree)
+    own = drive.control.headers
+    text, fingerprint, table_bytes = parameters(tree, own)
     if table_bytes > flash_limit_KiB * 1024:
         raise ParameterError(
             f"the tables take {table_bytes / 1024:.1f} KiB of flash, need <= {flash_limit_KiB:g} "
@@ -76,14 +78,13 @@ def firmware(
         made = place / "package"
         source = resources("firmware") / "package"
         for path in sorted(p for p in source.rglob("*") if p.is_file()):
-            target = made / path.relative_to(source)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_text(MARK.sub(lambda m: values[m[1]], path.read_text("utf-8")), "utf-8")
-        (made / "parameters.hpp").write_text(text, "utf-8")
-        for header in headers([text, (made / "controller.cpp").read_text("utf-8")]):
-            target = made / "include" / header
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(resources("include") / header, target)
+            filled = MARK.sub(lambda m: values[m[1]], path.read_text("utf-8"))
+            _put(made / path.relative_to(source), filled)
+        _put(made / "parameters.hpp", text)
+        for header, code in own.items():
+            _put(made / "include" / header, code)
+        for header in headers([text, (made / "controller.cpp").read_text("utf-8"), *own.values()]):
+            _put(made / "include" / header, (resources("include") / header).read_text("utf-8"))
         if folder.exists():
             folder.rmdir()
         made.rename(folder)
@@ -103,12 +104,15 @@ def described(drive: Drive) -> dict[str, Node]:
         raise ParameterError(f"n_phases = {n_phases}, need {PHASES[0]} to {PHASES[-1]} for export")
     if drive.converter.bridge != "asymmetric":
         raise ParameterError(
-            f"[converter] bridge = {drive.converter.bridge!r} cannot be exported: the firmware orders "
-            "legs of two switches each; need bridge = 'asymmetric'"
+            f"[converter] bridge = {drive.converter.bridge!r} cannot be exported: the firmware "
+            "orders legs of two switches each; need bridge = 'asymmetric'"
         )
     nodes = _core.described(desk_controller(drive))
     if nodes is None:
-        raise ParameterError(f"[control] law = {drive.control.law!r} cannot be exported")  # type: ignore[attr-defined]
+        raise ParameterError(
+            f"[control] law = {drive.control.law!r} cannot be exported; "  # type: ignore[attr-defined]
+            "a law in C++ can (docs/extending.md)"
+        )
     levels = limits(drive)
     fields = {
         "machine": nodes["machine"],
@@ -132,8 +136,9 @@ def desk_controller(drive: Drive) -> _core.Controller:
     return drive.control.model_copy(update={"precision": "float"}).controller(drive.known())
 
 
-def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:
-    """The text of parameters.hpp, its fingerprint, and the bytes of its tables."""
+def parameters(tree: dict[str, Node], own: Mapping[str, str] | None = None) -> tuple[str, int, int]:
+    """The text of parameters.hpp, its fingerprint, and the bytes of its tables; `own` are headers
+    from outside the package."""
     tables = Tables()
     constants = [
         f"inline constexpr {node['type']} {name} = {constant(node, tables, name)};\n"
@@ -142,7 +147,7 @@ def parameters(tree: dict[str, Node]) -> tuple[str, int, int]:
     body = "\n".join([*tables.text, *constants])
     fingerprint = int.from_bytes(hashlib.sha256(body.encode()).digest()[:4], "big")
     names = {"DriveControl", "Protection", *re.findall(r"srm::(\w+)<", body)}
-    includes = sorted({_header_of(name) for name in names})
+    includes = [*sorted({_header_of(name) for name in names}), *list(own or {})[:1]]
     text = "\n".join(
         [
             "// All parameters of the controller, as constants, from `reluctance export firmware`.",
@@ -173,6 +178,11 @@ def headers(texts: list[str]) -> list[str]:
     return sorted(found)
 
 
+def _put(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, "utf-8")
+
+
 def _header_of(name: str) -> str:
     """The header that defines struct `name`."""
     include = resources("include")
@@ -190,6 +200,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "torque": "torque [N m]",
         "speed": "speed [rad/s]",
         "none": "1 to motor with the law's own current, -1 to brake, 0 off",
+        "pv": "greatest speed [rad/s], 0 stops the pump",
     }
     gates = _gates(drive)
     return {
@@ -200,7 +211,10 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "delay": str(drive.sensing.delay_samples),
         "delay_text": DELAY[drive.sensing.delay_samples],
         "reference": meaning[drive.reference.kind],
-        "machine": drive.machine.name,
+        "i_source": "of the array"
+        if drive.reference.kind == "pv" and drive.pv_control.current == "sensor"
+        else "not used, give 0",
+        "machine": UNSAFE.sub("?", drive.machine.name),
         "N_r": str(drive.machine.N_r),
         "law": law,
         "fingerprint": f"0x{fingerprint:08X}",

@@ -1,7 +1,9 @@
 """The control laws: one file per [control] table, and the controller that the core makes of it."""
 
+from reluctance.drive.compiled_law import CompiledLaw
 from reluctance.drive.control import Control
-from reluctance.drive.own_law import PREFIX, OwnLaw
+from reluctance.drive.own_code import CPP, PYTHON, names_code
+from reluctance.drive.own_law import OwnLaw
 from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.laws.angles import Angles
@@ -25,6 +27,7 @@ LAWS: dict[str, type[Control]] = {
     "finite_set_mpc": FiniteSetMpc,
     "edge_mpc": EdgeMpc,
 }
+OWN: dict[str, type[Control]] = {PYTHON: OwnLaw, CPP: CompiledLaw}  # by how the name begins
 
 
 def table_of(law: object) -> type[Control]:
@@ -35,8 +38,8 @@ def table_of(law: object) -> type[Control]:
     ParameterError
         If there is no such law.
     """
-    if isinstance(law, str) and law.startswith(PREFIX):
-        return OwnLaw
+    if names_code(law):
+        return OWN[f"{str(law).partition(':')[0]}:"]
     if not isinstance(law, str) or law not in LAWS:
         raise ParameterError(f"[control] law = {law!r} is unknown{did_you_mean(str(law), LAWS)}")
     return LAWS[law]

@@ -19,12 +19,16 @@ from reluctance.limit import Table
 
 FULL_VOLTAGE = 0.98  # of the dc link: above, a leg is held
 LEAST_RESERVE = 0.2  # that weights are made for; the least that was tried is 0.25
+# Least current of a guide, against its greatest: below it is zero, and the phase is idle. What the
+# optimiser leaves there is 1e-6 of the greatest; 1e-4 is 7 mA on the paper's machine.
+NO_CURRENT = 1e-4
 
 
 def packed(tables: Sequence[Table], quantity: Literal["i", "psi"], R: float) -> _core.Guide:
     """Current [A] or flux linkage [Wb] of tables for rising speeds, as a law takes it; R in ohm."""
+    least = NO_CURRENT * float(tables[0].i.max())
     return _core.Guide(
-        np.stack([getattr(table, quantity) for table in tables]),
+        np.stack([np.where(table.i < least, 0.0, getattr(table, quantity)) for table in tables]),
         tau_max=tables[0].tau_ref[-1],
         omega_m=[table.omega_m for table in tables],
         u_dc=tables[0].u_dc,
@@ -54,9 +58,9 @@ class FluxGuide:
     @property
     def psi_slack(self) -> list[float]:
         """How far a phase may leave the guide, (n_speeds,) [Wb]: reserve^2 times the flux linkage
-        of half a switching period."""
-        half_period = self.tables[0].u_dc / (2 * self.f_switch)
-        return [half_period * reserve**2 for reserve in self.reserve]
+        of a switching period."""
+        period = self.tables[0].u_dc / self.f_switch
+        return [period * reserve**2 for reserve in self.reserve]
 
     @property
     def w_psi(self) -> list[float]:

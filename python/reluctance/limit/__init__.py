@@ -9,6 +9,7 @@ from reluctance.limit.programme import Programme
 from reluctance.limit.report import Limit, envelope_of, floor_of, limit_of
 from reluctance.limit.ripple import RippleFloor, ripple_floor
 from reluctance.limit.table import Table, profile_table
+from reluctance.limit.torque_step import TorqueStep, fastest_torque_step
 
 __all__ = [
     "Envelope",
@@ -18,9 +19,11 @@ __all__ = [
     "Programme",
     "RippleFloor",
     "Table",
+    "TorqueStep",
     "best_profile",
     "check_point",
     "envelope_of",
+    "fastest_torque_step",
     "floor_of",
     "limit_of",
     "operating_point",

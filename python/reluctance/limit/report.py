@@ -15,6 +15,7 @@ from reluctance.limit.point import check_point, operating_point
 from reluctance.limit.profile import Profile, best_profile
 from reluctance.limit.programme import FEASIBLE
 from reluctance.limit.ripple import RippleFloor, ripple_floor
+from reluctance.limit.torque_step import TorqueStep, fastest_torque_step
 from reluctance.units import from_si
 
 POINTS_PER_PHASE = 60  # grid points of a period for each phase
@@ -30,6 +31,7 @@ class Limit:
     least_copper: Profile  # least greatest torque error, then least copper
     tau_max: float  # greatest ripple-free torque at this speed, of the reference's sign [N m]
     floor: RippleFloor | None  # at the switching frequency asked for
+    step: TorqueStep | None  # from no current to the torque; None where it is zero
 
     @property
     def ripple_free(self) -> bool:
@@ -53,11 +55,17 @@ class Limit:
             "p_cu_W": best.p_cu,
             "tau_max_ripple_free_Nm": self.tau_max,
         }
+        if self.step is not None:
+            figures |= {
+                "torque_step_mean_ms": self.step.mean * 1e3,
+                "torque_step_longest_ms": self.step.longest * 1e3,
+            }
         if floor is not None:
             figures |= {
                 "switching_frequency_Hz": floor.switching_frequency,
                 "ripple_bound_rms_Nm": floor.bound_rms,
                 "ripple_bound_pp_Nm": floor.bound_pp,
+                "ripple_returning_flux_rms_Nm": floor.returning_rms,
                 "ripple_on_profile_rms_Nm": floor.on_profile_rms,
                 "ripple_pulse_width_rms_Nm": floor.pulse_width_rms,
             }
@@ -95,7 +103,16 @@ def limit_of(
         floor=None
         if F is None
         else floor_of(drive, tau_ref=tau_ref, omega_m=omega_m, switching_frequency=F),
+        step=None if tau_ref == 0 else step_of(drive, tau_ref=tau_ref, omega_m=omega_m),
     )
+
+
+def step_of(
+    drive: Drive, *, tau_ref: float, omega_m: float, start: Profile | None = None
+) -> TorqueStep:
+    """The least time of a torque step to tau_ref [N m] at a speed [rad/s], from the currents of a
+    profile; by default from none."""
+    return fastest_torque_step(drive.at(omega_m), tau_ref, start=start)
 
 
 def floor_of(

@@ -33,6 +33,7 @@ from reluctance.drive.operating_point import OperatingPoint
 from reluctance.errors import ParameterError
 from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.profile import Profile
+from reluctance.limit.returning_flux import returning_mean
 
 AT_REST = 1e-3  # of the peak current: below it a phase is idle, its diodes block [1]
 WEIGHTS = 9  # pairs of weights per angle; fewer lower the bound, never raise it
@@ -45,6 +46,7 @@ class RippleFloor:
     switching_frequency: float  # F, turn-ons per second of one switch, mean over all [Hz]
     bound_rms: float  # less is impossible near the profile, however the fluxes wander [N m]
     bound_pp: float  # peak to peak, likewise [N m]
+    returning_rms: float  # less is impossible with fluxes that return after a stroke [N m]
     on_profile_rms: float  # less is impossible with every flux on the profile in the mean [N m]
     pulse_width_rms: float  # independent pulse-width modulation, best pulse frequencies [N m]
     profile_rms: float  # error of the profile itself, zero where no ripple is needed [N m]
@@ -78,11 +80,15 @@ def ripple_floor(
         [_least(u_k[on], g_k[on], profile.u_dc) for u_k, g_k, on in zip(*strokes, strict=True)]
     )
     free, peak, held = least.mean(axis=0)
+    returning = returning_mean(
+        u, gain, flows, n_phases=n_phases, u_dc=profile.u_dc, weights=_weights()
+    )
     M = 4 * n_phases * F  # a turn-on and a turn-off of each of the 2 n_phases switches
     return RippleFloor(
         switching_frequency=F,
         bound_rms=float(np.sqrt(free**3 / 3) / M),
         bound_pp=float(2 * peak / M),
+        returning_rms=float(np.sqrt(returning**3 / 3) / M),
         on_profile_rms=float(np.sqrt(held**3 / 3) / M),
         pulse_width_rms=float(np.sqrt(n_phases) * np.mean(a ** (2 / 3)) ** 1.5 / (2 * F)),
         profile_rms=profile.tau_error_rms,
@@ -115,7 +121,7 @@ def _least(u: FloatArray, gain: FloatArray, u_dc: float) -> list[float]:
     one = np.ones(len(vectors))
     torque_held = np.vstack([slope / u_dc, one]), np.array([0.0, 1.0])
     fluxes_held = np.vstack([vectors.T, one]), np.append(mean, 1.0)
-    weights = np.linspace(0.0, 1.0, WEIGHTS) ** (2 / 3)
+    weights = _weights()
 
     def norm(shares: FloatArray, held: FloatArray) -> float:
         cost = np.abs(slope) ** (2 / 3)
@@ -133,6 +139,11 @@ def _least(u: FloatArray, gain: FloatArray, u_dc: float) -> list[float]:
         b_eq=held,
     )
     return [norm(*torque_held), greater, norm(*fluxes_held)]
+
+
+def _weights() -> FloatArray:
+    """Of E; those of O are the same in reverse."""
+    return np.asarray(np.linspace(0.0, 1.0, WEIGHTS) ** (2 / 3))
 
 
 def _minimum(cost: FloatArray, **constraints: Any) -> float:

@@ -34,11 +34,18 @@ def rows(limit: Limit) -> list[tuple[str, str]]:
         ("peak phase current", f"{best.i_peak:.2f} A"),
         ("copper loss", f"{best.p_cu:.1f} W"),
     ]
+    if limit.step is not None:
+        to = f"least time from zero to {limit.step.share:.0%} of the torque"
+        lines += [
+            (f"{to}, mean over the angle", f"{limit.step.mean * 1e3:.3f} ms"),
+            ("at the worst angle", f"{limit.step.longest * 1e3:.3f} ms"),
+        ]
     if floor is not None and tau_ref > 0:
         lines += [
             ("at mean switching frequency per switch", f"{floor.switching_frequency / 1e3:g} kHz"),
             ("torque error, rms, bound", f"{floor.bound_rms / tau_ref:.3%}"),
             ("torque error, peak to peak, bound", f"{floor.bound_pp / tau_ref:.3%}"),
+            ("rms, bound with returning fluxes", f"{floor.returning_rms / tau_ref:.3%}"),
             ("rms, bound with fluxes on the profile", f"{floor.on_profile_rms / tau_ref:.3%}"),
             ("rms, independent pulse width", f"{floor.pulse_width_rms / tau_ref:.3%}"),
         ]

@@ -194,7 +194,7 @@ def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False)
             f"the sample at {i[k]:g} A, angle {theta[n]:g} {fault}, need every current at every "
             f"angle once ({len(i)} x {len(theta)}); complete the grid"
         )
-    grids = {}
+    grids: dict[str, Array] = {}
     for quantity in ("psi", "tau"):
         if quantity in data:
             grids[quantity] = np.empty(count.shape)

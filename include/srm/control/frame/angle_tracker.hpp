@@ -14,8 +14,8 @@
 // 2000.
 #pragma once
 
-#include "srm/base/fields.hpp"
 #include "srm/base/angle.hpp"
+#include "srm/base/fields.hpp"
 
 namespace srm {
 

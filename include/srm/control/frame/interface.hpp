@@ -4,8 +4,8 @@
 #include <array>
 #include <concepts>
 
-#include "srm/base/fields.hpp"
 #include "srm/base/angle.hpp"
+#include "srm/base/fields.hpp"
 #include "srm/base/leg.hpp"
 
 namespace srm {
@@ -17,7 +17,8 @@ struct Measurement {
   T theta_e{};           // electrical angle of phase 0, in [0, 2 pi)
   T omega_m{};           // rotor speed [rad/s]
   T u_dc{};              // dc-link voltage [V]
-  SRM_FIELDS(i, theta_e, omega_m, u_dc)
+  T i_source{};          // current from the source into the dc link; used with a PV array [A]
+  SRM_FIELDS(i, theta_e, omega_m, u_dc, i_source)
 };
 
 /// Who switches a leg between two samples.
@@ -83,11 +84,11 @@ constexpr PhaseCommand<T> regulate(T i_ref, T i_band, Leg chop = Leg::freewheel)
 /// A control law is its parameters; what it remembers is a plain value, `State`; a default State
 /// is the state after reset. `step` runs once a sample and turns a torque reference into commands.
 template <class L>
-concept ControlLaw =
-    requires(const L law, typename L::State& state,
-             const Measurement<typename L::Scalar, L::n_phases>& y, typename L::Scalar tau_ref) {
-      requires Real<typename L::Scalar>;
-      { law.step(state, y, tau_ref) } -> std::same_as<Command<typename L::Scalar, L::n_phases>>;
-    };
+concept ControlLaw = requires(const L law, typename L::State& state,
+                              const Measurement<typename L::Scalar, L::n_phases>& y,
+                              typename L::Scalar tau_ref) {
+  requires Real<typename L::Scalar>;
+  { law.step(state, y, tau_ref) } -> std::same_as<Command<typename L::Scalar, L::n_phases>>;
+};
 
 }  // namespace srm

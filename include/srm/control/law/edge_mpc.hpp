@@ -4,12 +4,14 @@
 // flux linkages near the guide: the least-copper profile of zero torque ripple, computed offline.
 // At each sample the legs are extrapolated; where the torque would leave its band, an edge is set
 // at that instant: one phase goes to the level that is worth most from there. The timer gives four
-// edges a phase and sample, and the border between two samples is a fifth. A sample that is
-// long against a pulse can run out of edges; so several plans compete, with bands stretched step by
-// step and with or without a change at the border, and the one of least cost is ordered.
+// edges a phase and sample; in a sample that is long against a pulse the band is wider, so that
+// they last.
 //
-// One law from "2 us, no delay" to "20 us, one sample late": a short sample is almost always met by
-// the first plan, which has no edge at all.
+// Far outside the band, after a step of the reference, every phase is driven towards it by all of
+// the voltage until the torque is there, in whichever sample and at whichever instant that is.
+//
+// One law from "2 us, no delay" to "20 us, one sample late": the plan of a short sample almost
+// always has no edge at all.
 #pragma once
 
 #include "srm/base/fields.hpp"
@@ -24,26 +26,22 @@ struct EdgeMpc {
   using Plan = EdgePlan<T, N>;
   static constexpr int n_phases = N;
 
-  /// A phase may leave the guide by the flux that makes this many torque bands ...
-  static constexpr T looseness = T(8);
-  /// ... and leaving it so far for a pulse costs this share of the torque ripple.
-  static constexpr T w_flux = T(0.3);
-  /// Bands tried in a sample: A or, in a sample of two pulses and more, this share of A T_s/pulse
-  /// (0.4 would last for five edges), then wider by `stretch` until a plan fits into it.
-  static constexpr T start_band = T(0.6);
-  static constexpr T stretch = T(1.2);
-  static constexpr int n_bands = 3;
-  /// No wider band is tried after so many decisions: this bounds the time of a step.
-  static constexpr int enough = 8;
+  /// A phase may leave the guide by the flux that makes this many torque bands.
+  static constexpr T looseness = T(16);
+  /// Band of a sample of two pulses and more: this share of A T_s/pulse (0.4 would last for five
+  /// edges).
+  static constexpr T wide_band = T(0.53);
+  /// A torque error of this many bands is far [1].
+  static constexpr T far = T(8);
 
   M machine;
-  Guide<T> guide;      // flux linkage over torque reference, electrical angle and speed [Wb]
-  T w_sw;              // cost of a turn-on: switching_weight.hpp [N^2 m^2 s]
-  View<T> psi_slack;   // most that a phase may leave the guide, at each of its speeds [Wb]
-  T R;                 // phase resistance [ohm]
-  T i_max;             // current limit [A]
-  T T_s;               // control period [s]
-  int delay;           // samples from measurement to effect: 0 or 1
+  Guide<T> guide;     // flux linkage over torque reference, electrical angle and speed [Wb]
+  T w_sw;             // cost of a turn-on: switching_weight.hpp [N^2 m^2 s]
+  View<T> psi_slack;  // most that a phase may leave the guide, at each of its speeds [Wb]
+  T R;                // phase resistance [ohm]
+  T i_max;            // current limit [A]
+  T T_s;              // control period [s]
+  int delay;          // samples from measurement to effect: 0 or 1
   SRM_FIELDS(machine, guide, w_sw, psi_slack, R, i_max, T_s, delay)
 
   using State = Memory<T, N>;
@@ -56,135 +54,118 @@ struct EdgeMpc {
     const T slack = profile.of(psi_slack);
     const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
     const auto phases = outlook.at(y, tau_ref, state);
-    const Plan plan = problem(phases, y.u_dc, abs(tau_ref), slack);
+
+    // Half width of the torque band [N m] and length of a pulse period at this band [s].
+    T ripple = max(abs(tau_ref) * T(1e3), T(1));  // 0.1 % in a microsecond, where no phase acts
+    for (const PhaseOutlook<T>& x : phases) {
+      if (!x.idle) ripple = max(ripple, ripple_rate(x.gain, x.goal_rate + R * x.i, y.u_dc));
+    }
+    const T A = max(cube_root(T(0.75) * w_sw * ripple), T(1e-6));
+    const T pulse = T(2) * A / ripple;
 
     typename Plan::Point x;
-    typename Plan::Levels last{};
-    x.e = -abs(tau_ref);
-    T along = T(0);
-    for (const PhaseOutlook<T>& phase : phases) {
-      x.e = x.e + phase.tau;
-      if (!phase.idle) along = along + phase.gain * (phase.psi - phase.goal);
-    }
+    const Plan plan = problem(phases, y.u_dc, abs(tau_ref), slack, A, pulse, x);
+    typename Plan::Levels last;
     for (int j = 0; j < plan.n_active; ++j) {
-      const typename Plan::Active& a = plan.phases[j];
-      last[j] = static_cast<int>(state.ordered[a.k].leg.back());
-      x.away[j] = (phases[a.k].psi - phases[a.k].goal) * a.per_slack - a.spread * along;
+      const typename Plan::Active& p = plan.phases[j];
+      last[j] = static_cast<int>(state.ordered[p.k].leg.back()) + 1;
+      if (is_far(phases[p.k], x.e)) last[j] = x.e < T(0) ? p.highest : p.lowest;
     }
 
-    T band = max(plan.A, start_band * T_s / plan.pulse * plan.A);
-    T least = T(1e30);
-    int decisions = 0;
-    for (int j = 0; j < n_bands && decisions < enough; ++j) {
-      const Trial as_is = roll_out(plan, x, last, band, Border::free);
-      if (as_is.n_decisions == 0) return state.ordered = as_is.command;  // nothing to decide
-      const Trial changed = roll_out(plan, x, last, band, Border::change);
-      const Trial& better = changed.cost < as_is.cost ? changed : as_is;
-      if (better.cost < least) {
-        least = better.cost;
-        state.ordered = better.command;
-      }
-      if (as_is.fits && changed.fits) break;
-      decisions += as_is.n_decisions + changed.n_decisions;
-      band = band * stretch;
-    }
+    plan_edges(plan, x, last, pulse, state.ordered);
     return state.ordered;
   }
 
  private:
-  struct Trial {
-    Command<T, N> command{};
-    T cost{};
-    int n_decisions = 0;
-    bool fits = false;  // within its band to the end
-  };
+  static constexpr int decisions_max = 2 * N + 2;
 
-  Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand, T slack) const {
-    Plan p;
-    T ripple = demand * T(1e3);  // 0.1 % of the torque in a microsecond, where no phase acts
+  /// The plan's units and x, where it starts.
+  Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand, T slack, T A,
+               T pulse, typename Plan::Point& x) const {
+    Plan plan;
+    const T per_A = T(1) / A;
+    const T per_slack = T(1) / slack;
     T gain_squared = T(0);
-    for (const PhaseOutlook<T>& x : phases) {
-      p.drift = p.drift + x.drift + x.gain * (x.idle ? x.rate(-1, u_dc, R) : x.goal_rate);
-      if (x.idle) continue;
-      gain_squared = gain_squared + x.gain * x.gain;
-      ripple = max(ripple, ripple_rate(x.gain, x.goal_rate + R * x.i, u_dc));
+    T e = -demand, along = T(0), drift = T(0);
+    for (const PhaseOutlook<T>& p : phases) {
+      e = e + p.tau;
+      drift = drift + p.drift + p.gain * (p.idle ? p.rate(-1, u_dc, R) : p.goal_rate);
+      if (p.idle) continue;
+      gain_squared = gain_squared + p.gain * p.gain;
+      along = along + p.gain * (p.psi - p.goal);
     }
-    p.A = cube_root(T(0.75) * w_sw * ripple);
-    p.pulse = T(2) * p.A / max(ripple, T(1));
-    p.w_sw = w_sw;
-    p.w_flux = w_flux;
-    const T per_gain_squared = gain_squared > T(0) ? T(1) / gain_squared : T(0);
-    const T per_loose = T(1) / (looseness * max(p.A, T(1e-6)));
+    x.e = e * per_A;
+    x.along = along * per_A;
+    plan.drift = drift * pulse * per_A;
+    const T share = gain_squared > T(0) ? A / gain_squared : T(0);
     for (int k = 0; k < N; ++k) {
-      const PhaseOutlook<T>& x = phases[k];
-      if (x.idle) continue;
-      typename Plan::Active& a = p.phases[p.n_active++];
+      const PhaseOutlook<T>& p = phases[k];
+      if (p.idle) continue;
+      const int j = plan.n_active++;
+      typename Plan::Active& a = plan.phases[j];
+      const T per_flux = abs(p.gain) * (per_A / looseness) + per_slack;
       a.k = k;
-      a.per_slack = abs(x.gain) * per_loose + T(1) / slack;
-      a.spread = x.gain * per_gain_squared * a.per_slack;
-      for (int level = -1; level <= 1; ++level) {
-        const T leaves = x.rate(level, u_dc, R) - x.goal_rate;
-        a.tau_rate[level + 1] = x.gain * leaves;
-        a.away_rate[level + 1] = leaves * a.per_slack;
+      a.spread = p.gain * share * per_flux;
+      plan.spread_squared = plan.spread_squared + a.spread * a.spread;
+      const T per_volt = pulse * per_flux, tau_per_volt = p.gain * pulse * per_A;
+      for (int level = 0; level < 3; ++level) {
+        const T leaves = p.rate(level - 1, u_dc, R) - p.goal_rate;
+        a.tau_rate[level] = leaves * tau_per_volt;
+        a.z_rate[level] = leaves * per_volt;
       }
-      set_levels(a, x);
+      x.z[j] = (p.psi - p.goal) * per_flux;
+      set_levels(a, p, x.z[j], x.e);
     }
-    return p;
+    return plan;
   }
 
-  /// The two levels around the voltage that the guide asks for; beyond twice its slack also the
-  /// third; and no magnetizing above the current limit.
-  void set_levels(typename Plan::Active& a, const PhaseOutlook<T>& x) const {
-    const bool falling = x.goal_rate + R * x.i < T(0);
-    const T away = (x.psi - x.goal) * a.per_slack;
-    a.lowest = falling || away > T(2) || x.i > i_max ? -1 : 0;
-    a.highest = (falling && away > T(-2)) || x.i > i_max ? 0 : 1;
+  /// The torque is far from its reference, and this phase can take it there.
+  static bool is_far(const PhaseOutlook<T>& p, T e) { return abs(e) > far && p.gain > T(0); }
+
+  /// The two levels around the voltage that the guide asks for; beyond twice its slack, or with the
+  /// torque far away, also the third; and no magnetizing above the current limit.
+  void set_levels(typename Plan::Active& a, const PhaseOutlook<T>& p, T away, T e) const {
+    const bool falling = p.goal_rate + R * p.i < T(0);
+    const bool over = p.i > i_max;
+    const bool low = is_far(p, e) && e < T(0), high = is_far(p, e) && e > T(0);
+    a.lowest = falling || away > T(2) || over || high ? 0 : 1;
+    a.highest = (falling && away > T(-2) && !low) || over ? 1 : 2;
   }
 
-  /// The orders that keep the torque within a band, and what they cost up to the sample's end and
-  /// in the dwell that follows. border: with the sample before.
-  Trial roll_out(const Plan& plan, typename Plan::Point x, typename Plan::Levels level, T band,
-                 Border border) const {
-    Trial trial;
-    for (int j = 0; j < plan.n_active; ++j) {
-      trial.command[plan.phases[j].k] = hold<T>(static_cast<Leg>(level[j]));
+  /// Orders that keep the torque within its band, from legs on.
+  void plan_edges(const Plan& plan, typename Plan::Point x, typename Plan::Levels level, T pulse,
+                  Command<T, N>& command) const {
+    for (PhaseCommand<T>& c : command) {
+      c.leg = all_legs(Leg::demagnetize);
+      c.t_edge.fill(never<T>);
     }
+    const T end = T_s / pulse;
+    const T band = max(T(1), wide_band * end);
     typename Plan::Levels edges{};
     T t = T(0);
     typename Plan::Point d = plan.slopes(level);
-    T stay = border == Border::change ? T(0) : plan.stay(x, d, level, band, T_s);
-    for (int decision = 0; decision < 2 * N + 2 && t + stay < T_s; ++decision) {
-      trial.cost = trial.cost + Plan::squared(x.e, d.e, stay);
+    T stay = plan.stay(x, d, level, band, end);
+    for (int decision = 0; decision < decisions_max && t + stay < end; ++decision) {
       plan.advance(x, d, stay);
       t = t + stay;
-      ++trial.n_decisions;
-      const auto next = plan.best(x, level, edges, decision == 0 ? border : Border::free);
-      const T price = plan.switching(level, next);
-      if (!(price > T(0))) {  // the legs are best as they are: now only the torque can ask again
-        stay = Plan::torque_exit(x.e, d.e, band, T_s);
-        if (!(stay > T(0))) break;
-        continue;
+      const typename Plan::Levels before = level;
+      if (!plan.change(level, x, d, edges)) {  // best as they are: now only the torque can ask
+        stay = Plan::torque_exit(x.e, d.e, band, end);
+        if (stay > T(0)) continue;
+        break;
       }
-      trial.cost = trial.cost + price;
       for (int j = 0; j < plan.n_active; ++j) {
-        if (next[j] != level[j]) order(trial.command[plan.phases[j].k], edges[j], next[j], t);
+        if (level[j] == before[j] || !(t > T(0))) continue;
+        PhaseCommand<T>& c = command[plan.phases[j].k];
+        c.leg[edges[j]] = static_cast<Leg>(before[j] - 1);
+        c.t_edge[edges[j]++] = t * pulse;
       }
-      level = next;
-      d = plan.slopes(level);
-      stay = plan.stay(x, d, level, band, T_s);
+      stay = plan.stay(x, d, level, band, end);
     }
-    trial.cost = trial.cost + Plan::squared(x.e, d.e, T_s - t);
-    plan.advance(x, d, T_s - t);
-    trial.cost = trial.cost + plan.dwell_at_end(x.e, d.e) + plan.flux_cost(x, d);
-    trial.fits = abs(x.e) <= band * T(1.01);
-    return trial;
-  }
-
-  /// A new level from time t on: from the start of the sample, or as the next edge.
-  static void order(PhaseCommand<T>& c, int& edges, int level, T t) {
-    const Leg leg = static_cast<Leg>(level);
-    if (t > T(0)) c.t_edge[edges++] = t;
-    for (int n = edges; n <= max_edges; ++n) c.leg[n] = leg;
+    for (int j = 0; j < plan.n_active; ++j) {
+      Legs& leg = command[plan.phases[j].k].leg;
+      for (int n = edges[j]; n <= max_edges; ++n) leg[n] = static_cast<Leg>(level[j] - 1);
+    }
   }
 };
 

@@ -49,8 +49,9 @@ struct FiniteSetMpc {
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     const T ahead = T_s * static_cast<T>(horizon);
-    const T off = y.u_dc * T(1e-7);  // the flux of 0.1 us
     const Profile<T> profile = guide.at(abs(tau_ref), y.omega_m, y.u_dc);
+    const T w_goal = profile.of(w_psi);
+    const T off = w_goal > T(0) ? y.u_dc * T(1e-7) : T(0);  // the flux of 0.1 us
     const Outlook<M, N> model{machine, profile, R, T_s, delay, ahead, off};
     LegSearch<T, N> search;
     search.phases = model.at(y, tau_ref, state);
@@ -60,16 +61,15 @@ struct FiniteSetMpc {
     search.i_max = i_max;
     search.T_s = T_s;
     search.t_end = max(t_end, T_s);
-    search.w_psi = profile.of(w_psi);
+    search.w_psi = w_goal;
     search.w_i = w_i;
     search.w_sw = w_sw;
     search.horizon = horizon;
     std::array<int, N> last;
     for (int k = 0; k < N; ++k) {
       last[k] = static_cast<int>(state.ordered[k].leg.back());
-      const bool off_duty = search.phases[k].idle && search.w_psi > T(0);
       search.lowest[k] = -1;
-      search.highest[k] = off_duty || tau_ref == T(0) ? -1 : 1;
+      search.highest[k] = search.phases[k].idle || tau_ref == T(0) ? -1 : 1;
     }
     const auto best = search.best(last);
     for (int k = 0; k < N; ++k) state.ordered[k] = hold<T>(static_cast<Leg>(best.level[k]));

@@ -16,10 +16,12 @@
 // docs/control/paper_mpc.md has the reasons in full.
 #pragma once
 
+#include <type_traits>
+
 #include "srm/base/fields.hpp"
-#include "srm/control/part/guide.hpp"
-#include "srm/control/part/incremental_mpc.hpp"
 #include "srm/control/frame/interface.hpp"
+#include "srm/control/part/guide.hpp"
+#include "srm/control/part/level_programme.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -28,8 +30,8 @@ template <Machine M, int N, int Np_max, int Nc_max>
 struct PaperMpc {
   using Scalar = typename M::Scalar;
   using T = Scalar;
-  using Mpc = IncrementalMpc<T, N, Np_max, Nc_max>;
   static constexpr int n_phases = N;
+  static constexpr int guesses = 5;  // of the bounds that act
 
   M machine;
   Guide<T> guide;  // phase current over torque reference, electrical angle and speed [A]
@@ -45,85 +47,100 @@ struct PaperMpc {
   SRM_FIELDS(machine, guide, N_p, N_c, r_w, w_i, R, i_max, i_band, T_s, delay)
 
   struct State {
-    std::array<T, N> u{};  // last references [A]
+    std::array<T, N> u{};                                   // last references [A]
+    std::array<std::array<std::int8_t, Nc_max>, N> side{};  // bounds that acted last
   };
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
+    using std::integral_constant;
+    if (N_p != Np_max || N_c != Nc_max) return plan(state, y, tau_ref, N_p, N_c);
+    return plan(state, y, tau_ref, integral_constant<int, Np_max>{},
+                integral_constant<int, Nc_max>{});
+  }
+
+ private:
+  template <class Samples, class Moves>
+  Command<T, N> plan(State& state, const Measurement<T, N>& y, T tau_ref, Samples n_samples,
+                     Moves n_moves) const {
     // A negative torque is the positive one of the mirrored machine.
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
     const T demand = sense * tau_ref;
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;  // electrical, per sample
 
-    std::array<T, N> here;          // present current, as the regulator holds it
-    std::array<T, N> lower, upper;  // what the dc link can make of it in one sample
-    typename Mpc::Gains c, target;  // target: the guide along the horizon
-    typename Mpc::Outputs error;
-    for (int j = 0; j < N_p; ++j) error[j] = demand;
+    // Of the phases that may carry current; an idle one that nobody asks for is left out.
+    LevelProgramme<T, N, Np_max, Nc_max, Samples, Moves> programme;
+    programme.N_p = n_samples;
+    programme.N_c = n_moves;
+    programme.r_w = r_w;
+    programme.w_i = w_i;
+    std::array<int, N> phase;
+    std::array<T, Np_max> error;
+    for (int j = 0; j < n_samples; ++j) error[j] = demand;
 
     for (int k = 0; k < N; ++k) {
       const T theta_k = phase_angle<N>(y.theta_e, k);
       const auto angle = [&](T samples) { return wrap(sense * (theta_k + turn * samples)); };
-      // Mid-sample angles: there the mean torque of a sample is.
-      const auto middle = [&](int j) { return angle(delay + static_cast<T>(j) + T(0.5)); };
 
       // Within reach of the regulator (twice its band, where it applies full voltage) the current
       // is as good as at its reference; outside, the prediction starts from what was reached.
-      here[k] = max(clamp(state.u[k], y.i[k] - T(2) * i_band, y.i[k] + T(2) * i_band), T(0));
+      const T here = max(clamp(state.u[k], y.i[k] - T(2) * i_band, y.i[k] + T(2) * i_band), T(0));
 
-      T most = here[k];
-      for (int j = 0; j < N_p; ++j) {
-        target[j][k] = profile.at(middle(j));
-        most = max(most, target[j][k]);
+      std::array<T, Np_max> middle;  // mid-sample angles: there the mean torque of a sample is
+      std::array<T, Np_max> target;  // the guide there
+      T most = here;
+      for (int j = 0; j < n_samples; ++j) {
+        middle[j] = angle(delay + static_cast<T>(j) + T(0.5));
+        target[j] = profile.at(middle[j]);
+        most = max(most, target[j]);
       }
-      if (most == T(0)) {  // an idle phase that nobody asks for
-        lower[k] = upper[k] = T(0);
-        for (int j = 0; j < N_p; ++j) c[j][k] = T(0);
+      if (!(most > i_band / T(100))) {
+        state.u[k] = T(0);
+        state.side[k] = {};
         continue;
       }
 
       // What a sample of full voltage makes of the flux linkage, as a current at its end. A secant
       // towards the guide serves upwards, where saturation makes the present slope too careful.
-      const T goal = max(target[0][k], here[k] + i_band);
-      const T psi = machine.at(here[k], angle(delay)).psi;
-      const T drop = R * here[k];
-      const Magnetics<T> from = machine.at(here[k], angle(delay + T(1)));
-      const Magnetics<T> to = machine.at(goal, angle(delay + T(1)));
-      const T L_rise = (to.psi - from.psi) / (goal - here[k]);
-      upper[k] = here[k] + (psi + T_s * (y.u_dc - drop) - from.psi) / L_rise;
-      lower[k] = here[k] + (psi - T_s * (y.u_dc + drop) - from.psi) / from.L_inc;
+      const T theta_end = angle(delay + T(1));
+      const T goal = max(target[0], here + i_band);
+      const T psi = machine.at(here, angle(delay)).psi;
+      const T drop = R * here;
+      const Magnetics<T> from = machine.at(here, theta_end);
+      const T L_rise = (machine.at(goal, theta_end).psi - from.psi) / (goal - here);
+      const T rise = (psi + T_s * (y.u_dc - drop) - from.psi) / L_rise;
+      const T fall = (psi - T_s * (y.u_dc + drop) - from.psi) / from.L_inc;
 
-      for (int j = 0; j < N_p; ++j) {
+      auto& x = programme.channels[programme.n];
+      phase[programme.n++] = k;
+      state.u[k] = here;
+      x.side = state.side[k];
+      for (int j = 0; j < n_samples; ++j) {
         const T samples = static_cast<T>(j + 1);
-        const T i = clamp(target[j][k], max(here[k] + samples * (lower[k] - here[k]), T(0)),
-                          here[k] + samples * (upper[k] - here[k]));
-        const Magnetics<T> m = machine.at(i, middle(j));
-        c[j][k] = m.psi_theta;
-        error[j] = error[j] - (m.tau + m.psi_theta * (here[k] - i));
+        const T i = clamp(target[j], max(here + samples * fall, T(0)), here + samples * rise);
+        const Magnetics<T> m = machine.at(i, middle[j]);
+        x.c[j] = m.psi_theta;
+        error[j] = error[j] - (m.tau + m.psi_theta * (here - i));
+        if (j >= n_moves) continue;
+        x.near[j] = target[j] - here;
+        x.hi[j] = clamp(samples * rise, -here, i_max - here);
+        x.lo[j] = clamp(samples * fall, -here, x.hi[j]);
       }
     }
-
-    const Mpc mpc{N_p, N_c, r_w, T(0), T(1)};  // the regulator: a = 0, b = 1
-    BoxQp<T, Mpc::n_max> qp = mpc.problem(c, error);
-    std::array<T, Mpc::n_max> start{};
-    for (int m = 0; m < N_c; ++m) {
-      const T samples = static_cast<T>(m + 1);
-      for (int k = 0; k < N; ++k) {
-        const int v = m * N + k;
-        start[v] = target[m][k] - here[k];
-        qp.H[v][v] = qp.H[v][v] + w_i;
-        qp.f[v] = qp.f[v] - w_i * start[v];
-        qp.hi[v] = clamp(samples * (upper[k] - here[k]), -here[k], i_max - here[k]);
-        qp.lo[v] = clamp(samples * (lower[k] - here[k]), -here[k], qp.hi[v]);
-      }
+    programme.error = error;
+    if (!programme.guess(guesses)) programme.solve_exactly();
+    for (int j = 0; j < programme.n; ++j) {
+      const int k = phase[j];
+      state.u[k] = state.u[k] + programme.channels[j].v[0];
+      state.side[k] = programme.channels[j].side;
     }
-    const auto best = solve(qp, start);
 
     Command<T, N> command;
     for (int k = 0; k < N; ++k) {
-      state.u[k] = here[k] + best.x[k];
       const T least = i_band / T(4);  // a smaller reference is off
-      command[k] = regulate(state.u[k] > least ? state.u[k] : T(0), i_band);
+      command[k].gate = Gate::comparator;
+      command[k].i_ref = state.u[k] > least ? state.u[k] : T(0);
+      command[k].i_band = i_band;
     }
     return command;
   }

@@ -9,8 +9,8 @@
 // and 5.
 #pragma once
 
-#include "srm/base/fields.hpp"
 #include "srm/base/angle.hpp"
+#include "srm/base/fields.hpp"
 
 namespace srm {
 

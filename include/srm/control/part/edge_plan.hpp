@@ -14,7 +14,15 @@
 // This is the average-cost rule of optimal stopping applied to predictive torque control by
 // extrapolation: T. Geyer, G. Papafotiou, M. Morari, "Model predictive direct torque control",
 // IEEE Trans. Ind. Electron. 56(6), 2009. The flux linkages may leave the guide where no torque is
-// lost, that is, in the part of their deviation that the gains do not see.
+// lost, that is, in the part of their deviation that the gains do not see:
+//
+//   away_k = z_k - spread_k along,   z_k: deviation of phase k;  along: torque of all deviations
+//
+// so that a leg that changes moves one z and `along`, and the sum of away^2 follows from three sums
+// without a loop over the phases.
+//
+// Here torque is counted in A, time in pulse periods 2 A/s and flux linkage in the slack. Then w_sw
+// is 2/3, and three times a cost is the integral of 3 (e^2 - 1), 1 a leg level, 3 w_flux away^2.
 #pragma once
 
 #include "srm/control/part/outlook.hpp"
@@ -22,46 +30,44 @@
 
 namespace srm {
 
-/// What a plan does at the border of two samples: go on as it is best, or change a leg in any case.
-enum class Border : std::int8_t { free, change };
-
 template <Real T, int N>
 struct EdgePlan {
-  /// A phase that may conduct. Levels -1, 0, 1 are at places 0, 1, 2.
+  /// Cost of a deviation of the slack over a pulse, against that of the torque ripple.
+  static constexpr T w_flux = T(0.6);
+  /// A torque that leaves its band sooner counts as outside [pulses].
+  static constexpr T soon = T(0.05);
+
+  /// A phase that may conduct. Levels 0, 1, 2: demagnetize, freewheel, magnetize.
   struct Active {
-    int k{};                       // its place among the phases
-    int lowest{}, highest{};       // levels that it may take
-    T per_slack{};                 // 1/(flux deviation that counts as the whole band) [1/Wb]
-    T spread{};                    // deviation that a torque error is shared to it with [1/(N m)]
-    std::array<T, 3> tau_rate{};   // of the torque at each level, against the guide's [N m/s]
-    std::array<T, 3> away_rate{};  // of the deviation from the guide at each level [1/s]
+    int k;                      // its place among the phases
+    int lowest, highest;        // levels that it may take
+    T spread;                   // deviation that a torque error is shared to it with
+    std::array<T, 3> tau_rate;  // of the torque at each level, against the guide's
+    std::array<T, 3> z_rate;    // of the deviation from the guide at each level
   };
 
-  /// A predicted instant, or its slope. away: deviations from the guide, in units of the slack,
-  /// without their torque part.
+  /// A predicted instant, or its slope.
   struct Point {
-    T e{};                    // torque error [N m]
-    std::array<T, N> away{};  // [1]
+    T e;                 // torque error
+    T along;             // torque of the deviations from the guide
+    std::array<T, N> z;  // deviations
   };
-  using Levels = std::array<int, N>;  // of the active phases: -1, 0, 1
+  using Levels = std::array<int, N>;  // of the active phases
 
-  std::array<Active, N> phases{};
+  std::array<Active, N> phases;
   int n_active = 0;
-  T w_sw{};    // cost of a turn-on [N^2 m^2 s]
-  T w_flux{};  // cost of a deviation of the slack over a pulse, against A^2
-  T A{};       // half width of the torque band [N m]
-  T pulse{};   // length of a pulse period at this band [s]
-  T drift{};   // of the torque while all active phases follow the guide [N m/s]
+  T spread_squared{};  // sum over the phases
+  T drift{};           // of the torque while all active phases follow the guide
 
   /// Slopes with given legs.
   Point slopes(const Levels& level) const {
     Point d;
-    T along = T(0);
-    for (int j = 0; j < n_active; ++j) along = along + phases[j].tau_rate[level[j] + 1];
-    d.e = drift + along;
+    d.along = T(0);
     for (int j = 0; j < n_active; ++j) {
-      d.away[j] = phases[j].away_rate[level[j] + 1] - phases[j].spread * along;
+      d.along = d.along + phases[j].tau_rate[level[j]];
+      d.z[j] = phases[j].z_rate[level[j]];
     }
+    d.e = drift + d.along;
     return d;
   }
 
@@ -72,18 +78,20 @@ struct EdgePlan {
     return longest;
   }
 
-  /// Time, up to `longest`, that legs may stay, for a torque band that may be wider than A.
+  /// Time, up to `longest`, that legs may stay, for a torque band that may be wider than 1.
   T stay(const Point& x, const Point& d, const Levels& level, T band, T longest) const {
     T t = torque_exit(x.e, d.e, band, longest);
     for (int j = 0; j < n_active; ++j) {
       const Active& p = phases[j];
       if (level[j] < p.lowest || level[j] > p.highest) return T(0);
-      const bool can_rise = level[j] < p.highest;
-      const bool can_fall = level[j] > p.lowest;
-      if (can_rise && d.away[j] < T(0) && x.away[j] + d.away[j] * t < T(-1)) {
-        t = max((T(-1) - x.away[j]) / d.away[j], T(0));
-      } else if (can_fall && d.away[j] > T(0) && x.away[j] + d.away[j] * t > T(1)) {
-        t = max((T(1) - x.away[j]) / d.away[j], T(0));
+      const T away = x.z[j] - p.spread * x.along;
+      const T rate = d.z[j] - p.spread * d.along;
+      if (rate < T(0)) {
+        const bool leaves = level[j] < p.highest && away + rate * t < T(-1);
+        if (leaves) t = max((T(-1) - away) / rate, T(0));
+      } else if (rate > T(0)) {
+        const bool leaves = level[j] > p.lowest && away + rate * t > T(1);
+        if (leaves) t = max((T(1) - away) / rate, T(0));
       }
     }
     return t;
@@ -91,85 +99,95 @@ struct EdgePlan {
 
   void advance(Point& x, const Point& d, T t) const {
     x.e = x.e + d.e * t;
-    for (int j = 0; j < n_active; ++j) x.away[j] = x.away[j] + d.away[j] * t;
+    x.along = x.along + d.along * t;
+    for (int j = 0; j < n_active; ++j) x.z[j] = x.z[j] + d.z[j] * t;
   }
 
-  /// Integral of e^2 over a time t.
-  static T squared(T e, T slope, T t) {
+  /// What going on from an error costs beyond the mean, while its legs stay, times three. Legs that
+  /// are wrong at once cost what they would do in a pulse.
+  static T dwell(T e, T slope) {
+    T t = ((slope > T(0) ? T(1) : T(-1)) - e) / slope;
+    if (!(t >= soon && t < T(1))) t = T(1);  // also without slope
     const T end = e + slope * t;
-    return t * (e * e + e * end + end * end) * T(1.0 / 3);
+    return t * (e * (e + end) + end * end - T(3));
   }
 
-  /// Cost of going from legs to others; a turn-on is one level up, a turn-off one down.
-  T switching(const Levels& from, const Levels& to) const {
-    int levels = 0;
+  /// Sums over the deviations that a pulse with given legs leads to; away^2 is made of them.
+  struct Ahead {
+    T along;             // torque of the deviations
+    T z_squared;         // sum of z^2
+    T z_spread;          // sum of spread z
+    std::array<T, N> z;  // of each phase
+  };
+
+  Ahead ahead(const Point& x, const Point& d) const {
+    Ahead a;
+    a.along = x.along + d.along;
+    a.z_squared = T(0);
+    a.z_spread = T(0);
     for (int j = 0; j < n_active; ++j) {
-      levels += to[j] > from[j] ? to[j] - from[j] : from[j] - to[j];
+      const T z = x.z[j] + d.z[j];
+      a.z[j] = z;
+      a.z_squared = a.z_squared + z * z;
+      a.z_spread = a.z_spread + phases[j].spread * z;
     }
-    return w_sw * T(0.5) * static_cast<T>(levels);
+    return a;
   }
 
-  /// What going on from an error costs beyond the mean, while its legs stay.
-  T dwell(T e, T slope) const {
-    T t = torque_exit(e, slope, A, pulse);
-    if (leaves(t)) t = pulse;  // these legs are wrong at once: what they would do in a pulse
-    return squared(e, slope, t) - A * A * t;
+  /// What the flux linkages cost: sum of away^2.
+  T flux_cost(T along, T z_squared, T z_spread) const {
+    return T(3) * w_flux * (z_squared + along * (along * spread_squared - T(2) * z_spread));
   }
 
-  /// The same at the end of a sample, where other legs may follow at once; outside the band they
-  /// need time to come back, at the mean slope of 4 A in a pulse.
-  T dwell_at_end(T e, T slope) const {
-    const T t = torque_exit(e, slope, A, pulse);
-    if (!leaves(t)) return squared(e, slope, t) - A * A * t;
-    const T outside = max(abs(e) - A, T(0));
-    return outside / (T(4) * A) * pulse * (e * e - A * A) / T(2);
-  }
-
-  bool leaves(T exit) const { return exit < pulse * T(0.05); }
-
-  /// What the flux linkages cost that a pulse with these legs leads to.
-  T flux_cost(const Point& x, const Point& d) const {
-    T sum = T(0);
+  /// Brings the legs to the best ones to go on with: the last ones, or one phase at another level;
+  /// and d to their slopes. A level that a phase may not keep is left in any case; a phase whose
+  /// edges are used up keeps its leg. False where nothing changes.
+  bool change(Levels& level, const Point& x, Point& d, const Levels& edges) const {
+    int left = 0;  // leg levels that must be left
     for (int j = 0; j < n_active; ++j) {
-      const T away = x.away[j] + d.away[j] * pulse;
-      sum = sum + away * away;
+      const int last = level[j];
+      if (edges[j] >= max_edges || (last >= phases[j].lowest && last <= phases[j].highest))
+        continue;
+      level[j] = last < phases[j].lowest ? phases[j].lowest : phases[j].highest;
+      left += distance(level[j], last);
     }
-    return w_flux * A * A * pulse * sum;
-  }
-
-  /// Best legs to go on with: the last ones, or one phase at another level. A level that a phase
-  /// may not keep is left in any case; a phase whose edges are used up keeps its leg.
-  Levels best(const Point& x, const Levels& last, const Levels& edges, Border border) const {
-    Levels kept = last;
-    for (int j = 0; j < n_active; ++j) {
-      if (edges[j] >= max_edges) continue;
-      if (kept[j] < phases[j].lowest) kept[j] = phases[j].lowest;
-      if (kept[j] > phases[j].highest) kept[j] = phases[j].highest;
-    }
-    Levels found = kept;
-    T least = T(1e30);
-    const auto consider = [&](const Levels& level) {
-      const T price = switching(last, level);
-      if (border == Border::change && !(price > T(0))) return;
-      const Point d = slopes(level);
-      const T cost = dwell(x.e, d.e) + price;
-      if (!(cost < least)) return;  // the flux linkages, which cost no less than nothing, can wait
-      const T whole = cost + flux_cost(x, d);
-      if (whole < least) {
-        least = whole;
-        found = level;
-      }
-    };
-    consider(kept);
+    if (left > 0) d = slopes(level);
+    const Ahead a = ahead(x, d);
+    T least = dwell(x.e, d.e) + flux_cost(a.along, a.z_squared, a.z_spread);
+    int phase = -1, to = 0;
     for (int j = 0; j < n_active; ++j) {
       if (edges[j] >= max_edges) continue;
-      Levels level = kept;
-      for (level[j] = phases[j].lowest; level[j] <= phases[j].highest; ++level[j]) {
-        if (level[j] != kept[j]) consider(level);
+      const Active& p = phases[j];
+      const int now = level[j];
+      for (int l = p.lowest; l <= p.highest; ++l) {
+        if (l == now) continue;
+        const T slope = p.tau_rate[l] - p.tau_rate[now];
+        const T cost = dwell(x.e, d.e + slope) + static_cast<T>(distance(l, now));
+        if (!(cost < least)) continue;  // the flux linkages cost no less than nothing
+        const T moved = p.z_rate[l] - p.z_rate[now];
+        const T whole =
+            cost + flux_cost(a.along + slope, a.z_squared + moved * (T(2) * a.z[j] + moved),
+                             a.z_spread + moved * p.spread);
+        if (whole < least) {
+          least = whole;
+          phase = j;
+          to = l;
+        }
       }
     }
-    return found;
+    if (phase >= 0) {
+      const Active& p = phases[phase];
+      const T slope = p.tau_rate[to] - p.tau_rate[level[phase]];
+      d.e = d.e + slope;
+      d.along = d.along + slope;
+      d.z[phase] = p.z_rate[to];
+      level[phase] = to;
+    }
+    return left > 0 || phase >= 0;
   }
+
+ private:
+  static int distance(int a, int b) { return a > b ? a - b : b - a; }
 };
 
 }  // namespace srm

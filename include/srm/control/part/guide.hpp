@@ -40,10 +40,10 @@ struct Profile {
 
 template <Real T>
 struct Guide {
-  AngleTable<T> first;       // of the lowest speed; those of the others lie behind it
+  AngleTable<T> first;  // of the lowest speed; those of the others lie behind it
   View<T> omega;        // speeds, increasing [rad/s]
-  T u_dc{};  // dc-link voltage of the profiles [V]
-  T drop{};  // of the resistance at the peak of the highest torque [V]
+  T u_dc{};             // dc-link voltage of the profiles [V]
+  T drop{};             // of the resistance at the peak of the highest torque [V]
   SRM_FIELDS(first, omega, u_dc, drop)
 
   Profile<T> at(T torque, T omega_m, T u_dc_now) const {

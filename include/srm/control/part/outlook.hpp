@@ -11,8 +11,8 @@
 // current control of a three-phase inverter", IEEE Trans. Ind. Electron. 59(2), 2012.
 #pragma once
 
-#include "srm/control/part/guide.hpp"
 #include "srm/control/frame/interface.hpp"
+#include "srm/control/part/guide.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -70,7 +70,7 @@ struct Outlook {
   T T_s;             // control period [s]
   int delay;         // samples from measurement to effect: 0 or 1
   T ahead;           // length of the secants [s]
-  T off;             // a guide below this flux linkage wants no current [Wb]
+  T off;             // a guide below this flux linkage wants no current [Wb]; 0: it has no say
 
   std::array<PhaseOutlook<T>, N> at(const Measurement<T, N>& y, T tau_ref,
                                     Memory<T, N>& memory) const {
@@ -120,9 +120,15 @@ struct Outlook {
   }
 
   PhaseOutlook<T> phase(T i, T theta, T theta_next, T omega_m, T u_dc) const {
-    const Magnetics<T> here = machine.at(i, theta);
     const T goal = guide.at(theta);
     const T goal_next = guide.at(theta_next);
+    const bool idle = max(goal, goal_next) < off;
+    if (idle && !(i > T(0))) {
+      PhaseOutlook<T> nothing{};
+      nothing.idle = true;
+      return nothing;
+    }
+    const Magnetics<T> here = machine.at(i, theta);
     // A phase without current can only be magnetized: its secant goes there.
     const T move = i > T(0) ? max(goal_next - goal, -here.psi) : u_dc * ahead;
     const T emf = i > T(0) ? omega_m * here.psi_theta : T(0);
@@ -142,7 +148,7 @@ struct Outlook {
     x.goal_rate = (goal_next - goal) / ahead;
     x.i_gain = L_inverse;
     x.i_drift = -emf * L_inverse;
-    x.idle = max(goal, goal_next) < off;
+    x.idle = idle;
     return x;
   }
 };

@@ -13,9 +13,8 @@ namespace srm {
 /// {rule(0), rule(1), ... rule(N - 1)}, called in this order.
 template <Real T, int N, class Rule>
 constexpr Command<T, N> per_phase(const Rule& rule) {
-  return [&]<int... k>(std::integer_sequence<int, k...>) {
-    return Command<T, N>{rule(k)...};
-  }(std::make_integer_sequence<int, N>{});
+  return [&]<int... k>(std::integer_sequence<int, k...>) { return Command<T, N>{rule(k)...}; }
+  (std::make_integer_sequence<int, N>{});
 }
 
 }  // namespace srm

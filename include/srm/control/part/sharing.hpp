@@ -13,8 +13,8 @@
 // switched reluctance motor drives", IEEE Trans. Power Electron. 24(9), 2009.
 #pragma once
 
-#include "srm/base/fields.hpp"
 #include "srm/base/angle.hpp"
+#include "srm/base/fields.hpp"
 #include "srm/base/interpolate.hpp"
 
 namespace srm {
