@@ -17,7 +17,7 @@ run: $(VENV)/installed
 	$(BIN)/reluctance paper --out out/paper
 
 test: $(VENV)/installed-test lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check $(CHECKED)

@@ -9,12 +9,14 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/function.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
 #include <functional>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <variant>
@@ -66,6 +68,7 @@ struct Setting {
   double tracker_bandwidth;  // [rad/s]; 0: angle and speed are used as measured
   srm::Comparators comparators;
   double t_dead;  // of the converter [s]
+  srm::PvControl<double> pv;  // used with Outer::pv
 
   int N_r() const {
     return std::visit([](const auto& m) { return m.value.N_r; }, machine);
@@ -80,11 +83,13 @@ srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
       .law = law,
       .outer = s.outer,
       .speed = {},
+      .pv = {},
       .motion = s.tracker_bandwidth > 0 ? srm::Motion::tracked : srm::Motion::measured,
       .tracker = {T(s.speed.T_s), T(s.tracker_bandwidth), s.N_r()},
       .comparators = s.comparators,
       .t_dead = T(s.t_dead)};
   srm::assign(control.speed, s.speed);
+  srm::assign(control.pv, s.pv);
   return control;
 }
 

@@ -13,7 +13,7 @@ using Order = srm::PhaseCommand<double>;
 /// A sample as a law in Python sees it.
 struct Seen {
   std::vector<double> i;
-  double theta_e, omega_m, u_dc;
+  double theta_e, omega_m, u_dc, i_source;
 
   double angle(int k) const {
     const double strokes = double(k) / double(i.size());
@@ -76,8 +76,8 @@ AnyController controller_of(const Setting& setting, nb::callable function) {
   return with_phases(setting.n_phases, [&]<int N>() -> AnyController {
     const srm::CalledLaw<N> law{[owner](const srm::Measurement<double, N>& y, double tau_ref) {
       const nb::gil_scoped_acquire lock;
-      return taken<N>(
-          (*owner)(Seen{{y.i.begin(), y.i.end()}, y.theta_e, y.omega_m, y.u_dc}, tau_ref));
+      return taken<N>((*owner)(
+          Seen{{y.i.begin(), y.i.end()}, y.theta_e, y.omega_m, y.u_dc, y.i_source}, tau_ref));
     }};
     return {srm::on_desk(drive_control(law, setting), nullptr), {}};
   });
@@ -99,6 +99,7 @@ void bind_called_law(nb::module_& m) {
       .def_ro("theta_e", &Seen::theta_e, "Electrical angle of the first phase, in [0, 2 pi) [rad].")
       .def_ro("omega_m", &Seen::omega_m, "Rotor speed [rad/s].")
       .def_ro("u_dc", &Seen::u_dc, "dc-link voltage [V].")
+      .def_ro("i_source", &Seen::i_source, "Current of the source into the dc link [A].")
       .def_prop_ro("n_phases", [](const Seen& y) { return y.i.size(); })
       .def("angle", &Seen::angle, nb::arg("k"),
            "Electrical angle of phase k: 0 unaligned, pi aligned [rad].");

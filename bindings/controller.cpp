@@ -1,5 +1,5 @@
 // A controller by itself: sampled from Python, made of a Python function, described for export.
-#include "bindings.hpp"
+#include "bind_struct.hpp"
 #include "srm/sim/columns.hpp"
 
 namespace bound {
@@ -11,11 +11,12 @@ using Order = srm::PhaseCommand<double>;
 const int order_columns = srm::columns_of(Order{});
 
 std::vector<double> step(AnyController& controller, const std::vector<double>& i, double theta_e,
-                         double omega_m, double u_dc, double reference) {
+                         double omega_m, double u_dc, double reference, double i_source) {
   return std::visit(
       [&]<int N>(srm::Controller<N>& sampled) {
         if (int(i.size()) != N) throw std::invalid_argument("i has another phase count");
-        srm::Measurement<double, N> y{.theta_e = theta_e, .omega_m = omega_m, .u_dc = u_dc};
+        srm::Measurement<double, N> y{
+            .theta_e = theta_e, .omega_m = omega_m, .u_dc = u_dc, .i_source = i_source};
         for (int k = 0; k < N; ++k) y.i[k] = i[k];
         const srm::Orders<N> orders = sampled(y, reference);
         std::vector<double> rows(N * order_columns + 1);
@@ -41,7 +42,8 @@ AnyController from_function(int n_phases, nb::callable function) {
       const nb::gil_scoped_acquire lock;
       const std::vector<double> i(y.i.begin(), y.i.end());
       const auto rows =
-          nb::cast<std::vector<double>>((*owner)(i, y.theta_e, y.omega_m, y.u_dc, reference));
+          nb::cast<std::vector<double>>(
+              (*owner)(i, y.theta_e, y.omega_m, y.u_dc, reference, y.i_source));
       if (int(rows.size()) != N * order_columns + 1) {
         throw std::invalid_argument(
             "need the order columns of each phase and the torque reference");
@@ -61,30 +63,48 @@ nb::object description_of(const AnyController& controller) {
 }  // namespace
 
 void bind_controller(nb::module_& m) {
+  bind_struct<srm::LimitedPi<double>>(m, "LimitedPi",
+                                      "Output per error, and per error and control period.");
+  bind_struct<srm::PowerTracker<double>>(m, "PowerTracker",
+                                         "Maximum power point tracking on a voltage reference [V].");
+  bind_struct<srm::WholePeriods<double>>(m, "WholePeriods",
+                                         "Means over whole electrical periods [s].");
+  bind_struct<srm::PvControl<double>>(m, "PvControl",
+                                      "Voltage control and tracking of a drive on a photovoltaic "
+                                      "array. SI units.");
   nb::class_<AnyController>(m, "Controller", "A complete controller, ready to be sampled.");
   nb::class_<Setting>(m, "Setting", "What every control law is given beside its own parameters.")
       .def(
           "__init__",
           [](Setting* self, const AnyMachine& machine, int n_phases, bool single, srm::Outer outer,
              double K_p, double K_i, double tau_min, double tau_max, double T_s,
-             double tracker_bandwidth, srm::Comparators comparators, double t_dead) {
-            new (self) Setting{
-                machine,           n_phases,    single, outer, {K_p, K_i, tau_min, tau_max, T_s},
-                tracker_bandwidth, comparators, t_dead};
+             double tracker_bandwidth, srm::Comparators comparators, double t_dead,
+             const std::optional<srm::PvControl<double>>& pv) {
+            if (outer == srm::Outer::pv && !pv) throw std::invalid_argument("Outer.pv needs pv");
+            new (self) Setting{machine,
+                               n_phases,
+                               single,
+                               outer,
+                               {K_p, K_i, tau_min, tau_max, T_s},
+                               tracker_bandwidth,
+                               comparators,
+                               t_dead,
+                               pv.value_or(srm::PvControl<double>{})};
           },
           nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"),
           nb::arg("outer"), nb::arg("K_p"), nb::arg("K_i"), nb::arg("tau_min"), nb::arg("tau_max"),
           nb::arg("T_s"), nb::arg("tracker_bandwidth") = 0.0,
-          nb::arg("comparators") = srm::Comparators::analog, nb::arg("t_dead") = 0.0);
+          nb::arg("comparators") = srm::Comparators::analog, nb::arg("t_dead") = 0.0,
+          nb::arg("pv") = nb::none());
   m.attr("ORDER_COLUMNS") = nb::cast(srm::column_names(Order{}));
   m.def("step", &step, nb::arg("controller"), nb::arg("i"), nb::kw_only(), nb::arg("theta_e"),
-        nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("reference"),
+        nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("reference"), nb::arg("i_source") = 0.0,
         "One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link "
-        "voltage [V], reference [N m or rad/s] to orders. ORDER_COLUMNS for each phase, last the "
+        "voltage [V], reference [N m or rad/s], current of the source [A] to orders. ORDER_COLUMNS for each phase, last the "
         "torque reference worked to [N m].");
   m.def("controller_from", &from_function, nb::arg("n_phases"), nb::arg("function"),
-        "A controller that calls function(i, theta_e, omega_m, u_dc, reference) at every sample "
-        "and takes the orders from it, in the form that `step` returns.");
+        "A controller that calls function(i, theta_e, omega_m, u_dc, reference, i_source) at every "
+        "sample and takes the orders from it, in the form that `step` returns.");
   m.def("described", &description_of, nb::arg("controller"),
         nb::sig("def described(controller: Controller) -> dict[str, typing.Any] | None"),
         "The controller's law, speed loop and machine as a tree of names and numbers, for export; "

@@ -30,7 +30,18 @@ void bind_enums(nb::module_& m) {
   nb::enum_<srm::Outer>(m, "Outer")
       .value("torque", srm::Outer::torque)
       .value("speed", srm::Outer::speed)
-      .value("none", srm::Outer::none);
+      .value("none", srm::Outer::none)
+      .value("pv", srm::Outer::pv);
+  nb::enum_<srm::Actuator>(m, "Actuator")
+      .value("torque", srm::Actuator::torque)
+      .value("speed", srm::Actuator::speed);
+  nb::enum_<srm::ArrayCurrent>(m, "ArrayCurrent")
+      .value("sensor", srm::ArrayCurrent::sensor)
+      .value("legs", srm::ArrayCurrent::legs);
+  nb::enum_<srm::Tracking>(m, "Tracking")
+      .value("constant", srm::Tracking::constant)
+      .value("perturb_observe", srm::Tracking::perturb_observe)
+      .value("incremental_conductance", srm::Tracking::incremental_conductance);
   nb::enum_<srm::Comparators>(m, "Comparators")
       .value("analog", srm::Comparators::analog)
       .value("sampled", srm::Comparators::sampled);

@@ -14,16 +14,28 @@ void bind_plant(nb::module_& m) {
   bind_struct<srm::StiffSource>(m, "StiffSource", "A dc link that holds its voltage [V].");
   bind_struct<srm::Battery>(m, "Battery",
                             "Open-circuit voltage [V] behind R [ohm], dc-link capacitor C [F].");
+  bind_struct<srm::PvArray>(m, "PvArray",
+                            "A photovoltaic array of one diode on a dc-link capacitor: numbers at "
+                            "1000 W/m^2 and 25 degC, irradiance and cell temperature over time.")
+      .def("current", &srm::PvArray::current, nb::arg("u"), nb::arg("G"), nb::arg("T_degC"),
+           "Current of the array at a voltage [V], irradiance [W/m^2] and cell temperature "
+           "[degC]; negative above its open-circuit voltage [A].");
   bind_struct<srm::Devices>(m, "Devices",
                             "On-state voltages of switches and diodes: thresholds [V], slopes "
                             "[ohm].");
   bind_struct<srm::AsymmetricBridge>(m, "AsymmetricBridge", "Two switches and two diodes a phase.");
   bind_struct<srm::SharedSwitchBridge>(m, "SharedSwitchBridge",
                                        "All phases share one upper switch (Miller converter).");
+  bind_struct<srm::Pump>(m, "Pump",
+                         "A pump that lifts water: torque (rows of static heads, columns of "
+                         "sqrt(omega^2 - omega_0^2)) [N m], static head over time [m].")
+      .def("torque", [](const srm::Pump& pump, double omega_m,
+                        double t) { return pump.torque(omega_m, {t, t}); },
+           nb::arg("omega_m"), nb::arg("t"), "Torque at a speed [rad/s] and time [s]; [N m].");
   bind_struct<srm::Shaft>(m, "Shaft",
                           "Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], "
                           "torque tau_0 [N m] and held speed omega [rad/s] over time, and a "
-                          "function of speed [rad/s] that gives more load torque [N m].");
+                          "function of speed [rad/s] that gives more load torque [N m]; a pump.");
   bind_struct<srm::Sampling>(m, "Sampling", "Sensors and timing of the controller.");
   bind_struct<srm::Scale>(m, "Scale", "Currents [A] and voltages [V] that matter.");
   bind_struct<srm::Resolution>(m, "Resolution", "How finely a run is computed and kept.");

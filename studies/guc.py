@@ -70,7 +70,13 @@ class Published:
     legs: tuple[int, ...] = (-1, -1, -1)
 
     def __call__(
-        self, i: list[float], theta_e: float, omega_m: float, u_dc: float, reference: float
+        self,
+        i: list[float],
+        theta_e: float,
+        omega_m: float,
+        u_dc: float,
+        reference: float,
+        i_source: float,
     ) -> list[float]:
         """One sample, at 10 us. Returns the ORDER_COLUMNS of each phase, of which the leg alone
         matters, and the torque reference."""

@@ -44,6 +44,22 @@ DRIVES = {
     "deadbeat_dead_time": ("deadbeat", ["converter.dead_time_us=1"]),
     "sharing_sampled": ("sharing_cubic", ["sensing.comparators=sampled"]),
     "pwm_current": ("pwm_current", []),
+    "sun_cloud": (
+        "sun_cloud",
+        [
+            *("load.speed_rpm=1300", "pv_control.wake_s=0", "source.t_s=[0, 0.1, 0.3]"),
+            *("pv_control.interval_ms=20",),
+        ],
+    ),
+    "sun_cloud_no_sensor": (
+        "sun_cloud",
+        [
+            *("load.speed_rpm=1300", "pv_control.wake_s=0", "source.t_s=[0, 0.1, 0.3]"),
+            *("pv_control.interval_ms=20", "pv_control.actuator=speed"),
+            *("pv_control.current=legs", "sensing.comparators=sampled"),
+            *("sensing.delay_samples=1", "pv_control.tracking=incremental_conductance"),
+        ],
+    ),
     "five_phases": ("five_phases_losses", []),
 }
 

@@ -82,7 +82,7 @@ def test_scales_are_those_of_the_machine():
     """At 50 times the corner speed a single pulse at full voltage draws about 2 % of i_max."""
     drive = rl.load(resources("examples") / "single_pulse.toml")
     omega = MOST_SPEED * corner_speed(drive.machine, drive.converter.u_dc_V)
-    fast = drive.with_values({"load.speed_rpm": omega * 30 / np.pi * 0.99})
+    fast = drive.with_values({"load.speed_rpm": omega * 30 / np.pi * 0.99, "control.T_s_us": 10.0})
     peak = rl.simulate(fast, until=1e-3, record=None).kpis.i_peak
     assert 0.005 < peak / drive.machine.i_max_A < 0.1
 

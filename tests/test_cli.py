@@ -3,17 +3,21 @@
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command import command, refused
 from scipy.io import loadmat
 
 import reluctance as rl
+from reluctance.interactive import MOST_POINTS, thinned
 
 ROOT = Path(__file__).parents[1]
 RATED = str(ROOT / "examples" / "paper_rated.toml")
@@ -93,7 +97,7 @@ def test_a_record_grid_thins_the_waveforms(tmp_path):
     assert np.load(path)["t_s"] == pytest.approx(np.arange(41) * 50e-6, abs=1e-12)
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "html"])
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf", "html"])
 def test_plots_are_written_and_reproducible(tmp_path, ending):
     paths = [tmp_path / f"{name}.{ending}" for name in ("one", "two")]
     for path in paths:
@@ -112,7 +116,7 @@ def test_plots_are_written_and_reproducible(tmp_path, ending):
         (["run", RATED, "--until", "0"], "until"),
         (["run", RATED, "--until", "nan"], "until"),
         (["run", RATED, "--out", "{dir}/run.xls"], "need one of .csv"),
-        (["run", RATED, "--plot", "{dir}/run.pdf"], "need one of .html"),
+        (["run", RATED, "--plot", "{dir}/run.gif"], "need one of .html, .pdf, .png, .svg"),
         (["run", RATED, "--out", "{dir}/none/run.csv"], "does not exist"),
         (["run", RATED, "--untill", "1"], "--untill"),
         (["runn", RATED], "runn"),
@@ -176,3 +180,96 @@ def test_figures_of_a_run_that_has_not_settled_say_so():
     moved = rl.simulate(rl.load(rated, steps), until=0.05, record=None).kpis
     assert moved.torque_drift > 0.1
     assert any("has not settled" in remark for remark in moved.remarks())
+
+
+def test_the_program_alone_prints_its_help():
+    for group in ((), ("map",), ("export",)):
+        done = command(*group)
+        assert (done.code, done.error) == (0, "")
+        assert "Usage:" in done.out and "Commands:" in done.out
+
+
+def test_examples_are_listed_shown_and_copied(tmp_path):
+    listed = command("examples").out
+    names = {path.stem for path in (ROOT / "examples").glob("*.toml")}
+    assert names == {line.split()[0] for line in listed.splitlines() if "next:" not in line}
+    shown = (ROOT / "examples" / "ditc.toml").read_text()
+    assert command("examples", "ditc").out == shown
+    assert command("examples", "ditc", "--copy", tmp_path).code == 0
+    assert (tmp_path / "ditc.toml").read_text() == shown
+    assert "exists" in refused("examples", "--copy", tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == ["ditc.toml"]
+    assert "did you mean `ditc`" in refused("examples", "dict")
+    assert command("examples", "--copy", tmp_path / "all").code == 0
+    assert {p.stem for p in (tmp_path / "all").iterdir()} == names
+
+
+def test_one_machine_is_shown_with_its_file():
+    shown = command("machines", "paper_6_4").out
+    assert "6/4, three phases" in shown and "psi_m_Wb" in shown and "generic" not in shown
+    assert json.loads(command("machines", "paper_6_4", "--json").out)["N_r"] == 4
+    assert "did you mean `paper_6_4`" in refused("machines", "paper_64")
+
+
+def test_the_schema_accepts_every_example_and_refuses_what_load_refuses(tmp_path):
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = json.loads(command("schema").out)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    judge = jsonschema.Draft202012Validator(schema)
+    examples = [tomllib.loads(p.read_text()) for p in (ROOT / "examples").glob("*.toml")]
+    drives = [data for data in examples if "control" in data]
+    assert len(drives) >= 15
+    for data in drives:
+        assert judge.is_valid(data), list(judge.iter_errors(data))[:1]
+    for table, key, value in (
+        ("converter", "u_dv_V", 240),
+        ("control", "i_bnd_A", 1),
+        ("simulation", "until_s", -1),
+        ("load", "kind", "lokced"),
+        ("xyz", "a", 1),
+    ):
+        wrong = json.loads(json.dumps(drives[0]))
+        wrong.setdefault(table, {})[key] = value
+        assert not judge.is_valid(wrong), (table, key)
+    out = tmp_path / "drive.schema.json"
+    assert "#:schema" in command("schema", "--out", out).out
+    assert json.loads(out.read_text()) == schema
+
+
+def test_the_shell_completes_commands_and_names():
+    environment = {"_RELUCTANCE_COMPLETE": "complete_bash", "COMP_CWORD": "2"}
+    for words, wanted in (
+        ("reluctance machines pap", "paper_6_4"),
+        ("reluctance examples di", "ditc"),
+    ):
+        done = reluctance(env={**os.environ, **environment, "COMP_WORDS": words})
+        assert wanted in done.stdout.split(), done.stderr
+
+
+def test_a_page_with_zoom_needs_no_network_and_keeps_every_peak(tmp_path):
+    page = tmp_path / "run.html"
+    assert command("run", RATED, "--until", "0.03", "--plot", page).code == 0
+    text = page.read_text()
+    for needed in ("torque (N m)", "current (A)", "phase a", "WheelZoomTool", "HoverTool"):
+        assert needed in text
+    assert not re.search(r"<(script|link|img)[^>]+(src|href)=.?https?:", text)
+    assert len(text) < 4e6
+    x = np.arange(200_000.0)
+    y = np.sin(x)
+    y[[777, 123_456]] = 50, -50
+    thin_x, thin_y = thinned(x, y)
+    assert len(thin_x) <= MOST_POINTS + 2
+    assert {50.0, -50.0} <= set(thin_y)
+    assert np.all(np.diff(thin_x) > 0)
+
+
+def test_without_bokeh_a_page_is_one_line_with_the_remedy(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "bokeh", None)
+    line = refused("run", RATED, "--plot", tmp_path / "run.html")
+    assert "pip install 'reluctance[html]'" in line
+
+
+def test_every_command_that_draws_has_the_same_formats(tmp_path):
+    for arguments in (("run", RATED), ("limit", RATED), ("compare", RATED)):
+        line = refused(*arguments, "--plot", tmp_path / "w.bmp")
+        assert "need one of .html, .pdf, .png, .svg" in line

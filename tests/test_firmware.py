@@ -180,7 +180,7 @@ def test_a_controller_of_a_function_drives_the_simulation_as_the_law_does():
     torque = drive("ditc")
     law = torque.control.controller(torque.known())
 
-    def step(i, theta_e, omega_m, u_dc, reference):
+    def step(i, theta_e, omega_m, u_dc, reference, i_source):
         return _core.step(law, i, theta_e=theta_e, omega_m=omega_m, u_dc=u_dc, reference=reference)
 
     wrapped = _core.controller_from(3, step)

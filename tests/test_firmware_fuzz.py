@@ -10,7 +10,7 @@ from reluctance.export.constants import float_paths
 from reluctance.export.package import described
 
 EACH_LAW = ["angles", "sharing", "ditc", "paper_mpc_map", "finite_set_2", "edge_mpc"]
-EACH_LAW += ["deadbeat", "pwm_current"]
+EACH_LAW += ["deadbeat", "pwm_current", "sun_cloud", "sun_cloud_no_sensor"]
 SOURCE = ROOT / "tests" / "firmware" / "fuzz.cpp"
 FLAGS = ["-std=c++20", "-O0", "-ffp-contract=off", "-I.", "-Iinclude"]
 FLAGS += ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"]

@@ -87,7 +87,7 @@ def test_no_double_and_no_call_but_the_allowed_ones_in_the_object(packages):
 def faulty(samples, n, **columns):
     """The recording with other readings from step n on; `i2` is the current of phase 2."""
     changed = samples.copy()
-    place = {"theta_e": -4, "omega_m": -3, "u_dc": -2, "reference": -1}
+    place = {"theta_e": -5, "omega_m": -4, "u_dc": -3, "reference": -1}
     for name, value in columns.items():
         changed[n:, place[name] if name in place else int(name[1:])] = value
     return changed
@@ -95,7 +95,7 @@ def faulty(samples, n, **columns):
 
 def conducting(samples, n):
     """The phase with most current at step n."""
-    return int(np.argmax(samples[n, : samples.shape[1] - 4]))
+    return int(np.argmax(samples[n, : samples.shape[1] - 5]))
 
 
 def assert_safe_from(answers, n, status):
@@ -117,7 +117,7 @@ FAULTS = {  # name: (status, the readings from the fault on, of samples, step an
     "over-speed": (5, lambda s, n, at: {"omega_m": -1.01 * at.omega_max}),
     "negative current": (6, lambda s, n, at: {f"i{conducting(s, n)}": -1.01 * at.i_zero}),
     "angle past a turn": (6, lambda s, n, at: {"theta_e": 6.3}),
-    "stuck angle": (7, lambda s, n, at: {"theta_e": s[n - 1, -4]}),
+    "stuck angle": (7, lambda s, n, at: {"theta_e": s[n - 1, -5]}),
     "dead current sensor": (8, lambda s, n, at: {f"i{conducting(s, n)}": 0.0}),
 }
 
@@ -165,7 +165,7 @@ def test_healthy_recordings_with_real_sensors_never_trip(tmp_path):
     assert not found.answers.status.any()
     assert found.exact
     samples = record(noisy, steps=2000).samples
-    stuck = faulty(samples, 1500, theta_e=samples[1499, -4])  # a sample is two counts and more
+    stuck = faulty(samples, 1500, theta_e=samples[1499, -5])  # a sample is two counts and more
     assert_safe_from(replay(program, "cortex-m7", stuck), 1500, 7)
 
 
@@ -185,6 +185,12 @@ def test_a_target_that_stops_is_told_and_nothing_waits_for_it(packages):
 def test_processor_in_the_loop_gives_the_key_figures_of_the_simulation(name):
     target, desk = in_the_loop(drive(name), until=0.04)
     assert desk.tau_mean > 1
+    assert replace(target, wall_s_per_sim_s=0) == replace(desk, wall_s_per_sim_s=0)
+
+
+def test_the_target_takes_the_same_energy_from_a_cloudy_array():
+    target, desk = in_the_loop(drive("sun_cloud"), until=0.2)
+    assert desk.p_source > 5000
     assert replace(target, wall_s_per_sim_s=0) == replace(desk, wall_s_per_sim_s=0)
 
 

@@ -202,7 +202,7 @@ def test_the_loop_needs_a_period_and_waveforms(tmp_path):
     with pytest.raises(rl.ParameterError, match="no waveforms"):
         energy_loops(rl.simulate(drive, until=0.03, record=None))
     with pytest.raises(rl.ParameterError, match="need one of"):
-        save_energy_loop(rl.simulate(drive, until=0.03), tmp_path / "loop.pdf")
+        save_energy_loop(rl.simulate(drive, until=0.03), tmp_path / "loop.gif")
 
 
 def test_a_wrong_torque_shows_in_the_loop():

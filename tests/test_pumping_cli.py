@@ -79,7 +79,7 @@ def test_a_size_that_does_not_work_is_told_and_the_others_are_kept():
         (("size", DAY, "--vary", "array.n_series=a:b"), "need section.key=FROM:TO:COUNT"),
         (("size", DAY, "--vary", "array.series=4:9"), "unknown value `array.series`"),
         (("size", DAY, "--vary", "array.n_series=0:1"), "n_series = 0, need >= 1"),
-        (("pump", DAY, "--out", DAY), "cannot make the folder"),
+        (("pump", DAY, "--out", DAY), "is a file, need a folder"),
         (("size", DAY, "--vary", "pipe.H_static_m=60"), "none of the 1 sizes works"),
     ],
 )

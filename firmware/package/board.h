@@ -21,6 +21,9 @@ float board_read_speed(void);
 /* dc-link voltage [V]. */
 float board_read_dc_link(void);
 
+/* Current from the source into the dc link [A]: @i_source@. */
+float board_read_source_current(void);
+
 /* What the drive is asked for: @reference@. */
 float board_read_reference(void);
 

@@ -25,6 +25,7 @@ static_assert(sizeof(State) <= sizeof(reluctance_controller));
 static_assert(alignof(State) <= alignof(reluctance_controller));
 static_assert(sizeof(Measurement) == sizeof(reluctance_measurement));
 static_assert(offsetof(Measurement, theta_e) == offsetof(reluctance_measurement, theta_e_rad));
+static_assert(offsetof(Measurement, i_source) == offsetof(reluctance_measurement, i_source_A));
 static_assert(sizeof(Command) == sizeof(reluctance_command));
 static_assert(offsetof(Phase, leg) == offsetof(reluctance_phase_command, leg));
 static_assert(offsetof(Phase, t_edge) == offsetof(reluctance_phase_command, t_edge_s));
@@ -64,7 +65,8 @@ void reluctance_reset(reluctance_controller* controller) { reluctance_init(contr
   const auto& given = *std::launder(reinterpret_cast<const Measurement*>(measurement));
   const Measurement& y = judged<control.motion>(given, x);
   if (protection.admits(x.guard, y, reference)) {
-    const Command& orders = *::new (command) Command(control.step(x.law, given, reference));
+    const Command& orders = *::new (command) Command(
+        control.step<control.outer == srm::Outer::pv>(x.law, given, reference));
     protection.remember(x.guard, y, orders);
   } else {
     ::new (command) Command(srm::all_off<float, N>());

@@ -21,6 +21,7 @@ void control_interrupt(void) {
   y.theta_e_rad = board_read_angle();
   y.omega_m_rad_s = board_read_speed();
   y.u_dc_V = board_read_dc_link();
+  y.i_source_A = board_read_source_current();
   const reluctance_status status =
       reluctance_step(&controller, &y, board_read_reference(), &orders);
   board_write_orders(&orders);

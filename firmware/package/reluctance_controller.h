@@ -21,6 +21,7 @@ typedef struct {
   float theta_e_rad;            /* electrical angle of phase 0, [0, 2 pi) [rad] */
   float omega_m_rad_s;          /* rotor speed [rad/s] */
   float u_dc_V;                 /* dc-link voltage [V] */
+  float i_source_A;             /* current from the source into the dc link: @i_source@ [A] */
 } reluctance_measurement;
 
 /* State of an asymmetric half bridge: both switches off, one on, both on. With current flowing the
@@ -65,7 +66,7 @@ typedef enum {
 
 /* What the controller remembers. Its content is its own business. */
 typedef struct {
-  uint32_t word[96];
+  uint32_t word[128];
 } reluctance_controller;
 
 /* Before the first step. */

@@ -13,6 +13,8 @@ from reluctance.drive.mismatch import Mismatch
 from reluctance.drive.own_code import names_code, trusted
 from reluctance.drive.plausible import check_plausible
 from reluctance.drive.protection import Protection
+from reluctance.drive.pv_control import PvControl
+from reluctance.drive.pv_source import cold_voltage
 from reluctance.drive.schema import Section, checked, did_you_mean
 from reluctance.drive.tables import (
     Converter,
@@ -35,8 +37,9 @@ TABLES: dict[str, type[Section]] = {
     "simulation": SimulationSettings,
     "protection": Protection,
     "mismatch": Mismatch,
+    "pv_control": PvControl,
 }
-OPTIONAL = {"source", "sensing", "protection", "mismatch"}
+OPTIONAL = {"source", "sensing", "protection", "mismatch", "pv_control"}
 
 
 def load(
@@ -88,6 +91,7 @@ def load(
             _put(data, name, value, f"--set {text}")
             if name == "control.law":
                 _settle_own_law(data, Path(), trust)
+        _settle_pump(data, path.parent)
         return drive_from(data, name=path.stem, check_torque=check_torque)
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None
@@ -140,13 +144,22 @@ def _settle_own_law(data: dict[str, Any], folder: Path, trust: bool) -> None:
         data["control"]["law"] = trusted(str(law), folder, trust)
 
 
+def _settle_pump(data: dict[str, Any], folder: Path) -> None:
+    """The file of a pump, relative to the drive file, where it is not of the library."""
+    load = data.get("load")
+    if isinstance(load, dict) and isinstance(load.get("pump"), str):
+        if (folder / load["pump"]).is_file():
+            load["pump"] = str(folder / load["pump"])
+
+
 def _check_together(drive: Drive) -> None:
     """What no table can know alone."""
-    if drive.reference.kind == "speed" and drive.load.kind == "locked":
+    if drive.reference.kind in ("speed", "pv") and drive.load.kind == "locked":
         raise ParameterError(
-            "[reference] kind = 'speed' with [load] kind = 'locked': the shaft cannot follow; "
-            "use another load or a torque reference"
+            f"[reference] kind = {drive.reference.kind!r} with [load] kind = 'locked': the shaft "
+            "cannot follow; use another load or a torque reference"
         )
+    _check_array(drive)
     if drive.control.T_s >= drive.simulation.until_s:
         raise ParameterError(
             f"[control] T_s_us = {drive.control.T_s_us:g} is not below [simulation] until_s = "
@@ -175,7 +188,7 @@ def _check_together(drive: Drive) -> None:
             if drive.reference.kind != "none"
             else "[reference] kind = 'none': the control law needs a torque or speed to follow"
         )
-    if drive.reference.kind == "speed" and drive.control.tau_max_Nm is None:
+    if drive.reference.kind in ("speed", "pv") and drive.control.tau_max_Nm is None:
         raise ParameterError("[control] missing key `tau_max_Nm`: the speed loop needs its limit")
 
 
@@ -195,6 +208,37 @@ def _check_torque(drive: Drive) -> None:
             f"at any angle with i_max_A = {drive.machine.i_max_A:g}; lower the torque or raise "
             "i_max_A"
         )
+
+
+def _check_array(drive: Drive) -> None:
+    """What an array asks of switches and controller."""
+    if drive.source.kind == "pv":
+        u_cold, rating = cold_voltage(drive.source), drive.converter.u_rating_V
+        if rating is not None and u_cold > rating:
+            raise ParameterError(
+                f"[source] n_series = {drive.source.n_series}: {u_cold:.4g} V without load in full "
+                f"sun at {drive.source.temp_cold_degC:g} degC, need at most [converter] u_rating_V "
+                f"= {rating:g}; take fewer modules in series or other switches"
+            )
+    if drive.reference.kind != "pv":
+        if drive.pv_control.model_fields_set:
+            raise ParameterError(
+                f"[pv_control] has no effect with [reference] kind = {drive.reference.kind!r}; "
+                "remove it, or set kind = 'pv' with the greatest speed_rpm"
+            )
+        return
+    if drive.source.kind != "pv":
+        raise ParameterError(
+            f"[reference] kind = 'pv' with [source] kind = {drive.source.kind!r}: no array to "
+            "follow; set [source] kind = 'pv'"
+        )
+    if drive.pv_control.current == "legs" and drive.sensing.comparators == "analog":
+        if getattr(drive.control, "i_band_A", "none") != "none":
+            raise ParameterError(
+                "[pv_control] current = 'legs' with analog comparators: the controller does not "
+                "know when they switch; set [sensing] comparators = 'sampled' or current = 'sensor'"
+            )
+    drive.pv_control.check(drive.converter.u_dc_V)
 
 
 def _law(data: dict[str, Any]) -> object:

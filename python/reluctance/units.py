@@ -26,10 +26,17 @@ UNITS: dict[str, tuple[float, float]] = {
     "kHz": (1e3, 1.0),
     "mJ": (1e-3, 1.0),
     "KiB": (1024.0, 1.0),
+    "ms": (1e-3, 1.0),
+    "rpmps": (math.pi, 30.0),  # per second
+    "rpmpV": (math.pi, 30.0),  # per volt
+    "rpmpVs": (math.pi, 30.0),  # per volt and second
+    "pct": (1.0, 100.0),
+    "mm": (1e-3, 1.0),
+    "m3ph": (1.0, 3600.0),
 } | dict.fromkeys(
     (
         *("s", "Hz", "rad", "m", "kg", "A", "V", "W", "J", "ohm", "H", "F", "Wb", "B"),
-        *("Nm", "Nms", "Nms2", "kgm2", "degC"),
+        *("Nm", "Nms", "Nms2", "NmpV", "NmpVs", "kgm2", "degC", "Wpm2", "ApK"),
     ),
     (1.0, 1.0),
 )

@@ -12,12 +12,14 @@
 
 namespace srm {
 
-/// The circuit of a step: legs, and which phases carry current. Both are settled before the step,
-/// so that a stage which tries a current past zero sees the same equations.
+/// The circuit of a step: legs, which phases carry current, and whether the diodes of the bridge
+/// hold the dc link at zero. All are settled before the step, so that a stage which tries a current
+/// or the voltage past zero sees the same equations.
 template <int N>
 struct Circuit {
   AllLegs<N> leg{};
   std::array<bool, N> flows{};
+  bool shorted{};
 };
 
 template <Machine M, int N>
@@ -69,10 +71,19 @@ Rates<N> rates(const Plant<M, N>& p, const State<N>& x, const Circuit<N>& circui
   const Feed source = feed(p.source, x.u_dc, i_dc, now);
   r.dx.omega_m = acceleration(p.shaft, r.tau, x.omega_m, now);
   r.dx.theta_m = x.omega_m;
-  r.dx.u_dc = source.du_dc;
+  r.dx.u_dc = circuit.shorted ? 0 : source.du_dc;
   r.p_source = source.p;
   r.p_loss = source.p_loss;
   return r;
+}
+
+/// What the source does at time t, before a step.
+template <Machine M, int N>
+Feed source_now(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& leg,
+                const State<N>& x, double t) {
+  double i_dc = 0;
+  for (int k = 0; k < N; ++k) i_dc += static_cast<int>(leg[k]) * x.i[k];
+  return feed(p.source, x.u_dc, i_dc, {t, t});
 }
 
 /// What winding k sees [V].

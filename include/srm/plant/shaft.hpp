@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "srm/plant/course.hpp"
+#include "srm/plant/pump.hpp"
 
 namespace srm {
 
@@ -19,14 +20,15 @@ struct Shaft {
   Course tau_0 = constant(0);  // torque against positive rotation, at any speed [N m]
   Course omega = constant(0);  // held where locked; else its first value is the start's [rad/s]
   std::function<double(double omega_m)> load{};  // more torque against the rotation [N m]
-  SRM_FIELDS(rotation, J, B, k, tau_0, omega, load)
+  Pump pump{};
+  SRM_FIELDS(rotation, J, B, k, tau_0, omega, load, pump)
 };
 
 /// All torque that opposes the machine at speed omega_m [N m].
 inline double load_torque(const Shaft& s, double omega_m, Moment m) {
   const double magnitude = omega_m < 0 ? -omega_m : omega_m;
   const double more = s.load ? s.load(omega_m) : 0;
-  return s.tau_0.at(m) + s.B * omega_m + s.k * magnitude * omega_m + more;
+  return s.tau_0.at(m) + s.B * omega_m + s.k * magnitude * omega_m + s.pump.torque(omega_m, m) + more;
 }
 
 /// J domega/dt = tau - load (eq. 2.4 of the paper, corrected) [rad/s^2].
@@ -37,7 +39,7 @@ inline double acceleration(const Shaft& s, double tau, double omega_m, Moment m)
 
 /// When load or held speed change their course next [s].
 inline double next_change(const Shaft& s, double t) {
-  return std::min(s.tau_0.next(t), s.omega.next(t));
+  return std::min({s.tau_0.next(t), s.omega.next(t), s.pump.H_static.next(t)});
 }
 
 /// The speed at t where the shaft is held; else omega_m [rad/s].

@@ -7,15 +7,10 @@
 #include <variant>
 
 #include "srm/plant/course.hpp"
+#include "srm/plant/feed.hpp"
+#include "srm/plant/pv_array.hpp"
 
 namespace srm {
-
-/// Rate of the dc-link voltage, and the powers that the energy balance needs.
-struct Feed {
-  double du_dc;   // [V/s]
-  double p;       // delivered by the source [W]
-  double p_loss;  // lost between the source and the dc link [W]
-};
 
 /// A dc link that holds its voltage whatever it is asked for; the voltage may follow a course.
 struct StiffSource {
@@ -23,7 +18,7 @@ struct StiffSource {
   SRM_FIELDS(u_dc)
 
   double start() const { return u_dc.at(0); }
-  Feed feed(double u, double i_dc, Moment m) const { return {u_dc.rate(m.start), u * i_dc, 0}; }
+  Feed feed(double u, double i_dc, Moment m) const { return {u_dc.rate(m.start), i_dc, u * i_dc, 0}; }
   double stored(double) const { return 0; }
   double next(double t) const { return u_dc.next(t); }
   double forced(double, double t) const { return u_dc.at(t); }
@@ -42,14 +37,14 @@ struct Battery {
   Feed feed(double u, double i_dc, Moment m) const {
     const double e = E.at(m);
     const double i = one_way && u > e ? 0 : (e - u) / R;
-    return {(i - i_dc) / C, e * i, R * i * i};
+    return {(i - i_dc) / C, i, e * i, R * i * i};
   }
   double stored(double u) const { return C * u * u / 2; }
   double next(double t) const { return E.next(t); }
   double forced(double u, double) const { return u; }
 };
 
-using Source = std::variant<StiffSource, Battery>;
+using Source = std::variant<StiffSource, Battery, PvArray>;
 
 inline double start(const Source& s) {
   return std::visit([](const auto& source) { return source.start(); }, s);

@@ -9,10 +9,11 @@
 
 namespace srm {
 
-/// The current of phase k, or the rotor angle (k = angle), meets `value`: from below (direction
-/// +1) or from above (-1). Direction 0: no guard.
+/// The current of phase k, the rotor angle (k = angle) or the dc-link voltage (k = link) meets
+/// `value`: from below (direction +1) or from above (-1). Direction 0: no guard.
 struct Guard {
   static constexpr int angle = -1;
+  static constexpr int link = -3;
 
   int k = angle;
   double value = 0;
@@ -20,10 +21,17 @@ struct Guard {
   Leg then = Leg::demagnetize;  // a current guard sets the leg
 };
 
+/// What a guard watches, of a state or of its rates.
+template <int N>
+double watched(const Guard& g, const State<N>& x) {
+  if (g.k == Guard::angle) return x.theta_m;
+  return g.k == Guard::link ? x.u_dc : x.i[g.k];
+}
+
 /// What is left before the guard is met: positive before, zero or negative once it is met.
 template <int N>
 double distance(const Guard& g, const State<N>& x) {
-  return g.direction * (g.value - (g.k == Guard::angle ? x.theta_m : x.i[g.k]));
+  return g.direction * (g.value - watched(g, x));
 }
 
 /// An angle closer than this to its value counts as met [rad].
@@ -32,7 +40,7 @@ inline constexpr double angle_tolerance = 1e-9;
 /// How fast the distance changes, from the rates of a point.
 template <int N>
 double approach(const Guard& g, const Point<N>& rate) {
-  return -g.direction * (g.k == Guard::angle ? rate.x.theta_m : rate.x.i[g.k]);
+  return -g.direction * watched(g, rate.x);
 }
 
 /// The cubic Hermite polynomial of a step of length h from x0 to x1 with slopes r0 and r1, at the

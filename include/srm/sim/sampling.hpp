@@ -20,9 +20,11 @@ struct Sampling {
   SRM_FIELDS(T_s, delay, adc_bits, i_range, encoder_counts, angle_offset)
 };
 
-/// The sensors' view of the state: quantised, and saturated at the converter's range.
+/// The sensors' view of the state: quantised, and saturated at the converter's range. i_source: of
+/// the source [A].
 template <Machine M, int N>
-Measurement<double, N> measured(const Plant<M, N>& p, const State<N>& x, const Sampling& s) {
+Measurement<double, N> measured(const Plant<M, N>& p, const State<N>& x, double i_source,
+                                const Sampling& s) {
   Measurement<double, N> y;
   y.i = x.i;
   if (s.adc_bits > 0) {
@@ -39,6 +41,7 @@ Measurement<double, N> measured(const Plant<M, N>& p, const State<N>& x, const S
   y.theta_e = wrap(wrap(p.machine.N_r * theta_m) + s.angle_offset);
   y.omega_m = x.omega_m;
   y.u_dc = x.u_dc;
+  y.i_source = i_source;
   return y;
 }
 

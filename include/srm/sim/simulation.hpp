@@ -130,7 +130,9 @@ class Simulation {
   }
 
   void sample() {
-    const Orders<N> orders = controller_(measured(plant_, at_.x, sampling_), reference_.at(t_));
+    const double i_source = source_now(plant_, legs_, at_.x, t_).i;
+    const Orders<N> orders =
+        controller_(measured(plant_, at_.x, i_source, sampling_), reference_.at(t_));
     tau_ref_ = orders.tau_ref;
     command_ = sampling_.delay > 0 ? std::exchange(pending_, orders.command) : orders.command;
     t_orders_ = t_;
@@ -235,6 +237,7 @@ class Simulation {
       }
     }
     if (located != Guard::angle) consider(Guard{Guard::angle, theta_next, direction()});
+    if (located != Guard::link && !shorted_) consider(Guard{Guard::link, 0, -1});
   }
 
   /// The first guard that a step to `end` meets, by linear estimate; none has direction 0. A guard
@@ -276,6 +279,8 @@ class Simulation {
       const int edges = gates_[k].edges;
       if (edges < max_edges) t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
     }
+    shorted_ = at_.x.u_dc <= 0 && source_now(plant_, legs_, at_.x, t_).du_dc < 0;
+    settled.circuit.shorted = shorted_;
     const Point<N> k1 = slope(plant_, at_.x, settled, 0);
     extremes_.include(at_.x, k1.q.tau);
 
@@ -326,6 +331,10 @@ class Simulation {
       }
       return;
     }
+    if (met.k == Guard::link) {
+      at_.x.u_dc = 0;  // the diodes of the bridge conduct
+      return;
+    }
     if (met.value == 0) at_.x.i[met.k] = 0;  // the diodes block
     order(met.k, met.then);
   }
@@ -344,6 +353,7 @@ class Simulation {
   std::array<GateState, N> gates_;
   std::array<SwitchedLeg, N> switches_;
   AllLegs<N> legs_;  // what the windings see
+  bool shorted_ = false;  // the diodes of the bridge hold the dc link at zero
   Command<double, N> command_, pending_;
   double t_ = 0, t_sample_ = 0, t_course_ = 0, t_orders_ = 0, t_record_;
   double theta_period_ = 0;

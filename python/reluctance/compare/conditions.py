@@ -93,6 +93,6 @@ def in_words(point: Drive, f_target: float) -> list[str]:
         f"{point.control.T_s_us:g} us (with a carrier: at its period, not below that), "
         f"delay {s.delay_samples} samples, computed in {point.control.precision}",
         f"comparators {COMPARATORS[s.comparators]}",
-        f"current {bits}; angle {angle}; the control has resistance x {m.R_factor:g}, "
-        f"flux x {m.flux_factor:g}, angle {m.angle_offset_deg:+g} deg el. wrong",
+        f"current {bits}; angle {angle}; model mismatch: R x{m.R_factor:g}, "
+        f"flux x{m.flux_factor:g}, angle offset {m.angle_offset_deg:g} deg (electrical)",
     ]

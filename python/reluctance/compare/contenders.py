@@ -175,7 +175,7 @@ CONTENDERS: dict[str, Contender] = {
         _sharing(
             "exponential",
             "Torque passed along an exponential, as current in a band.",
-            "Where the outgoing phase has to be rid of its current quickly.",
+            "Where the outgoing phase must be demagnetised quickly.",
         ),
         _sharing(
             "optimal",
@@ -217,7 +217,8 @@ CONTENDERS: dict[str, Contender] = {
             free=ASKED_FREQUENCY,
             place=copper_and_horizon,
             what="Finite-control-set MPC as in the literature: torque error, copper, switching.",
-            when="To compare with the literature: it does not see that flux must be built early.",
+            when="To compare with the literature: "
+            "its horizon is too short to build up flux in time.",
             needs="fast sampling",
         ),
         Contender(

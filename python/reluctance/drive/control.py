@@ -72,4 +72,5 @@ class Control(Section):
             tracker_bandwidth=known.tracker_bandwidth,
             comparators=getattr(_core.Comparators, known.comparators),
             t_dead=known.t_dead,
+            pv=known.pv,
         )

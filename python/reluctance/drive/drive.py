@@ -15,6 +15,7 @@ from reluctance.drive.machine import MachineFile
 from reluctance.drive.mismatch import Mismatch, as_known
 from reluctance.drive.operating_point import OperatingPoint
 from reluctance.drive.protection import Protection
+from reluctance.drive.pv_control import PvControl
 from reluctance.drive.tables import (
     Converter,
     Load,
@@ -40,6 +41,7 @@ class Drive:
     simulation: SimulationSettings
     protection: Protection
     mismatch: Mismatch
+    pv_control: PvControl
 
     def with_values(self, values: Mapping[str, Any]) -> Drive:
         """This drive with other values, checked exactly like `--set`.
@@ -89,6 +91,16 @@ class Drive:
             t_dead=self.converter.t_dead,
             tracker_bandwidth=self.sensing.tracker_bandwidth,
             comparators=self.sensing.comparators,
+            pv=self._pv_control() if self.reference.kind == "pv" else None,
+        )
+
+    def _pv_control(self) -> _core.PvControl:
+        return self.pv_control.core(
+            u_dc=self.converter.u_dc_V,
+            C=self.source.si["C"] or 0.0,
+            omega_most=self.omega_nominal,
+            T_s=self.control.T_s,
+            delay=self.sensing.delay_samples,
         )
 
     def controller(self) -> _core.Controller:
@@ -113,6 +125,7 @@ class Drive:
 
     @property
     def omega_nominal(self) -> float:
-        """The speed that the drive works at: held, or the greatest reference [rad/s]."""
-        speeds = self.load.omega if self.reference.kind != "speed" else self.reference.course
+        """The speed that the drive works at: held, or the greatest asked for [rad/s]."""
+        asked = self.reference.kind in ("speed", "pv")
+        speeds = self.reference.course if asked else self.load.omega
         return float(np.max(np.abs(speeds[1])))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from reluctance import _core
 from reluctance.drive.machine import MachineFile
 from reluctance.drive.operating_point import Magnetics, OperatingPoint
 
@@ -17,7 +18,7 @@ class Known:
     u_dc: float  # nominal dc-link voltage [V]
     omega_m: float  # the speed that the drive works at, >= 0 [rad/s]
     J: float  # inertia of rotor and load [kg m^2]
-    reference: Literal["torque", "speed", "none"]  # what the drive is asked for
+    reference: Literal["torque", "speed", "none", "pv"]  # what the drive is asked for
     tau_max: float  # greatest torque that may be asked for [N m]
     tau_working: float  # greatest torque reference; tau_max where a speed loop asks [N m]
     T_s: float  # control period [s]
@@ -25,6 +26,7 @@ class Known:
     t_dead: float  # from the order to turn on until a switch is on [s]
     tracker_bandwidth: float  # of the observer on a counted angle; 0 with an ideal sensor [rad/s]
     comparators: Literal["analog", "sampled"]  # currents are compared at any instant, or sampled
+    pv: _core.PvControl | None = None  # of a drive on a photovoltaic array
 
     @property
     def magnetics(self) -> Magnetics:

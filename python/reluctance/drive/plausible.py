@@ -76,7 +76,7 @@ def _voltages(drive: Drive) -> None:
 
 def _speeds(drive: Drive) -> None:
     most = most_speed(drive)
-    asked = drive.reference.course[1] if drive.reference.kind == "speed" else []
+    asked = drive.reference.course[1] if drive.reference.kind in ("speed", "pv") else []
     for where, speeds in (("[load]", drive.load.omega[1]), ("[reference]", asked)):
         for omega in speeds:
             if abs(omega) > most:

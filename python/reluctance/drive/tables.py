@@ -21,11 +21,16 @@ class OverTime(Section):
 
     @model_validator(mode="after")
     def points_have_rising_times(self) -> OverTime:
-        if len(self.t_s) != len(self.values):
-            raise ValueError(f"t_s has {len(self.t_s)} points, values {len(self.values)}")
+        for key, values in self.over_time().items():
+            if len(self.t_s) != len(values):
+                raise ValueError(f"t_s has {len(self.t_s)} points, {key} {len(values)}")
         if any(b < a for a, b in zip(self.t_s, self.t_s[1:], strict=False)):
             raise ValueError(f"t_s = {self.t_s}, need rising times")
         return self
+
+    def over_time(self) -> dict[str, list[float]]:
+        """The lists that have a value for each time."""
+        return {"values": self.values}
 
     def points(self, otherwise: float, unit: str | None = None) -> tuple[list[float], list[float]]:
         """Times [s] and values in SI; the constant where no points are given."""
@@ -43,6 +48,7 @@ class Converter(SwitchingEnergies):
     R_switch_ohm: float = Field(0.0, ge=0)
     v_diode_V: float = Field(0.0, ge=0)
     R_diode_ohm: float = Field(0.0, ge=0)
+    u_rating_V: float | None = Field(None, gt=0)  # that the switches stand, margin included
     dead_time_us: float = Field(0.0, ge=0)  # a switch turns on this much later than ordered
 
     @property
@@ -51,55 +57,151 @@ class Converter(SwitchingEnergies):
         return to_si(self.dead_time_us, "us")
 
 
-class Source(OverTime):
-    """What feeds the dc link. Its voltage is the nominal one of [converter], or a course in V."""
+class CellNumbers(Section):
+    """[source.cell]: a module by its numbers at 1000 W/m2 and 25 degC."""
 
-    kind: Literal["stiff", "battery"] = "stiff"
+    I_L_ref_A: float = Field(gt=0)
+    I_o_ref_A: float = Field(gt=0)
+    R_s_ohm: float = Field(gt=0)
+    R_sh_ref_ohm: float = Field(gt=0)
+    a_ref_V: float = Field(gt=0)
+    alpha_sc_ApK: float = Field(0.0, ge=0)  # of the short-circuit current
+    adjust_pct: float = 0.0
+
+
+class Source(OverTime):
+    """What feeds the dc link. A stiff one and a battery have the nominal voltage of [converter], or
+    a course in V; an array has irradiance and cell temperature at the times t_s."""
+
+    kind: Literal["stiff", "battery", "pv"] = "stiff"
     R_ohm: float | None = Field(None, gt=0)  # battery: of the battery and its cable
-    C_uF: float | None = Field(None, ge=20)  # battery: dc-link capacitor
+    C_uF: float | None = Field(None, ge=20)  # battery, pv: dc-link capacitor
     one_way: bool = False  # battery: a rectifier, which takes no energy back
+    module: str | None = None  # pv: a name of the CEC table
+    cell: CellNumbers | None = None  # pv: or a module by its numbers
+    n_series: int | None = Field(None, ge=1)  # pv: modules
+    n_parallel: int | None = Field(None, ge=1)
+    poa_global_Wpm2: list[float] | None = Field(None, min_length=1)  # pv: irradiance
+    temp_cell_degC: list[float] | None = Field(None, min_length=1)  # pv
+    blocking_diode_V: float = Field(0.0, ge=0)  # pv: while it conducts
+    temp_cold_degC: float = Field(-10.0, gt=-60, lt=60)  # pv: coldest cell in full sun
 
     @model_validator(mode="after")
     def numbers_belong_to_the_kind(self) -> Source:
-        for key in ("R_ohm", "C_uF"):
-            if self.kind == "battery" and getattr(self, key) is None:
-                raise ValueError(f"kind = 'battery' needs {key}")
-            if self.kind == "stiff" and getattr(self, key) is not None:
-                raise ValueError(f"{key} has no effect with kind = 'stiff'; remove it")
-        if self.kind == "stiff" and self.one_way:
-            raise ValueError("one_way has no effect with kind = 'stiff'; remove it")
+        given = self.model_fields_set - {"kind"}
+        for key in sorted(given - KEYS_OF_SOURCE[self.kind]):
+            raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
+        for key in NEEDED_OF_SOURCE[self.kind]:
+            if getattr(self, key) is None:
+                raise ValueError(f"kind = {self.kind!r} needs {key}")
         if any(u <= 0 for u in self.values):
             raise ValueError(f"values = {self.values}, need voltages > 0")
         return self
 
+    @model_validator(mode="after")
+    def array_is_one_in_the_light(self) -> Source:
+        if self.kind != "pv":
+            return self
+        if (self.module is None) == (self.cell is None):
+            raise ValueError("need either `module`, a CEC name, or the table [source.cell]")
+        sun, heat = self.poa_global_Wpm2 or [], self.temp_cell_degC or []
+        if not all(0 <= G <= 2000 for G in sun):
+            raise ValueError(f"poa_global_Wpm2 = {sun}, need 0 to 2000")
+        if max(sun) == 0:
+            raise ValueError("poa_global_Wpm2 is 0 throughout: night only, no pump would start")
+        if not all(-60 < T < 120 for T in heat):
+            raise ValueError(f"temp_cell_degC = {heat}, need -60 to 120")
+        return self
+
+    def over_time(self) -> dict[str, list[float]]:
+        if self.kind != "pv":
+            return super().over_time()
+        return {
+            "poa_global_Wpm2": self.poa_global_Wpm2 or [],
+            "temp_cell_degC": self.temp_cell_degC or [],
+        }
+
+
+NEEDED_OF_SOURCE = {
+    "stiff": (),
+    "battery": ("R_ohm", "C_uF"),
+    "pv": ("t_s", "C_uF", "n_series", "n_parallel", "poa_global_Wpm2", "temp_cell_degC"),
+}
+KEYS_OF_SOURCE = {
+    "stiff": {"t_s", "values"},
+    "battery": {"t_s", "values", "R_ohm", "C_uF", "one_way"},
+    "pv": {
+        *("t_s", "module", "cell", "n_series", "n_parallel", "C_uF"),
+        *("poa_global_Wpm2", "temp_cell_degC", "blocking_diode_V", "temp_cold_degC"),
+    },
+}
+
 
 class Load(OverTime):
     """What is on the shaft. `speed_rpm` is held by a locked shaft and starts the others. The course
-    over time is the held speed in rpm, or the torque in N m."""
+    over time is the held speed in rpm, the torque in N m, or the static head in m."""
 
     kind: Literal["locked", "pump", "fan", "torque"]
     speed_rpm: float = Field(0.0, ge=-1e6, le=1e6)
     J_kgm2: float = Field(0.0, ge=0)  # in addition to the rotor's
-    k_pump_Nms2: float = Field(0.0, ge=0)  # pump torque k omega^2
+    k_pump_Nms2: float = Field(0.0, ge=0)  # pump torque k omega^2, or
+    pump: str | None = None  # a pump of the library, or the path of a pump file
+    H_static_m: float | None = Field(None, ge=0)  # from the water level to the outlet
+    H_dry_m: float | None = Field(None, gt=0)  # from here on the level is below the intake
+    dry_part: float = Field(0.1, gt=0, lt=1)  # of the torque without flow: without water
+    L_m: float = Field(0.0, ge=0)  # pipe
+    D_mm: float | None = Field(None, gt=0)
+    roughness_mm: float = Field(0.05, ge=0)
+    K: float = Field(0.0, ge=0)  # sum of the minor loss coefficients
     k_fan_Nms2: float = Field(0.0, ge=0)  # fan torque k omega |omega|
     tau_Nm: float = 0.0  # constant torque against positive rotation
 
     @model_validator(mode="after")
     def numbers_belong_to_the_kind(self) -> Load:
+        hydraulic = {
+            "pump",
+            "H_static_m",
+            "H_dry_m",
+            "dry_part",
+            "L_m",
+            "D_mm",
+            "roughness_mm",
+            "K",
+        }
+        for key in sorted(self.model_fields_set & hydraulic):
+            if self.kind != "pump":
+                raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
+            if self.pump is None:
+                raise ValueError(
+                    f"{key} has no effect without `pump`, a pump of the library or a file"
+                )
         for kind in ("pump", "fan"):
             key = f"k_{kind}_Nms2"
-            if self.kind == kind and getattr(self, key) == 0:
+            if self.kind == kind and getattr(self, key) == 0 and self.pump is None:
                 raise ValueError(f"kind = {kind!r} needs {key} > 0")
             if self.kind != kind and getattr(self, key) != 0:
                 raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
+        if self.pump is not None and self.k_pump_Nms2 != 0:
+            raise ValueError("need either k_pump_Nms2 or pump")
+        if self.pump is not None and self.D_mm is None:
+            raise ValueError("pump needs D_mm, the inner diameter of its pipe")
         if self.kind != "torque" and self.tau_Nm != 0:
             raise ValueError(f"tau_Nm has no effect with kind = {self.kind!r}; remove it")
-        if self.values and self.kind not in ("locked", "torque"):
+        if self.values and self.kind not in ("locked", "torque") and self.pump is None:
             raise ValueError(f"values have no effect with kind = {self.kind!r}; remove them")
-        constant = "speed_rpm" if self.kind == "locked" else "tau_Nm"
-        if self.values and getattr(self, constant) != 0:
+        constant = {"locked": "speed_rpm", "torque": "tau_Nm"}.get(self.kind, "H_static_m")
+        if self.values and getattr(self, constant):
             raise ValueError(f"need either {constant} or t_s and values")
+        if self.pump is not None and not self.values and self.H_static_m is None:
+            raise ValueError("pump needs H_static_m, or t_s and values")
+        if self.pump is not None and any(H < 0 for H in self.values):
+            raise ValueError(f"values = {self.values}, need static heads >= 0")
         return self
+
+    @property
+    def H_static(self) -> tuple[list[float], list[float]]:
+        """Times [s] and static heads of a pump [m]."""
+        return self.points(self.H_static_m or 0.0) if self.pump is not None else ([0.0], [0.0])
 
     @property
     def k(self) -> float:
@@ -125,7 +227,8 @@ class Load(OverTime):
 class Reference(OverTime):
     """What the drive is asked for: a constant, or a course in N m or rpm, as `kind` says."""
 
-    kind: Literal["torque", "speed", "none"]  # none: the law fixes its current itself
+    # none: the law fixes its current itself; pv: all that the array gives, up to a greatest speed
+    kind: Literal["torque", "speed", "none", "pv"]
     tau_Nm: float | None = None
     speed_rpm: float | None = None
 

@@ -24,6 +24,7 @@ from reluctance.units import from_si
 
 FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
 PHASES = range(3, 6)
+UNSAFE = re.compile(r"[^\w .,()/+%-]")  # of a name from a file, in Markdown and in C comments
 MARK = re.compile(r"@(\w+)@")
 INCLUDE = re.compile(r'#include "(srm/[^"]+)"')
 
@@ -199,6 +200,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "torque": "torque [N m]",
         "speed": "speed [rad/s]",
         "none": "1 to motor with the law's own current, -1 to brake, 0 off",
+        "pv": "greatest speed [rad/s], 0 stops the pump",
     }
     gates = _gates(drive)
     return {
@@ -209,7 +211,10 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "delay": str(drive.sensing.delay_samples),
         "delay_text": DELAY[drive.sensing.delay_samples],
         "reference": meaning[drive.reference.kind],
-        "machine": drive.machine.name,
+        "i_source": "of the array"
+        if drive.reference.kind == "pv" and drive.pv_control.current == "sensor"
+        else "not used, give 0",
+        "machine": UNSAFE.sub("?", drive.machine.name),
         "N_r": str(drive.machine.N_r),
         "law": law,
         "fingerprint": f"0x{fingerprint:08X}",

@@ -32,7 +32,8 @@ STEPS = 20_000  # of a replay, by default
 class Recording:
     """The samples that a controller saw in a simulation, and its answers in single precision."""
 
-    samples: NDArray[np.float32]  # (n, n_phases + 4): i, theta_e, omega_m, u_dc, reference
+    samples: NDArray[np.float32]  # (n, n_phases + 5): i, theta_e, omega_m, u_dc, i_source,
+    # reference
     commands: NDArray[np.float32]  # columns as _core.step
 
 
@@ -58,12 +59,23 @@ def record(drive: Drive, *, steps: int = STEPS) -> Recording:
     commands: list[list[float]] = []
 
     def step(
-        i: list[float], theta_e: float, omega_m: float, u_dc: float, reference: float
+        i: list[float],
+        theta_e: float,
+        omega_m: float,
+        u_dc: float,
+        reference: float,
+        i_source: float,
     ) -> list[float]:
         answer = _core.step(
-            controller, i, theta_e=theta_e, omega_m=omega_m, u_dc=u_dc, reference=reference
+            controller,
+            i,
+            theta_e=theta_e,
+            omega_m=omega_m,
+            u_dc=u_dc,
+            reference=reference,
+            i_source=i_source,
         )
-        samples.append([*i, theta_e, omega_m, u_dc, reference])
+        samples.append([*i, theta_e, omega_m, u_dc, i_source, reference])
         commands.append(answer)
         return answer
 

@@ -83,8 +83,9 @@ def replay(program: Path, cpu: Cpu, samples: NDArray[np.float32]) -> Answers:
 
     Parameters
     ----------
-    samples : ndarray, shape (n, n_phases + 4)
-        Phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference.
+    samples : ndarray, shape (n, n_phases + 5)
+        Phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], current of the source
+        [A], reference.
     """
     folder = program.parent
     (folder / "samples").write_bytes(np.ascontiguousarray(samples, "<f4").tobytes())
@@ -93,7 +94,7 @@ def replay(program: Path, cpu: Cpu, samples: NDArray[np.float32]) -> Answers:
     )
     if done.returncode != 0:
         raise ParameterError(f"the emulated {cpu} stopped: {(done.stdout + done.stderr).strip()}")
-    return _answers((folder / "orders").read_bytes(), samples.shape[1] - 4)
+    return _answers((folder / "orders").read_bytes(), samples.shape[1] - 5)
 
 
 @contextmanager
@@ -119,9 +120,14 @@ def processor_in_the_loop(program: Path, cpu: Cpu, *, n_phases: int) -> Iterator
         ):
 
             def step(
-                i: list[float], theta_e: float, omega_m: float, u_dc: float, reference: float
+                i: list[float],
+                theta_e: float,
+                omega_m: float,
+                u_dc: float,
+                reference: float,
+                i_source: float,
             ) -> list[float]:
-                sample = np.array([[*i, theta_e, omega_m, u_dc, reference]])
+                sample = np.array([[*i, theta_e, omega_m, u_dc, i_source, reference]])
                 try:
                     samples.write(target_samples(sample).tobytes())
                 except BrokenPipeError:
@@ -141,7 +147,7 @@ def processor_in_the_loop(program: Path, cpu: Cpu, *, n_phases: int) -> Iterator
 def target_samples(samples: NDArray[np.float64]) -> NDArray[np.float32]:
     """Samples as the target's sensors deliver them: single precision, angle within a turn."""
     single = samples.astype("<f4")
-    angle = single.shape[1] - 4
+    angle = single.shape[1] - 5
     single[:, angle] = [_core.wrap_float(float(theta)) for theta in single[:, angle]]
     return single
 

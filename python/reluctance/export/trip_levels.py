@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reluctance.drive import Drive
+from reluctance.drive.pv_source import cold_voltage
 from reluctance.errors import ParameterError
 from reluctance.units import from_si, to_si
 
@@ -14,6 +15,7 @@ OVER_CURRENT = 1.2  # of i_max_A
 ZERO_CURRENT = 0.02  # of i_max_A: a current sensor's offset and noise
 SURE_DEAD_TIME = 0.2  # of a control period: safety.hpp counts on 80 % of the volt-seconds
 OVER_VOLTAGE, UNDER_VOLTAGE = 1.25, 0.25  # of u_dc_V
+ABOVE_COLD = 1.05  # of the open-circuit voltage on a cold morning, where no rating is given
 OVER_SPEED = 1.3  # of the speed that the drive works at
 ENCODER_STEPS = 1.5  # one by which the angle is late, half a one of margin
 SMALLEST_SLACK_DEG = 0.1  # electrical; for an ideal sensor
@@ -49,8 +51,14 @@ def limits(drive: Drive) -> Limits:
             f"[protection] i_trip_A = {i_trip:g}, need < [sensing] i_range_A = "
             f"{drive.sensing.i_range_A:g}, or over-current is never seen"
         )
-    u_dc_min = _given(table.u_dc_min_V, UNDER_VOLTAGE * u_dc)
-    u_dc_max = _given(table.u_dc_max_V, OVER_VOLTAGE * u_dc)
+    lowest, highest = _voltages(drive)
+    u_dc_min = _given(table.u_dc_min_V, lowest)
+    u_dc_max = _given(table.u_dc_max_V, highest)
+    if drive.source.kind == "pv" and u_dc_max <= cold_voltage(drive.source):
+        raise ParameterError(
+            f"[protection] u_dc_max_V = {u_dc_max:g}, need more than the "
+            f"{cold_voltage(drive.source):.4g} V of a cold bright morning, or it trips before work"
+        )
     if not u_dc_min < u_dc < u_dc_max:
         raise ParameterError(
             f"[protection] u_dc_min_V = {u_dc_min:g}, u_dc_max_V = {u_dc_max:g}, need [converter] "
@@ -85,6 +93,15 @@ def limits(drive: Drive) -> Limits:
         angle_slack=float(np.radians(slack)),
         settle=_settle(drive),
     )
+
+
+def _voltages(drive: Drive) -> tuple[float, float]:
+    """Default limits of the dc-link voltage [V]. An array gives nothing at night, and its
+    open-circuit voltage on a cold morning."""
+    if drive.source.kind != "pv":
+        return UNDER_VOLTAGE * drive.converter.u_dc_V, OVER_VOLTAGE * drive.converter.u_dc_V
+    margin = ABOVE_COLD * cold_voltage(drive.source)
+    return 0.0, drive.converter.u_rating_V or margin
 
 
 def _given(value: float | None, default: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from reluctance.drive import Drive
+from reluctance.drive.pump_load import pump
 from reluctance.errors import ParameterError
 from reluctance.units import to_si
 
@@ -29,7 +30,8 @@ def operating_point(
         return _greatest(drive.reference.course[1]), speed
     if drive.reference.kind == "none":
         raise ParameterError("[reference] kind = 'none' asks for no torque; give one with --tau")
-    return drive.load.torque(speed) + drive.machine.B_Nms * speed, speed
+    load = drive.load.torque(speed) + pump(drive.load).torque(speed, 0.0)
+    return load + drive.machine.B_Nms * speed, speed
 
 
 def check_point(

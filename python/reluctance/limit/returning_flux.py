@@ -15,11 +15,10 @@ with the notation of ripple.py. It is a lower bound near the profile as well, an
 """
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
-from scipy.sparse import coo_array
 
 from reluctance.limit.magnetics import FloatArray
 
@@ -73,6 +72,8 @@ def returning_mean(
             if r >= 0:
                 equal += zip([r] * len(vectors), place, vectors[:, k] - mean[k], strict=True)
         columns += len(vectors)
+    from scipy.optimize import linprog  # here, because it is slow to import
+
     solution = linprog(
         np.append(np.ones(n), np.zeros(columns - n)),
         A_ub=_sparse(upper, rows, columns),
@@ -95,6 +96,9 @@ def _runs(shared: NDArray[np.bool_]) -> NDArray[np.int_]:
     return np.roll(np.where(rolled, number, -1), first)
 
 
-def _sparse(entries: list[tuple[int, int, float]], rows: int, columns: int) -> coo_array:
+def _sparse(entries: list[tuple[int, int, float]], rows: int, columns: int) -> Any:
+
+    from scipy.sparse import coo_array
+
     row, column, value = zip(*entries, strict=True)
     return coo_array((value, (row, column)), shape=(rows, columns))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from reluctance import _core
 from reluctance.drive import Drive
+from reluctance.drive.pump_load import pump
+from reluctance.drive.pv_source import pv_array
 from reluctance.drive.tables import Converter, Load, Source
 from reluctance.units import to_si
 
@@ -45,8 +47,10 @@ def course(points: tuple[list[float], list[float]]) -> _core.Course:
     return _core.Course(t=t, value=value)
 
 
-def source(table: Source, u_dc: float) -> _core.StiffSource | _core.Battery:
+def source(table: Source, u_dc: float) -> _core.StiffSource | _core.Battery | _core.PvArray:
     """What feeds the dc link; u_dc: its nominal voltage [V]."""
+    if table.kind == "pv":
+        return pv_array(table)
     voltage = course(table.points(u_dc))
     if table.kind == "stiff":
         return _core.StiffSource(u_dc=voltage)
@@ -73,4 +77,5 @@ def shaft(load: Load, *, J: float, B: float) -> _core.Shaft:
         tau_0=course(load.tau_0),
         omega=course(load.omega),
         load=None,
+        pump=pump(load),
     )

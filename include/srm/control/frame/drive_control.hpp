@@ -1,4 +1,4 @@
-// The whole controller: angle tracker, speed loop or torque reference, the control law, its
+// The whole controller: angle tracker, speed or voltage loop or torque reference, the control law, its
 // comparators where the board has none, and what makes up for the converter's dead time.
 #pragma once
 
@@ -7,13 +7,14 @@
 #include "srm/control/frame/comparator.hpp"
 #include "srm/control/frame/dead_time_compensation.hpp"
 #include "srm/control/frame/interface.hpp"
+#include "srm/control/frame/pv_control.hpp"
 #include "srm/control/frame/speed_pi.hpp"
 
 namespace srm {
 
 /// What the reference means. none: the law has a current of its own, and the reference only says
-/// 1 to motor, -1 to brake, 0 off.
-enum class Outer : std::int8_t { torque, speed, none };
+/// 1 to motor, -1 to brake, 0 off. pv: as fast as the array allows, up to the reference.
+enum class Outer : std::int8_t { torque, speed, none, pv };
 
 /// Where angle and speed come from: as measured, or tracked on the measured angle.
 enum class Motion : std::int8_t { measured, tracked };
@@ -30,35 +31,50 @@ struct DriveControl {
 
   Law law;
   Outer outer;
-  SpeedPi<T> speed;  // used with Outer::speed
+  SpeedPi<T> speed;  // used with Outer::speed and pv
+  PvControl<T> pv;   // used with Outer::pv
   Motion motion;
   AngleTracker<T> tracker;  // used with Motion::tracked
   Comparators comparators;
   T t_dead;  // of the converter: dead_time_compensation.hpp [s]
-  SRM_FIELDS(law, outer, speed, motion, tracker, comparators, t_dead)
+  SRM_FIELDS(law, outer, speed, pv, motion, tracker, comparators, t_dead)
 
   struct State {
     typename Law::State law;
     typename SpeedPi<T>::State speed;
+    typename PvControl<T>::template State<n_phases> pv;
     typename AngleTracker<T>::State tracker;
     T tau_ref{};  // the torque reference of the last step; 0 where there is none [N m]
     std::array<Leg, n_phases> leg = all_demagnetized<n_phases>();  // ordered last
   };
 
-  /// reference: as `outer` says; torque [N m] or speed [rad/s].
+  /// reference: as `outer` says; torque [N m] or speed [rad/s]. may_pv: false leaves the code of
+  /// Outer::pv out, for a target whose `outer` is known.
+  template <bool may_pv = true>
   Command<T, n_phases> step(State& state, Measurement<T, n_phases> y, T reference) const {
     if (motion == Motion::tracked) {
       tracker.step(state.tracker, y.theta_e);
       y.theta_e = state.tracker.theta_e;
       y.omega_m = tracker.omega_m(state.tracker);
     }
-    const T asked =
-        outer == Outer::speed ? speed.step(state.speed, reference, y.omega_m) : reference;
+    const T asked = asked_torque<may_pv>(state, y, reference);
     state.tau_ref = outer == Outer::none ? T(0) : asked;
     Command<T, n_phases> orders = law.step(state.law, y, asked);
     if (comparators == Comparators::sampled) compare_now<T, n_phases>(orders, y, state.leg);
+    if constexpr (may_pv) {
+      if (outer == Outer::pv) pv.template remember<n_phases>(state.pv, y, orders);
+    }
     if (t_dead > T(0)) lead_turn_on<T, n_phases>(orders, t_dead);
     return orders;
+  }
+
+ private:
+  template <bool may_pv>
+  T asked_torque(State& state, const Measurement<T, n_phases>& y, T reference) const {
+    if constexpr (may_pv) {
+      if (outer == Outer::pv) return pv.step(state.pv, y, speed, state.speed, reference);
+    }
+    return outer == Outer::speed ? speed.step(state.speed, reference, y.omega_m) : reference;
   }
 };
 

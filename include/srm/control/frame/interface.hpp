@@ -17,7 +17,8 @@ struct Measurement {
   T theta_e{};           // electrical angle of phase 0, in [0, 2 pi)
   T omega_m{};           // rotor speed [rad/s]
   T u_dc{};              // dc-link voltage [V]
-  SRM_FIELDS(i, theta_e, omega_m, u_dc)
+  T i_source{};          // current from the source into the dc link; used with a PV array [A]
+  SRM_FIELDS(i, theta_e, omega_m, u_dc, i_source)
 };
 
 /// Who switches a leg between two samples.

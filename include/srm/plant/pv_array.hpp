@@ -1,0 +1,72 @@
+// A photovoltaic array on a dc-link capacitor, behind a blocking diode: one diode, two resistors.
+//
+//   i = I_L - I_0 exp(v_d/a) - G_sh v_d,   v_d = u + v_block + R_s i,   C du/dt = i - i_dc
+//
+// Irradiance G and cell temperature T act as De Soto, Klein and Beckman say (Solar Energy 80, 2006,
+// 78): I_L and G_sh are proportional to G, a to T, I_0 to T^3 exp(-E_g/(k T)). The -1 behind the
+// exponential is left out: it is I_0, below 1e-6 of the short-circuit current.
+//
+// The equation is explicit in w + ln w = q (base/wright_omega.hpp). With s = 1 + R_s G_sh, R = R_s/s
+// and v = (u + v_block + R_s I_L)/s, which is v_d + R I_0 exp(v_d/a):
+//
+//   a w = R I_0 exp(v_d/a)   gives   w + ln w = v/a + ln(R I_0/a),   i = (v - a w - u - v_block)/R_s.
+#pragma once
+
+#include "srm/base/fields.hpp"
+#include "srm/base/wright_omega.hpp"
+#include "srm/plant/course.hpp"
+#include "srm/plant/feed.hpp"
+
+namespace srm {
+
+struct PvArray {
+  double I_L;      // photo current at 1000 W/m^2 and 25 degC [A]
+  double R_s;      // series resistance [ohm]
+  double R_sh;     // shunt resistance there [ohm]
+  double a;        // voltage scale of the diode there [V]
+  double alpha;    // of the photo current [A/K]
+  double v_block;  // of the blocking diode while it conducts [V]
+  double C;        // of the dc link [F]
+  double u_start;  // voltage of the dc link at the start [V]
+  double ln_ref;   // ln(R_s I_0/a) with the saturation current at 25 degC
+  Course poa_global;  // irradiance on the array [W/m^2]
+  Course temp_cell;   // [degC]
+  SRM_FIELDS(I_L, R_s, R_sh, a, alpha, v_block, C, u_start, ln_ref, poa_global, temp_cell)
+
+  /// The current of the array alone at voltage u of its terminals: negative above its open-circuit
+  /// voltage [A].
+  double current(double u, double G, double T_degC) const {
+    constexpr double T_ref = 298.15;                           // [K]
+    constexpr double gap = 1.121 / (8.617333262e-05 * T_ref);  // of silicon, over k T_ref
+    constexpr double gap_slope = -0.0002677;                   // [1/K]
+    const double g = G > 0 ? G / 1000 : 0, dT = T_degC + 273.15 - T_ref;
+    const double t = 1 + dT / T_ref, scale = a * t;
+    const double shunted = 1 + R_s / R_sh * g;
+    const double v = (u + R_s * g * (I_L + alpha * dT)) / shunted;
+    // ln(R I_0/a), of which I_0 brings t^3 and a brings 1/t
+    const double q = ln_ref + gap - gap * (1 + gap_slope * dT) / t + 2 * ln(t) - ln(shunted);
+    return (v - scale * wright_omega.at(v / scale + q) - u) / R_s;
+  }
+
+  double start() const { return u_start; }
+  Feed feed(double u, double i_dc, Moment m) const {
+    const double found = current(u + v_block, poa_global.at(m), temp_cell.at(m));
+    const double i = found > 0 ? found : 0;
+    return {(i - i_dc) / C, i, (u + v_block) * i, v_block * i};
+  }
+  double stored(double u) const { return C * u * u / 2; }
+  double next(double t) const {
+    const double sun = poa_global.next(t), heat = temp_cell.next(t);
+    return sun < heat ? sun : heat;
+  }
+  double forced(double u, double) const { return u; }
+
+ private:
+  /// ln x near 1 by the series of the inverse hyperbolic tangent: to 3e-8 from 0.75 to 1.35.
+  static double ln(double x) {
+    const double y = (x - 1) / (x + 1), z = y * y;
+    return y * (2 + z * (2.0 / 3 + z * (2.0 / 5 + z * (2.0 / 7))));
+  }
+};
+
+}  // namespace srm

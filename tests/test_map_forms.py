@@ -1,0 +1,212 @@
+"""The flux tables that people have, in every form, are one and the same machine."""
+
+import numpy as np
+import pytest
+from command import command, refused
+
+from reluctance import ParameterError, _core
+from reluctance.maps import check_map, read_map
+
+MACHINE = _core.LeHuy(N_r=6, L_u=8.7e-3, L_a=0.25, L_sat=0.5e-3, i_m=5, psi_m=0.3)
+CURRENTS = np.linspace(0, 5, 11)
+N = 24  # angles of a whole period
+
+
+def sampled(theta_e):
+    """psi and tau (n_i, n_theta) at electrical angles [rad]."""
+    i, theta = np.broadcast_arrays(CURRENTS[:, None], np.mod(theta_e, 2 * np.pi)[None, :])
+    found = _core.magnetics(MACHINE, i.ravel().copy(), theta.ravel().copy())
+    return found[:, 0].reshape(i.shape), found[:, 2].reshape(i.shape)
+
+
+HALF = np.linspace(0, np.pi, 16)
+HALF_DEG = np.degrees(HALF) / 6
+
+
+def long_rows(psi, tau, angles=HALF_DEG):
+    for k, i in enumerate(CURRENTS):
+        for n, angle in enumerate(angles):
+            yield i, angle, psi[k, n], tau[k, n]
+
+
+def long_text(head, separator=",", comment="", angles=HALF_DEG, theta=HALF):
+    rows = [separator.join(f"{v:.12g}" for v in row) for row in long_rows(*sampled(theta), angles)]
+    return "\n".join([comment + separator.join(head), *rows])
+
+
+def is_the_machine(table, *, torque=True):
+    psi, tau = sampled(table.theta_e)
+    assert table.i == pytest.approx(CURRENTS)
+    assert np.abs(table.psi - psi).max() < 1e-6 * psi.max()
+    assert (table.tau is not None) == torque
+    if torque:
+        assert np.abs(table.tau - tau).max() < 1e-6 * np.abs(tau).max()
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        ["StatorCurrents", "RotorAngles_deg", "Fluxes_Wb", "Torques_Nm"],
+        ["currents [A]", "angles [deg]", "flux_linkages [Wb]", "torques [N.m]"],
+        ["I [A]", "theta [degrees]", "psi [Weber]", "Torque [NewtonMeter]"],
+        ["i_rms_of_nothing", "theta_deg", "psi_Wb", "tau_Nm"],  # one name that says nothing
+    ],
+    ids=["plural", "plural with units", "spelled out", "unknown part"],
+)
+def test_names_that_people_give(head, tmp_path):
+    path = tmp_path / "m.csv"
+    path.write_text(long_text(head))
+    names = {"i": head[0]} if "nothing" in head[0] else None
+    is_the_machine(read_map(path, N_r=6, names=names))
+
+
+def test_a_stated_name_may_have_any_form_and_gives_its_unit(tmp_path):
+    path = tmp_path / "m.csv"
+    psi, tau = sampled(HALF)
+    rows = [f"{1e3 * i:.12g},{a:.12g},{p:.12g},{t:.12g}" for i, a, p, t in long_rows(psi, tau)]
+    path.write_text("\n".join(["I_aa[mA],rotor (mech. deg),lam_aa[Wb],Tq[Nm]", *rows]))
+    names = {"i": "I_aa[mA]", "theta": "rotor (mech. deg)", "psi": "lam_aa[Wb]", "tau": "Tq[Nm]"}
+    is_the_machine(read_map(path, N_r=6, names=names))
+    given = [word for q, name in names.items() for word in ("--name", f"{q}={name}")]
+    assert command("map", "check", path, "--N_r", 6, *given).code == 0
+
+
+@pytest.mark.parametrize("separator", [" ", "\t", ",", ";"])
+def test_text_as_femm_scripts_write_it(separator, tmp_path):
+    """Numbers in columns, named by a comment above them, or not at all."""
+    path = tmp_path / "femm.txt"
+    head = ["i_A", "theta_deg", "psi_Wb", "tau_Nm"]
+    path.write_text(long_text(head, separator, comment="% "))
+    is_the_machine(read_map(path, N_r=6))
+    path.write_text("\n".join(long_text(head, separator).splitlines()[1:]))
+    numbers = {"i": "1", "theta": "2", "psi": "3", "tau": "4"}
+    is_the_machine(read_map(path, N_r=6, names=numbers, angle_unit="deg"))
+
+
+@pytest.mark.parametrize("across", ["currents", "angles"])
+def test_a_sweep_as_maxwell_exports_it(across, tmp_path):
+    psi, tau = sampled(HALF)
+    if across == "currents":
+        head = ["Moving1.Position [deg]"]
+        head += [f"FluxLinkage(PhaseA) [mWb] - I_peak='{i:g}A'" for i in CURRENTS]
+        head += [f"Moving1.Torque [NewtonMeter] - I_peak='{i:g}A'" for i in CURRENTS]
+        rows = [[a, *1e3 * psi[:, n], *tau[:, n]] for n, a in enumerate(HALF_DEG)]
+    else:
+        head = ["Current(A) [A]"]
+        head += [f"FluxLinkage(PhaseA) [mWb] - pos='{a:.12g}deg'" for a in HALF_DEG]
+        head += [f"Moving1.Torque [NewtonMeter] - pos='{a:.12g}deg'" for a in HALF_DEG]
+        rows = [[i, *1e3 * psi[k], *tau[k]] for k, i in enumerate(CURRENTS)]
+    lines = [",".join(f'"{cell}"' for cell in head)]
+    path = tmp_path / "maxwell.csv"
+    path.write_text("\n".join(lines + [",".join(f"{v:.12g}" for v in row) for row in rows]))
+    is_the_machine(read_map(path, N_r=6))
+
+
+@pytest.mark.parametrize("form", ["long", "grid"])
+def test_a_spreadsheet(form, tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    psi, tau = sampled(HALF)
+    if form == "long":
+        book.active.append(["i_A", "theta_deg", "psi_Wb", "tau_Nm"])
+        for row in long_rows(psi, tau):
+            book.active.append([float(v) for v in row])
+    else:
+        book.active.append([0, *map(float, HALF_DEG)])
+        for i, row in zip(CURRENTS, psi, strict=True):
+            book.active.append([float(i), *map(float, row)])
+    book.save(tmp_path / "m.xlsx")
+    is_the_machine(read_map(tmp_path / "m.xlsx", N_r=6), torque=form == "long")
+
+
+def test_a_file_that_only_is_called_a_spreadsheet_is_one_line(tmp_path):
+    (tmp_path / "m.xlsx").write_bytes(b"PK\x03\x04 no")
+    assert "not an .xlsx file" in refused("map", "check", tmp_path / "m.xlsx", "--N_r", 6)
+
+
+@pytest.mark.parametrize("form", ["long", "grid", "transposed grid"])
+def test_torque_in_a_file_of_its_own(form, tmp_path):
+    psi, tau = sampled(HALF)
+    grid = "\n".join(
+        [
+            ",".join(["0", *(f"{a:.12g}" for a in HALF_DEG)]),
+            *(
+                ",".join(f"{v:.12g}" for v in [i, *row])
+                for i, row in zip(CURRENTS, psi, strict=True)
+            ),
+        ]
+    )
+    (tmp_path / "psi.csv").write_text(grid)
+    if form == "long":
+        rows = [f"{i:.12g},{a:.12g},{t:.12g}" for i, a, _, t in long_rows(psi, tau)]
+        text = "\n".join(["i_A,theta_deg,tau_Nm", *rows[::-1]])
+    else:
+        cells = np.block([[np.zeros((1, 1)), HALF_DEG[None]], [CURRENTS[:, None], tau]])
+        cells = cells.T if form == "transposed grid" else cells
+        text = "\n".join(",".join(f"{v:.12g}" for v in row) for row in cells)
+    (tmp_path / "tau.csv").write_text(text)
+    is_the_machine(read_map(tmp_path / "psi.csv", N_r=6, torque=tmp_path / "tau.csv"))
+
+
+@pytest.mark.parametrize("shift", [4.0, 13.7, 25.0])
+def test_any_angle_zero_reaches_a_machine(shift, tmp_path):
+    """A whole period whose zero is neither aligned nor unaligned, and has no sample at either."""
+    degrees = np.arange(N) * 60 / N  # of the file: a period is 60 deg of a rotor with six poles
+    theta_e = np.radians(6 * (degrees - shift)) + np.pi  # aligned at `shift`
+    path = tmp_path / "m.csv"
+    head = ["i_A", "theta_deg", "psi_Wb", "tau_Nm"]
+    path.write_text(long_text(head, angles=degrees, theta=theta_e))
+    with pytest.raises(ParameterError, match="aligned_at") as fault:
+        read_map(path, N_r=6)
+    told = float(str(fault.value).split("aligned_at=")[1].split()[0])
+    assert (told - shift + 30) % 60 - 30 == pytest.approx(0, abs=0.05)
+    table = read_map(path, N_r=6, aligned_at=shift)
+    psi, _ = sampled(table.theta_e)
+    assert np.abs(table.psi - psi).max() < 5e-3 * psi.max()  # the spline through 24 angles
+    assert check_map(table).verdict == "good"
+    out = tmp_path / "motor.toml"
+    winding = ("--N_s", 8, "--R_ohm", 2.15, "--J_kgm2", 0.004)
+    done = command("map", "import", path, "--N_r", 6, *winding, "--aligned_at", shift, "--out", out)
+    assert done.code == 0, done.error
+
+
+def test_zero_and_aligned_at_exclude_each_other(tmp_path):
+    path = tmp_path / "m.csv"
+    path.write_text(long_text(["i_A", "theta_deg", "psi_Wb", "tau_Nm"]))
+    arguments = ("--N_r", 6, "--zero", "unaligned", "--aligned_at", 30)
+    assert "give one of them" in refused("map", "check", path, *arguments)
+
+
+@pytest.mark.parametrize("factor", [0.5, 2, 3])
+def test_another_number_of_turns_is_recognised_and_said(factor, tmp_path):
+    """Flux of one coil, torque of the phase; the remedy that is told makes the map good."""
+    psi, tau = sampled(HALF)
+    rows = [",".join(f"{v:.12g}" for v in row) for row in long_rows(factor * psi, tau)]
+    path = tmp_path / "m.csv"
+    path.write_text("\n".join(["i_A,theta_deg,psi_Wb,tau_Nm", *rows]))
+    done = command("map", "check", path, "--N_r", 6)
+    assert done.code == 1
+    assert "of another number of turns in series" in done.out
+    remedy = done.out.split("--turns_factor ")[1].split()[0]
+    assert float(remedy) == pytest.approx(1 / factor, rel=1e-4)
+    assert command("map", "check", path, "--N_r", 6, "--turns_factor", remedy).code == 0
+
+
+def test_a_map_error_names_the_whole_path_and_the_option(tmp_path):
+    path = tmp_path / "sub" / "m.csv"
+    path.parent.mkdir()
+    path.write_text(long_text(["i_A", "theta_deg", "psi_Wb", "tau_Nm"]))
+    line = refused("map", "check", path)
+    assert str(path) in line and "--N_r" in line
+    assert "/dev/null" in refused("map", "check", "/dev/null")
+
+
+def test_an_electrical_map_without_torque_says_that_it_cannot_tell_the_poles(tmp_path):
+    psi, _ = sampled(HALF)
+    rows = [f"{i:.12g},{6 * a:.12g},{p:.12g}" for i, a, p, _ in long_rows(psi, psi)]
+    path = tmp_path / "m.csv"
+    path.write_text("\n".join(["i_A,theta_e_deg,psi_Wb", *rows]))
+    assert (
+        "electrical angles without torque cannot tell"
+        in command("map", "check", path, "--N_r", 10).out
+    )
