@@ -67,7 +67,7 @@ struct Setting {
   srm::SpeedPi<double> speed;
   double tracker_bandwidth;  // [rad/s]; 0: angle and speed are used as measured
   srm::Comparators comparators;
-  double t_dead;  // of the converter [s]
+  double t_dead;              // of the converter [s]
   srm::PvControl<double> pv;  // used with Outer::pv
 
   int N_r() const {

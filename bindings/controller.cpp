@@ -41,9 +41,8 @@ AnyController from_function(int n_phases, nb::callable function) {
                                            const srm::Measurement<double, N>& y, double reference) {
       const nb::gil_scoped_acquire lock;
       const std::vector<double> i(y.i.begin(), y.i.end());
-      const auto rows =
-          nb::cast<std::vector<double>>(
-              (*owner)(i, y.theta_e, y.omega_m, y.u_dc, reference, y.i_source));
+      const auto rows = nb::cast<std::vector<double>>(
+          (*owner)(i, y.theta_e, y.omega_m, y.u_dc, reference, y.i_source));
       if (int(rows.size()) != N * order_columns + 1) {
         throw std::invalid_argument(
             "need the order columns of each phase and the torque reference");
@@ -65,8 +64,8 @@ nb::object description_of(const AnyController& controller) {
 void bind_controller(nb::module_& m) {
   bind_struct<srm::LimitedPi<double>>(m, "LimitedPi",
                                       "Output per error, and per error and control period.");
-  bind_struct<srm::PowerTracker<double>>(m, "PowerTracker",
-                                         "Maximum power point tracking on a voltage reference [V].");
+  bind_struct<srm::PowerTracker<double>>(
+      m, "PowerTracker", "Maximum power point tracking on a voltage reference [V].");
   bind_struct<srm::WholePeriods<double>>(m, "WholePeriods",
                                          "Means over whole electrical periods [s].");
   bind_struct<srm::PvControl<double>>(m, "PvControl",
@@ -100,7 +99,8 @@ void bind_controller(nb::module_& m) {
   m.def("step", &step, nb::arg("controller"), nb::arg("i"), nb::kw_only(), nb::arg("theta_e"),
         nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("reference"), nb::arg("i_source") = 0.0,
         "One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link "
-        "voltage [V], reference [N m or rad/s], current of the source [A] to orders. ORDER_COLUMNS for each phase, last the "
+        "voltage [V], reference [N m or rad/s], current of the source [A] to orders. ORDER_COLUMNS "
+        "for each phase, last the "
         "torque reference worked to [N m].");
   m.def("controller_from", &from_function, nb::arg("n_phases"), nb::arg("function"),
         "A controller that calls function(i, theta_e, omega_m, u_dc, reference, i_source) at every "

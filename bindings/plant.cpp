@@ -29,9 +29,12 @@ void bind_plant(nb::module_& m) {
   bind_struct<srm::Pump>(m, "Pump",
                          "A pump that lifts water: torque (rows of static heads, columns of "
                          "sqrt(omega^2 - omega_0^2)) [N m], static head over time [m].")
-      .def("torque", [](const srm::Pump& pump, double omega_m,
-                        double t) { return pump.torque(omega_m, {t, t}); },
-           nb::arg("omega_m"), nb::arg("t"), "Torque at a speed [rad/s] and time [s]; [N m].");
+      .def(
+          "torque",
+          [](const srm::Pump& pump, double omega_m, double t) {
+            return pump.torque(omega_m, {t, t});
+          },
+          nb::arg("omega_m"), nb::arg("t"), "Torque at a speed [rad/s] and time [s]; [N m].");
   bind_struct<srm::Shaft>(m, "Shaft",
                           "Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], "
                           "torque tau_0 [N m] and held speed omega [rad/s] over time, and a "

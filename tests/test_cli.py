@@ -206,7 +206,7 @@ def test_examples_are_listed_shown_and_copied(tmp_path):
 
 def test_one_machine_is_shown_with_its_file():
     shown = command("machines", "paper_6_4").out
-    assert "6/4, three phases" in shown and "psi_m_Wb" in shown and "generic" not in shown
+    assert "6/4, three phases" in shown and "psi_m_Wb" in shown and "generic_60kw" not in shown
     assert json.loads(command("machines", "paper_6_4", "--json").out)["N_r"] == 4
     assert "did you mean `paper_6_4`" in refused("machines", "paper_64")
 

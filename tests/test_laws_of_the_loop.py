@@ -11,7 +11,15 @@ from reluctance.drive.library import machine_table
 from reluctance.load import drive_from
 
 ROOT = Path(__file__).parents[1]
-EXAMPLES = sorted(p for p in (ROOT / "examples").glob("*.toml") if "[site]" not in p.read_text())
+LEFT_OUT = (
+    "[site]",
+    "[pv_control]",
+)  # no drive; a drive that waits for the sun, with its own tests
+EXAMPLES = sorted(
+    p
+    for p in (ROOT / "examples").glob("*.toml")
+    if not any(word in p.read_text() for word in LEFT_OUT)
+)
 MACHINES = sorted((ROOT / "machines").glob("*.toml"))
 every_example = pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 
@@ -78,8 +86,10 @@ def test_half_the_step_gives_the_same_key_figures(path: Path) -> None:
     finer = rl.load(path, [*ideal, f"simulation.dt_max_us={drive.simulation.dt_max_us / 2!r}"])
     end = few_periods(drive)
     a, b = (rl.simulate(d, until=end, record=None).kpis for d in (drive, finer))
-    for name in ("tau_mean", "torque_ripple_pp", "torque_ripple_rms", "i_rms"):
+    for name in ("tau_mean", "torque_ripple_rms", "i_rms"):
         assert getattr(a, name) == pytest.approx(getattr(b, name), rel=1e-4), name
+    # The extremes are those at the ends of steps: a smooth one between two ends is missed by O(h^2).
+    assert a.torque_ripple_pp == pytest.approx(b.torque_ripple_pp, rel=3e-4)
 
 
 LAWS = {

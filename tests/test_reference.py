@@ -157,7 +157,7 @@ def test_error_falls_with_the_fourth_power_of_the_step() -> None:
         atol=1e-13,
     ).y[0, -1]
     drive = rl.load(EXAMPLES / "single_pulse.toml", ["control.T_s_us=1000", "load.speed_rpm=600"])
-    steps = np.array([20.0, 10.0, 5.0, 2.5])
+    steps = np.array([24.0, 12.0, 6.0, 3.0])
     errors = []
     for dt_us in steps:
         fine = drive.with_values({"simulation.dt_max_us": dt_us})
@@ -166,7 +166,7 @@ def test_error_falls_with_the_fourth_power_of_the_step() -> None:
         assert np.sort(np.diff(result.t))[2] > 0.9 * dt_us * 1e-6  # but for two slivers of rounding
         errors.append(abs(result.i[0, -1] - exact))
     order = np.diff(np.log(errors)) / np.diff(np.log(steps))
-    assert errors[0] > 1e4 * 1e-12 * exact  # above the rounding and the reference's tolerance
+    assert errors[0] > 1e3 * 1e-12 * exact  # above the rounding and the reference's tolerance
     np.testing.assert_allclose(order, 4.0, atol=0.25)
 
 

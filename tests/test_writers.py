@@ -266,7 +266,12 @@ def test_a_signal_ends_it_at_once_and_leaves_nothing(name, number, tmp_path):
     line = done.communicate(timeout=20)[1]
     assert time.monotonic() - start < 5
     assert done.returncode == 128 + number
-    assert line == "interrupted; no file is left half-written\n"
+    ours = [
+        x for x in line.splitlines() if "resource_tracker" not in x and "warnings.warn" not in x
+    ]
+    assert ours == [
+        "interrupted; no file is left half-written"
+    ]  # Python 3.11 may add its semaphores
     shutil.rmtree(tmp_path / "cache", ignore_errors=True)
     assert everything(tmp_path) in ([], ["compared"])
     assert not list(tmp_path.rglob("*.*"))

@@ -37,8 +37,8 @@ struct WrightOmega {
     const double s = x - static_cast<double>(j);
     const Node &a = node[j], &b = node[j + 1];
     const double d = b.w - a.w;
-    return a.w + s * (a.slope + s * (3 * d - 2 * a.slope - b.slope +
-                                     s * (a.slope + b.slope - 2 * d)));
+    return a.w +
+           s * (a.slope + s * (3 * d - 2 * a.slope - b.slope + s * (a.slope + b.slope - 2 * d)));
   }
 
  private:

@@ -1,10 +1,10 @@
-// A centrifugal pump that lifts water through a pipe: torque over speed from a table, static head over
-// time.
+// A centrifugal pump that lifts water through a pipe: torque over speed from a table, static head
+// over time.
 //
-// Below omega_0 = sqrt(omega2_per_m H) the shut-off head does not reach the static head H, the check
-// valve is closed and the torque is k_shut omega^2. Above it the flow starts with a vertical tangent
-// over speed, but is nearly straight over s = sqrt(omega^2 - omega_0^2): torque is tabulated over s,
-// as cubic Hermite pieces, and linear between the rows of static heads.
+// Below omega_0 = sqrt(omega2_per_m H) the shut-off head does not reach the static head H, the
+// check valve is closed and the torque is k_shut omega^2. Above it the flow starts with a vertical
+// tangent over speed, but is nearly straight over s = sqrt(omega^2 - omega_0^2): torque is
+// tabulated over s, as cubic Hermite pieces, and linear between the rows of static heads.
 #pragma once
 
 #include <cmath>
@@ -17,10 +17,10 @@ namespace srm {
 
 struct Pump {
   Course H_static = constant(0);  // from the water level to the outlet [m]
-  double H_dry{};         // from here on the level is below the intake [m]
-  double k_dry{};         // torque k_dry omega^2 then [N m s^2]
-  double k_shut{};        // with water and without flow [N m s^2]
-  double omega2_per_m{};  // [rad^2/s^2/m]
+  double H_dry{};                 // from here on the level is below the intake [m]
+  double k_dry{};                 // torque k_dry omega^2 then [N m s^2]
+  double k_shut{};                // with water and without flow [N m s^2]
+  double omega2_per_m{};          // [rad^2/s^2/m]
   double H_first{}, H_step{};     // rows [m]
   double s_step{};                // columns [rad/s]
   std::vector<double> tau{};      // (rows, columns) [N m]; empty: no pump

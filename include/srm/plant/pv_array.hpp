@@ -6,10 +6,11 @@
 // 78): I_L and G_sh are proportional to G, a to T, I_0 to T^3 exp(-E_g/(k T)). The -1 behind the
 // exponential is left out: it is I_0, below 1e-6 of the short-circuit current.
 //
-// The equation is explicit in w + ln w = q (base/wright_omega.hpp). With s = 1 + R_s G_sh, R = R_s/s
-// and v = (u + v_block + R_s I_L)/s, which is v_d + R I_0 exp(v_d/a):
+// The equation is explicit in w + ln w = q (base/wright_omega.hpp). With s = 1 + R_s G_sh, R =
+// R_s/s and v = (u + v_block + R_s I_L)/s, which is v_d + R I_0 exp(v_d/a):
 //
-//   a w = R I_0 exp(v_d/a)   gives   w + ln w = v/a + ln(R I_0/a),   i = (v - a w - u - v_block)/R_s.
+//   a w = R I_0 exp(v_d/a)   gives   w + ln w = v/a + ln(R I_0/a),   i = (v - a w - u -
+//   v_block)/R_s.
 #pragma once
 
 #include "srm/base/fields.hpp"
@@ -20,15 +21,15 @@
 namespace srm {
 
 struct PvArray {
-  double I_L;      // photo current at 1000 W/m^2 and 25 degC [A]
-  double R_s;      // series resistance [ohm]
-  double R_sh;     // shunt resistance there [ohm]
-  double a;        // voltage scale of the diode there [V]
-  double alpha;    // of the photo current [A/K]
-  double v_block;  // of the blocking diode while it conducts [V]
-  double C;        // of the dc link [F]
-  double u_start;  // voltage of the dc link at the start [V]
-  double ln_ref;   // ln(R_s I_0/a) with the saturation current at 25 degC
+  double I_L;         // photo current at 1000 W/m^2 and 25 degC [A]
+  double R_s;         // series resistance [ohm]
+  double R_sh;        // shunt resistance there [ohm]
+  double a;           // voltage scale of the diode there [V]
+  double alpha;       // of the photo current [A/K]
+  double v_block;     // of the blocking diode while it conducts [V]
+  double C;           // of the dc link [F]
+  double u_start;     // voltage of the dc link at the start [V]
+  double ln_ref;      // ln(R_s I_0/a) with the saturation current at 25 degC
   Course poa_global;  // irradiance on the array [W/m^2]
   Course temp_cell;   // [degC]
   SRM_FIELDS(I_L, R_s, R_sh, a, alpha, v_block, C, u_start, ln_ref, poa_global, temp_cell)

@@ -28,7 +28,8 @@ struct Shaft {
 inline double load_torque(const Shaft& s, double omega_m, Moment m) {
   const double magnitude = omega_m < 0 ? -omega_m : omega_m;
   const double more = s.load ? s.load(omega_m) : 0;
-  return s.tau_0.at(m) + s.B * omega_m + s.k * magnitude * omega_m + s.pump.torque(omega_m, m) + more;
+  return s.tau_0.at(m) + s.B * omega_m + s.k * magnitude * omega_m + s.pump.torque(omega_m, m) +
+         more;
 }
 
 /// J domega/dt = tau - load (eq. 2.4 of the paper, corrected) [rad/s^2].

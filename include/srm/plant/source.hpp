@@ -18,7 +18,9 @@ struct StiffSource {
   SRM_FIELDS(u_dc)
 
   double start() const { return u_dc.at(0); }
-  Feed feed(double u, double i_dc, Moment m) const { return {u_dc.rate(m.start), i_dc, u * i_dc, 0}; }
+  Feed feed(double u, double i_dc, Moment m) const {
+    return {u_dc.rate(m.start), i_dc, u * i_dc, 0};
+  }
   double stored(double) const { return 0; }
   double next(double t) const { return u_dc.next(t); }
   double forced(double, double t) const { return u_dc.at(t); }

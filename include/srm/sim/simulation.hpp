@@ -352,7 +352,7 @@ class Simulation {
   Point<N> at_;
   std::array<GateState, N> gates_;
   std::array<SwitchedLeg, N> switches_;
-  AllLegs<N> legs_;  // what the windings see
+  AllLegs<N> legs_;       // what the windings see
   bool shorted_ = false;  // the diodes of the bridge hold the dc link at zero
   Command<double, N> command_, pending_;
   double t_ = 0, t_sample_ = 0, t_course_ = 0, t_orders_ = 0, t_record_;

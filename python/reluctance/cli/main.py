@@ -49,7 +49,7 @@ def main() -> None:
     """Entry point of the `reluctance` command."""
     watch_output()
     watch_signals()
-    sys.exit(exit_code(lambda: app(standalone_mode=False)))
+    sys.exit(exit_code(lambda: app(prog_name="reluctance", standalone_mode=False)))
 
 
 if __name__ == "__main__":

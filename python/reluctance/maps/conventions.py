@@ -10,6 +10,7 @@ from reluctance.maps.raw import RawMap
 from reluctance.maps.table import Array, FluxTable
 
 MATCH = 0.01  # how near an angle range must come to a half or whole period, of a half period [1]
+ZERO_OFF = np.pi / 18  # how far the largest flux may be from a zero that is inferred [rad]
 UNITS = {"deg": np.pi / 180, "rad": 1.0}
 CHOICES = {
     "angle_unit": ("deg", "rad"),
@@ -260,7 +261,7 @@ def _zero(theta_e: Array, psi: Array, reading: Reading, notes: list[str]) -> str
     else:
         peak = float(np.angle(np.sum(flux * np.exp(1j * theta_e))))
     from_zero = abs(np.angle(np.exp(1j * peak)))
-    if np.pi / 6 < from_zero < np.pi * 5 / 6:
+    if ZERO_OFF < from_zero < np.pi - ZERO_OFF:
         raise ParameterError(
             f"flux is largest {np.degrees(peak):.0f} deg el. from the file's zero, need 0 or 180; "
             f"pass the file's angle of alignment, aligned_at={peak / reading.factor:.4g} "

@@ -76,7 +76,7 @@ def column(name: str) -> Column | None:
     for quantity, stems in STEMS.items():
         for n in range(len(words), 0, -1):
             stem = "_".join(words[:n])
-            if stem in stems or stem.removesuffix("s") in stems:
+            if {stem, stem.removesuffix("s"), stem.removesuffix("es")} & {*stems}:
                 return _with_unit(quantity, words[n:], name)
     return None
 

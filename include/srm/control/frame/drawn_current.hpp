@@ -1,5 +1,5 @@
-// The mean current that the bridge draws from the dc link over a sample, from the phase currents and
-// the orders: what replaces a current sensor on the source.
+// The mean current that the bridge draws from the dc link over a sample, from the phase currents
+// and the orders: what replaces a current sensor on the source.
 #pragma once
 
 #include <array>

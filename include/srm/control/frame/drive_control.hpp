@@ -1,5 +1,5 @@
-// The whole controller: angle tracker, speed or voltage loop or torque reference, the control law, its
-// comparators where the board has none, and what makes up for the converter's dead time.
+// The whole controller: angle tracker, speed or voltage loop or torque reference, the control law,
+// its comparators where the board has none, and what makes up for the converter's dead time.
 #pragma once
 
 #include "srm/base/fields.hpp"

@@ -11,8 +11,8 @@ namespace srm {
 
 template <Real T>
 struct LimitedPi {
-  T K_p;    // output per error
-  T K_iT;   // output per error and control period
+  T K_p;   // output per error
+  T K_iT;  // output per error and control period
   SRM_FIELDS(K_p, K_iT)
 
   /// The integral is the state.

@@ -1,10 +1,11 @@
-// Control of a drive on a photovoltaic array: the dc-link voltage follows a reference that seeks the
-// maximum power point, and the torque or the speed is what moves it.
+// Control of a drive on a photovoltaic array: the dc-link voltage follows a reference that seeks
+// the maximum power point, and the torque or the speed is what moves it.
 //
 // A speed reference draws constant power, and left of the maximum power point constant power is
-// unstable: the link collapses. Voltage control is stable on both sides. Around it: a start ramp and
-// a limit of the speed, torque that folds back while the voltage is low, never a negative torque (a
-// capacitor cannot take the energy of braking), sleep at night, and a stop when the pump runs dry.
+// unstable: the link collapses. Voltage control is stable on both sides. Around it: a start ramp
+// and a limit of the speed, torque that folds back while the voltage is low, never a negative
+// torque (a capacitor cannot take the energy of braking), sleep at night, and a stop when the pump
+// runs dry.
 #pragma once
 
 #include <cstdint>
@@ -32,29 +33,29 @@ template <Real T>
 struct PvControl {
   Actuator actuator;
   ArrayCurrent current;
-  LimitedPi<T> link;        // volts to newton metres, or to radians per second
+  LimitedPi<T> link;  // volts to newton metres, or to radians per second
   PowerTracker<T> tracker;
   WholePeriods<T> mean;
-  T C;                      // of the dc link; used with ArrayCurrent::legs [F]
-  int delay;                // samples from measurement to effect, 0 or 1
-  T acceleration;           // of the start ramp [rad/s^2]
-  T omega_lead;             // the ramp is never further ahead of the speed [rad/s]
-  T u_stop, u_full;         // torque is limited to none at u_stop, to all of tau_max from u_full [V]
-  T u_wake, t_wake;         // starts after so long above this voltage [V], [s]
-  T p_sleep, t_sleep;       // stops after so long below this power [W], [s]
-  T k_dry, omega_dry;       // dry where tau < k_dry omega^2 above this speed [N m s^2], [rad/s]
-  T t_dry, t_rest;          // for so long; then the pump rests [s]
+  T C;                 // of the dc link; used with ArrayCurrent::legs [F]
+  int delay;           // samples from measurement to effect, 0 or 1
+  T acceleration;      // of the start ramp [rad/s^2]
+  T omega_lead;        // the ramp is never further ahead of the speed [rad/s]
+  T u_stop, u_full;    // torque is limited to none at u_stop, to all of tau_max from u_full [V]
+  T u_wake, t_wake;    // starts after so long above this voltage [V], [s]
+  T p_sleep, t_sleep;  // stops after so long below this power [W], [s]
+  T k_dry, omega_dry;  // dry where tau < k_dry omega^2 above this speed [N m s^2], [rad/s]
+  T t_dry, t_rest;     // for so long; then the pump rests [s]
   SRM_FIELDS(actuator, current, link, tracker, mean, C, delay, acceleration, omega_lead, u_stop,
              u_full, u_wake, t_wake, p_sleep, t_sleep, k_dry, omega_dry, t_dry, t_rest)
 
   template <int N>
   struct State {
     PvMode mode = PvMode::asleep;
-    T t{};              // asleep: above u_wake; dry: at rest [s]
-    T t_low{}, t_dry{}; // running: below p_sleep, below k_dry [s]
-    T link{};           // integral of the voltage controller
-    T omega_ramp{};     // [rad/s]
-    T tau{};            // of the last sample [N m]
+    T t{};               // asleep: above u_wake; dry: at rest [s]
+    T t_low{}, t_dry{};  // running: below p_sleep, below k_dry [s]
+    T link{};            // integral of the voltage controller
+    T omega_ramp{};      // [rad/s]
+    T tau{};             // of the last sample [N m]
     typename PowerTracker<T>::State tracker;
     typename WholePeriods<T>::State mean;
     DrawnCurrent<T, N> drawn;
@@ -63,8 +64,9 @@ struct PvControl {
   /// Torque reference [N m]. omega_most: greatest speed; 0 stops the pump [rad/s].
   // noinline: inlined into the law, it doubles the code on the target.
   template <int N>
-  [[gnu::noinline]] constexpr T step(State<N>& x, const Measurement<T, N>& y, const SpeedPi<T>& speed,
-                   typename SpeedPi<T>::State& speed_state, T omega_most) const {
+  [[gnu::noinline]] constexpr T step(State<N>& x, const Measurement<T, N>& y,
+                                     const SpeedPi<T>& speed,
+                                     typename SpeedPi<T>::State& speed_state, T omega_most) const {
     if (x.mode == PvMode::running) observe(x, y);
     if (x.mode != PvMode::running) {
       wait(x, y);

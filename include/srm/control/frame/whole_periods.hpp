@@ -1,5 +1,5 @@
-// Means over whole electrical periods: the ripple of the dc link repeats with the strokes, so that a
-// mean over whole periods is free of it.
+// Means over whole electrical periods: the ripple of the dc link repeats with the strokes, so that
+// a mean over whole periods is free of it.
 #pragma once
 
 #include "srm/base/angle.hpp"
@@ -25,12 +25,12 @@ struct WholePeriods {
   /// Sums are of differences to the first sample: a float keeps them exact enough for steps of a
   /// thousandth over 100 000 samples.
   struct State {
-    T t{};                                    // since the start [s]
-    T turned{};                               // electrical angle since the first sample [rad]
-    T theta_e{};                              // of the last sample [rad]
-    T u_first{}, i_first{}, tau_first{};      // first sample
-    T u{}, i{}, p{}, tau{};                   // sums of differences
-    T n{};                                    // samples
+    T t{};                                // since the start [s]
+    T turned{};                           // electrical angle since the first sample [rad]
+    T theta_e{};                          // of the last sample [rad]
+    T u_first{}, i_first{}, tau_first{};  // first sample
+    T u{}, i{}, p{}, tau{};               // sums of differences
+    T n{};                                // samples
   };
 
   /// Adds a sample; true where a mean is complete: read it, then restart.
