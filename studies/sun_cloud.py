@@ -19,7 +19,7 @@ import reluctance as rl
 from reluctance import _core
 from reluctance.drive.pump_load import flow
 from reluctance.drive.pv_source import available
-from reluctance.run.plots import save_figure
+from reluctance.figures import save_figure
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "sun_cloud.toml"

@@ -58,9 +58,11 @@ def test_ten_thousand_random_points_agree_with_pvlib() -> None:
         row["Adjust"],
     )
     I_L, I_0, R_s, R_sh, nNsVth = five
-    u_module = rng.uniform(0, 1.05, 10_000) * pvlib.singlediode.bishop88_mpp(
-        I_L, I_0, R_s, R_sh, nNsVth, method="newton"
-    )[1] * 1.25
+    u_module = (
+        rng.uniform(0, 1.05, 10_000)
+        * pvlib.singlediode.bishop88_mpp(I_L, I_0, R_s, R_sh, nNsVth, method="newton")[1]
+        * 1.25
+    )
     expected = 6 * pvlib.pvsystem.i_from_v(u_module, I_L, I_0, R_s, R_sh, nNsVth, method="lambertw")
     a = array()
     found = np.array([a.current(7 * u, g, t) for u, g, t in zip(u_module, G, T, strict=True)])

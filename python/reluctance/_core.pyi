@@ -50,6 +50,25 @@ class Outer(enum.Enum):
 
     none = 2
 
+    pv = 3
+
+class Actuator(enum.Enum):
+    torque = 0
+
+    speed = 1
+
+class ArrayCurrent(enum.Enum):
+    sensor = 0
+
+    legs = 1
+
+class Tracking(enum.Enum):
+    constant = 0
+
+    perturb_observe = 1
+
+    incremental_conductance = 2
+
 class Comparators(enum.Enum):
     analog = 0
 
@@ -134,24 +153,46 @@ def magnetics(machine: LeHuy | FluxMap, i: Annotated[NDArray[numpy.float64], dic
     Columns psi [Wb], W_c [J], tau [N m], L_inc [H], psi_theta [Wb/rad], shape (n, 5), at n currents [A] and electrical angles [rad] of one phase.
     """
 
+class LimitedPi:
+    """Output per error, and per error and control period."""
+
+    def __init__(self, *, K_p: float, K_iT: float) -> None: ...
+
+class PowerTracker:
+    """Maximum power point tracking on a voltage reference [V]."""
+
+    def __init__(self, *, method: Tracking, u_start: float, u_min: float, u_max: float, step: float) -> None: ...
+
+class WholePeriods:
+    """Means over whole electrical periods [s]."""
+
+    def __init__(self, *, T_s: float, t_settle: float, t_least: float, t_most: float) -> None: ...
+
+class PvControl:
+    """
+    Voltage control and tracking of a drive on a photovoltaic array. SI units.
+    """
+
+    def __init__(self, *, actuator: Actuator, current: ArrayCurrent, link: LimitedPi, tracker: PowerTracker, mean: WholePeriods, C: float, delay: int, acceleration: float, omega_lead: float, u_stop: float, u_full: float, u_wake: float, t_wake: float, p_sleep: float, t_sleep: float, k_dry: float, omega_dry: float, t_dry: float, t_rest: float) -> None: ...
+
 class Controller:
     """A complete controller, ready to be sampled."""
 
 class Setting:
     """What every control law is given beside its own parameters."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0, comparators: Comparators = Comparators.analog, t_dead: float = 0.0) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0, comparators: Comparators = Comparators.analog, t_dead: float = 0.0, pv: PvControl | None = None) -> None: ...
 
 ORDER_COLUMNS: list = ...
 
-def step(controller: Controller, i: Sequence[float], *, theta_e: float, omega_m: float, u_dc: float, reference: float) -> list[float]:
+def step(controller: Controller, i: Sequence[float], *, theta_e: float, omega_m: float, u_dc: float, reference: float, i_source: float = 0.0) -> list[float]:
     """
-    One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s] to orders. ORDER_COLUMNS for each phase, last the torque reference worked to [N m].
+    One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s], current of the source [A] to orders. ORDER_COLUMNS for each phase, last the torque reference worked to [N m].
     """
 
 def controller_from(n_phases: int, function: Callable) -> Controller:
     """
-    A controller that calls function(i, theta_e, omega_m, u_dc, reference) at every sample and takes the orders from it, in the form that `step` returns.
+    A controller that calls function(i, theta_e, omega_m, u_dc, reference, i_source) at every sample and takes the orders from it, in the form that `step` returns.
     """
 
 def described(controller: Controller) -> dict[str, Any] | None:
@@ -180,6 +221,10 @@ class Measurement:
     @property
     def u_dc(self) -> float:
         """dc-link voltage [V]."""
+
+    @property
+    def i_source(self) -> float:
+        """Current of the source into the dc link [A]."""
 
     @property
     def n_phases(self) -> int: ...
@@ -268,6 +313,18 @@ class Battery:
 
     def __init__(self, *, E: Course, R: float, C: float, one_way: bool) -> None: ...
 
+class PvArray:
+    """
+    A photovoltaic array of one diode on a dc-link capacitor: numbers at 1000 W/m^2 and 25 degC, irradiance and cell temperature over time.
+    """
+
+    def __init__(self, *, I_L: float, R_s: float, R_sh: float, a: float, alpha: float, v_block: float, C: float, u_start: float, ln_ref: float, poa_global: Course, temp_cell: Course) -> None: ...
+
+    def current(self, u: float, G: float, T_degC: float) -> float:
+        """
+        Current of the array at a voltage [V], irradiance [W/m^2] and cell temperature [degC]; negative above its open-circuit voltage [A].
+        """
+
 class Devices:
     """
     On-state voltages of switches and diodes: thresholds [V], slopes [ohm].
@@ -285,12 +342,22 @@ class SharedSwitchBridge:
 
     def __init__(self, *, device: Devices) -> None: ...
 
-class Shaft:
+class Pump:
     """
-    Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], torque tau_0 [N m] and held speed omega [rad/s] over time, and a function of speed [rad/s] that gives more load torque [N m].
+    A pump that lifts water: torque (rows of static heads, columns of sqrt(omega^2 - omega_0^2)) [N m], static head over time [m].
     """
 
-    def __init__(self, *, rotation: Rotation, J: float, B: float, k: float, tau_0: Course, omega: Course, load: Callable[[float], float] | None) -> None: ...
+    def __init__(self, *, H_static: Course, H_dry: float, k_dry: float, k_shut: float, omega2_per_m: float, H_first: float, H_step: float, s_step: float, tau: Sequence[float], rise: Sequence[float], columns: int) -> None: ...
+
+    def torque(self, omega_m: float, t: float) -> float:
+        """Torque at a speed [rad/s] and time [s]; [N m]."""
+
+class Shaft:
+    """
+    Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], torque tau_0 [N m] and held speed omega [rad/s] over time, and a function of speed [rad/s] that gives more load torque [N m]; a pump.
+    """
+
+    def __init__(self, *, rotation: Rotation, J: float, B: float, k: float, tau_0: Course, omega: Course, load: Callable[[float], float] | None, pump: Pump) -> None: ...
 
 class Sampling:
     """Sensors and timing of the controller."""
@@ -313,7 +380,7 @@ def n_switches(bridge: AsymmetricBridge | SharedSwitchBridge, n_phases: int) -> 
 class Simulation:
     """The closed loop. SI units."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, controller: Controller, reference: Course, theta_m: float, resolution: Resolution) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, controller: Controller, reference: Course, theta_m: float, resolution: Resolution) -> None: ...
 
     def advance(self, t_stop: float) -> float:
         """

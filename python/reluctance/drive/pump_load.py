@@ -73,7 +73,9 @@ def flow(load: Load, omega_m: ArrayLike, t: ArrayLike) -> FloatArray:
     times, heads = load.H_static
     H = np.interp(np.asarray(t, float), times, heads)
     r = np.maximum(np.asarray(omega_m, float), 0.0) / curve.omega_ref
-    found = np.array([flow_of(curve, _pipe(load, float(h)), np.array([x]))[0] for h, x in zip(H, r, strict=True)])
+    found = np.array(
+        [flow_of(curve, _pipe(load, float(h)), np.array([x]))[0] for h, x in zip(H, r, strict=True)]
+    )
     return np.where(load.H_dry_m is not None and H >= (load.H_dry_m or NEVER), 0.0, found)
 
 

@@ -49,10 +49,14 @@ class PvControl(Section):
 
     @model_validator(mode="after")
     def gains_belong_to_the_actuator(self) -> PvControl:
-        other = ("K_p_rpmpV", "K_i_rpmpVs") if self.actuator == "torque" else ("K_p_NmpV", "K_i_NmpVs")
+        other = (
+            ("K_p_rpmpV", "K_i_rpmpVs") if self.actuator == "torque" else ("K_p_NmpV", "K_i_NmpVs")
+        )
         for key in other:
             if key in self.model_fields_set:
-                raise ValueError(f"{key} has no effect with actuator = {self.actuator!r}; remove it")
+                raise ValueError(
+                    f"{key} has no effect with actuator = {self.actuator!r}; remove it"
+                )
         return self
 
     def core(

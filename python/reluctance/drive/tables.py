@@ -158,12 +158,23 @@ class Load(OverTime):
 
     @model_validator(mode="after")
     def numbers_belong_to_the_kind(self) -> Load:
-        hydraulic = {"pump", "H_static_m", "H_dry_m", "dry_part", "L_m", "D_mm", "roughness_mm", "K"}
+        hydraulic = {
+            "pump",
+            "H_static_m",
+            "H_dry_m",
+            "dry_part",
+            "L_m",
+            "D_mm",
+            "roughness_mm",
+            "K",
+        }
         for key in sorted(self.model_fields_set & hydraulic):
             if self.kind != "pump":
                 raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
             if self.pump is None:
-                raise ValueError(f"{key} has no effect without `pump`, a pump of the library or a file")
+                raise ValueError(
+                    f"{key} has no effect without `pump`, a pump of the library or a file"
+                )
         for kind in ("pump", "fan"):
             key = f"k_{kind}_Nms2"
             if self.kind == kind and getattr(self, key) == 0 and self.pump is None:
