@@ -1,4 +1,4 @@
-"""A drive on an array: the link is stable, the maximum power is found, the pump is kept."""
+"""A drive on a photovoltaic array: link stable, maximum power found, pump kept."""
 
 from pathlib import Path
 

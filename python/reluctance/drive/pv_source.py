@@ -92,6 +92,7 @@ def cold_voltage(source: Source) -> float:
 def available(source: Source, t: NDArray[np.float64]) -> NDArray[np.float64]:
     """Power of the array at its maximum power point at the times t [s]; [W]."""
     array = pv_array(source)
+    t = np.asarray(t, dtype=float)
     sun = np.interp(t, source.t_s, source.poa_global_Wpm2 or [])
     heat = np.interp(t, source.t_s, source.temp_cell_degC or [])
     return np.array([_maximum(array, float(G), float(T)) for G, T in zip(sun, heat, strict=True)])
