@@ -88,7 +88,7 @@ def test_half_the_step_gives_the_same_key_figures(path: Path) -> None:
     a, b = (rl.simulate(d, until=end, record=None).kpis for d in (drive, finer))
     for name in ("tau_mean", "torque_ripple_rms", "i_rms"):
         assert getattr(a, name) == pytest.approx(getattr(b, name), rel=1e-4), name
-    # The extremes are those at the ends of steps: a smooth one between two ends is missed by O(h^2).
+    # Extremes are those at the ends of steps: one between two ends is missed by O(h^2).
     assert a.torque_ripple_pp == pytest.approx(b.torque_ripple_pp, rel=3e-4)
 
 
