@@ -22,7 +22,7 @@ from reluctance.drive.schema import checked
 from reluctance.errors import ParameterError
 from reluctance.pumping.single_diode import FloatArray
 
-ALGORITHM = 1  # raised when the same drive gives other numbers
+ALGORITHM = 2  # raised when the same drive gives other numbers
 SHAPE = (3, 5, 5)  # voltages, speeds, torques
 PERIODS = 6  # electrical periods of a run; its second half counts
 SHORTEST = 0.02  # run [s]
@@ -103,6 +103,7 @@ def at(drive: Drive, *, u_dc: float, omega: float, tau: float, tau_max: float) -
     return replace(
         drive,
         converter=drive.converter.model_copy(update={"u_dc_V": u_dc}),
+        source=checked(type(drive.source), {}, "[source]"),  # stiff
         load=checked(
             type(drive.load), {"kind": "locked", "speed_rpm": omega * 30 / math.pi}, "[load]"
         ),
