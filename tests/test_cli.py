@@ -206,7 +206,7 @@ def test_examples_are_listed_shown_and_copied(tmp_path):
 
 def test_one_machine_is_shown_with_its_file():
     shown = command("machines", "paper_6_4").out
-    assert "6/4, three phases" in shown and "psi_m_Wb" in shown and "generic" not in shown
+    assert "6/4, three phases" in shown and "psi_m_Wb" in shown and "design_12_8" not in shown
     assert json.loads(command("machines", "paper_6_4", "--json").out)["N_r"] == 4
     assert "did you mean `paper_6_4`" in refused("machines", "paper_64")
 
@@ -237,13 +237,13 @@ def test_the_schema_accepts_every_example_and_refuses_what_load_refuses(tmp_path
 
 
 def test_the_shell_completes_commands_and_names():
-    environment = {"_RELUCTANCE_COMPLETE": "complete_bash", "COMP_CWORD": "2"}
-    for words, wanted in (
-        ("reluctance machines pap", "paper_6_4"),
-        ("reluctance examples di", "ditc"),
-    ):
-        done = reluctance(env={**os.environ, **environment, "COMP_WORDS": words})
-        assert wanted in done.stdout.split(), done.stderr
+    program = Path(sys.executable).with_name("reluctance")
+    asked = {"_RELUCTANCE_COMPLETE": "complete_bash", "COMP_CWORD": "2"}
+    cases = {"reluctance machines pap": "paper_6_4", "reluctance examples di": "ditc"}
+    for words, wanted in cases.items():
+        environment = {**os.environ, **asked, "COMP_WORDS": words}
+        done = subprocess.run([program], env=environment, capture_output=True, text=True)
+        assert done.stdout.split() == [wanted], done.stderr
 
 
 def test_a_page_with_zoom_needs_no_network_and_keeps_every_peak(tmp_path):

@@ -1,7 +1,6 @@
 """Files: read TOML, check where a result goes, write whole or not at all, write a table."""
 
 import os
-import shutil
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -172,6 +171,8 @@ def scratch(folder: Path | None = None) -> Iterator[Path]:
 
 def remove_unfinished() -> None:
     """Clears temporary files and folders away: for a process that is being ended."""
+    import shutil
+
     for path in list(_unfinished):
         if path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
