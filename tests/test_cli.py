@@ -237,13 +237,13 @@ def test_the_schema_accepts_every_example_and_refuses_what_load_refuses(tmp_path
 
 
 def test_the_shell_completes_commands_and_names():
-    environment = {"_RELUCTANCE_COMPLETE": "complete_bash", "COMP_CWORD": "2"}
-    for words, wanted in (
-        ("reluctance machines pap", "paper_6_4"),
-        ("reluctance examples di", "ditc"),
-    ):
-        done = reluctance(env={**os.environ, **environment, "COMP_WORDS": words})
-        assert wanted in done.stdout.split(), done.stderr
+    program = Path(sys.executable).with_name("reluctance")
+    asked = {"_RELUCTANCE_COMPLETE": "complete_bash", "COMP_CWORD": "2"}
+    cases = {"reluctance machines pap": "paper_6_4", "reluctance examples di": "ditc"}
+    for words, wanted in cases.items():
+        environment = {**os.environ, **asked, "COMP_WORDS": words}
+        done = subprocess.run([program], env=environment, capture_output=True, text=True)
+        assert done.stdout.split() == [wanted], done.stderr
 
 
 def test_a_page_with_zoom_needs_no_network_and_keeps_every_peak(tmp_path):
