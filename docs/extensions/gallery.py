@@ -24,6 +24,13 @@ import matplotlib.pyplot as plt
 runpy.run_path(sys.argv[1], run_name="__main__")
 plt.savefig(sys.argv[2], metadata={"Software": None})
 """
+ENVIRONMENT = {
+    **os.environ,
+    # The command `reluctance` of this Python, also where its environment is not activated.
+    "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
+    "MPLBACKEND": "Agg",
+    "MATPLOTLIBRC": str(Path(__file__).parent),
+}
 logger = logging.getLogger(__name__)
 
 
@@ -56,7 +63,7 @@ def drawn(example: Example, folder: Path) -> str:
         [sys.executable, "-W", "error", "-c", RUN, example.path, folder / example.picture],
         capture_output=True,
         encoding="utf-8",
-        env={**os.environ, "MPLBACKEND": "Agg", "MATPLOTLIBRC": str(Path(__file__).parent)},
+        env=ENVIRONMENT,
     )
     if done.returncode:
         raise RuntimeError(f"{example.path.name} failed:\n{done.stderr}")
