@@ -11,11 +11,14 @@ from typing import Any
 import numpy as np
 
 from reluctance import _core
+from reluctance.drive.pump_load import pump
+from reluctance.drive.tables import Load
 from reluctance.laws.flux_guide import FluxGuide
 from reluctance.limit import OperatingPoint, best_profile, profile_table
 from reluctance.run.columns import Rows
 
 RPM = np.pi / 30
+NO_PUMP = pump(Load(kind="locked"))
 U_DC = 240.0  # of the guides
 PAPER = {"N_r": 4, "L_u": 0.67e-3, "L_a": 23.62e-3, "L_sat": 0.15e-3, "i_m": 450.0, "psi_m": 0.468}
 GENERIC = {**PAPER, "L_a": 23.6e-3, "psi_m": 0.486}
@@ -149,6 +152,7 @@ def loop(
             tau_0=_constant(0.0),
             omega=_constant(point.rpm * RPM),
             load=None,
+            pump=NO_PUMP,
         ),
         t_dead=0.0,
         sampling=_core.Sampling(

@@ -47,7 +47,7 @@ def command(*arguments: object) -> subprocess.CompletedProcess[str]:
 def test_every_example_has_a_limit(example: Path) -> None:
     drive = load(example)
     tau_ref = None
-    if drive.reference.kind == "none":
+    if drive.reference.kind in ("none", "pv"):
         tau_ref = 5.0
         with pytest.raises(ParameterError, match="--tau"):
             limit_of(drive)

@@ -32,10 +32,11 @@ BURST = 40  # samples with an angle that goes on
 
 
 def random_samples(given: Drive, n: int, seed: int) -> np.ndarray:
-    """Currents, angle, speed, voltage, reference (n, n_phases + 4), all at random."""
+    """Currents, angle, speed, voltage, current of the source, reference
+    (n, n_phases + 5), all at random."""
     rng = np.random.default_rng(seed)
     N, machine, at = given.machine.n_phases, given.machine, limits(given)
-    rows = np.empty((n, N + 4), np.float32)
+    rows = np.empty((n, N + 5), np.float32)
     for first in range(0, n, BURST):
         theta_e = rng.uniform(0, 2 * np.pi)
         omega_m = rng.uniform(-1, 1) * at.omega_max
@@ -45,7 +46,7 @@ def random_samples(given: Drive, n: int, seed: int) -> np.ndarray:
                 i = rng.uniform(0, 1.1 * machine.i_max_A, N) * (rng.random(N) > 0.3)
             if j == first or rng.random() < 0.2:
                 tau_ref = rng.uniform(-1, 1) * given.tau_max * (rng.random() > 0.1)
-            rows[j] = [*i, theta_e, omega_m, u_dc, tau_ref]
+            rows[j] = [*i, theta_e, omega_m, u_dc, 0.0, tau_ref]
             theta_e = (theta_e + machine.N_r * omega_m * given.control.T_s) % (2 * np.pi)
     return rows
 

@@ -248,7 +248,7 @@ def test_a_full_disk_under_the_output_is_one_line(name):
 
 LONG = {
     "run": ("run", RATED, "--until", "60", "--record-us", "1000", "--out", "w.csv"),
-    "optimiser": ("limit", RATED, "--plot", "w.png"),
+    "optimiser": ("limit", RATED, "--envelope", "w.csv"),
     "pool": ("compare", RATED, "--out", "compared"),
 }
 

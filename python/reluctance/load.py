@@ -25,7 +25,7 @@ from reluctance.drive.tables import (
     Source,
 )
 from reluctance.errors import ParameterError
-from reluctance.files import read_toml, toml_value
+from reluctance.files import is_file, read_toml, toml_value
 from reluctance.laws import LAWS, table_of
 
 TABLES: dict[str, type[Section]] = {
@@ -148,7 +148,7 @@ def _settle_pump(data: dict[str, Any], folder: Path) -> None:
     """The file of a pump, relative to the drive file, where it is not of the library."""
     load = data.get("load")
     if isinstance(load, dict) and isinstance(load.get("pump"), str):
-        if (folder / load["pump"]).is_file():
+        if is_file(folder / load["pump"]):
             load["pump"] = str(folder / load["pump"])
 
 

@@ -31,6 +31,7 @@ void run(const char* name, const Machine& machine, const Law& law) {
   const srm::DriveControl<Law> control{.law = law,
                                        .outer = srm::Outer::torque,
                                        .speed = {},
+                                       .pv = {},
                                        .motion = srm::Motion::measured,
                                        .tracker = {},
                                        .comparators = srm::Comparators::analog,

@@ -6,7 +6,7 @@
 // 78): I_L and G_sh are proportional to G, a to T, I_0 to T^3 exp(-E_g/(k T)). The -1 behind the
 // exponential is left out: it is I_0, below 1e-6 of the short-circuit current.
 //
-// The equation is explicit in w + ln w = q (base/wright_omega.hpp). With s = 1 + R_s G_sh, R =
+// The equation is explicit in w + ln w = q (plant/wright_omega.hpp). With s = 1 + R_s G_sh, R =
 // R_s/s and v = (u + v_block + R_s I_L)/s, which is v_d + R I_0 exp(v_d/a):
 //
 //   a w = R I_0 exp(v_d/a)   gives   w + ln w = v/a + ln(R I_0/a),   i = (v - a w - u -
@@ -14,7 +14,7 @@
 #pragma once
 
 #include "srm/base/fields.hpp"
-#include "srm/base/wright_omega.hpp"
+#include "srm/plant/wright_omega.hpp"
 #include "srm/plant/course.hpp"
 #include "srm/plant/feed.hpp"
 

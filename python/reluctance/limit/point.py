@@ -28,8 +28,10 @@ def operating_point(
         return tau_ref, speed
     if drive.reference.kind == "torque":
         return _greatest(drive.reference.course[1]), speed
-    if drive.reference.kind == "none":
-        raise ParameterError("[reference] kind = 'none' asks for no torque; give one with --tau")
+    if drive.reference.kind in ("none", "pv"):
+        raise ParameterError(
+            f"[reference] kind = {drive.reference.kind!r} asks for no torque; give one with --tau"
+        )
     load = drive.load.torque(speed) + pump(drive.load).torque(speed, 0.0)
     return load + drive.machine.B_Nms * speed, speed
 

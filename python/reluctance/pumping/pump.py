@@ -20,7 +20,7 @@ from scipy.interpolate import PchipInterpolator
 
 from reluctance.drive.schema import Section, checked, did_you_mean
 from reluctance.errors import ParameterError
-from reluctance.files import read_toml
+from reluctance.files import is_file, read_toml
 
 FloatArray = NDArray[np.float64]
 
@@ -112,7 +112,7 @@ def pump_table(pump: object, folder: Path) -> dict[str, Any]:
     curve_csv is relative to the file that names it."""
     if isinstance(pump, str):
         for path in (folder / pump, library() / f"{pump}.toml"):
-            if path.is_file():
+            if is_file(path):
                 return pump_table(read_toml(path).get("pump"), path.parent)
         names = [p.stem for p in library().glob("*.toml")]
         near = did_you_mean(pump, names)

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from reluctance.drive.schema import Section
 from reluctance.errors import ParameterError
+from reluctance.files import is_file
 from reluctance.pumping.array import pvlib
 from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
 from reluctance.pumping.site import Site, extra_radiation, sun_over
@@ -112,7 +113,7 @@ def _path(file: str, folder: Path) -> Path:
         path = Path(pvlib().__file__).parent / "data" / file.removeprefix("pvlib:")
     else:
         path = folder / file
-    if not path.is_file():
+    if not is_file(path):
         raise ParameterError(f"[weather] file = {file!r}: no such file as {path}")
     return path
 
