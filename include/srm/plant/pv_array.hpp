@@ -14,9 +14,9 @@
 #pragma once
 
 #include "srm/base/fields.hpp"
-#include "srm/plant/wright_omega.hpp"
 #include "srm/plant/course.hpp"
 #include "srm/plant/feed.hpp"
+#include "srm/plant/wright_omega.hpp"
 
 namespace srm {
 
