@@ -87,8 +87,8 @@ def test_scales_are_those_of_the_machine():
     assert 0.001 < peak / drive.machine.i_max_A < 0.1
 
 
-def test_waveforms_that_do_not_fit_are_refused_with_a_remedy_that_works():
-    line = refused("run", RATED, "--until", "1000", "--json", "--out", "/tmp/never.csv")
+def test_waveforms_that_do_not_fit_are_refused_with_a_remedy_that_works(tmp_path):
+    line = refused("run", RATED, "--until", "1000", "--json", "--out", tmp_path / "never.csv")
     assert "GB" in line and "--record-us" in line
     drive = rl.load(RATED)
     grid = float(line.split("--record-us ")[1].split()[0])

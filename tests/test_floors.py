@@ -30,9 +30,6 @@ GROUND = {
 }
 ARGUED = {  # an arrow upwards, with the reason
     ("drive.drive", "load"): "drive.with_values(...) reads best; which laws exist, load knows",
-    ("drive.pv_source", "pumping.array"): "the table of modules comes with pvlib",
-    ("drive.pump_load", "pumping.hydraulics"): "pump and pipe of the quasi-static chain",
-    ("drive.pump_load", "pumping.pump"): "pump and pipe of the quasi-static chain",
     ("run.result", "run.plots"): "result.plot() reads best; Matplotlib loads when it is used",
 }
 HEAVY = ("casadi", "scipy", "matplotlib", "typer", "rich", "pandas", "pyarrow")

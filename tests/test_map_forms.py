@@ -104,7 +104,8 @@ def test_a_sweep_as_maxwell_exports_it(across, tmp_path):
 
 @pytest.mark.parametrize("form", ["long", "grid"])
 def test_a_spreadsheet(form, tmp_path):
-    openpyxl = pytest.importorskip("openpyxl")
+    import openpyxl
+
     book = openpyxl.Workbook()
     psi, tau = sampled(HALF)
     if form == "long":

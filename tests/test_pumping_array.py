@@ -5,9 +5,9 @@ import pytest
 from pvlib import pvsystem
 
 from reluctance.drive.schema import checked
+from reluctance.drive.single_diode import array_diode, current, open_circuit, power_point
 from reluctance.errors import ParameterError
 from reluctance.pumping.array import Array
-from reluctance.pumping.single_diode import array_diode, current, open_circuit, power_point
 
 MODULE = "Canadian_Solar_Inc__CS6X_300M"
 PLANE = {"n_series": 7, "n_parallel": 6, "tilt_deg": 10.0}

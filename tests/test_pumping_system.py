@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 import reluctance as rl
 from reluctance import paper
+from reluctance.drive.pump import Pump
+from reluctance.drive.pv_module import CellNumbers
 from reluctance.errors import ParameterError
 from reluctance.pumping import chain, columns, load_system, operate, per, remarks, sizes, with_units
 from reluctance.pumping import loss_map as maps
-from reluctance.pumping.array import CellNumbers
 from reluctance.pumping.clouds import Clouds
 from reluctance.pumping.operate import box_of
-from reluctance.pumping.pump import Pump
 from reluctance.pumping.system import TABLES, system_from
 from reluctance.pumping.tank import Tank, store
 from reluctance.pumping.weather import COLUMNS

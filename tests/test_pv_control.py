@@ -9,8 +9,6 @@ import reluctance as rl
 from reluctance.drive.pv_source import available, cold_voltage
 from reluctance.export.trip_levels import limits
 
-pytest.importorskip("pvlib")
-
 EXAMPLE = Path(__file__).parents[1] / "examples" / "sun_cloud.toml"
 STEADY = ["source.t_s=[0]", "source.poa_global_Wpm2=[1000]", "source.temp_cell_degC=[50]"]
 RUNNING = ["load.speed_rpm=1000", "pv_control.wake_s=0"]

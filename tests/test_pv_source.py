@@ -3,13 +3,13 @@
 from pathlib import Path
 
 import numpy as np
+import pvlib
 import pytest
+from scipy.optimize import brentq
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive.pv_source import cold_voltage, open_circuit, pv_array
-
-pvlib = pytest.importorskip("pvlib")
+from reluctance.drive.pv_source import cold_voltage, pv_array
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 MODULE = "Canadian_Solar_Inc__CS6X_300M"
@@ -21,6 +21,11 @@ def drive(*overrides: str) -> rl.Drive:
 
 def array() -> _core.PvArray:
     return pv_array(drive().source)
+
+
+def open_circuit(a: _core.PvArray, G: float, T: float) -> float:
+    """Voltage at which the core's array gives no current [V]."""
+    return float(brentq(lambda u: a.current(u, G, T), 1.0, 1000.0, xtol=1e-9))
 
 
 @pytest.mark.parametrize(

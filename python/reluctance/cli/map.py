@@ -176,16 +176,16 @@ def check(
     from reluctance.maps.report import check_table
 
     stated = Stated(
-        poles,
-        angle_unit,
-        angle_kind,
-        zero,
-        layout,
-        aligned_at,
-        tuple(name or ()),
-        torque,
-        turns_factor,
-        i_max,
+        N_r=poles,
+        angle_unit=angle_unit,
+        angle_kind=angle_kind,
+        zero=zero,
+        layout=layout,
+        aligned_at=aligned_at,
+        name=tuple(name or ()),
+        torque=torque,
+        turns_factor=turns_factor,
+        i_max_A=i_max,
     )
     if repair is not None:
         check_ending(repair, {".csv"})
@@ -239,13 +239,13 @@ def fit(
     from reluctance.maps.report import fit_table
 
     stated = Stated(
-        poles,
-        angle_unit,
-        angle_kind,
-        zero,
-        layout,
-        aligned_at,
-        tuple(name or ()),
+        N_r=poles,
+        angle_unit=angle_unit,
+        angle_kind=angle_kind,
+        zero=zero,
+        layout=layout,
+        aligned_at=aligned_at,
+        name=tuple(name or ()),
         turns_factor=turns_factor,
     )
     table, _ = _read(file, stated)
@@ -278,15 +278,15 @@ def plot(
 
     check_figure(out)
     stated = Stated(
-        poles,
-        angle_unit,
-        angle_kind,
-        zero,
-        layout,
-        aligned_at,
-        tuple(name or ()),
-        torque,
-        turns_factor,
+        N_r=poles,
+        angle_unit=angle_unit,
+        angle_kind=angle_kind,
+        zero=zero,
+        layout=layout,
+        aligned_at=aligned_at,
+        name=tuple(name or ()),
+        torque=torque,
+        turns_factor=turns_factor,
     )
     table, _ = _read(file, stated)
     machine = maps.surface(table)
@@ -328,15 +328,15 @@ def import_map(
 
     check_ending(out, {".toml"})
     stated = Stated(
-        poles,
-        angle_unit,
-        angle_kind,
-        zero,
-        layout,
-        aligned_at,
-        tuple(name or ()),
-        torque,
-        turns_factor,
+        N_r=poles,
+        angle_unit=angle_unit,
+        angle_kind=angle_kind,
+        zero=zero,
+        layout=layout,
+        aligned_at=aligned_at,
+        name=tuple(name or ()),
+        torque=torque,
+        turns_factor=turns_factor,
     )
     if file.suffix.lower() == ".toml":
         raise ParameterError(f"{file} is a machine file already; import takes the table itself")

@@ -13,8 +13,8 @@ from reluctance.drive.schema import checked
 from reluctance.drive.tables import Load
 
 if TYPE_CHECKING:
-    from reluctance.pumping.hydraulics import Pipe
-    from reluctance.pumping.pump import Curve
+    from reluctance.drive.hydraulics import Pipe
+    from reluctance.drive.pump import Curve
 
 FloatArray = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def pump(load: Load) -> _core.Pump:
 
 def flow(load: Load, omega_m: ArrayLike, t: ArrayLike) -> FloatArray:
     """Flow of the pump at speeds [rad/s] and times [s]; [m^3/s]."""
-    from reluctance.pumping.hydraulics import flow as flow_of
+    from reluctance.drive.hydraulics import flow as flow_of
 
     curve, _ = _curve(load)
     times, heads = load.H_static
@@ -81,7 +81,7 @@ def flow(load: Load, omega_m: ArrayLike, t: ArrayLike) -> FloatArray:
 
 def _torque(load: Load, curve: Curve, H: float, omega: FloatArray) -> FloatArray:
     """At speeds from the one on at which the pump reaches the static head [N m]."""
-    from reluctance.pumping.hydraulics import flow as flow_of
+    from reluctance.drive.hydraulics import flow as flow_of
 
     r = omega / curve.omega_ref
     power = curve.shaft_power(flow_of(curve, _pipe(load, H), r), r)
@@ -89,7 +89,7 @@ def _torque(load: Load, curve: Curve, H: float, omega: FloatArray) -> FloatArray
 
 
 def _pipe(load: Load, H: float) -> Pipe:
-    from reluctance.pumping.hydraulics import Pipe
+    from reluctance.drive.hydraulics import Pipe
 
     keys = ("L_m", "D_mm", "roughness_mm", "K")
     return checked(Pipe, {"H_static_m": H, **{key: getattr(load, key) for key in keys}}, "[load]")
@@ -97,7 +97,7 @@ def _pipe(load: Load, H: float) -> Pipe:
 
 def _curve(load: Load) -> tuple[Curve, float]:
     """The pump's curve and greatest speed [rad/s]."""
-    from reluctance.pumping.pump import pump_from
+    from reluctance.drive.pump import pump_from
 
     found = pump_from(load.pump, Path())
     return found.curve(), found.omega_max

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance.drive.loss_data import SwitchingEnergies
+from reluctance.drive.pv_module import CellNumbers, check_one_module
 from reluctance.drive.schema import Section
 from reluctance.units import to_si
 
@@ -57,18 +58,6 @@ class Converter(SwitchingEnergies):
         return to_si(self.dead_time_us, "us")
 
 
-class CellNumbers(Section):
-    """[source.cell]: a module by its numbers at 1000 W/m2 and 25 degC."""
-
-    I_L_ref_A: float = Field(gt=0)
-    I_o_ref_A: float = Field(gt=0)
-    R_s_ohm: float = Field(gt=0)
-    R_sh_ref_ohm: float = Field(gt=0)
-    a_ref_V: float = Field(gt=0)
-    alpha_sc_ApK: float = Field(0.0, ge=0)  # of the short-circuit current
-    adjust_pct: float = 0.0
-
-
 class Source(OverTime):
     """What feeds the dc link. A stiff one and a battery have the nominal voltage of [converter], or
     a course in V; an array has irradiance and cell temperature at the times t_s."""
@@ -102,8 +91,7 @@ class Source(OverTime):
     def array_is_one_in_the_light(self) -> Source:
         if self.kind != "pv":
             return self
-        if (self.module is None) == (self.cell is None):
-            raise ValueError("need either `module`, a CEC name, or the table [source.cell]")
+        check_one_module(self.module, self.cell, "source")
         sun, heat = self.poa_global_Wpm2 or [], self.temp_cell_degC or []
         if not all(0 <= G <= 2000 for G in sun):
             raise ValueError(f"poa_global_Wpm2 = {sun}, need 0 to 2000")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from reluctance.drive.schema import Section
-from reluctance.pumping.single_diode import FloatArray
+from reluctance.drive.single_diode import FloatArray
 from reluctance.pumping.weather import Weather
 
 CYCLE_MIN = 14.0  # a clear and a covered spell within an hour, together

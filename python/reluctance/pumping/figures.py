@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from reluctance.drive.pump import GRAVITY, M3PH, RHO, RPM
+from reluctance.drive.single_diode import G_REF, FloatArray, power_point
 from reluctance.pumping.operate import Pumped
-from reluctance.pumping.pump import GRAVITY, M3PH, RHO, RPM
-from reluctance.pumping.single_diode import G_REF, FloatArray, power_point
 
 KWH = 3.6e6  # [J]
 LONG = 600.0  # intervals from here on hide clouds [s]

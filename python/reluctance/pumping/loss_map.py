@@ -19,8 +19,8 @@ import reluctance
 from reluctance.cache import cached
 from reluctance.drive import Drive
 from reluctance.drive.schema import checked
+from reluctance.drive.single_diode import FloatArray
 from reluctance.errors import ParameterError
-from reluctance.pumping.single_diode import FloatArray
 
 ALGORITHM = 2  # raised when the same drive gives other numbers
 SHAPE = (3, 5, 5)  # voltages, speeds, torques

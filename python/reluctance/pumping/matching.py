@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reluctance.pumping.hydraulics import Hydraulics
+from reluctance.drive.hydraulics import Hydraulics
+from reluctance.drive.single_diode import FloatArray
 from reluctance.pumping.loss_map import LossMap
-from reluctance.pumping.single_diode import FloatArray
 
 VOLTAGES = 9  # of the table, equidistant over the loss map's
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import pandas as pd
 
+from reluctance.drive.hydraulics import Hydraulics, hydraulics
+from reluctance.drive.pump import GRAVITY, M3PH, RHO, RPM
+from reluctance.drive.single_diode import Diode, FloatArray, PowerPoint, current, power_point
 from reluctance.errors import ParameterError
-from reluctance.pumping.hydraulics import Hydraulics, hydraulics
 from reluctance.pumping.loss_map import Box, LossMap, loss_map
 from reluctance.pumping.matching import power_table, speed
-from reluctance.pumping.pump import GRAVITY, M3PH, RHO, RPM
-from reluctance.pumping.single_diode import Diode, FloatArray, PowerPoint, current, power_point
 from reluctance.pumping.sun import sunlight
 from reluctance.pumping.system import Operation, System
 from reluctance.pumping.tank import Storage, store

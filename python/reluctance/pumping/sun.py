@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reluctance.pumping.array import Array, pvlib
-from reluctance.pumping.single_diode import FloatArray
+from reluctance.drive.pv_module import pvlib
+from reluctance.drive.single_diode import FloatArray
+from reluctance.pumping.array import Array
 from reluctance.pumping.site import extra_radiation
 from reluctance.pumping.weather import Weather
 

@@ -8,12 +8,12 @@ from pydantic import Field, model_validator
 
 import reluctance
 from reluctance.drive import Drive
+from reluctance.drive.hydraulics import Pipe
+from reluctance.drive.pump import Pump, pump_from
 from reluctance.drive.schema import Section, checked, did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.files import read_toml
 from reluctance.pumping.array import Array
-from reluctance.pumping.hydraulics import Pipe
-from reluctance.pumping.pump import Pump, pump_from
 from reluctance.pumping.site import Site
 from reluctance.pumping.tank import Demand, Tank
 from reluctance.pumping.weather_file import WeatherTable

@@ -7,7 +7,7 @@ import pandas as pd
 from pydantic import Field, model_validator
 
 from reluctance.drive.schema import Section
-from reluctance.pumping.single_diode import FloatArray
+from reluctance.drive.single_diode import FloatArray
 
 
 class Tank(Section):

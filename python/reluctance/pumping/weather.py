@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from reluctance.drive.single_diode import FloatArray
 from reluctance.errors import ParameterError
-from reluctance.pumping.single_diode import FloatArray
 from reluctance.pumping.site import Site, Sun, sun_over
 
 DARK_DEG = 96.0  # zenith angle of the end of civil twilight
@@ -28,11 +28,6 @@ class Weather:
     wind_speed: FloatArray  # [m/s]
     sun: Sun
     where: str  # for messages
-
-    @property
-    def is_averaged(self) -> bool:
-        """True where the intervals are long enough to hide clouds."""
-        return self.step >= 600
 
 
 COLUMNS = ("ghi", "dni", "dhi", "temp_air", "wind_speed")

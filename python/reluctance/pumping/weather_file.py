@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
 
+from reluctance.drive.pv_module import pvlib
 from reluctance.drive.schema import Section
 from reluctance.errors import ParameterError
 from reluctance.files import is_file
-from reluctance.pumping.array import pvlib
 from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
 from reluctance.pumping.site import Site, extra_radiation, sun_over
 from reluctance.pumping.weather import COLUMNS, Weather, weather_of

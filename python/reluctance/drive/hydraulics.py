@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import Field, model_validator
 
+from reluctance.drive.pump import GRAVITY, Curve, FloatArray
 from reluctance.drive.schema import Section
 from reluctance.errors import ParameterError
-from reluctance.pumping.pump import GRAVITY, Curve, FloatArray
 
 LAMINAR = 2300.0  # Reynolds number
 HALVINGS = 60  # of the flow: to the last digit

@@ -1,0 +1,106 @@
+"""A photovoltaic module: by its numbers, or by its name in the CEC table that comes with pvlib."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from functools import lru_cache
+from typing import Any
+
+from pydantic import Field
+
+from reluctance.cache import cached
+from reluctance.drive.schema import Section
+from reluctance.drive.single_diode import Cell
+from reluctance.errors import ParameterError
+
+
+class CellNumbers(Section):
+    """[source.cell], [array.cell]: a module by its numbers at 1000 W/m2 and 25 degC."""
+
+    I_L_ref_A: float = Field(gt=0)
+    I_o_ref_A: float = Field(gt=0)
+    R_s_ohm: float = Field(gt=0)
+    R_sh_ref_ohm: float = Field(gt=0)
+    a_ref_V: float = Field(gt=0)
+    alpha_sc_ApK: float = Field(0.0, ge=0)  # of the short-circuit current
+    adjust_pct: float = 0.0
+
+
+def check_one_module(module: str | None, numbers: CellNumbers | None, table: str) -> None:
+    """A ValueError unless a table names a module or gives its numbers, and not both."""
+    if (module is None) == (numbers is None):
+        raise ValueError(f"need either `module`, a CEC name, or the table [{table}.cell]")
+
+
+def cell_of(module: str | None, numbers: CellNumbers | None, table: str) -> Cell:
+    """The module of a table, such as `source`, that names it or gives its numbers.
+
+    Raises
+    ------
+    ParameterError
+        As `cec_module`.
+    """
+    if numbers is None:
+        return cec_module(module or "", table)
+    return Cell(
+        I_L_ref=numbers.I_L_ref_A,
+        I_o_ref=numbers.I_o_ref_A,
+        R_s=numbers.R_s_ohm,
+        R_sh_ref=numbers.R_sh_ref_ohm,
+        a_ref=numbers.a_ref_V,
+        alpha_sc=numbers.alpha_sc_ApK,
+        adjust=numbers.adjust_pct,
+    )
+
+
+@lru_cache
+def cec_module(name: str, table: str) -> Cell:
+    """A module of the CEC table that comes with pvlib, for a table of a TOML file.
+
+    Raises
+    ------
+    ParameterError
+        If pvlib is missing, the name is unknown, or the row has a short-circuit current that falls
+        with temperature (223 of 21 535 rows): its hot modules would give too little current.
+    """
+    cell = cached(
+        Cell, ["CEC module", name, pvlib().__version__], lambda: _cec_row(name, table), algorithm=1
+    )
+    if cell.alpha_sc < 0:
+        raise ParameterError(
+            f"[{table}] module = {name!r}: its row of the CEC table has alpha_sc = "
+            f"{cell.alpha_sc:g} A/K, need >= 0 (a wrong sign); take another module or give its "
+            f"numbers in [{table}.cell]"
+        )
+    return cell
+
+
+def _cec_row(name: str, table: str) -> Cell:
+    modules = pvlib().pvsystem.retrieve_sam("CECMod")
+    if name not in modules:
+        near = [f"`{other}`" for other in get_close_matches(name, modules.columns, n=3)]
+        near_by = f"; nearest: {', '.join(near)}" if near else ""
+        raise ParameterError(
+            f"[{table}] module = {name!r} is not in the CEC table of "
+            f"{len(modules.columns)}{near_by}"
+        )
+    row = modules[name]
+    return Cell(
+        I_L_ref=float(row["I_L_ref"]),
+        I_o_ref=float(row["I_o_ref"]),
+        R_s=float(row["R_s"]),
+        R_sh_ref=float(row["R_sh_ref"]),
+        a_ref=float(row["a_ref"]),
+        alpha_sc=float(row["alpha_sc"]),
+        adjust=float(row["Adjust"]),
+    )
+
+
+def pvlib() -> Any:
+    """The pvlib package, imported when it is used.
+
+    Its import takes a second, which the equations of one diode can do without.
+    """
+    import pvlib as found
+
+    return found
