@@ -52,8 +52,11 @@ def quasi_static(drive: rl.Drive, G: float, T: float) -> tuple[float, float, flo
     return float(best.u[0]), float(omega[0]), float(np.interp(omega, water.omega, water.p_shaft)[0])
 
 
-def switched(G: float, T: float, u: float, omega: float, notch: float) -> tuple[float, float]:
-    """Mean speed [rad/s] and shaft power [W] of a switched run held at a voltage."""
+def switched(
+    G: float, T: float, u: float, omega: float, notch: float
+) -> tuple[float, float, float]:
+    """Mean speed [rad/s], shaft power [W] and rms torque ripple of a switched run held at a
+    voltage."""
     result = rl.simulate(
         rl.load(
             EXAMPLE,
@@ -70,7 +73,9 @@ def switched(G: float, T: float, u: float, omega: float, notch: float) -> tuple[
     late = result.periods.between(int(np.searchsorted(result.periods["t"], SETTLED)), -1)
     span = late.rise("t")
     mean = late.rise("theta_m") / span
-    return mean, late.rise("E_mech") / span - result.drive.machine.B_Nms * mean**2
+    power = late.rise("E_mech") / span - result.drive.machine.B_Nms * mean**2
+    square, tau = late.rise("tau_squared") / span, late.rise("tau") / span
+    return mean, power, (square / tau**2 - 1) ** 0.5
 
 
 def main() -> None:
@@ -80,7 +85,7 @@ def main() -> None:
     for G, T in WEATHER:
         u, omega, p_shaft = quasi_static(drive, G, T)
         for notch in NOTCH:
-            mean, power = switched(G, T, u, omega, notch)
+            mean, power, ripple = switched(G, T, u, omega, notch)
             rows.append(
                 {
                     "poa_global_Wpm2": G,
@@ -93,6 +98,7 @@ def main() -> None:
                     "p_shaft_static_W": f"{p_shaft:.1f}",
                     "p_shaft_switched_W": f"{power:.1f}",
                     "p_shaft_pct": f"{100 * (power / p_shaft - 1):+.3f}",
+                    "torque_ripple_rms_pct": f"{100 * ripple:.2f}",
                 }
             )
     with OUT.open("w", newline="") as file:
