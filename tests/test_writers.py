@@ -21,6 +21,7 @@ from reluctance.paper import report
 
 ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"
+DAY = ROOT / "examples" / "sun_day.toml"
 RUN = ("run", RATED, "--until", "0.02")
 MAP = ("--N_r", 4)
 WINDING = ("--N_s", "6", "--R_ohm", "1", "--J_kgm2", "0.01")
@@ -48,8 +49,10 @@ WRITERS = {
     "compare figure": (("compare", RATED, "--controls", "sharing_cubic", "--plot"), "w.png"),
     "paper": (("paper", "--out"), "paper"),
     "examples": (("examples", "--copy"), "copied"),
+    "pump": (("pump", DAY, "--out"), "pumped"),
+    "size": (("size", DAY, "--vary", "array.n_parallel=5:7", "--out"), "sized"),
 }
-FOLDERS = {"firmware", "compare", "paper", "examples"}
+FOLDERS = {"firmware", "compare", "paper", "examples", "pump", "size"}
 each_writer = pytest.mark.parametrize("name", WRITERS)
 
 
