@@ -6,7 +6,7 @@ from reluctance.drive.known import Known
 from reluctance.drive.own_law import Law
 from reluctance.errors import ParameterError
 from reluctance.load import load
-from reluctance.run import Kpis, Result, simulate
+from reluctance.run import Kpis, Result, simulate, simulate_all
 
 __all__ = [
     "Drive",
@@ -21,5 +21,6 @@ __all__ = [
     "Result",
     "load",
     "simulate",
+    "simulate_all",
 ]
 __version__ = "0.1.0"
