@@ -41,7 +41,7 @@ struct Job {
   std::shared_ptr<AnySimulation> loop;
   double end;
   Within within;
-  double t = 0, wall = 0;       // reached; spent [s]
+  double t = 0, wall = 0;         // reached; spent [s]
   std::vector<double> periods{};  // rows
 };
 

@@ -57,6 +57,11 @@ class MachineFile(Section):
         raise NotImplementedError
 
     @property
+    def contents(self) -> tuple[bytes, ...]:
+        """Digests of the files that the magnetisation comes from."""
+        return ()
+
+    @property
     def i_known_A(self) -> float:
         """The largest current that the magnetisation is known for; beyond it is extrapolation."""
         return np.inf
