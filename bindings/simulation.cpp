@@ -1,83 +1,9 @@
 // The closed loop for Python: built once, advanced in slices, its tables emptied in between.
-#include "srm/sim/simulation.hpp"
+#include "simulation.hpp"
 
 #include <nanobind/stl/tuple.h>
 
-#include <functional>
-
-#include "bindings.hpp"
-
 namespace bound {
-
-namespace {
-
-using Table = nb::ndarray<nb::numpy, double>;
-
-/// Enough rows that a slice takes some ten milliseconds: a progress bar and Ctrl-C stay lively.
-constexpr int waveform_rows = 20000;
-constexpr int period_rows = 1000;
-
-class AnySimulation {
- public:
-  using State = std::tuple<std::vector<double>, double, double, double>;
-
-  AnySimulation(const AnyMachine& machine, int n_phases, double R, const srm::Source& source,
-                const srm::Bridge& bridge, const srm::Shaft& shaft, double t_dead,
-                const srm::Sampling& sampling, const AnyController& controller,
-                const srm::Course& reference, double theta_m, const srm::Resolution& resolution) {
-    with_phases(n_phases, [&]<int N>() {
-      const auto* step = std::get_if<srm::Controller<N>>(&controller.step);
-      if (step == nullptr) throw std::invalid_argument("the controller has another phase count");
-      const bool records = resolution.record_every >= 0;
-      waveforms_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Waveform<N>{}),
-                                               records ? waveform_rows : 1);
-      periods_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Period<N>{}), period_rows);
-      std::visit(
-          [&]<class M>(const srm::Held<M>& model) {
-            memory_ = model.memory;
-            const srm::Plant<M, N> plant{model.value, R, source, bridge, shaft};
-            auto loop = std::make_shared<srm::Simulation<M, N>>(plant, t_dead, sampling, *step,
-                                                                reference, theta_m, resolution);
-            advance_ = [loop](double t, srm::Rows& w, srm::Rows& p) {
-              return loop->advance(t, w, p);
-            };
-            record_ = [loop](srm::Rows& w) { loop->record(w); };
-            steps_ = [loop] { return loop->steps(); };
-            state_ = [loop] {
-              const srm::State<N>& x = loop->state();
-              return State{{x.i.begin(), x.i.end()}, x.omega_m, x.theta_m, x.u_dc};
-            };
-            close_period_ = [loop](srm::Rows& p) { loop->close_period(p); };
-          },
-          machine);
-    });
-  }
-
-  double advance(double t_stop) { return advance_(t_stop, *waveforms_, *periods_); }
-  long steps() const { return steps_(); }
-  State state() const { return state_(); }
-  void record() { record_(*waveforms_); }
-  void close_period() { close_period_(*periods_); }
-  Table take_waveforms() { return take(*waveforms_); }
-  Table take_periods() { return take(*periods_); }
-
- private:
-  static Table take(srm::Rows& rows) {
-    const std::size_t n_rows = rows.size(), n_columns = rows.columns();
-    std::vector<double> values(rows.data(), rows.data() + n_rows * n_columns);
-    rows.clear();
-    return numpy(std::move(values), {n_rows, n_columns});
-  }
-
-  std::function<double(double, srm::Rows&, srm::Rows&)> advance_;
-  std::function<void(srm::Rows&)> record_, close_period_;
-  std::function<long()> steps_;
-  std::function<State()> state_;
-  std::unique_ptr<srm::Rows> waveforms_, periods_;
-  std::shared_ptr<const void> memory_;  // of the machine's tables
-};
-
-}  // namespace
 
 void bind_simulation(nb::module_& m) {
   nb::class_<AnySimulation>(m, "Simulation", "The closed loop. SI units.")
@@ -114,6 +40,7 @@ void bind_simulation(nb::module_& m) {
         return with_phases(n_phases, []<int N>() { return srm::column_names(srm::Period<N>{}); });
       },
       nb::arg("n_phases"), "Names of the columns of a period row.");
+  bind_runs(m);
 }
 
 }  // namespace bound

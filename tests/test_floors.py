@@ -15,6 +15,7 @@ FLOORS = (  # from the ground up; a part imports only from floors below, and fro
     {"run", "limit"},
     {"laws"},
     {"load"},
+    {"sweep"},
     {"compare", "export", "paper", "pumping"},
     {"cli"},
 )
@@ -31,8 +32,12 @@ GROUND = {
 ARGUED = {  # an arrow upwards, with the reason
     ("drive.drive", "load"): "drive.with_values(...) reads best; which laws exist, load knows",
     ("run.result", "run.plots"): "result.plot() reads best; Matplotlib loads when it is used",
+    ("sweep.found", "sweep.plots"): "likewise",
 }
-HEAVY = ("casadi", "scipy", "matplotlib", "typer", "rich", "pandas", "pyarrow")
+HEAVY = (
+    *("casadi", "scipy", "matplotlib", "typer", "rich", "pandas", "pyarrow"),
+    *("sqlite3", "dask", "optuna"),
+)
 
 
 def modules() -> dict[str, Path]:

@@ -23,6 +23,7 @@ ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"
 DAY = ROOT / "examples" / "sun_day.toml"
 RUN = ("run", RATED, "--until", "0.02")
+SWEEP = ("sweep", RATED, "--vary", "control.i_band_A=1,2", "--until", "0.02")
 MAP = ("--N_r", 4)
 WINDING = ("--N_s", "6", "--R_ohm", "1", "--J_kgm2", "0.01")
 
@@ -47,6 +48,9 @@ WRITERS = {
     "firmware": (("export", "firmware", RATED, "--out"), "firmware"),
     "compare": (("compare", RATED, "--controls", "sharing_cubic", "--out"), "compared"),
     "compare figure": (("compare", RATED, "--controls", "sharing_cubic", "--plot"), "w.png"),
+    "sweep store": ((*SWEEP, "--out"), "w.sqlite"),
+    "sweep table": ((*SWEEP, "--table"), "w.csv"),
+    "sweep figure": ((*SWEEP, "--plot"), "w.png"),
     "paper": (("paper", "--out"), "paper"),
     "examples": (("examples", "--copy"), "copied"),
     "pump": (("pump", DAY, "--out"), "pumped"),
@@ -250,6 +254,7 @@ def test_a_full_disk_under_the_output_is_one_line(name):
 LONG = {
     "run": ("run", RATED, "--until", "60", "--record-us", "1000", "--out", "w.csv"),
     "optimiser": ("limit", RATED, "--envelope", "w.csv", "--at-switching-frequency", "20kHz"),
+    "sweep": ("sweep", RATED, "--vary", "control.i_band_A=0.5:2:999", "--table", "w.csv"),
     "pool": ("compare", RATED, "--out", "compared"),
 }
 

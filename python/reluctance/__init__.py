@@ -6,7 +6,8 @@ from reluctance.drive.known import Known
 from reluctance.drive.own_law import Law
 from reluctance.errors import ParameterError
 from reluctance.load import load
-from reluctance.run import Kpis, Result, simulate
+from reluctance.run import Kpis, Result, simulate, simulate_all
+from reluctance.sweep import Sweep, sweep
 
 __all__ = [
     "Drive",
@@ -19,7 +20,10 @@ __all__ = [
     "Order",
     "ParameterError",
     "Result",
+    "Sweep",
     "load",
     "simulate",
+    "simulate_all",
+    "sweep",
 ]
 __version__ = "0.1.0"

@@ -5,6 +5,7 @@ import enum
 from typing import Annotated, Any
 
 import numpy
+import numpy.typing
 from numpy.typing import NDArray
 
 
@@ -422,6 +423,35 @@ def waveform_columns(n_phases: int) -> list[str]:
 
 def period_columns(n_phases: int) -> list[str]:
     """Names of the columns of a period row."""
+
+class Within:
+    """What a run must stay within: speed, current, voltage, steps."""
+
+    def __init__(self, *, omega_m: float, i: float, u_dc: float, steps: float, judged: float) -> None: ...
+
+class Runs:
+    """
+    Threads that run closed loops to their ends. A control law in Python makes them wait for the interpreter lock at every sample.
+    """
+
+    def __init__(self, threads: int) -> None: ...
+
+    def add(self, tag: int, loop: Simulation, end: float, within: Within) -> None:
+        """
+        One more run, to its end [s]. The loop keeps no waveforms and is not touched until it has been taken.
+        """
+
+    @property
+    def unfinished(self) -> int:
+        """Runs added and not taken."""
+
+    def take(self) -> tuple[int, float, float, Annotated[numpy.typing.NDArray, dict(dtype='float64')]]:
+        """
+        Waits for a run that has ended: its tag, the time reached [s], the wall time spent [s], and its period rows.
+        """
+
+    def close(self) -> None:
+        """Ends the threads; what has not been taken is lost."""
 
 def step_time(controller: Controller, samples: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, repeats: int) -> float:
     """

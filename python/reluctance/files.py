@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from reluctance.errors import ParameterError
 
-Columns = Mapping[str, NDArray[np.float64]]
+Columns = Mapping[str, NDArray[Any]]  # of numbers; some of text
 LONGEST_LINE = 1000  # of an error: a name from a file may have any length
 MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
 
@@ -230,6 +230,8 @@ def write_table(path: Path, table: Columns) -> None:
 
 
 def _csv(path: Path, table: Columns) -> None:
+    if any(column.dtype.kind == "U" for column in table.values()):
+        return _csv_with_text(path, table)
     np.savetxt(
         path,
         np.column_stack(list(table.values())),
@@ -238,6 +240,22 @@ def _csv(path: Path, table: Columns) -> None:
         header=",".join(table),
         comments="",
     )
+
+
+def _csv_with_text(path: Path, table: Columns) -> None:
+    """Numbers as above; nothing where there is none."""
+    import csv
+
+    def cell(value: Any) -> str:
+        if isinstance(value, str):
+            return value
+        return "" if np.isnan(value) else f"{value:.17g}"
+
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(table)
+        for row in zip(*(column.tolist() for column in table.values()), strict=True):
+            writer.writerow([cell(value) for value in row])
 
 
 def _npz(path: Path, table: Columns) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from reluctance.drive import Drive
+from reluctance.drive.control import Control
 from reluctance.drive.library import machine_from, machine_table
 from reluctance.drive.map_machine import with_paths
 from reluctance.drive.mismatch import Mismatch
@@ -103,32 +104,44 @@ def with_values(drive: Drive, values: Mapping[str, Any]) -> Drive:
         raise ParameterError(
             f"with_values takes a dict as in {{'converter.u_dc_V': 300}}, not {values!r}"
         )
-    data = drive.tables()
-    for name, value in values.items():
+    for name in values:
         if not isinstance(name, str):
             raise ParameterError(f"with_values: {name!r} is not a `section.key`")
+    kept = drive.sections()
+    data = {
+        key: kept.pop(key).given
+        for key in {name.partition(".")[0] for name in values}
+        if key in kept
+    }
+    for name, value in values.items():
         _put(data, name, _plain(value), f"with_values {name} = {value!r}")
-    return drive_from(data, name=drive.name)
+    return drive_from(data, name=drive.name, kept=kept)
 
 
-def drive_from(data: dict[str, Any], *, name: str = "drive", check_torque: bool = True) -> Drive:
-    """A drive from the tables of a drive file; `machine` must be a table here."""
+def drive_from(
+    data: dict[str, Any],
+    *,
+    name: str = "drive",
+    check_torque: bool = True,
+    kept: Mapping[str, Section] | None = None,
+) -> Drive:
+    """A drive from the tables of a drive file; `machine` must be a table here. `kept` has those
+    that have been checked before."""
+    kept = kept or {}
     for key in data:
         if key not in (known := [*TABLES, "machine", "control"]):
             raise ParameterError(f"unknown table `{key}`{did_you_mean(key, known)}")
     for key in ("machine", "control", *TABLES):
-        if key not in data and key not in OPTIONAL:
+        if key not in data and key not in kept and key not in OPTIONAL:
             raise ParameterError(f"missing table [{key}]")
-    control = data["control"]
-    law = control.get("law") if isinstance(control, dict) else None
-    table = table_of(law)
     sections: dict[str, Any] = {
-        key: checked(section, data.get(key, {}), f"[{key}]") for key, section in TABLES.items()
+        key: kept.get(key) or checked(section, data.get(key, {}), f"[{key}]")
+        for key, section in TABLES.items()
     }
     drive = Drive(
         name=name,
-        machine=machine_from(data["machine"]),
-        control=checked(table, control, "[control]"),
+        machine=kept.get("machine") or machine_from(data["machine"]),  # type: ignore[arg-type]
+        control=kept.get("control") or _control(data["control"]),  # type: ignore[arg-type]
         **sections,
     )
     _check_together(drive)
@@ -136,6 +149,11 @@ def drive_from(data: dict[str, Any], *, name: str = "drive", check_torque: bool 
     if check_torque and drive.reference.kind != "none":
         _check_torque(drive)
     return drive
+
+
+def _control(table: object) -> Control:
+    law = table.get("law") if isinstance(table, dict) else None
+    return checked(table_of(law), table, "[control]")
 
 
 def _settle_own_law(data: dict[str, Any], folder: Path, trust: bool) -> None:

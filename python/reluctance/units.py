@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -43,6 +44,7 @@ UNITS: dict[str, tuple[float, float]] = {
 COUNTS = {"N_s"}  # names that only look as if they ended in a unit: stator poles
 
 
+@cache
 def name_and_unit(key: str) -> tuple[str, str | None]:
     """The name and the unit of a key: `speed_rpm` is `speed` in rpm; None where it has no unit."""
     name, _, suffix = key.rpartition("_")

@@ -19,6 +19,7 @@ from reluctance.cli.paper import paper
 from reluctance.cli.pump import pump, size
 from reluctance.cli.run import run
 from reluctance.cli.schema import schema
+from reluctance.cli.sweep import sweep
 
 app = typer.Typer(
     pretty_exceptions_enable=False,
@@ -27,7 +28,7 @@ app = typer.Typer(
     help="Switched-reluctance motor drives: simulate, control, find the physical limit, flash.",
 )
 
-for command in (run, paper, machines, examples, compare, limit, pump, size, schema):
+for command in (run, sweep, paper, machines, examples, compare, limit, pump, size, schema):
     app.command()(command)
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")

@@ -16,6 +16,7 @@ from reluctance.drive.mismatch import Mismatch, as_known
 from reluctance.drive.operating_point import OperatingPoint
 from reluctance.drive.protection import Protection
 from reluctance.drive.pv_control import PvControl
+from reluctance.drive.schema import Section
 from reluctance.drive.tables import (
     Converter,
     Load,
@@ -71,9 +72,11 @@ class Drive:
 
     def tables(self) -> dict[str, dict[str, Any]]:
         """The tables of a drive file that gives this drive."""
-        sections = {field.name: getattr(self, field.name) for field in fields(self)}
-        del sections["name"]
-        return {name: section.given for name, section in sections.items()}
+        return {name: section.given for name, section in self.sections().items()}
+
+    def sections(self) -> dict[str, Section]:
+        """The checked tables by their names in a drive file."""
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name != "name"}
 
     def known(self) -> Known:
         """What the controller may know of all this when it is set up."""

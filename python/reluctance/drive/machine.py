@@ -1,5 +1,6 @@
 """Machine files: geometry, winding and magnetisation of one machine."""
 
+from functools import lru_cache
 from math import gcd
 from typing import Literal
 
@@ -56,6 +57,11 @@ class MachineFile(Section):
         raise NotImplementedError
 
     @property
+    def contents(self) -> tuple[bytes, ...]:
+        """Digests of the files that the magnetisation comes from."""
+        return ()
+
+    @property
     def i_known_A(self) -> float:
         """The largest current that the magnetisation is known for; beyond it is extrapolation."""
         return np.inf
@@ -63,9 +69,7 @@ class MachineFile(Section):
     @property
     def greatest_torque(self) -> float:
         """Of all phases at i_max_A, at the best angle, each left out where it would brake [N m]."""
-        theta_e = np.linspace(0, 2 * np.pi, 720, endpoint=False)  # whole steps for 2 to 6 phases
-        tau = np.maximum(self.torque(self.i_max_A, theta_e), 0.0)
-        return float(tau.reshape(self.n_phases, -1).sum(axis=0).max())
+        return _greatest_torque(self.magnetics, self.n_phases, self.i_max_A)
 
     def at(self, *, u_dc: float, omega_m: float) -> OperatingPoint:
         """This machine on a dc link [V] at a speed [rad/s]."""
@@ -112,7 +116,19 @@ class LeHuyMachine(MachineFile):
 
     @property
     def magnetics(self) -> _core.LeHuy:
-        si = self.si
-        return _core.LeHuy(
-            **{key: si[key] for key in ("N_r", "L_u", "L_a", "L_sat", "i_m", "psi_m")}
-        )
+        return _le_huy(self.N_r, self.L_u_H, self.L_a_H, self.L_sat_H, self.i_m_A, self.psi_m_Wb)
+
+
+# Thousands of drives of a sweep have the same machine: what follows from it is computed once.
+@lru_cache(maxsize=64)
+def _le_huy(
+    N_r: int, L_u: float, L_a: float, L_sat: float, i_m: float, psi_m: float
+) -> _core.LeHuy:
+    return _core.LeHuy(N_r=N_r, L_u=L_u, L_a=L_a, L_sat=L_sat, i_m=i_m, psi_m=psi_m)
+
+
+@lru_cache(maxsize=64)
+def _greatest_torque(magnetics: Magnetics, n_phases: int, i_max: float) -> float:
+    theta_e = np.linspace(0, 2 * np.pi, 720, endpoint=False)  # whole steps for 2 to 6 phases
+    tau = np.maximum(_core.magnetics(magnetics, np.full(720, i_max), theta_e)[:, 2], 0.0)
+    return float(tau.reshape(n_phases, -1).sum(axis=0).max())

@@ -67,6 +67,10 @@ class MapMachine(MachineFile):
         return self.surface.machine
 
     @property
+    def contents(self) -> tuple[bytes, ...]:
+        return _digest(self.map), _digest(self.torque_map or "")
+
+    @property
     def i_known_A(self) -> float:
         return float(self.table.i[-1])
 

@@ -5,11 +5,14 @@ A number far outside is a slip of a unit, and what a run makes of it means nothi
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from reluctance import _core
 from reluctance.drive.drive import Drive
 from reluctance.drive.machine import MachineFile
+from reluctance.drive.operating_point import Magnetics
 from reluctance.errors import ParameterError
 from reluctance.units import from_si
 
@@ -23,9 +26,15 @@ MOST_TORQUE = 1e4  # on the shaft, over the greatest torque of the machine
 
 def corner_speed(machine: MachineFile, u_dc: float) -> float:
     """Speed at which u_dc moves the flux linkage of i_max to alignment in half a period [rad/s]."""
-    i, theta_e = np.full(2, machine.i_max_A), np.array([0.0, np.pi])
-    unaligned, aligned = _core.magnetics(machine.magnetics, i, theta_e)[:, 0]
+    unaligned, aligned = _fluxes(machine.magnetics, machine.i_max_A)
     return float(np.pi * u_dc / (machine.N_r * (aligned - unaligned)))
+
+
+@lru_cache(maxsize=64)
+def _fluxes(magnetics: Magnetics, i: float) -> tuple[float, float]:
+    """Flux linkage of a current, unaligned and aligned [Wb]."""
+    unaligned, aligned = _core.magnetics(magnetics, np.full(2, i), np.array([0.0, np.pi]))[:, 0]
+    return float(unaligned), float(aligned)
 
 
 def most_speed(drive: Drive) -> float:
@@ -63,9 +72,7 @@ def check_steps(drive: Drive, until: float) -> None:
 
 def _voltages(drive: Drive) -> None:
     machine = drive.machine
-    i, theta_e = np.array([machine.i_max_A]), np.zeros(1)
-    flux = float(_core.magnetics(machine.magnetics, i, theta_e)[0, 0])
-    most = flux / SHORTEST_RISE
+    most = _fluxes(machine.magnetics, machine.i_max_A)[0] / SHORTEST_RISE
     for u in (drive.converter.u_dc_V, *drive.source.values):
         if u > most:
             raise ParameterError(

@@ -67,6 +67,12 @@ class Bounds:
         if rows * self.row_bytes > MOST_BYTES:
             raise self._too_large(rows * self.end / t)
 
+    def within(self) -> _core.Within:
+        """For runs that the core advances by itself: it ends those that `check` refuses."""
+        return _core.Within(
+            omega_m=self.omega_m, i=self.i, u_dc=self.u_dc, steps=MOST_STEPS, judged=JUDGED
+        )
+
     def _too_large(self, rows: float) -> ParameterError:
         size = rows * self.row_bytes
         grid = 1e6 * self.end * self.row_bytes / MOST_BYTES

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +25,10 @@ class Rows:
 
     def phases(self, name: str) -> FloatArray:
         """The columns of all phases, shape (n_phases, n)."""
-        columns = [j for j, n in enumerate(self.names) if re.fullmatch(rf"{name}_\d+", n)]
+        start = f"{name}_"
+        columns = [
+            j for j, n in enumerate(self.names) if n.startswith(start) and n[len(start) :].isdigit()
+        ]
         return np.ascontiguousarray(self.values[:, columns].T)
 
     def between(self, start: int, end: int) -> Rows:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -119,12 +119,20 @@ class Kpis:
     def with_units(self) -> dict[str, float | None]:
         """The same under the names of the command line, with unit suffixes."""
         found = {}
-        for figure in fields(self):
-            name, value = figure.name, getattr(self, figure.name)
-            suffix = figure.metadata.get("unit")
-            key = f"{name}_{suffix}" if suffix else name
+        for key, figure in self.border_names().items():
+            value, suffix = getattr(self, figure.name), figure.metadata["unit"]
             found[key] = from_si(value, suffix) if suffix and value is not None else value
         return found
+
+    @classmethod
+    def border_names(cls) -> dict[str, Field[Any]]:
+        """The names of the command line, with unit suffixes, and the figures that they show."""
+        return {
+            f"{figure.name}_{suffix}"
+            if (suffix := figure.metadata["unit"])
+            else figure.name: figure
+            for figure in fields(cls)
+        }
 
     def remarks(self) -> list[str]:
         """What a reader of these figures must know, each on one line."""

@@ -63,7 +63,7 @@ def simulate(
     >>> round(result.kpis.tau_mean)
     41
     """
-    end = _checked(drive, until, record)
+    end = checked(drive, until, record)
     bounds = Bounds(drive, end, record)
     if law is not None:
         controller = controller_of(law, drive.control, drive.known())
@@ -98,7 +98,7 @@ def simulate(
     return _result(drive, rows, kpis(summed, drive, p_fe=p_fe, wall_s_per_sim_s=wall / end), summed)
 
 
-def _checked(drive: object, until: object, record: object) -> float:
+def checked(drive: object, until: object, record: object) -> float:
     """The end of the run [s], if the arguments can be meant."""
     if not isinstance(drive, Drive):
         raise ParameterError(

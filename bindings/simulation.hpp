@@ -1,0 +1,90 @@
+// The closed loop of any machine and phase count, with the tables that it fills.
+#pragma once
+
+#include <functional>
+#include <tuple>
+
+#include "bindings.hpp"
+#include "srm/sim/simulation.hpp"
+
+namespace bound {
+
+using Table = nb::ndarray<nb::numpy, double>;
+
+/// Enough rows that a slice takes some ten milliseconds: a progress bar and Ctrl-C stay lively.
+inline constexpr int waveform_rows = 20000;
+/// Few, because each of thousands of loops has them: at 40 columns, 20 KB.
+inline constexpr int period_rows = 64;
+
+class AnySimulation {
+ public:
+  using State = std::tuple<std::vector<double>, double, double, double>;
+
+  AnySimulation(const AnyMachine& machine, int n_phases, double R, const srm::Source& source,
+                const srm::Bridge& bridge, const srm::Shaft& shaft, double t_dead,
+                const srm::Sampling& sampling, const AnyController& controller,
+                const srm::Course& reference, double theta_m, const srm::Resolution& resolution) {
+    with_phases(n_phases, [&]<int N>() {
+      const auto* step = std::get_if<srm::Controller<N>>(&controller.step);
+      if (step == nullptr) throw std::invalid_argument("the controller has another phase count");
+      const bool records = resolution.record_every >= 0;
+      waveforms_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Waveform<N>{}),
+                                               records ? waveform_rows : 1);
+      periods_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Period<N>{}), period_rows);
+      std::visit(
+          [&]<class M>(const srm::Held<M>& model) {
+            memory_ = model.memory;
+            const srm::Plant<M, N> plant{model.value, R, source, bridge, shaft};
+            auto loop = std::make_shared<srm::Simulation<M, N>>(plant, t_dead, sampling, *step,
+                                                                reference, theta_m, resolution);
+            advance_ = [loop](double t, srm::Rows& w, srm::Rows& p) {
+              return loop->advance(t, w, p);
+            };
+            record_ = [loop](srm::Rows& w) { loop->record(w); };
+            steps_ = [loop] { return loop->steps(); };
+            state_ = [loop] {
+              const srm::State<N>& x = loop->state();
+              return State{{x.i.begin(), x.i.end()}, x.omega_m, x.theta_m, x.u_dc};
+            };
+            close_period_ = [loop](srm::Rows& p) { loop->close_period(p); };
+          },
+          machine);
+    });
+  }
+
+  double advance(double t_stop) { return advance_(t_stop, *waveforms_, *periods_); }
+  long steps() const { return steps_(); }
+  State state() const { return state_(); }
+  void record() { record_(*waveforms_); }
+  void close_period() { close_period_(*periods_); }
+  Table take_waveforms() { return as_table(taken(*waveforms_), waveforms_->columns()); }
+  Table take_periods() { return as_table(taken(*periods_), periods_->columns()); }
+
+  /// The period rows since the last call, one after the other.
+  std::vector<double> periods() { return taken(*periods_); }
+  int period_columns() const { return periods_->columns(); }
+
+ private:
+  static std::vector<double> taken(srm::Rows& rows) {
+    std::vector<double> values(rows.data(),
+                               rows.data() + std::size_t(rows.size()) * rows.columns());
+    rows.clear();
+    return values;
+  }
+  static Table as_table(std::vector<double> values, int columns) {
+    const std::size_t n_rows = values.size() / columns;
+    return numpy(std::move(values), {n_rows, std::size_t(columns)});
+  }
+
+  std::function<double(double, srm::Rows&, srm::Rows&)> advance_;
+  std::function<void(srm::Rows&)> record_, close_period_;
+  std::function<long()> steps_;
+  std::function<State()> state_;
+  std::unique_ptr<srm::Rows> waveforms_, periods_;
+  std::shared_ptr<const void> memory_;  // of the machine's tables
+};
+
+/// Threads that run many loops; bound together with the loop.
+void bind_runs(nb::module_& m);
+
+}  // namespace bound

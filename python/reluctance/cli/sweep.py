@@ -1,0 +1,159 @@
+"""`reluctance sweep`: a drive over grids, lists and samples of its values."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
+from reluctance.sweep import Sweep
+
+Vary = Annotated[
+    list[str],
+    typer.Option(
+        metavar="SECTION.KEY=VALUES",
+        help="FROM:TO:COUNT, FROM:TO for samples, or a list as 1,2,5; also machine=A,B. Repeat it "
+        "for more keys.",
+    ),
+]
+Until = Annotated[
+    float | None, typer.Option(metavar="SECONDS", help="End of each run, instead of the file's.")
+]
+Store = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="STORE", help="Store of all runs, .sqlite or .db; by default one in the cache."
+    ),
+]
+Jobs = Annotated[int | None, typer.Option(metavar="N", help="Threads; by default all cores.")]
+SHOWN = (
+    *("tau_mean_Nm", "torque_ripple_pp", "torque_error_rms"),
+    *("efficiency", "i_rms_A", "f_switch_Hz"),
+)
+MOST_ROWS = 40  # of the table on the terminal
+
+
+def sweep(
+    drive_file: DriveFile,
+    vary: Vary,
+    sobol: Annotated[
+        int | None, typer.Option(metavar="N", help="N points of a Sobol sequence, no grid.")
+    ] = None,
+    random: Annotated[
+        int | None, typer.Option(metavar="N", help="N random points, no grid.")
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the samples.")] = 0,
+    until: Until = None,
+    overrides: Overrides = None,
+    trust: Trust = False,
+    as_json: AsJson = False,
+    out: Store = None,
+    table: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Table: .csv, .npz, .parquet or .mat.")
+    ] = None,
+    plot: Plot = None,
+    figure: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Key figures to show, as in `run --json`.")
+    ] = None,
+    kind: Annotated[
+        str | None,
+        typer.Option(metavar="KIND", help="Of the plot: lines, heat, parallel or pareto."),
+    ] = None,
+    jobs: Jobs = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler that runs the points.")
+    ] = None,
+) -> None:
+    """Key figures over grids and samples of any values; goes on where it was interrupted."""
+    import reluctance
+    from reluctance.cli.progress import progress_bar
+    from reluctance.drive.own_code import names_code
+    from reluctance.errors import ParameterError
+    from reluctance.figures import check_figure
+    from reluctance.files import TABLES, check_ending
+    from reluctance.sweep.found import figure_name
+    from reluctance.sweep.vary import parsed
+
+    values = dict(parsed(text) for text in vary)
+    names = [figure_name(name.strip()) for name in figure.split(",")] if figure else None
+    if table is not None:
+        check_ending(table, TABLES)
+    if plot is not None:
+        check_figure(plot)
+    for value in values.get("control.law", []):
+        if names_code(value) and not trust:
+            raise ParameterError(
+                f"law `{value}` is code that would run; if you trust it, add --trust"
+            )
+    drive = reluctance.load(drive_file, overrides, trust=trust)
+    with progress_bar(f"sweeping {drive.name}", 1.0) as told:
+        found = reluctance.sweep(
+            drive,
+            values,
+            sobol=sobol,
+            random=random,
+            seed=seed,
+            until=until,
+            out=out,
+            jobs=jobs,
+            cluster=cluster,
+            progress=told,
+        )
+    if found.failed == len(found):
+        raise ParameterError(f"none of the {len(found)} points works: {found.reason()}")
+    if table is not None:
+        found.save(table)
+    if plot is not None:
+        from reluctance.sweep.plots import save_plot  # Matplotlib: half of the start-up time
+
+        save_plot(found, plot, names, kind)
+    if as_json:
+        print(json.dumps(as_object(found)))
+        return
+    _print_table(found, names)
+    print(f"{len(found)} points: {found.ran} run now, {found.known} from the store")
+    if found.failed:
+        print(f"note: {found.failed} of them failed; the first: {found.reason()}")
+    for path in (out, table, plot):
+        if path is not None:
+            print(path)
+
+
+def as_object(found: Sweep) -> dict[str, object]:
+    """The sweep as `--json` prints it."""
+    points = []
+    for n in range(len(found)):
+        point = {k: None if v != v else v for k, v in found.point(n).items()}
+        points.append(point | {"why": found.why[n] or None})
+    return {"ran": found.ran, "known": found.known, "failed": found.failed, "points": points}
+
+
+def _print_table(found: Sweep, names: list[str] | None) -> None:
+    """The points as rows; of many, those where a figure is least or most."""
+    import numpy as np
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from reluctance.run.kpis import shown
+
+    columns = [n for n in names or SHOWN if not np.isnan(found.figures[n]).all()]
+    rows = list(range(len(found)))
+    title = found.name
+    if len(rows) > MOST_ROWS:
+        rows = sorted(
+            {int(pick(found.figures[c])) for c in columns for pick in (np.nanargmin, np.nanargmax)}
+        )
+        title += ": where a figure is least or most"
+    table = Table(title=Text(title))
+    for name in (*found.values, *columns):
+        table.add_column(Text(name.rpartition(".")[2]), justify="right", overflow="fold")
+    for n in rows:
+        point = found.point(n)
+        varied = [point[name] for name in found.values]
+        table.add_row(
+            *(Text(f"{v:.5g}" if isinstance(v, float) else str(v)) for v in varied),
+            *(shown(None if np.isnan(point[c]) else point[c], "{:.4g}") for c in columns),
+        )
+    Console().print(table)
