@@ -84,7 +84,7 @@ time zero</li>
 that the parameters come from); current limit {m.i_max_A:g} A; hysteresis band ±1 A</li>
 <li>response time: from zero current until the torque first reaches 95 % of its reference</li>
 <li>torque ripple: (max − min)/mean over whole electrical periods, unfiltered</li>
-<li>switching frequency: turn-ons per switch and second, mean over all six switches</li>
+<li>switching frequency: turn-ons per switch per second, mean over all six switches</li>
 <li>no iron loss, no mutual coupling between phases: the model has none</li>
 </ul>
 
