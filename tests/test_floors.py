@@ -16,6 +16,7 @@ FLOORS = (  # from the ground up; a part imports only from floors below, and fro
     {"laws"},
     {"load"},
     {"sweep"},
+    {"efficiency"},
     {"compare", "export", "paper", "pumping"},
     {"cli"},
 )

@@ -7,6 +7,7 @@ import typer
 
 import reluctance
 from reluctance.cli.compare import compare
+from reluctance.cli.efficiency import efficiency
 from reluctance.cli.ended import exit_code, watch_output, watch_signals
 from reluctance.cli.examples import examples
 from reluctance.cli.export import export_app
@@ -28,7 +29,19 @@ app = typer.Typer(
     help="Switched-reluctance motor drives: simulate, control, find the physical limit, flash.",
 )
 
-for command in (run, sweep, paper, machines, examples, compare, limit, pump, size, schema):
+for command in (
+    run,
+    sweep,
+    efficiency,
+    paper,
+    machines,
+    examples,
+    compare,
+    limit,
+    pump,
+    size,
+    schema,
+):
     app.command()(command)
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")
