@@ -17,7 +17,7 @@ FLOORS = (  # from the ground up; a part imports only from floors below, and fro
     {"load"},
     {"sweep"},
     {"efficiency"},
-    {"compare", "export", "paper", "pumping"},
+    {"compare", "export", "paper", "pumping", "tune"},
     {"cli"},
 )
 GROUND = {

@@ -25,6 +25,10 @@ CUBIC = ROOT / "examples" / "sharing_cubic.toml"
 RUN = ("run", RATED, "--until", "0.02")
 SWEEP = ("sweep", RATED, "--vary", "control.i_band_A=1,2", "--until", "0.02")
 MAPPED = ("efficiency", CUBIC, "--speed", "900,1500", "--torque", "10,30", "--no-envelope")
+TUNED = (
+    *("tune", CUBIC, "--vary", "control.i_band_A=1:2", "--minimise", "i_rms"),
+    *("--budget", "4", "--until", "0.02"),
+)
 MAP = ("--N_r", 4)
 WINDING = ("--N_s", "6", "--R_ohm", "1", "--J_kgm2", "0.01")
 
@@ -52,6 +56,9 @@ WRITERS = {
     "sweep store": ((*SWEEP, "--out"), "w.sqlite"),
     "sweep table": ((*SWEEP, "--table"), "w.csv"),
     "sweep figure": ((*SWEEP, "--plot"), "w.png"),
+    "tuned drive": ((*TUNED, "--out"), "w.toml"),
+    "tuning table": ((*TUNED, "--table"), "w.csv"),
+    "tuning figure": ((*TUNED, "--plot"), "w.png"),
     "efficiency table": ((*MAPPED, "--out"), "w.csv"),
     "efficiency figure": ((*MAPPED, "--plot"), "w.png"),
     "paper": (("paper", "--out"), "paper"),

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -22,6 +23,11 @@ NEGLIGIBLE = 1e-6  # part of all losses: a kind below it has no panel
 LEVELS = (  # of efficiency
     *(0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.75, 0.8, 0.82, 0.84, 0.86, 0.88),
     *(0.9, 0.91, 0.92, 0.93, 0.94, 0.95, 0.96, 0.97, 0.98, 0.99),
+)
+
+RIPPLES = (
+    *(0.001, 0.002, 0.005, 0.01, 0.015, 0.02, 0.03, 0.05, 0.07),
+    *(0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1, 2, 5),
 )
 
 
@@ -95,17 +101,21 @@ def _panel(ax: Axes, maps: list[EfficiencyMap], panel: str) -> None:
     parts = [_fine(found, panel) for found in maps]
     title, unit = _title(panel)
     values = np.concatenate([z.compressed() for _, _, z in parts])
-    if panel == "efficiency":
-        least, most = float(values.min()), float(values.max())
-        levels = [level for level in LEVELS if least < level < most]
-        levels = levels[-9:] or list(np.linspace(least, most, 6)[1:-1])
+    low, high = (float(x) for x in np.percentile(values, [1, 99]))
+    if unit == "%":
+        chosen = LEVELS if panel == "efficiency" else RIPPLES
+        levels = [level for level in chosen if low < level < high][-9:]
     else:
-        shown = np.percentile(values, [2, 98])
-        levels = [x for x in MaxNLocator(9).tick_values(*shown) if shown[0] < x < shown[1]]
+        levels = [x for x in MaxNLocator(9).tick_values(low, high) if low < x < high]
+    if len(levels) < 2:
+        levels = np.linspace(low, high + 1e-9 * (1 + abs(high)), 5)[1:-1].tolist()
+    norm = BoundaryNorm(levels, 256, extend="both")  # as many colours as bands, however wide
     for omega, tau, z in parts:
         rpm = from_si(omega, "rpm")
-        ax.contourf(rpm, tau, z, levels=levels or 6, cmap="viridis", extend="both", alpha=0.85)
-        lines = ax.contour(rpm, tau, z, levels=levels or 6, colors="k", linewidths=0.5)
+        ax.contourf(
+            rpm, tau, z, levels=levels, norm=norm, cmap="viridis", extend="both", alpha=0.85
+        )
+        lines = ax.contour(rpm, tau, z, levels=levels, colors="k", linewidths=0.5)
         ax.clabel(lines, fmt=_percent if unit == "%" else "%g", fontsize=7)
     ax.set_title(f"{title} ({unit})", fontsize=10)
 
