@@ -5,6 +5,7 @@ python sweep_script.py STORE LOG
 
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 
 import reluctance as rl
@@ -15,7 +16,8 @@ UNTIL = 0.02
 
 
 def main(store: str, log: str) -> None:
-    points, sweep = sys.modules["reluctance.sweep.points"], sys.modules["reluctance.sweep.sweep"]
+    points = import_module("reluctance.sweep.points")
+    sweep = import_module("reluctance.sweep.sweep")
     points.COMMIT_EVERY = 0.0  # as many commits as runs, so that many are hit
     original = sweep.finished
     with open(log, "a", encoding="utf-8") as file:

@@ -16,7 +16,8 @@ FLOORS = (  # from the ground up; a part imports only from floors below, and fro
     {"laws"},
     {"load"},
     {"sweep"},
-    {"compare", "export", "paper", "pumping"},
+    {"efficiency"},
+    {"compare", "export", "paper", "pumping", "tune"},
     {"cli"},
 )
 GROUND = {

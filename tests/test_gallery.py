@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 SCRIPTS = sorted((Path(__file__).parents[1] / "examples" / "gallery").glob("*.py"))
-WANTED = 12
+WANTED = 22
 
 
 def test_there_are_enough() -> None:
@@ -34,3 +34,17 @@ def test_a_script_is_short_and_uses_the_public_surface(path: Path) -> None:
         "reluctance"
     }
     assert source.rstrip().endswith("plt.show()")
+
+
+JOBS = [path for path in SCRIPTS if path.stem.startswith("sweep_")]
+
+
+def test_ten_sweep_jobs_take_ten_lines_each() -> None:
+    assert len(JOBS) == 10
+    for path in JOBS:
+        body = ast.parse(path.read_text(encoding="utf-8")).body
+        code = [n for n in body if not isinstance(n, ast.Import | ast.ImportFrom)][
+            2:
+        ]  # text, DRIVE
+        lines = path.read_text(encoding="utf-8").splitlines()[code[0].lineno - 1 :]
+        assert len(lines) <= 10, path

@@ -8,6 +8,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from importlib import import_module
 from itertools import product
 from pathlib import Path
 
@@ -154,7 +155,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, before[1]))
     try:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(sys.modules["reluctance.sweep.points"], "COMMIT_EVERY", 0.0)
+            patch.setattr(import_module("reluctance.sweep.points"), "COMMIT_EVERY", 0.0)
             with pytest.raises(rl.ParameterError, match=r"cannot write .*goes on from there"):
                 rl.sweep(drive, vary, until=0.01, out=store)
     finally:

@@ -22,8 +22,14 @@ from reluctance.paper import report
 ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"
 DAY = ROOT / "examples" / "sun_day.toml"
+CUBIC = ROOT / "examples" / "sharing_cubic.toml"
 RUN = ("run", RATED, "--until", "0.02")
 SWEEP = ("sweep", RATED, "--vary", "control.i_band_A=1,2", "--until", "0.02")
+MAPPED = ("efficiency", CUBIC, "--speed", "900,1500", "--torque", "10,30", "--no-envelope")
+TUNED = (
+    *("tune", CUBIC, "--vary", "control.i_band_A=1:2", "--minimise", "i_rms"),
+    *("--budget", "4", "--until", "0.02"),
+)
 MAP = ("--N_r", 4)
 WINDING = ("--N_s", "6", "--R_ohm", "1", "--J_kgm2", "0.01")
 
@@ -51,6 +57,11 @@ WRITERS = {
     "sweep store": ((*SWEEP, "--out"), "w.sqlite"),
     "sweep table": ((*SWEEP, "--table"), "w.csv"),
     "sweep figure": ((*SWEEP, "--plot"), "w.png"),
+    "tuned drive": ((*TUNED, "--out"), "w.toml"),
+    "tuning table": ((*TUNED, "--table"), "w.csv"),
+    "tuning figure": ((*TUNED, "--plot"), "w.png"),
+    "efficiency table": ((*MAPPED, "--out"), "w.csv"),
+    "efficiency figure": ((*MAPPED, "--plot"), "w.png"),
     "paper": (("paper", "--out"), "paper"),
     "examples": (("examples", "--copy"), "copied"),
     "pump": (("pump", DAY, "--out"), "pumped"),
@@ -300,7 +311,7 @@ def test_the_list_has_every_option_that_names_a_place():
     from reluctance.cli import app
 
     used = {a for given, _ in WRITERS.values() for a in given if str(a).startswith("--")}
-    used |= {"--torque"}  # reads
+    used |= {"--torque", "--cycle"}  # read
 
     def visit(group):
         for child in getattr(group, "commands", {}).values():

@@ -7,6 +7,7 @@ import typer
 
 import reluctance
 from reluctance.cli.compare import compare
+from reluctance.cli.efficiency import efficiency
 from reluctance.cli.ended import exit_code, watch_output, watch_signals
 from reluctance.cli.examples import examples
 from reluctance.cli.export import export_app
@@ -20,6 +21,7 @@ from reluctance.cli.pump import pump, size
 from reluctance.cli.run import run
 from reluctance.cli.schema import schema
 from reluctance.cli.sweep import sweep
+from reluctance.cli.tune import tune
 
 app = typer.Typer(
     pretty_exceptions_enable=False,
@@ -28,7 +30,8 @@ app = typer.Typer(
     help="Switched-reluctance motor drives: simulate, control, find the physical limit, flash.",
 )
 
-for command in (run, sweep, paper, machines, examples, compare, limit, pump, size, schema):
+FIRST = (run, sweep, tune, efficiency, compare, limit, paper, machines, examples)
+for command in (*FIRST, pump, size, schema):
     app.command()(command)
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")

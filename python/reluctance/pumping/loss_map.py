@@ -6,10 +6,9 @@ It is stored over the torque that a run achieved, not the one it was asked for, 
 greatest torque achieved at each voltage and speed.
 """
 
-import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -18,16 +17,13 @@ from scipy.interpolate import RegularGridInterpolator
 import reluctance
 from reluctance.cache import cached
 from reluctance.drive import Drive
-from reluctance.drive.schema import checked
 from reluctance.drive.single_diode import FloatArray
+from reluctance.efficiency.locked import at, length, rising
 from reluctance.errors import ParameterError
 
 ALGORITHM = 2  # raised when the same drive gives other numbers
 SHAPE = (3, 5, 5)  # voltages, speeds, torques
-PERIODS = 6  # electrical periods of a run; its second half counts
-SHORTEST = 0.02  # run [s]
 HELD = 0.97  # of the last torque asked for: from here on the drive holds it
-RISES = 0.1  # of a step of the reference: less is the limit of the drive
 LEAST_TORQUE = 0.05  # of the greatest: the first of the torques
 PROCESSES = 2  # threads in the core, which runs without Python's lock
 
@@ -98,24 +94,9 @@ def loss_map(
     )
 
 
-def at(drive: Drive, *, u_dc: float, omega: float, tau: float, tau_max: float) -> Drive:
-    """The drive on a locked shaft at one operating point; its tables reach to tau_max."""
-    return replace(
-        drive,
-        converter=drive.converter.model_copy(update={"u_dc_V": u_dc}),
-        source=checked(type(drive.source), {}, "[source]"),  # stiff
-        load=checked(
-            type(drive.load), {"kind": "locked", "speed_rpm": omega * 30 / math.pi}, "[load]"
-        ),
-        reference=checked(type(drive.reference), {"kind": "torque", "tau_Nm": tau}, "[reference]"),
-        control=drive.control.model_copy(update={"tau_max_Nm": tau_max}),
-    )
-
-
 def run(point: Drive) -> tuple[float, float]:
     """Mean torque [N m] and loss [W] of a switched run."""
-    period = 2 * math.pi / (point.machine.N_r * point.omega_nominal)
-    until = max(PERIODS * period, SHORTEST)
+    until = length(point, point.omega_nominal)
     figures = reluctance.simulate(point, until=until, record=None).kpis
     return figures.tau_mean, figures.p_in - figures.p_mech
 
@@ -149,8 +130,7 @@ def _indexed_by_achieved(
     ratio, tau_max = np.empty_like(loss), np.empty(loss.shape[:2])
     for u, w in np.ndindex(*tau_max.shape):
         x = np.maximum(achieved[u, w], 1e-9)
-        # Where a higher reference gives no more torque, the drive is at its limit and only wastes.
-        rises = np.append(True, np.diff(np.maximum.accumulate(x)) > RISES * np.diff(tau))
+        rises = rising(tau, x)
         most = float(x.max())
         tau_max[u, w] = tau[-1] if most > HELD * tau[-1] else most
         ratio[u, w] = np.interp(tau, x[rises], (loss[u, w] / x)[rises])

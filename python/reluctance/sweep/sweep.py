@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,9 +15,10 @@ from reluctance.errors import ParameterError
 from reluctance.run import Kpis
 from reluctance.run.simulate_all import finished, jobs_of
 from reluctance.sweep.found import Sweep
-from reluctance.sweep.points import Points
-from reluctance.sweep.store import Store, check_store
-from reluctance.sweep.vary import Vary, checked, grid, samples
+
+if TYPE_CHECKING:
+    from reluctance.sweep.points import Points
+    from reluctance.sweep.vary import Columns, Vary
 
 
 def sweep(
@@ -80,6 +82,8 @@ def sweep(
     """
     if not isinstance(drive, Drive):
         raise ParameterError(f"sweep takes a Drive, not {drive!r}; make one with reluctance.load")
+    from reluctance.sweep.vary import checked, grid, samples  # here, and below: start-up time
+
     ranges = checked(vary)
     if sobol is not None and random is not None:
         raise ParameterError("need either sobol or random")
@@ -89,6 +93,26 @@ def sweep(
         count = sobol if sobol is not None else random
         columns = samples(drive, ranges, count or 0, sobol=sobol is not None, seed=seed)
         shape = ()
+    return swept(
+        drive, columns, shape, until=until, out=out, jobs=jobs, cluster=cluster, progress=progress
+    )
+
+
+def swept(
+    drive: Drive,
+    columns: Columns,
+    shape: tuple[int, ...],
+    *,
+    until: float | None = None,
+    out: str | Path | None = None,
+    jobs: int | None = None,
+    cluster: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Sweep:
+    """The same for points that are given; shape: () where they are no grid."""
+    from reluctance.sweep.points import Points
+    from reluctance.sweep.store import Store, check_store
+
     place = Path(out) if out is not None else _usual_place()
     if cluster is None:
         runner = partial(finished, until=until, jobs=jobs_of(jobs))

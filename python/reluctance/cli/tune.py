@@ -1,0 +1,123 @@
+"""`reluctance tune`: values for which a figure is best while others keep their bounds."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
+
+
+def tune(
+    drive_file: DriveFile,
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            metavar="SECTION.KEY=FROM:TO", help="Range, or choices as A,B,C. Repeat it for more."
+        ),
+    ],
+    minimise: Annotated[
+        str | None, typer.Option(metavar="FIGURE", help="Key figure to make least.")
+    ] = None,
+    maximise: Annotated[
+        str | None, typer.Option(metavar="FIGURE", help="Key figure to make greatest.")
+    ] = None,
+    keep: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FIGURE<VALUE", help="Bound, as f_switch_Hz<15e3 or efficiency>0.8."),
+    ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUE,KEY=VALUE",
+            help="Operating point, as load.speed_rpm=1000,reference.tau_Nm=20. Repeat it for more.",
+        ),
+    ] = None,
+    budget: Annotated[int, typer.Option(metavar="N", help="Trials.")] = 100,
+    optuna: Annotated[
+        bool, typer.Option("--optuna", help="Search with Optuna, instead of Sobol and COBYLA.")
+    ] = False,
+    study: Annotated[
+        str | None, typer.Option(metavar="STORE", help="Optuna's store, to go on with later.")
+    ] = None,
+    until: Annotated[float | None, typer.Option(metavar="SECONDS", help="End of each run.")] = None,
+    overrides: Overrides = None,
+    trust: Trust = False,
+    as_json: AsJson = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The tuned drive file, .toml.")
+    ] = None,
+    table: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Trials: .csv, .npz, .parquet or .mat.")
+    ] = None,
+    plot: Plot = None,
+    jobs: Annotated[
+        int | None, typer.Option(metavar="N", help="Threads; by default all cores.")
+    ] = None,
+) -> None:
+    """Values for which a figure is best while others keep their bounds; writes the drive file."""
+    from reluctance.cli.progress import progress_bar
+    from reluctance.errors import ParameterError
+    from reluctance.figures import check_figure
+    from reluctance.files import TABLES, check_ending, toml_value
+    from reluctance.load import load
+    from reluctance.sweep.vary import parsed
+    from reluctance.tune import tune as tuned
+    from reluctance.tune import write_drive
+
+    if out is not None:
+        check_ending(out, {".toml"})
+    if table is not None:
+        check_ending(table, TABLES)
+    if plot is not None:
+        check_figure(plot)
+    points: list[dict[str, Any]] = []
+    for text in at or []:
+        pairs = [pair.partition("=") for pair in text.split(",")]
+        if not all(name.strip() and value.strip() for name, _, value in pairs):
+            raise ParameterError(f"--at {text}: need KEY=VALUE,KEY=VALUE")
+        points.append({name.strip(): toml_value(value.strip()) for name, _, value in pairs})
+    drive = load(drive_file, overrides, trust=trust)
+    with progress_bar(f"tuning {drive.name}", 1.0) as told:
+        found = tuned(
+            drive,
+            dict(parsed(text) for text in vary),
+            minimise,
+            maximise=maximise,
+            keep=keep or [],
+            at=points,
+            budget=budget,
+            method="optuna" if optuna else "cobyla",
+            study=study,
+            until=until,
+            jobs=jobs,
+            progress=told,
+        )
+    if out is not None:
+        write_drive(found.drive, out, comment=f"Tuned for the {found.goal}.")
+    if table is not None:
+        found.table.save(table)
+    if plot is not None:
+        from reluctance.tune.plots import save  # Matplotlib: half of the start-up time
+
+        save(found, plot)
+    if as_json:
+        figures = {k: None if v != v else v for k, v in found.best.figures.items()}
+        told_best = {"values": found.best.values, "figures": figures, "kept": found.best.kept}
+        print(json.dumps({"goal": str(found.goal), "trials": len(found.tried)} | told_best))
+        return
+    print(f"{found.goal}: {len(found.tried)} trials, {found.ran} runs made now")
+    failed = [trial for trial in found.tried if trial.why]
+    if failed:
+        print(f"{len(failed)} trials gave no figures; the first: {failed[0].why}")
+    for name, value in found.best.values.items():
+        print(f"  {name} = {value}")
+    shown = [found.goal.figure, *(bound.figure for bound in found.goal.bounds)]
+    for name in dict.fromkeys(shown):
+        print(f"  {name} {found.best.figures[name]:.5g}")
+    if not found.best.kept:
+        print("note: no trial keeps all bounds; this one misses them by least")
+    for path in (out, table, plot):
+        if path is not None:
+            print(path)
