@@ -160,7 +160,7 @@ def test_a_restored_state_goes_on_with_the_same_bits(lib, part):
 def test_inputs_take_the_place_of_constants(lib):
     """A reference, load or voltage set from outside acts as the drive file's does."""
     drive = DRIVES["sharing"]
-    other = drive.with_values({"reference.torque_Nm": 20.0, "converter.u_dc_V": 250.0})
+    other = drive.with_values({"reference.tau_Nm": 20.0, "converter.u_dc_V": 250.0})
     unit = Unit(lib, blob(drive, record=0.0))
     assert unit.names("input") == ["reference", "u_dc", "omega_m"]
     unit.set("input", "u_dc", 250.0)

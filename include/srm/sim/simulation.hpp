@@ -66,7 +66,7 @@ class Simulation {
   /// not taken, and then t_stop is returned. `look` goes the rest of the way. So a result does not
   /// depend on where a run is interrupted.
   double advance_whole(double t_stop, Rows& waveforms, Rows& periods) {
-    const long last = steps_ + slice;
+    const long last = steps_ + slice / 10;
     while (t_ < t_stop && !waveforms.full() && !periods.full() && steps_ < last) {
       prepare(waveforms, periods);
       const Snapshot before = snapshot();
@@ -427,8 +427,10 @@ class Simulation {
         met = expected;
       }
     }
+    // Each guard can be the first once; more often they are met only where numbers are none.
+    int trials = 4 * N + 4;
     for (Guard g = first_met(end.x, theta_next, met.direction != 0 ? met.k : nobody);
-         g.direction != 0; g = first_met(end.x, theta_next, g.k)) {
+         g.direction != 0 && trials > 0; g = first_met(end.x, theta_next, g.k), --trials) {
       h = locate(plant_, at_, k1, settled, scale, g, h, end);
       t_end = t_ + h;
       met = g;
