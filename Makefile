@@ -12,7 +12,7 @@ BUILD_REQUIRES = $(shell $(PYTHON) -c 'import tomllib; print(*map(repr, tomllib.
 CLANG_FORMAT ?= clang-format
 CHECKED := python tests studies bench machines docs examples
 
-.PHONY: run test lint bench docs wheels clean
+.PHONY: run test lint bench docs wheels c-library wasm clean
 
 run: $(VENV)/installed
 	@mkdir -p out
@@ -36,6 +36,23 @@ bench: $(VENV)/installed
 docs: $(VENV)/installed-docs
 	$(BIN)/sphinx-build -W --keep-going -E -a -q -b html docs build/site
 	$(BIN)/python docs/extensions/check_links.py build/site
+
+# The C interface with everything in it (docs/c_interface.md). KINDS="-DSRM_PHASES=3" holds less.
+KINDS ?=
+CXX_SHARED := -std=c++20 -O2 -ffp-contract=off -fPIC -shared -fvisibility=hidden
+c-library:
+	@mkdir -p build
+	$(CXX) $(CXX_SHARED) $(KINDS) -Iinclude web/reluctance.cpp -o build/libreluctance.so
+
+# The same for browsers and Node: double precision, machines of three and four phases.
+WASM_CXX ?= clang++-19
+WASM_KINDS ?= -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double
+CXX_WASM := --target=wasm32-wasi -std=c++20 -O2 -ffp-contract=off -fno-exceptions -fno-rtti \
+  -fno-threadsafe-statics -mexec-model=reactor -Wl,--strip-all -Wl,--export-dynamic \
+  -Wl,--export=malloc -Wl,--export=free
+wasm:
+	@mkdir -p build
+	$(WASM_CXX) $(CXX_WASM) $(WASM_KINDS) -Iinclude web/reluctance.cpp -o build/reluctance.wasm
 
 # One wheel for this Python, and one for 3.12 and later; each is tried in an empty environment.
 wheels:

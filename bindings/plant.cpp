@@ -1,5 +1,6 @@
 // The exchangeable parts of the plant, and what the loop is told of sensors and resolution.
 #include "bind_struct.hpp"
+#include "describe_plant.hpp"
 #include "srm/sim/simulation.hpp"
 
 namespace bound {
@@ -42,6 +43,35 @@ void bind_plant(nb::module_& m) {
   bind_struct<srm::Sampling>(m, "Sampling", "Sensors and timing of the controller.");
   bind_struct<srm::Scale>(m, "Scale", "Currents [A] and voltages [V] that matter.");
   bind_struct<srm::Resolution>(m, "Resolution", "How finely a run is computed and kept.");
+  m.def(
+      "described_plant",
+      [](const AnyMachine& machine, double R, const srm::Source& source, const srm::Bridge& bridge,
+         const srm::Shaft& shaft, double t_dead, const srm::Sampling& sampling,
+         const srm::Course& reference, double theta_m, const srm::Resolution& resolution) {
+        nb::dict plant, fields, loop, node;
+        std::visit([&](const auto& m) { fields["machine"] = described(m.value); }, machine);
+        fields["R"] = R;
+        fields["source"] = described_part(source);
+        fields["bridge"] = described_part(bridge);
+        fields["shaft"] = described_part(shaft);
+        plant["fields"] = fields;
+        loop["plant"] = plant;
+        loop["t_dead"] = t_dead;
+        loop["sampling"] = described_part(sampling);
+        loop["reference"] = described_part(reference);
+        loop["theta_m"] = theta_m;
+        loop["resolution"] = described_part(resolution);
+        node["fields"] = loop;
+        return node;
+      },
+      nb::kw_only(), nb::arg("machine"), nb::arg("R"), nb::arg("source"), nb::arg("bridge"),
+      nb::arg("shaft"), nb::arg("t_dead"), nb::arg("sampling"), nb::arg("reference"),
+      nb::arg("theta_m"), nb::arg("resolution"),
+      nb::sig("def described_plant(*, machine: LeHuy | FluxMap, R: float, source: StiffSource | "
+              "Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, "
+              "t_dead: float, sampling: Sampling, reference: Course, theta_m: float, resolution: "
+              "Resolution) -> dict[str, typing.Any]"),
+      "All but the controller of a closed loop as a tree of names and numbers, for export.");
   m.def(
       "n_switches",
       [](const srm::Bridge& bridge, int n_phases) {

@@ -52,6 +52,7 @@ WRITERS = {
     "machine file": (("map", "import", "MAP", *MAP, *WINDING, "--out"), "w.toml"),
     "schema": (("schema", "--out"), "w.json"),
     "firmware": (("export", "firmware", RATED, "--out"), "firmware"),
+    "blob": (("export", "blob", RATED, "--out"), "w.srm"),
     "compare": (("compare", RATED, "--controls", "sharing_cubic", "--out"), "compared"),
     "compare figure": (("compare", RATED, "--controls", "sharing_cubic", "--plot"), "w.png"),
     "sweep store": ((*SWEEP, "--out"), "w.sqlite"),

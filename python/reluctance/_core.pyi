@@ -380,6 +380,11 @@ class Resolution:
 
     def __init__(self, *, dt_max: float, scale: Scale, record_every: float) -> None: ...
 
+def described_plant(*, machine: LeHuy | FluxMap, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, reference: Course, theta_m: float, resolution: Resolution) -> dict[str, Any]:
+    """
+    All but the controller of a closed loop as a tree of names and numbers, for export.
+    """
+
 def n_switches(bridge: AsymmetricBridge | SharedSwitchBridge, n_phases: int) -> int:
     """Switches of a bridge."""
 

@@ -29,6 +29,7 @@ struct Plant {
   Source source;
   Bridge bridge;
   Shaft shaft;
+  SRM_FIELDS(machine, R, source, bridge, shaft)
 };
 
 /// Rates of the state, and the powers whose integrals make the energy balance.

@@ -30,7 +30,9 @@ struct Resolution {
 template <Machine M, int N>
 class Simulation {
  public:
-  /// The dc link starts at the voltage of its source.
+  /// The dc link starts at the voltage of its source. Without a controller, orders come from
+  /// outside
+  /// (`obey`).
   Simulation(Plant<M, N> plant, double t_dead, Sampling sampling, Controller<N> controller,
              Course reference, double theta_m, Resolution resolution)
       : plant_(std::move(plant)),
@@ -53,26 +55,114 @@ class Simulation {
   double advance(double t_stop, Rows& waveforms, Rows& periods) {
     const long last = steps_ + slice;
     while (t_ < t_stop && !waveforms.full() && !periods.full() && steps_ < last) {
-      if (t_ >= t_course_) follow_courses();
-      if (t_ >= t_sample_) sample();
-      settle();
-      if (resolution_.record_every == 0 || t_ >= t_record_) record(waveforms);
-      if (std::abs(at_.x.theta_m - theta_period_) <= angle_tolerance) {
-        close_period(periods);
-        theta_period_ = next_period();
-      }
+      prepare(waveforms, periods);
       step(std::min({t_stop, t_sample_, t_record_, t_course_}));
       ++steps_;
     }
     return t_;
   }
 
+  /// The same by the steps of a run that stops nowhere: the first step that would pass t_stop is
+  /// not taken, and then t_stop is returned. `look` goes the rest of the way. So a result does not
+  /// depend on where a run is interrupted.
+  double advance_whole(double t_stop, Rows& waveforms, Rows& periods) {
+    const long last = steps_ + slice / 10;
+    while (t_ < t_stop && !waveforms.full() && !periods.full() && steps_ < last) {
+      prepare(waveforms, periods);
+      const Snapshot before = snapshot();
+      step(std::min({t_sample_, t_record_, t_course_}));
+      ++steps_;
+      if (t_ > t_stop) {
+        restore(before);
+        return t_stop;
+      }
+    }
+    return t_;
+  }
+
+  /// To t_stop by a shorter step, after `advance_whole` has returned it: for what is seen there.
+  /// Whoever wants to go on with whole steps restores the snapshot from before. Ends like `advance`
+  /// where a step does not get on.
+  void look(double t_stop) {
+    const long last = steps_ + slice;
+    while (t_ < t_stop && steps_ < last) {
+      step(std::min({t_stop, t_sample_, t_record_, t_course_}));
+      ++steps_;
+    }
+  }
+
   const State<N>& state() const { return at_.x; }
+  double t() const { return t_; }
   /// Integration steps taken so far.
   long steps() const { return steps_; }
 
-  /// Adds the present instant to the waveforms.
-  void record(Rows& waveforms) {
+  /// What the sensors show now.
+  Measurement<double, N> sense() {
+    if (t_ >= t_course_) follow_courses();
+    return measured(plant_, at_.x, source_now(plant_, legs_, at_.x, t_).i, sampling_);
+  }
+
+  /// Orders from outside, at the instant of a sample. Instants within a billionth of a period of a
+  /// multiple of it are that multiple, as in a loop with a controller.
+  void obey(const Orders<N>& orders) {
+    if (t_ >= t_course_) follow_courses();
+    samples_ = static_cast<long>(t_ / sampling_.T_s + 1e-9);
+    take(orders);
+    settle();
+  }
+
+  /// The orders in effect.
+  const Command<double, N>& command() const { return command_; }
+
+  /// Lets `change` alter plant and reference from outside; courses are followed anew.
+  template <class F>
+  void change(const F& how) {
+    how(plant_, reference_);
+    t_course_ = t_;
+  }
+
+  /// All that changes from step to step but the state of the controller: a plain value.
+  struct Snapshot {
+    Point<N> at;
+    std::array<GateState, N> gates;
+    std::array<SwitchedLeg, N> switches;
+    AllLegs<N> legs;
+    bool shorted, prepared;
+    Command<double, N> command, pending;
+    double t, t_sample, t_course, t_orders, t_record, theta_period, tau_ref;
+    long samples, steps;
+    Switchings switchings;
+    Extremes extremes;
+  };
+  Snapshot snapshot() const {
+    return {at_,      gates_,   switches_, legs_,       shorted_,  prepared_, command_,
+            pending_, t_,       t_sample_, t_course_,   t_orders_, t_record_, theta_period_,
+            tau_ref_, samples_, steps_,    switchings_, extremes_};
+  }
+  void restore(const Snapshot& s) {
+    at_ = s.at;
+    gates_ = s.gates;
+    switches_ = s.switches;
+    legs_ = s.legs;
+    shorted_ = s.shorted;
+    prepared_ = s.prepared;
+    command_ = s.command;
+    pending_ = s.pending;
+    t_ = s.t;
+    t_sample_ = s.t_sample;
+    t_course_ = s.t_course;
+    t_orders_ = s.t_orders;
+    t_record_ = s.t_record;
+    theta_period_ = s.theta_period;
+    tau_ref_ = s.tau_ref;
+    samples_ = s.samples;
+    steps_ = s.steps;
+    switchings_ = s.switchings;
+    extremes_ = s.extremes;
+  }
+
+  /// The present instant as a row of the waveforms.
+  Waveform<N> waveform() const {
     Waveform<N> row{.t = t_,
                     .theta_m = at_.x.theta_m,
                     .omega_m = at_.x.omega_m,
@@ -90,21 +180,31 @@ class Simulation {
       row.tau_ph[k] = m.tau;
       row.tau += m.tau;
     }
-    waveforms.add(row);
+    return row;
+  }
+
+  /// Adds the present instant to the waveforms.
+  void record(Rows& waveforms) {
+    waveforms.add(waveform());
     const double interval = resolution_.record_every;
     if (interval > 0) t_record_ = interval * std::round(t_ / interval + 1);
   }
 
-  /// Adds the integrals so far and the extremes since the last call to the periods.
+  /// The integrals so far, and the extremes since the last `close_period`.
+  Period<N> period() const {
+    return {.t = t_,
+            .theta_m = at_.x.theta_m,
+            .omega_m = at_.x.omega_m,
+            .W_f = field_energy(plant_, at_.x),
+            .W_dc = stored(plant_.source, at_.x.u_dc),
+            .switchings = switchings_,
+            .extremes = extremes_,
+            .integrals = at_.q};
+  }
+
+  /// Adds them to the periods.
   void close_period(Rows& periods) {
-    periods.add(Period<N>{.t = t_,
-                          .theta_m = at_.x.theta_m,
-                          .omega_m = at_.x.omega_m,
-                          .W_f = field_energy(plant_, at_.x),
-                          .W_dc = stored(plant_.source, at_.x.u_dc),
-                          .switchings = switchings_,
-                          .extremes = extremes_,
-                          .integrals = at_.q});
+    periods.add(period());
     extremes_ = {};
   }
 
@@ -129,10 +229,30 @@ class Simulation {
     t_course_ = std::min(next_change(plant_.source, t_), next_change(plant_.shaft, t_));
   }
 
+  /// What is due at a point before the step that begins there; once a point.
+  void prepare(Rows& waveforms, Rows& periods) {
+    if (prepared_) return;
+    if (t_ >= t_course_) follow_courses();
+    if (t_ >= t_sample_) sample();
+    settle();
+    if (resolution_.record_every == 0 || t_ >= t_record_) record(waveforms);
+    if (std::abs(at_.x.theta_m - theta_period_) <= angle_tolerance) {
+      close_period(periods);
+      theta_period_ = next_period();
+    }
+    prepared_ = true;
+  }
+
   void sample() {
+    if (!controller_) {  // the orders of the last sample stay
+      t_sample_ = sampling_.T_s * static_cast<double>(++samples_);
+      return;
+    }
     const double i_source = source_now(plant_, legs_, at_.x, t_).i;
-    const Orders<N> orders =
-        controller_(measured(plant_, at_.x, i_source, sampling_), reference_.at(t_));
+    take(controller_(measured(plant_, at_.x, i_source, sampling_), reference_.at(t_)));
+  }
+
+  void take(const Orders<N>& orders) {
     tau_ref_ = orders.tau_ref;
     command_ = sampling_.delay > 0 ? std::exchange(pending_, orders.command) : orders.command;
     t_orders_ = t_;
@@ -307,14 +427,17 @@ class Simulation {
         met = expected;
       }
     }
+    // Each guard can be the first once; more often they are met only where numbers are none.
+    int trials = 4 * N + 4;
     for (Guard g = first_met(end.x, theta_next, met.direction != 0 ? met.k : nobody);
-         g.direction != 0; g = first_met(end.x, theta_next, g.k)) {
+         g.direction != 0 && trials > 0; g = first_met(end.x, theta_next, g.k), --trials) {
       h = locate(plant_, at_, k1, settled, scale, g, h, end);
       t_end = t_ + h;
       met = g;
     }
     at_ = end;
     t_ = t_end;
+    prepared_ = false;
     if (met.direction != 0) act_on(met);
     for (int k = 0; k < N; ++k) {
       if (command_[k].gate == Gate::timer) follow_orders(k);
@@ -352,8 +475,9 @@ class Simulation {
   Point<N> at_;
   std::array<GateState, N> gates_;
   std::array<SwitchedLeg, N> switches_;
-  AllLegs<N> legs_;       // what the windings see
-  bool shorted_ = false;  // the diodes of the bridge hold the dc link at zero
+  AllLegs<N> legs_;        // what the windings see
+  bool shorted_ = false;   // the diodes of the bridge hold the dc link at zero
+  bool prepared_ = false;  // what is due at this point is done
   Command<double, N> command_, pending_;
   double t_ = 0, t_sample_ = 0, t_course_ = 0, t_orders_ = 0, t_record_;
   double theta_period_ = 0;

@@ -81,6 +81,22 @@ def firmware(
         )
 
 
+@export_app.command("blob")
+def blob(
+    drive_file: DriveFile,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")],
+    overrides: Overrides = None,
+    trust: Trust = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write the resolved parameters of a drive for the C interface."""
+    of = export.write_blob(load(drive_file, overrides, trust=trust), out)
+    if as_json:
+        print(json.dumps({"file": str(out), **asdict(of)}))
+    else:
+        Console().print(f"{out}: {of}", soft_wrap=True, highlight=False)
+
+
 @export_app.command("parity")
 def parity(
     drive_file: DriveFile,

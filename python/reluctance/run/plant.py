@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.drive.pump_load import pump
@@ -16,29 +18,34 @@ def closed_loop(
     drive: Drive, controller: _core.Controller, record_every: float
 ) -> _core.Simulation:
     """The loop at its start. record_every: waveform interval [s]; 0: every point; < 0: none."""
-    machine, sensing, load = drive.machine, drive.sensing, drive.load
     return _core.Simulation(
-        machine=machine.magnetics,
-        n_phases=machine.n_phases,
-        R=machine.R,
-        source=source(drive.source, drive.converter.u_dc_V),
-        bridge=bridge(drive.converter),
-        shaft=shaft(load, J=drive.J, B=machine.B_Nms),
-        t_dead=drive.converter.t_dead,
-        sampling=_core.Sampling(
+        n_phases=drive.machine.n_phases, controller=controller, **loop_parts(drive, record_every)
+    )
+
+
+def loop_parts(drive: Drive, record_every: float) -> dict[str, Any]:
+    """All parts of the loop but its controller."""
+    machine, sensing, load = drive.machine, drive.sensing, drive.load
+    return {
+        "machine": machine.magnetics,
+        "R": machine.R,
+        "source": source(drive.source, drive.converter.u_dc_V),
+        "bridge": bridge(drive.converter),
+        "shaft": shaft(load, J=drive.J, B=machine.B_Nms),
+        "t_dead": drive.converter.t_dead,
+        "sampling": _core.Sampling(
             T_s=drive.control.T_s,
             angle_offset=to_si(drive.mismatch.angle_offset_deg, "deg"),
             **sensing.sampling,
         ),
-        controller=controller,
-        reference=course(drive.reference.course),
-        theta_m=to_si(drive.simulation.theta_start_deg, "deg"),
-        resolution=_core.Resolution(
+        "reference": course(drive.reference.course),
+        "theta_m": to_si(drive.simulation.theta_start_deg, "deg"),
+        "resolution": _core.Resolution(
             dt_max=to_si(drive.simulation.dt_max_us, "us"),
             scale=_core.Scale(i=machine.i_max_A, u_dc=drive.converter.u_dc_V),
             record_every=record_every,
         ),
-    )
+    }
 
 
 def course(points: tuple[list[float], list[float]]) -> _core.Course:

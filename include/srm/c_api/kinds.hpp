@@ -1,0 +1,136 @@
+// From the names in a blob to the templates of the core: which kinds a library can hold.
+//
+// By default all of them. A library for one drive names what it needs before it includes this file:
+//   #define SRM_LAWS EdgeMpc
+//   #define SRM_MACHINES FluxMap
+//   #define SRM_PHASES 4
+//   #define SRM_PRECISIONS double
+// A law from outside the tree has its header included before, and is named the same way.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "srm/c_api/blob.hpp"
+#include "srm/c_api/drive_unit.hpp"
+#include "srm/control/law/angles.hpp"
+#include "srm/control/law/deadbeat.hpp"
+#include "srm/control/law/ditc.hpp"
+#include "srm/control/law/edge_mpc.hpp"
+#include "srm/control/law/finite_set_mpc.hpp"
+#include "srm/control/law/paper_mpc.hpp"
+#include "srm/control/law/pwm_current.hpp"
+#include "srm/control/law/torque_sharing.hpp"
+
+#ifndef SRM_LAWS
+#define SRM_LAWS Angles, PwmCurrent, TorqueSharing, Ditc, Deadbeat, PaperMpc, FiniteSetMpc, EdgeMpc
+#endif
+#ifndef SRM_MACHINES
+#define SRM_MACHINES LeHuy, FluxMap
+#endif
+#ifndef SRM_PHASES
+#define SRM_PHASES 2, 3, 4, 5, 6
+#endif
+#ifndef SRM_PRECISIONS
+#define SRM_PRECISIONS float, double
+#endif
+
+namespace srm::c_api {
+
+/// Laws in one form: machine and number of phases.
+namespace laws {
+template <Machine M, int N>
+using Angles = srm::Angles<typename M::Scalar, N>;  // does without a machine
+template <Machine M, int N>
+using PaperMpc = srm::PaperMpc<M, N, 10, 4>;  // capacities as in Python
+using srm::Deadbeat;
+using srm::Ditc;
+using srm::EdgeMpc;
+using srm::FiniteSetMpc;
+using srm::PwmCurrent;
+using srm::TorqueSharing;
+}  // namespace laws
+
+/// The name of a template of which S is made: `TorqueSharing` of srm::TorqueSharing<...>.
+template <class S>
+std::string_view template_name() {
+  std::string_view text = __PRETTY_FUNCTION__;
+  text.remove_prefix(text.find("S = ") + 4);
+  text = text.substr(0, text.find('<'));
+  const auto scope = text.rfind("::");
+  return scope == std::string_view::npos ? text : text.substr(scope + 2);
+}
+
+struct Made {
+  Outcome outcome{SRM_NOT_BUILT};
+  std::unique_ptr<Unit> unit{};
+};
+
+/// Laws that are looked through for the one of a blob.
+template <template <class, int> class... Law>
+struct Laws {
+  template <class M, int N>
+  static std::unique_ptr<ControlPart<N>> control(std::string_view name) {
+    std::unique_ptr<ControlPart<N>> found;
+    ((template_name<Law<M, N>>() == name ? void(found = std::make_unique<ControlOf<Law<M, N>>>())
+                                         : void()),
+     ...);
+    return found;
+  }
+};
+
+/// The unit of a blob with this machine model and number of phases.
+template <Machine M, int N>
+Made made(const Blob& blob, srm_part part, std::unique_ptr<ControlPart<N>> control) {
+  LoopParameters<M, N> given{};
+  Tables memory;
+  Reader reader(blob.parameters, blob.size);
+  reader.read(given, memory);
+  reader.visit("control ");
+  control->read_parameters(reader);
+  if (reader.layout() != blob.layout) return {{SRM_WRONG_VERSION, "fields"}};
+  if (!reader.ended()) return {{SRM_NOT_A_BLOB, "numbers"}};
+  if (!reader.fault().empty()) return {{SRM_BAD_PARAMETER, reader.fault()}};
+  return {{},
+          std::make_unique<DriveUnit<M, N>>(std::move(given), std::move(memory), std::move(control),
+                                            part, blob.checksum)};
+}
+
+template <class L, int N, class T, template <class> class... M>
+void find_machine(const Blob& blob, srm_part part, Made& found) {
+  const auto look = [&]<class Own, class Plants>() {
+    if (template_name<Own>() != blob.machine) return;
+    auto control = L::template control<Own, N>(blob.law);
+    if (control) found = made<Plants, N>(blob, part, std::move(control));
+  };
+  (look.template operator()<M<T>, M<double>>(), ...);
+}
+
+template <class L, int N, class... T>
+void find_precision(const Blob& blob, srm_part part, Made& found) {
+  ((blob.precision == (sizeof(T) == 4 ? "float" : "double")
+        ? find_machine<L, N, T, SRM_MACHINES>(blob, part, found)
+        : void()),
+   ...);
+}
+
+template <class L, int... N>
+void find_phases(const Blob& blob, srm_part part, Made& found) {
+  ((blob.n_phases == N ? find_precision<L, N, SRM_PRECISIONS>(blob, part, found) : void()), ...);
+}
+
+inline std::string kind_text(const Blob& blob) {
+  return blob.law + ", " + blob.machine + ", " + std::to_string(blob.n_phases) + " phases, " +
+         blob.precision;
+}
+
+inline Made made(const unsigned char* bytes, std::size_t size, srm_part part) {
+  using namespace laws;
+  Blob blob;
+  if (const srm_status status = parse(bytes, size, blob); status != SRM_OK) return {{status}};
+  Made found{{SRM_NOT_BUILT, kind_text(blob)}};
+  find_phases<Laws<SRM_LAWS>, SRM_PHASES>(blob, part, found);
+  return found;
+}
+
+}  // namespace srm::c_api

@@ -1,0 +1,164 @@
+// Which parameters make a drive that can run: nothing divides by zero or leaves a table.
+//
+// Python's checks are stricter and say more; these keep a program in C, a page or an importer of a
+// mock-up unit, which set numbers by hand, from undefined behaviour.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <type_traits>
+#include <variant>
+
+#include "srm/control/frame/drive_control.hpp"
+#include "srm/control/law/paper_mpc.hpp"
+#include "srm/control/part/guide.hpp"
+#include "srm/control/part/sharing.hpp"
+#include "srm/machine/flux_map.hpp"
+#include "srm/machine/lehuy.hpp"
+#include "srm/sim/simulation.hpp"
+
+namespace srm::c_api {
+
+/// The name of what is wrong; null where nothing is.
+using Fault = const char*;
+
+template <class T>
+bool is_positive(T x) {
+  return x > T(0) && x - x == T(0);
+}
+
+template <Real T>
+Fault fault(const LeHuy<T>& m) {
+  if (m.N_r < 1 || m.N_r > 1000) return "N_r";
+  if (!is_positive(m.L_u) || !is_positive(m.L_sat) || !is_positive(m.A) || !is_positive(m.B) ||
+      !is_positive(m.i_sat)) {
+    return "L_u, L_sat, A, B, i_sat of the machine";
+  }
+  return nullptr;
+}
+
+template <Real T>
+Fault fault(const FluxMap<T>& m) {
+  if (m.N_r < 1 || m.N_r > 1000) return "N_r";
+  const bool sizes = m.n_i >= 2 && m.n_i <= 255 && m.n_theta >= 2 && m.n_theta <= 100000 &&
+                     m.n_slot >= 1 && m.knot.size == m.n_i && m.piece.size == m.n_slot &&
+                     m.coefficient.size == m.n_i * (m.n_theta + 3) * FluxMap<T>::n_power;
+  if (!sizes) return "sizes of the flux map";
+  for (int j = 1; j < m.n_i; ++j) {
+    if (!(m.knot[j] > m.knot[j - 1])) return "knots of the flux map";
+  }
+  for (const int j : m.piece) {
+    if (j >= m.n_i) return "slots of the flux map";
+  }
+  if (!is_positive(m.theta_span) || !is_positive(m.cells_per_rad) || !is_positive(m.slots_per_A)) {
+    return "spans of the flux map";
+  }
+  return inductance_bound(m) > T(0) ? nullptr : "inductance of the flux map";
+}
+
+template <Real T>
+Fault fault(const Guide<T>& g) {
+  const long cells = static_cast<long>(g.first.rows) * g.first.columns;
+  const bool sizes = g.first.rows >= 2 && g.first.columns >= 1 && g.omega.size >= 1 &&
+                     cells <= g.first.values.size && cells * g.omega.size == g.first.values.size;
+  return sizes && is_positive(g.first.level_max) && is_positive(g.u_dc) ? nullptr : "guide";
+}
+
+inline Fault fault(const Course& c) {
+  if (c.t.empty() || c.t.size() != c.value.size()) return "points of a course";
+  for (std::size_t j = 1; j < c.t.size(); ++j) {
+    if (!(c.t[j] >= c.t[j - 1])) return "times of a course";
+  }
+  return nullptr;
+}
+
+inline Fault fault(const Pump& p) {
+  if (p.tau.empty()) return nullptr;
+  const bool sizes = p.columns >= 2 && p.tau.size() % static_cast<std::size_t>(p.columns) == 0 &&
+                     p.rise.size() == p.tau.size();
+  return sizes && is_positive(p.s_step) && is_positive(p.H_step) ? fault(p.H_static) : "pump";
+}
+
+inline Fault fault(const StiffSource& s) { return fault(s.u_dc); }
+inline Fault fault(const Battery& s) {
+  return is_positive(s.R) && is_positive(s.C) ? fault(s.E) : "R, C of the source";
+}
+inline Fault fault(const PvArray& s) {
+  if (!is_positive(s.R_s) || !is_positive(s.R_sh) || !is_positive(s.a) || !is_positive(s.C)) {
+    return "R_s, R_sh, a, C of the source";
+  }
+  const Fault sun = fault(s.poa_global);
+  return sun ? sun : fault(s.temp_cell);
+}
+
+inline Fault fault(const Shaft& s) {
+  if (!is_positive(s.J)) return "J of the shaft";
+  if (const Fault f = fault(s.tau_0)) return f;
+  if (const Fault f = fault(s.omega)) return f;
+  return fault(s.pump);
+}
+
+template <Machine M, int N>
+Fault fault(const Plant<M, N>& p) {
+  if (const Fault f = fault(p.machine)) return f;
+  if (!(p.R >= 0)) return "R";
+  if (const Fault f = fault(p.shaft)) return f;
+  return std::visit([](const auto& source) { return fault(source); }, p.source);
+}
+
+inline Fault fault(const Sampling& s) {
+  if (!is_positive(s.T_s) || s.T_s > 1) return "T_s";
+  if (s.delay < 0 || s.delay > 1) return "delay";
+  if (s.adc_bits < 0 || s.adc_bits > 30) return "adc_bits";
+  if (s.adc_bits > 0 && !is_positive(s.i_range)) return "i_range";
+  return s.encoder_counts < 0 ? "encoder_counts" : nullptr;
+}
+
+inline Fault fault(const Resolution& r) {
+  const bool fine = is_positive(r.dt_max) && is_positive(r.scale.i) && is_positive(r.scale.u_dc);
+  return fine ? nullptr : "dt_max, scale";
+}
+
+/// The law: its machine, guide, sharing function, horizons and delay, where it has them.
+template <class Law>
+Fault fault_of_law(const Law& law) {
+  if constexpr (requires { law.machine; }) {
+    if (const Fault f = fault(law.machine)) return f;
+  }
+  if constexpr (requires { law.guide; }) {
+    if (const Fault f = fault(law.guide)) return f;
+  }
+  if constexpr (requires { law.sharing; }) {
+    if (!law.sharing.template is_feasible<Law::n_phases>()) return "sharing";
+  }
+  if constexpr (requires { law.is_consistent(); }) {
+    if (!law.is_consistent()) return "values for each speed of the guide";
+  }
+  if constexpr (requires { law.horizon; }) {
+    if (law.horizon < 1 || law.horizon > Law::horizon_max) return "horizon";
+  }
+  if constexpr (requires { law.T_s; }) {
+    if (!is_positive(law.T_s)) return "T_s of the law";
+  }
+  if constexpr (requires { law.delay; }) {
+    if (!(law.delay == 0 || law.delay == 1)) return "delay of the law";
+  }
+  return nullptr;
+}
+
+/// Its horizons are capacities of its tables too.
+template <Machine M, int N, int Np_max, int Nc_max>
+Fault fault_of_law(const PaperMpc<M, N, Np_max, Nc_max>& law) {
+  if (const Fault f = fault(law.machine)) return f;
+  if (const Fault f = fault(law.guide)) return f;
+  if (law.N_p < 1 || law.N_p > Np_max) return "N_p";
+  if (law.N_c < 1 || law.N_c > Nc_max || law.N_c > law.N_p) return "N_c";
+  return is_positive(law.T_s) ? nullptr : "T_s of the law";
+}
+
+template <class Law>
+Fault fault(const DriveControl<Law>& c) {
+  return fault_of_law(c.law);
+}
+
+}  // namespace srm::c_api
