@@ -131,8 +131,8 @@ class Simulation {
 
   void sample() {
     const double i_source = source_now(plant_, legs_, at_.x, t_).i;
-    const Orders<N> orders =
-        controller_(measured(plant_, at_.x, i_source, sampling_), reference_.at(t_));
+    const Orders<N> orders = controller_(
+        measured(plant_, at_.x, i_source, sampling_, samples_, rotor_), reference_.at(t_));
     tau_ref_ = orders.tau_ref;
     command_ = sampling_.delay > 0 ? std::exchange(pending_, orders.command) : orders.command;
     t_orders_ = t_;
@@ -186,7 +186,8 @@ class Simulation {
 
   /// The electrical angle of phase k as the position compare sees it: by the same sensor.
   double sensed_angle(int k) const {
-    return wrap(electrical_angle(plant_, at_.x.theta_m, k) + sampling_.angle_offset);
+    const double error = plant_.machine.N_r * rotor_.error + sampling_.angle_offset;
+    return wrap(electrical_angle(plant_, at_.x.theta_m, k) + error);
   }
 
   /// An angle met within the tolerance counts as passed, in the direction of motion.
@@ -345,6 +346,7 @@ class Simulation {
   Plant<M, N> plant_;
   double t_dead_;  // of the switches [s]
   Sampling sampling_;
+  RotorSensor::State rotor_;
   Controller<N> controller_;
   Course reference_;
   Resolution resolution_;

@@ -15,7 +15,7 @@ from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust, help_if_
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.cost import costs
-from reluctance.export.package import FLASH_LIMIT_KIB
+from reluctance.export.package import FLASH_LIMIT_KIB, PREFIX
 from reluctance.export.parity import STEPS, check_parity, in_the_loop
 from reluctance.export.target import MACHINES, Cpu
 from reluctance.run.kpis import shown
@@ -37,6 +37,9 @@ def firmware(
     flash_limit: Annotated[
         float, typer.Option(metavar="KIB", min=0, help="Most that the tables may take.")
     ] = FLASH_LIMIT_KIB,
+    prefix: Annotated[
+        str, typer.Option(metavar="NAME", help="Of all symbols: two drives in one image.")
+    ] = PREFIX,
     cost: Annotated[
         bool, typer.Option("--cost", help="Build it, run it emulated, and print what it costs.")
     ] = False,
@@ -45,7 +48,7 @@ def firmware(
 ) -> None:
     """Write the controller as a self-contained firmware package."""
     drive = load(drive_file, overrides, trust=trust)
-    made = export.firmware(drive, out, flash_limit_KiB=flash_limit)
+    made = export.firmware(drive, out, flash_limit_KiB=flash_limit, prefix=prefix)
     rows = [c.with_units() for c in costs(drive, steps=steps)] if cost else []
     if as_json:
         figures = {

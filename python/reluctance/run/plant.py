@@ -28,7 +28,7 @@ def closed_loop(
         sampling=_core.Sampling(
             T_s=drive.control.T_s,
             angle_offset=to_si(drive.mismatch.angle_offset_deg, "deg"),
-            **sensing.sampling,
+            **sensing.sampling(machine.N_r),
         ),
         controller=controller,
         reference=course(drive.reference.course),
