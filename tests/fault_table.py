@@ -107,7 +107,7 @@ def _legs(change: Callable[[float], float]) -> Callable[[list[float], int], None
 def _open(row: list[float], n_phases: int) -> None:
     """The phase carries no current, whatever is ordered."""
     width = (len(row) - 1) // n_phases
-    row[PHASE * width : PHASE * width + 6] = [-1.0] * 5 + [0.0]
+    row[PHASE * width : PHASE * width + 6] = [-1.0] * 5 + [1.0]
 
 
 FAULTS = {

@@ -278,7 +278,9 @@ class Simulation {
       settled.circuit.flows[k] = conducts(legs_[k], at_.x.i[k]);
       if (lags(k)) t_limit = std::min(t_limit, next_rise(switches_[k]));
       const int edges = gates_[k].edges;
-      if (edges < max_edges) t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
+      if (command_[k].gate == Gate::timer && edges < max_edges) {
+        t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
+      }
     }
     shorted_ = at_.x.u_dc <= 0 && source_now(plant_, legs_, at_.x, t_).du_dc < 0;
     settled.circuit.shorted = shorted_;
