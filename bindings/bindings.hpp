@@ -69,6 +69,8 @@ struct Setting {
   srm::Comparators comparators;
   double t_dead;              // of the converter [s]
   srm::PvControl<double> pv;  // used with Outer::pv
+  srm::EdgeLimits<double> edges;
+  double u_brake_full, u_brake_none;  // [V]
 
   int N_r() const {
     return std::visit([](const auto& m) { return m.value.N_r; }, machine);
@@ -87,9 +89,13 @@ srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
       .motion = s.tracker_bandwidth > 0 ? srm::Motion::tracked : srm::Motion::measured,
       .tracker = {T(s.speed.T_s), T(s.tracker_bandwidth), s.N_r()},
       .comparators = s.comparators,
-      .t_dead = T(s.t_dead)};
+      .t_dead = T(s.t_dead),
+      .edges = {},
+      .u_brake_full = T(s.u_brake_full),
+      .u_brake_none = T(s.u_brake_none)};
   srm::assign(control.speed, s.speed);
   srm::assign(control.pv, s.pv);
+  srm::assign(control.edges, s.edges);
   return control;
 }
 

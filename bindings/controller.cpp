@@ -80,7 +80,8 @@ void bind_controller(nb::module_& m) {
           [](Setting* self, const AnyMachine& machine, int n_phases, bool single, srm::Outer outer,
              double K_p, double K_i, double tau_min, double tau_max, double T_s,
              double tracker_bandwidth, srm::Comparators comparators, double t_dead,
-             const std::optional<srm::PvControl<double>>& pv) {
+             const std::optional<srm::PvControl<double>>& pv, double t_min, double t_blank,
+             double u_brake_full, double u_brake_none) {
             if (outer == srm::Outer::pv && !pv) throw std::invalid_argument("Outer.pv needs pv");
             new (self) Setting{machine,
                                n_phases,
@@ -90,13 +91,18 @@ void bind_controller(nb::module_& m) {
                                tracker_bandwidth,
                                comparators,
                                t_dead,
-                               pv.value_or(srm::PvControl<double>{})};
+                               pv.value_or(srm::PvControl<double>{}),
+                               {t_min, t_blank, T_s},
+                               u_brake_full,
+                               u_brake_none};
           },
           nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"),
           nb::arg("outer"), nb::arg("K_p"), nb::arg("K_i"), nb::arg("tau_min"), nb::arg("tau_max"),
           nb::arg("T_s"), nb::arg("tracker_bandwidth") = 0.0,
           nb::arg("comparators") = srm::Comparators::analog, nb::arg("t_dead") = 0.0,
-          nb::arg("pv") = nb::none());
+          nb::arg("pv") = nb::none(), nb::arg("t_min") = 0.0, nb::arg("t_blank") = 0.0,
+          nb::arg("u_brake_full") = srm::never<double>,
+          nb::arg("u_brake_none") = 2 * srm::never<double>);
   m.attr("ORDER_COLUMNS") = nb::cast(srm::column_names(Order{}));
   m.def("step", &step, nb::arg("controller"), nb::arg("i"), nb::kw_only(), nb::arg("theta_e"),
         nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("reference"), nb::arg("i_source") = 0.0,

@@ -12,6 +12,7 @@ void bind_enums(nb::module_& m) {
       .value("freewheel", srm::Leg::freewheel)
       .value("magnetize", srm::Leg::magnetize);
   nb::enum_<srm::Gate>(m, "Gate")
+      .value("off", srm::Gate::off)
       .value("timer", srm::Gate::timer)
       .value("comparator", srm::Gate::comparator)
       .value("window", srm::Gate::window);
@@ -44,7 +45,8 @@ void bind_enums(nb::module_& m) {
       .value("incremental_conductance", srm::Tracking::incremental_conductance);
   nb::enum_<srm::Comparators>(m, "Comparators")
       .value("analog", srm::Comparators::analog)
-      .value("sampled", srm::Comparators::sampled);
+      .value("sampled", srm::Comparators::sampled)
+      .value("two_level", srm::Comparators::two_level);
 }
 
 }  // namespace bound

@@ -40,6 +40,9 @@ void bind_plant(nb::module_& m) {
                           "Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], "
                           "torque tau_0 [N m] and held speed omega [rad/s] over time, and a "
                           "function of speed [rad/s] that gives more load torque [N m]; a pump.");
+  bind_struct<srm::RotorSensor>(m, "RotorSensor",
+                                "Encoder counts per revolution, whether it has an index and Hall "
+                                "sensors, error of their edges [rad].");
   bind_struct<srm::Sampling>(m, "Sampling", "Sensors and timing of the controller.");
   bind_struct<srm::Scale>(m, "Scale", "Currents [A] and voltages [V] that matter.");
   bind_struct<srm::Resolution>(m, "Resolution", "How finely a run is computed and kept.");

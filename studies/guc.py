@@ -92,7 +92,8 @@ class Published:
             i_ref = current(share(theta) * tau, theta)
             legs.append(1 if i[k] < i_ref - I_BAND else -1 if i[k] > i_ref + I_BAND else last)
         self.legs = tuple(legs)
-        orders = [number for leg in legs for number in (*5 * [leg], *10 * [0.0])]
+        timer = float(_core.Gate.timer.value)
+        orders = [number for leg in legs for number in (*5 * [leg], timer, *13 * [0.0])]
         return [*orders, tau]
 
 

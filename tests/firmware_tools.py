@@ -1,12 +1,18 @@
 """What the firmware tests share: which tools they need, and drives short enough to replay often."""
 
+import ctypes
 import os
 import shutil
+import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import reluctance as rl
+from reluctance import _core
+from reluctance.export import firmware
+from reluctance.export.target import PHASE
 
 ROOT = Path(__file__).parents[1]
 TOOLS = ("arm-none-eabi-g++", "qemu-system-arm", "make")
@@ -67,3 +73,108 @@ DRIVES = {
 def drive(name):
     file, overrides = DRIVES[name]
     return rl.load(ROOT / "examples" / f"{file}.toml", overrides)
+
+
+class Fault(ctypes.Structure):
+    """reluctance_fault."""
+
+    _fields_ = (
+        ("status", ctypes.c_int32),
+        ("phase", ctypes.c_int32),
+        ("value", ctypes.c_float),
+        ("limit", ctypes.c_float),
+        ("age", ctypes.c_uint32),
+    )
+
+
+class Native:
+    """An exported package as a shared library on the desk: the protection with the law, in float.
+
+    `controller` stands where the drive's own does; `status` is what each sample returned. `spoil`,
+    if given, changes the measurement (a structured array) of a sample before the step.
+    """
+
+    FLAGS = ("-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared", "-fno-gnu-unique")
+
+    def __init__(self, given, folder, spoil=None):
+        package = firmware(given, folder / "package").folder
+        library = folder / "controller.so"
+        subprocess.run(
+            [
+                "g++",
+                *self.FLAGS,
+                "-I.",
+                "-Iinclude",
+                "controller.cpp",
+                "peripherals.cpp",
+                "-o",
+                library,
+            ],
+            cwd=package,
+            check=True,
+        )
+        N = given.machine.n_phases
+        self.library = ctypes.CDLL(str(library))
+        self.library.reluctance_torque_reference.restype = ctypes.c_float
+        self.library.reluctance_step.argtypes = [
+            *(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_float, ctypes.c_void_p)
+        ]
+        self.state = np.zeros(1024, np.uint32)
+        self.command = np.zeros(1, np.dtype([("phase", PHASE, (N,))]))
+        self.sample = np.zeros(
+            1, [("i", "<f4", (N,)), *((n, "<f4") for n in ("theta_e", "omega_m", "u_dc", "i_dc"))]
+        )
+        request = ("enable", "clear", "tripped", "sequence")
+        self.request = np.zeros(1, [*((n, "<u4") for n in request), ("reference", "<f4")])
+        outputs = ("mode", "gate_enable", "precharged", "chopper")
+        self.outputs = np.zeros(1, [(n, "<i4") for n in outputs])
+        self.library.reluctance_get_fault.restype = Fault
+        self.controller = _core.controller_from(N, self.step)
+        self.again(spoil)
+
+    def again(self, spoil=None):
+        """From the state after reset, as compiled."""
+        self.library.reluctance_init(ctypes.c_void_p(self.state.ctypes.data))
+        self.spoil, self.status = spoil, []
+        return self
+
+    def step(self, i, theta_e, omega_m, u_dc, reference, i_source):
+        self.sample[0] = (i, _core.wrap_float(theta_e), omega_m, u_dc, i_source)
+        if self.spoil is not None:
+            self.spoil(self.sample[0], len(self.status))
+        self.status.append(
+            self.library.reluctance_step(
+                self.state.ctypes.data,
+                self.sample.ctypes.data,
+                reference,
+                self.command.ctypes.data,
+            )
+        )
+        tau_ref = self.library.reluctance_torque_reference(ctypes.c_void_p(self.state.ctypes.data))
+        row = []
+        for order in self.command["phase"][0]:
+            for name in PHASE.names:
+                if name != "padding":
+                    row.extend(np.atleast_1d(order[name]).astype(float).tolist())
+        return [*row, tau_ref]
+
+    def run(self, sample, request):
+        """One call of reluctance_run: readings and request to the outputs."""
+        self.sample[0] = sample
+        self.request[0] = request
+        self.library.reluctance_run(
+            *(
+                ctypes.c_void_p(a.ctypes.data)
+                for a in (self.state, self.sample, self.request, self.command, self.outputs)
+            )
+        )
+        return self.outputs[0]
+
+    def fault(self):
+        return self.library.reluctance_get_fault(ctypes.c_void_p(self.state.ctypes.data))
+
+    @property
+    def trip(self):
+        """Number of the first sample that was not ok, and its status; None where all were."""
+        bad = np.flatnonzero(self.status)
+        return (int(bad[0]), self.status[bad[0]]) if len(bad) else None

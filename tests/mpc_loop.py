@@ -160,7 +160,14 @@ def loop(
             delay=timing.delay,
             adc_bits=timing.adc_bits,
             i_range=point.i_range,
-            encoder_counts=timing.encoder_counts,
+            i_noise=0.0,
+            i_offset=[0.0] * 6,
+            i_gain=[1.0] * 6,
+            u_noise=0.0,
+            seed=0,
+            rotor=_core.RotorSensor(
+                counts=timing.encoder_counts, index=False, hall=False, hall_error=0.0
+            ),
             angle_offset=0.0,
         ),
         controller=law,

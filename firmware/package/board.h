@@ -24,16 +24,21 @@ float board_read_dc_link(void);
 /* Current from the source into the dc link [A]: @i_source@. */
 float board_read_source_current(void);
 
-/* What the drive is asked for: @reference@. */
-float board_read_reference(void);
+/* Enable, clear, hardware trip, and what the drive is asked for: @reference@. `sequence`
+ * changes with each command that arrives. */
+void board_read_request(reluctance_request* request);
 
 /* Loads timers and comparators with the orders. */
 void board_write_orders(const reluctance_command* command);
 
+/* Gate enable, precharge relay, brake chopper. */
+void board_write_outputs(const reluctance_outputs* outputs);
+
 /* Fast loop only: sets the leg of phase k at once. */
 void board_write_leg(int k, int8_t leg);
 
-/* Switches all gate drivers off, and keeps them off until the next reset of the board. */
-void board_trip(reluctance_status status);
+/* Switches all gate drivers off. Called in every period of the state `fault`; the drivers stay off
+ * until gate_enable of the outputs is 1 again. */
+void board_trip(const reluctance_fault* fault);
 
 #endif

@@ -17,11 +17,13 @@ class Leg(enum.Enum):
     magnetize = 1
 
 class Gate(enum.Enum):
-    timer = 0
+    off = 0
 
-    comparator = 1
+    timer = 1
 
-    window = 2
+    comparator = 2
+
+    window = 3
 
 class AngleWatch(enum.Enum):
     compare = 0
@@ -74,6 +76,8 @@ class Comparators(enum.Enum):
     analog = 0
 
     sampled = 1
+
+    two_level = 2
 
 class LeHuy:
     """Analytic machine of Le-Huy and Brunelle (IECON 2005)."""
@@ -187,7 +191,7 @@ class Controller:
 class Setting:
     """What every control law is given beside its own parameters."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0, comparators: Comparators = Comparators.analog, t_dead: float = 0.0, pv: PvControl | None = None) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0, comparators: Comparators = Comparators.analog, t_dead: float = 0.0, pv: PvControl | None = None, t_min: float = 0.0, t_blank: float = 0.0, u_brake_full: float = 1e+30, u_brake_none: float = 2e+30) -> None: ...
 
 ORDER_COLUMNS: list = ...
 
@@ -292,6 +296,18 @@ class Order:
     @property
     def theta_off(self) -> object: ...
 
+    @property
+    def i_lower(self) -> object: ...
+
+    @property
+    def i_centre(self) -> object: ...
+
+    @property
+    def i_upper(self) -> object: ...
+
+    @property
+    def i_runaway(self) -> object: ...
+
 def controller_of(setting: Setting, step: Callable) -> Controller:
     """
     The controller of a law in Python: step(measurement, tau_ref) is called at every sample and returns an Order for each phase.
@@ -365,10 +381,17 @@ class Shaft:
 
     def __init__(self, *, rotation: Rotation, J: float, B: float, k: float, tau_0: Course, omega: Course, load: Callable[[float], float] | None, pump: Pump) -> None: ...
 
+class RotorSensor:
+    """
+    Encoder counts per revolution, whether it has an index and Hall sensors, error of their edges [rad].
+    """
+
+    def __init__(self, *, counts: int, index: bool, hall: bool, hall_error: float) -> None: ...
+
 class Sampling:
     """Sensors and timing of the controller."""
 
-    def __init__(self, *, T_s: float, delay: int, adc_bits: int, i_range: float, encoder_counts: int, angle_offset: float) -> None: ...
+    def __init__(self, *, T_s: float, delay: int, adc_bits: int, i_range: float, i_noise: float, i_offset: Sequence[float], i_gain: Sequence[float], u_noise: float, seed: int, rotor: RotorSensor, angle_offset: float) -> None: ...
 
 class Scale:
     """Currents [A] and voltages [V] that matter."""

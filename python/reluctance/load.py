@@ -188,11 +188,13 @@ def _check_together(drive: Drive) -> None:
             f"[converter] dead_time_us = {drive.converter.dead_time_us:g}, need less than "
             f"[control] T_s_us = {drive.control.T_s_us:g}, or nothing turns on"
         )
+    _check_edges(drive)
     if drive.sensing.adc_bits > 0 and drive.sensing.i_range_A < drive.machine.i_max_A:
         raise ParameterError(
             f"[sensing] i_range_A = {drive.sensing.i_range_A:g}, need at least [machine] i_max_A = "
             f"{drive.machine.i_max_A:g}: above its range the sensor shows the range"
         )
+    _check_sensors(drive)
     band = getattr(drive.control, "i_band_A", None) or 0.0
     if band >= drive.machine.i_max_A:
         raise ParameterError(
@@ -208,6 +210,30 @@ def _check_together(drive: Drive) -> None:
         )
     if drive.reference.kind in ("speed", "pv") and drive.control.tau_max_Nm is None:
         raise ParameterError("[control] missing key `tau_max_Nm`: the speed loop needs its limit")
+
+
+def _check_edges(drive: Drive) -> None:
+    """Whether minimum pulse and blanking leave half of the control period to the edges."""
+    for key, taken_us in (
+        ("[converter] min_pulse_us", drive.converter.min_pulse_us),
+        ("[sensing] blank_us", drive.sensing.blank_us),
+    ):
+        if taken_us > drive.control.T_s_us / 2:
+            raise ParameterError(
+                f"{key} = {taken_us:g}, need at most half of [control] T_s_us = "
+                f"{drive.control.T_s_us:g}"
+            )
+
+
+def _check_sensors(drive: Drive) -> None:
+    """One value a phase, or none."""
+    n_phases = drive.machine.n_phases
+    for key in ("i_offset_A", "i_gain"):
+        values = getattr(drive.sensing, key)
+        if len(values) not in (0, n_phases):
+            raise ParameterError(
+                f"[sensing] {key} = {values} has {len(values)} values, need {n_phases}: one a phase"
+            )
 
 
 def _check_torque(drive: Drive) -> None:

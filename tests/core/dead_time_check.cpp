@@ -103,7 +103,12 @@ int main() {
   check("each switch counts once", step.turn_ons, 2, 0);
 
   // A hysteresis comparator turns off at once and on late: only the lower bound is passed.
-  const auto held = run([&](int) { return regulate(5.0, 0.5, down); }, 40);
+  const auto regulated = [&](int) {
+    auto order = regulate(5.0, 0.5, down);
+    set_thresholds(order, Comparators::analog);
+    return order;
+  };
+  const auto held = run(regulated, 40);
   check("the current falls below its band by t_dead u_dc/L", held.i_min, 4.5 - amperes * dead,
         1e-9);
 

@@ -47,7 +47,9 @@ int main() {
       .delay = 0};
   srm::Controller<N> controller = [&law, state = decltype(law)::State{}](
                                       const srm::Measurement<double, N>& y, double tau) mutable {
-    return srm::Orders<N>{.command = law.step(state, y, tau), .tau_ref = tau};
+    srm::Orders<N> orders{.command = law.step(state, y, tau), .tau_ref = tau};
+    srm::set_thresholds<double, N>(orders.command, srm::Comparators::analog);
+    return orders;
   };
   const srm::Plant<Machine, N> plant{
       .machine = machine,
@@ -61,7 +63,7 @@ int main() {
                 .tau_0 = srm::constant(0),
                 .omega = srm::constant(157)}};
   const srm::Sampling sampling{
-      .T_s = 20e-6, .adc_bits = 12, .i_range = 200, .encoder_counts = 4096};
+      .T_s = 20e-6, .adc_bits = 12, .i_range = 200, .rotor = {.counts = 4096}};
   srm::Simulation<Machine, N> loop(plant, 0, sampling, std::move(controller), srm::constant(41.339),
                                    0, {10e-6, {150, 240}, 0});
   srm::Rows waveforms(srm::columns_of(srm::Waveform<N>{}), 1000);

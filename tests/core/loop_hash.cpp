@@ -35,7 +35,10 @@ void run(const char* name, const Machine& machine, const Law& law) {
                                        .motion = srm::Motion::measured,
                                        .tracker = {},
                                        .comparators = srm::Comparators::analog,
-                                       .t_dead = 0};
+                                       .t_dead = 0,
+                                       .edges = {},
+                                       .u_brake_full = 1e30,
+                                       .u_brake_none = 2e30};
   const srm::Plant<Machine, N> plant{
       .machine = machine,
       .R = 0.72,

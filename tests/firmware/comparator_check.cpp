@@ -15,6 +15,8 @@ int main() {
     order.gate = pick(2) == 0 ? srm::Gate::comparator : srm::Gate::window;
     order.i_ref = pick(8) == 0 ? 0 : 10 * part(random);
     order.i_band = 3 * part(random);
+    srm::set_thresholds(order,
+                        pick(2) == 0 ? srm::Comparators::analog : srm::Comparators::two_level);
     order.chop = pick(2) == 0 ? srm::Leg::freewheel : srm::Leg::demagnetize;
     order.theta_on = 6 * part(random);
     order.theta_off = 6 * part(random);

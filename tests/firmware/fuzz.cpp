@@ -93,7 +93,8 @@ void step_with_corrupt_parameters(int n) {
       y.theta_e = srm::wrap(y.theta_e);
       const auto command = control.step(x, y, reference);
       protection.remember(guard, y, command);
-      guard.status = srm::Status::ok;
+      guard.fault.status = srm::Status::ok;
+      guard.latched = false;
     }
   }
 }

@@ -111,7 +111,7 @@ inline Fault fault(const Sampling& s) {
   if (s.delay < 0 || s.delay > 1) return "delay";
   if (s.adc_bits < 0 || s.adc_bits > 30) return "adc_bits";
   if (s.adc_bits > 0 && !is_positive(s.i_range)) return "i_range";
-  return s.encoder_counts < 0 ? "encoder_counts" : nullptr;
+  return s.rotor.counts < 0 ? "encoder_counts" : nullptr;
 }
 
 inline Fault fault(const Resolution& r) {

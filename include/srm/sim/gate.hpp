@@ -20,15 +20,14 @@ struct Crossing {
 /// What the comparator waits for: up to two thresholds, one above and one below the current.
 inline std::array<Crossing, 2> awaited(const PhaseCommand<double>& c, Leg leg) {
   if (!(c.i_ref > 0)) return {};
-  const Thresholds<double> at = thresholds(c);
   switch (leg) {
     case Leg::magnetize:
-      return {Crossing{at.upper, +1, c.chop}};
+      return {Crossing{c.i_upper, +1, c.chop}};
     case Leg::freewheel:
-      return {Crossing{at.lower, -1, Leg::magnetize}, {at.runaway, +1, Leg::demagnetize}};
+      return {Crossing{c.i_lower, -1, Leg::magnetize}, {c.i_runaway, +1, Leg::demagnetize}};
     case Leg::demagnetize:
-      if (c.chop == Leg::freewheel) return {Crossing{at.centre, -1, Leg::freewheel}};
-      return {Crossing{at.lower, -1, Leg::magnetize}};
+      if (c.chop == Leg::freewheel) return {Crossing{c.i_centre, -1, Leg::freewheel}};
+      return {Crossing{c.i_lower, -1, Leg::magnetize}};
   }
   return {};
 }
@@ -43,6 +42,8 @@ struct GateState {
 /// The leg that follows from the orders, the gate's memory and the present current.
 inline Leg ordered(const PhaseCommand<double>& c, const GateState& gate, double i) {
   switch (c.gate) {
+    case Gate::off:
+      return Leg::demagnetize;
     case Gate::timer:
       return c.leg[gate.edges];
     case Gate::comparator:
@@ -55,7 +56,8 @@ inline Leg ordered(const PhaseCommand<double>& c, const GateState& gate, double 
 
 /// The currents the phase waits for: the comparator's thresholds while it is in charge.
 inline std::array<Crossing, 2> awaited(const PhaseCommand<double>& c, const GateState& gate) {
-  if (c.gate == Gate::timer || (c.gate == Gate::window && !gate.inside)) return {};
+  if (c.gate == Gate::off || c.gate == Gate::timer || (c.gate == Gate::window && !gate.inside))
+    return {};
   return awaited(c, gate.leg);
 }
 

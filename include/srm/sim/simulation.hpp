@@ -99,7 +99,8 @@ class Simulation {
   /// What the sensors show now.
   Measurement<double, N> sense() {
     if (t_ >= t_course_) follow_courses();
-    return measured(plant_, at_.x, source_now(plant_, legs_, at_.x, t_).i, sampling_);
+    return measured(plant_, at_.x, source_now(plant_, legs_, at_.x, t_).i, sampling_, samples_,
+                    rotor_);
   }
 
   /// Orders from outside, at the instant of a sample. Instants within a billionth of a period of a
@@ -133,11 +134,12 @@ class Simulation {
     long samples, steps;
     Switchings switchings;
     Extremes extremes;
+    RotorSensor::State rotor;
   };
   Snapshot snapshot() const {
     return {at_,      gates_,   switches_, legs_,       shorted_,  prepared_, command_,
             pending_, t_,       t_sample_, t_course_,   t_orders_, t_record_, theta_period_,
-            tau_ref_, samples_, steps_,    switchings_, extremes_};
+            tau_ref_, samples_, steps_,    switchings_, extremes_, rotor_};
   }
   void restore(const Snapshot& s) {
     at_ = s.at;
@@ -159,6 +161,7 @@ class Simulation {
     steps_ = s.steps;
     switchings_ = s.switchings;
     extremes_ = s.extremes;
+    rotor_ = s.rotor;
   }
 
   /// The present instant as a row of the waveforms.
@@ -249,7 +252,8 @@ class Simulation {
       return;
     }
     const double i_source = source_now(plant_, legs_, at_.x, t_).i;
-    take(controller_(measured(plant_, at_.x, i_source, sampling_), reference_.at(t_)));
+    take(controller_(measured(plant_, at_.x, i_source, sampling_, samples_, rotor_),
+                     reference_.at(t_)));
   }
 
   void take(const Orders<N>& orders) {
@@ -306,7 +310,8 @@ class Simulation {
 
   /// The electrical angle of phase k as the position compare sees it: by the same sensor.
   double sensed_angle(int k) const {
-    return wrap(electrical_angle(plant_, at_.x.theta_m, k) + sampling_.angle_offset);
+    const double error = plant_.machine.N_r * rotor_.error + sampling_.angle_offset;
+    return wrap(electrical_angle(plant_, at_.x.theta_m, k) + error);
   }
 
   /// An angle met within the tolerance counts as passed, in the direction of motion.
@@ -397,7 +402,9 @@ class Simulation {
       settled.circuit.flows[k] = conducts(legs_[k], at_.x.i[k]);
       if (lags(k)) t_limit = std::min(t_limit, next_rise(switches_[k]));
       const int edges = gates_[k].edges;
-      if (edges < max_edges) t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
+      if (command_[k].gate == Gate::timer && edges < max_edges) {
+        t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
+      }
     }
     shorted_ = at_.x.u_dc <= 0 && source_now(plant_, legs_, at_.x, t_).du_dc < 0;
     settled.circuit.shorted = shorted_;
@@ -468,6 +475,7 @@ class Simulation {
   Plant<M, N> plant_;
   double t_dead_;  // of the switches [s]
   Sampling sampling_;
+  RotorSensor::State rotor_;
   Controller<N> controller_;
   Course reference_;
   Resolution resolution_;

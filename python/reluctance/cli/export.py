@@ -14,10 +14,12 @@ from reluctance import export, load
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust, help_if_bare
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-from reluctance.export.cost import costs
-from reluctance.export.package import FLASH_LIMIT_KIB
+from reluctance.export.cost import Cost, costs
+from reluctance.export.package import FLASH_LIMIT_KIB, PREFIX, gates_of
 from reluctance.export.parity import STEPS, check_parity, in_the_loop
 from reluctance.export.target import MACHINES, Cpu
+from reluctance.export.verdict import MCUS, left_out, verdict
+from reluctance.export.verdict import mcu as find_mcu
 from reluctance.run.kpis import shown
 
 export_app = typer.Typer(
@@ -37,16 +39,27 @@ def firmware(
     flash_limit: Annotated[
         float, typer.Option(metavar="KIB", min=0, help="Most that the tables may take.")
     ] = FLASH_LIMIT_KIB,
+    prefix: Annotated[
+        str, typer.Option(metavar="NAME", help="Of all symbols: two drives in one image.")
+    ] = PREFIX,
     cost: Annotated[
         bool, typer.Option("--cost", help="Build it, run it emulated, and print what it costs.")
     ] = False,
+    mcu: Annotated[
+        str | None, typer.Option(metavar="NAME", help=f"Does it fit? One of {', '.join(MCUS)}.")
+    ] = None,
     steps: Steps = STEPS,
     as_json: AsJson = False,
 ) -> None:
     """Write the controller as a self-contained firmware package."""
     drive = load(drive_file, overrides, trust=trust)
-    made = export.firmware(drive, out, flash_limit_KiB=flash_limit)
-    rows = [c.with_units() for c in costs(drive, steps=steps)] if cost else []
+    part = find_mcu(mcu) if mcu is not None else None
+    made = export.firmware(drive, out, flash_limit_KiB=flash_limit, prefix=prefix)
+    spent = costs(drive, steps=steps) if cost or part else []
+    rows = [c.with_units() for c in spent] if cost else []
+    gates = gates_of(drive)
+    warnings = left_out(drive, gates)
+    judged = verdict(drive, part, _spent_on(spent, part.core), gates) if part else []
     if as_json:
         figures = {
             "folder": str(made.folder),
@@ -54,16 +67,26 @@ def firmware(
             "fingerprint": f"0x{made.fingerprint:08X}",
             "tables_B": made.table_bytes,
         }
-        print(json.dumps(figures | ({"cost": rows} if rows else {})))
+        fits = [{"fits": yes, "reason": reason} for yes, reason in judged]
+        more = {"warnings": warnings, "verdict": fits, "cost": rows}
+        print(json.dumps(figures | {key: value for key, value in more.items() if value}))
         return
     console = Console()
-    console.print(f"{made.folder}: {made.law}", soft_wrap=True, highlight=False)
+    console.print(f"{made.folder}: {made.law}", soft_wrap=True, highlight=False, markup=False)
     console.print(
         f"fingerprint 0x{made.fingerprint:08X}, tables {made.table_bytes / 1024:.1f} KiB; "
         "start with its README.md",
         soft_wrap=True,
         highlight=False,
     )
+    for line in warnings:
+        console.print(f"warning: {line}", soft_wrap=True, highlight=False, markup=False)
+    if part is not None:
+        fits = all(yes for yes, _ in judged)
+        console.print(f"{part.name}: {'fits' if fits else 'does not fit'}", highlight=False)
+        for yes, reason in judged:
+            answer = "yes" if yes else "NO "
+            console.print(f"  {answer}  {reason}", soft_wrap=True, highlight=False, markup=False)
     if rows:
         table = Table(title="one control step")
         table.add_column("")
@@ -144,6 +167,10 @@ def pil(
     ):
         table.add_row(name, shown(on_target, "{:.9g}"), shown(on_desk, "{:.9g}"))
     Console().print(table)
+
+
+def _spent_on(spent: list[Cost], core: Cpu) -> Cost:
+    return next(cost for cost in spent if cost.cpu == core)
 
 
 def _cpu(name: str) -> Cpu:

@@ -73,4 +73,8 @@ class Control(Section):
             comparators=getattr(_core.Comparators, known.comparators),
             t_dead=known.t_dead,
             pv=known.pv,
+            t_min=known.t_min,
+            t_blank=known.t_blank,
+            u_brake_full=known.u_brake[0],
+            u_brake_none=known.u_brake[1],
         )

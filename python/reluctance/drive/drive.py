@@ -26,6 +26,9 @@ from reluctance.drive.tables import (
     Source,
 )
 
+OVER_VOLTAGE = 1.25  # of u_dc_V: default trip level of the dc link
+BRAKE_FULL, BRAKE_NONE = 0.4, 0.8  # of the way from u_dc_V to the trip level
+
 
 @dataclass(frozen=True)
 class Drive:
@@ -95,7 +98,19 @@ class Drive:
             tracker_bandwidth=self.sensing.tracker_bandwidth,
             comparators=self.sensing.comparators,
             pv=self._pv_control() if self.reference.kind == "pv" else None,
+            t_min=self.converter.si["min_pulse"],
+            t_blank=self.sensing.si["blank"],
+            u_brake=self.u_brake,
         )
+
+    @property
+    def u_brake(self) -> tuple[float, float]:
+        """Dc-link voltages up to which the whole braking torque is given, and from which none [V]:
+        between the nominal voltage and the one at which the protection trips."""
+        u_dc = self.converter.u_dc_V
+        u_max = self.protection.u_dc_max_V or OVER_VOLTAGE * u_dc
+        room = max(u_max - u_dc, 0.0)
+        return u_dc + BRAKE_FULL * room, u_dc + BRAKE_NONE * room
 
     def _pv_control(self) -> _core.PvControl:
         return self.pv_control.core(

@@ -25,8 +25,11 @@ class Known:
     delay: int  # samples from the measurement to the order
     t_dead: float  # from the order to turn on until a switch is on [s]
     tracker_bandwidth: float  # of the observer on a counted angle; 0 with an ideal sensor [rad/s]
-    comparators: Literal["analog", "sampled"]  # currents are compared at any instant, or sampled
+    comparators: Literal["analog", "sampled", "two_level"]  # who keeps a current in its band
     pv: _core.PvControl | None = None  # of a drive on a photovoltaic array
+    t_min: float = 0.0  # shortest leg state [s]
+    t_blank: float = 0.0  # without edges before a sample [s]
+    u_brake: tuple[float, float] = (1e30, 2e30)  # braking torque: all up to, none from here [V]
 
     @property
     def magnetics(self) -> Magnetics:

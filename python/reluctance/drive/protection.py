@@ -15,4 +15,9 @@ class Protection(Section):
     u_dc_min_V: float | None = Field(None, ge=0)
     u_dc_max_V: float | None = Field(None, gt=0)
     speed_max_rpm: float | None = Field(None, gt=0)
-    angle_slack_deg: float | None = Field(None, gt=0)  # electrical, see control/safety.hpp
+    angle_slack_deg: float | None = Field(
+        None, gt=0
+    )  # electrical, see control/frame/protection.hpp
+    u_ready_V: float | None = Field(None, gt=0)  # from here on the dc link is charged
+    precharge_max_s: float = Field(5.0, gt=0)  # longest wait for it
+    command_timeout_ms: float = Field(100.0, gt=0)  # longest time without a command

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from reluctance import _core
 from reluctance.drive.loss_data import SwitchingEnergies
 from reluctance.drive.pv_module import CellNumbers, check_one_module
 from reluctance.drive.schema import Section
 from reluctance.units import to_si
+
+MOST_PHASES = 6
 
 
 class OverTime(Section):
@@ -51,6 +54,7 @@ class Converter(SwitchingEnergies):
     R_diode_ohm: float = Field(0.0, ge=0)
     u_rating_V: float | None = Field(None, gt=0)  # that the switches stand, margin included
     dead_time_us: float = Field(0.0, ge=0)  # a switch turns on this much later than ordered
+    min_pulse_us: float = Field(0.0, ge=0)  # no shorter leg state is ordered
 
     @property
     def t_dead(self) -> float:
@@ -247,35 +251,89 @@ class Reference(OverTime):
 
 
 class Sensing(Section):
-    """Sensors, computing time, and who compares currents. Zero bits or counts mean ideal."""
+    """Sensors, computing time, and who compares currents. Zero bits, counts, noise and offsets mean
+    ideal."""
 
     delay_samples: int = Field(0, ge=0, le=1)
     adc_bits: int = Field(0, ge=0, le=24)
     i_range_A: float = Field(0.0, ge=0)  # full scale of the current converter
+    i_noise_LSB: float = Field(0.0, ge=0)  # rms, in steps of the current converter
+    i_offset_A: list[float] = Field(default_factory=list)  # of each phase's sensor
+    i_gain: list[Annotated[float, Field(gt=0)]] = Field(default_factory=list)  # shown over true
+    u_dc_noise_V: float = Field(0.0, ge=0)  # rms
+    noise_seed: int = Field(1, ge=0, le=2**31 - 1)
     encoder_counts: int = Field(0, ge=0)  # per revolution
+    encoder_index: bool = False  # it counts from where it is switched on, until its index passes
+    hall: bool = False  # one Hall sensor a phase
+    hall_error_deg: float = Field(0.0, ge=-10, le=10)  # electrical: of the place of their edges
     tracker_bandwidth_Hz: float = Field(80.0, gt=0)  # of the observer on a counted angle
-    comparators: Literal["analog", "sampled"] = "analog"  # at any instant; or at the samples only
+    # at any instant; at the samples only; at any instant with a lower and an upper threshold only
+    comparators: Literal["analog", "sampled", "two_level"] = "analog"
+    blank_us: float = Field(0.0, ge=0)  # before a sample, without edges of timer orders
 
-    @property
-    def sampling(self) -> dict[str, Any]:
-        """What the core is told of the sensors, in SI."""
+    def sampling(self, N_r: int) -> dict[str, Any]:
+        """What the core is told of the sensors, in SI. N_r: rotor poles."""
         return {
             "delay": self.delay_samples,
             "adc_bits": self.adc_bits,
             "i_range": self.i_range_A,
-            "encoder_counts": self.encoder_counts,
+            "i_noise": self.i_noise,
+            "i_offset": padded(self.i_offset_A, 0.0),
+            "i_gain": padded(self.i_gain, 1.0),
+            "u_noise": self.u_dc_noise_V,
+            "seed": self.noise_seed,
+            "rotor": _core.RotorSensor(
+                counts=self.encoder_counts,
+                index=self.encoder_index,
+                hall=self.hall,
+                hall_error=self.si["hall_error"] / N_r,
+            ),
         }
+
+    @property
+    def i_step(self) -> float:
+        """One step of the current converter; 0 of an ideal one [A]."""
+        return self.i_range_A / 2**self.adc_bits if self.adc_bits > 0 else 0.0
+
+    @property
+    def i_noise(self) -> float:
+        """Noise of the currents, rms [A]."""
+        return self.i_noise_LSB * self.i_step
+
+    @property
+    def counted_angle(self) -> bool:
+        """True where the angle comes in steps, and an observer tracks it."""
+        return self.encoder_counts > 0 or self.hall
 
     @property
     def tracker_bandwidth(self) -> float:
         """Of the observer on a counted angle; 0 with an ideal sensor [rad/s]."""
-        return 2 * np.pi * self.tracker_bandwidth_Hz if self.encoder_counts > 0 else 0.0
+        return 2 * np.pi * self.tracker_bandwidth_Hz if self.counted_angle else 0.0
 
     @model_validator(mode="after")
-    def converter_has_a_range(self) -> Sensing:
+    def keys_belong_together(self) -> Sensing:
         if self.adc_bits > 0 and self.i_range_A == 0:
             raise ValueError(f"adc_bits = {self.adc_bits} needs i_range_A > 0")
+        if self.i_noise_LSB > 0 and self.adc_bits == 0:
+            raise ValueError(f"i_noise_LSB = {self.i_noise_LSB:g} needs adc_bits > 0")
+        if self.encoder_index and not (self.hall and self.encoder_counts > 0):
+            raise ValueError(
+                "encoder_index needs encoder_counts > 0 and hall = true: until the index passes, "
+                "nothing else knows the angle"
+            )
+        if self.hall and self.encoder_counts > 0 and not self.encoder_index:
+            raise ValueError(
+                "hall has no effect with an encoder that knows its zero; set encoder_index = true "
+                "or remove it"
+            )
+        if self.hall_error_deg != 0 and not self.hall:
+            raise ValueError("hall_error_deg has no effect without hall = true; remove it")
         return self
+
+
+def padded(values: list[float], otherwise: float) -> list[float]:
+    """Values of the phases as the core takes them: for as many phases as a machine can have."""
+    return [*values, *[otherwise] * (MOST_PHASES - len(values))]
 
 
 class SimulationSettings(Section):

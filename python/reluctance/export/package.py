@@ -17,12 +17,15 @@ from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.constants import Node, Tables, constant, literal
-from reluctance.export.trip_levels import limits
+from reluctance.export.sequence_levels import sequence_fields, speed_limit_rpm
+from reluctance.export.trip_levels import VOLTAGE_MARGIN, limits
 from reluctance.files import check_folder, make_folder, scratch, told
 from reluctance.resources import resources
 from reluctance.units import from_si
 
 FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
+PREFIX = "reluctance"
+NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 PHASES = range(3, 6)
 UNSAFE = re.compile(r"[^\w .,()/+%-]")  # of a name from a file, in Markdown and in C comments
 MARK = re.compile(r"@(\w+)@")
@@ -40,7 +43,11 @@ class Firmware:
 
 
 def firmware(
-    drive: Drive, folder: str | Path, *, flash_limit_KiB: float = FLASH_LIMIT_KIB
+    drive: Drive,
+    folder: str | Path,
+    *,
+    flash_limit_KiB: float = FLASH_LIMIT_KIB,
+    prefix: str = PREFIX,
 ) -> Firmware:
     """Write the firmware package of a drive.
 
@@ -52,6 +59,9 @@ def firmware(
         New or empty; appears when it is complete.
     flash_limit_KiB : float
         Most that the tables may take.
+    prefix : str
+        Of every symbol and file name of the interface: two packages with different ones link into
+        one image.
 
     Raises
     ------
@@ -60,6 +70,10 @@ def firmware(
         the folder exists and is not empty.
     """
     folder = Path(folder)
+    if not NAME.fullmatch(prefix):
+        raise ParameterError(
+            f"prefix {prefix!r}, need a lower-case C name of at most 31 characters, as in `left`"
+        )
     check_folder(folder)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ParameterError(f"{folder} exists and is not an empty folder; name another")
@@ -79,16 +93,25 @@ def firmware(
         source = resources("firmware") / "package"
         for path in sorted(p for p in source.rglob("*") if p.is_file()):
             filled = MARK.sub(lambda m: values[m[1]], path.read_text("utf-8"))
-            _put(made / path.relative_to(source), filled)
-        _put(made / "parameters.hpp", text)
+            name = renamed(str(path.relative_to(source)), prefix)
+            _put(made / name, renamed(filled, prefix))
+        _put(made / "parameters.hpp", renamed(text, prefix))
         for header, code in own.items():
             _put(made / "include" / header, code)
-        for header in headers([text, (made / "controller.cpp").read_text("utf-8"), *own.values()]):
+        for header in headers(
+            [text, *(p.read_text("utf-8") for p in made.glob("*.cpp")), *own.values()]
+        ):
             _put(made / "include" / header, (resources("include") / header).read_text("utf-8"))
         if folder.exists():
             folder.rmdir()
         made.rename(folder)
     return Firmware(folder=folder, law=law, fingerprint=fingerprint, table_bytes=table_bytes)
+
+
+def renamed(text: str, prefix: str) -> str:
+    """The text with another prefix of all symbols, macros, file names, and of the namespace."""
+    text = re.sub(r"\bRELUCTANCE(?=_)", prefix.upper(), text)
+    return re.sub(r"\breluctance(?=_|::)|(?<=namespace )reluctance\b", prefix, text)
 
 
 def described(drive: Drive) -> dict[str, Node]:
@@ -116,19 +139,29 @@ def described(drive: Drive) -> dict[str, Node]:
     levels = limits(drive)
     fields = {
         "machine": nodes["machine"],
-        "R": float(drive.machine.R),
+        "flux": {
+            "type": "srm::FluxBounds<float>",
+            "fields": {
+                "R": float(drive.machine.R),
+                "T_s": drive.control.T_s,
+                "i_error": levels.i_error,
+                "model_error": levels.model_error,
+                "u_margin": VOLTAGE_MARGIN,
+            },
+        },
         "i_trip": levels.i_trip,
         "i_zero": levels.i_zero,
         "u_dc_min": levels.u_dc_min,
         "u_dc_max": levels.u_dc_max,
         "omega_max": levels.omega_max,
         "angle_slack": levels.angle_slack,
-        "T_s": drive.control.T_s,
         "delay": drive.sensing.delay_samples,
         "settle": levels.settle,
+        "frozen": levels.frozen,
     }
     guard = {"type": f"srm::Protection<{nodes['machine']['type']}, {n_phases}>", "fields": fields}
-    return {"control": nodes["control"], "protection": guard}
+    states = {"type": "srm::Sequence<float>", "fields": sequence_fields(drive, levels)}
+    return {"control": nodes["control"], "protection": guard, "sequence": states}
 
 
 def desk_controller(drive: Drive) -> _core.Controller:
@@ -146,7 +179,7 @@ def parameters(tree: dict[str, Node], own: Mapping[str, str] | None = None) -> t
     ]
     body = "\n".join([*tables.text, *constants])
     fingerprint = int.from_bytes(hashlib.sha256(body.encode()).digest()[:4], "big")
-    names = {"DriveControl", "Protection", *re.findall(r"srm::(\w+)<", body)}
+    names = {"DriveControl", "Protection", "Sequence", *re.findall(r"srm::(\w+)<", body)}
     includes = [*sorted({_header_of(name) for name in names}), *list(own or {})[:1]]
     text = "\n".join(
         [
@@ -202,7 +235,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "none": "1 to motor with the law's own current, -1 to brake, 0 off",
         "pv": "greatest speed [rad/s], 0 stops the pump",
     }
-    gates = _gates(drive)
+    gates = gates_of(drive)
     return {
         "phases": str(drive.machine.n_phases),
         "letters": ", ".join("abcdef"[: drive.machine.n_phases]),
@@ -228,6 +261,14 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         if drive.sensing.tracker_bandwidth > 0
         else "from more than the last two angles",
         "speed_max_rpm": f"{from_si(levels.omega_max, 'rpm'):.6g}",
+        "speed_limit_rpm": f"{speed_limit_rpm(drive, levels):.6g}",
+        "i_error_A": f"{levels.i_error:.3g}",
+        "model_error_pct": f"{100 * levels.model_error:.3g}",
+        "frozen": f"{levels.frozen} equal codes in a row"
+        if levels.frozen
+        else "not checked: it needs noise in `[sensing]`",
+        "u_ready_V": f"{sequence_fields(drive, levels)['u_ready']:g}",
+        "command_timeout_ms": f"{drive.protection.command_timeout_ms:g}",
         "angle_slack_deg": f"{np.degrees(levels.angle_slack):.4g}",
         "adc": f"{drive.sensing.adc_bits} bits over {drive.sensing.i_range_A:g} A"
         if drive.sensing.adc_bits
@@ -238,8 +279,10 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "dead_time": DEAD_TIME.format(drive.converter.dead_time_us)
         if drive.converter.t_dead > 0
         else "none is needed, and none was simulated.",
-        "gates": "\n".join(GATES[g] for g in sorted(gates)),
-        "without_comparators": FAST_LOOP if gates & {1, 2} else NO_FAST_LOOP,
+        "gates": "\n".join(
+            GATES[g].format(levels=LEVELS[drive.sensing.comparators]) for g in sorted(gates)
+        ),
+        "without_comparators": FAST_LOOP if gates & {2, 3} else NO_FAST_LOOP,
     }
 
 
@@ -255,19 +298,28 @@ DEAD_TIME = (
     "much earlier already: do not compensate again."
 )
 GATES = {
-    0: "- `RELUCTANCE_TIMER`: five leg states and four instants a period, of which most laws use "
+    1: "- `RELUCTANCE_TIMER`: five leg states and four instants a period, of which most laws use "
     "two or none. Needs a timer with as many compare events per leg, loaded at the start of the "
     "period. No comparator.",
-    1: "- `RELUCTANCE_COMPARATOR`: the current is held at `i_ref_A` +- `i_band_A` between two "
-    "steps. Needs an analog comparator per phase with a DAC for the reference and hysteresis, "
-    "acting on the leg without software.",
-    2: "- `RELUCTANCE_WINDOW`: between two rotor angles the current is held at `i_ref_A` +- "
-    "`i_band_A`, outside them the leg demagnetizes. Needs an analog comparator per phase with a "
-    "DAC for the reference and hysteresis, and a position compare (a timer in encoder mode with "
-    "compare events) or an angle interpolated from the speed.",
+    2: "- `RELUCTANCE_COMPARATOR`: hardware compares the current with the thresholds of the order "
+    "between two steps. {levels}",
+    3: "- `RELUCTANCE_WINDOW`: between two rotor angles hardware compares the current with the "
+    "thresholds of the order, outside them the leg demagnetizes. {levels} It also needs a position "
+    "compare (a timer in encoder mode with compare events) or an angle interpolated from the "
+    "speed.",
 }
 
-
+LEVELS = {
+    "analog": "Simulated with all four thresholds: magnetize below `i_lower_A`, chop above "
+    "`i_upper_A`, demagnetize above `i_runaway_A` until the current is back at `i_centre_A`. Each "
+    "phase needs three comparators with DACs, and a state machine of one bit for the last. A "
+    "board with one comparator and hysteresis per phase has the first two only: set `[sensing] "
+    'comparators = "two_level"` and simulate before you build it; a reference that falls faster '
+    "than a freewheeling current is not followed there.",
+    "two_level": "Simulated with two thresholds: magnetize below `i_lower_A`, chop above "
+    "`i_upper_A`. One comparator per phase with hysteresis, or with two DACs.",
+    "sampled": "",
+}
 FAST_LOOP = (
     "Without analog comparators, call `fast_loop` of `main.c` from a second timer: every call "
     "reads the currents and sets the legs by the same rule. A current then leaves its band by up "
@@ -277,7 +329,7 @@ FAST_LOOP = (
 NO_FAST_LOOP = "So `fast_loop` of `main.c` is not needed."
 
 
-def _gates(drive: Drive) -> set[int]:
+def gates_of(drive: Drive) -> set[int]:
     """Which gates the law uses, over one electrical period at the drive's speed."""
     controller = desk_controller(drive)
     reference = float(np.max(drive.reference.course[1]))

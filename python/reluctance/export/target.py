@@ -43,6 +43,10 @@ PHASE = np.dtype(
         ("i_band", "<f4"),
         ("theta_on", "<f4"),
         ("theta_off", "<f4"),
+        ("i_lower", "<f4"),
+        ("i_centre", "<f4"),
+        ("i_upper", "<f4"),
+        ("i_runaway", "<f4"),
     ]
 )
 

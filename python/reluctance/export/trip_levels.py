@@ -6,19 +6,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reluctance import _core
 from reluctance.drive import Drive
+from reluctance.drive.drive import OVER_VOLTAGE
 from reluctance.drive.pv_source import cold_voltage
 from reluctance.errors import ParameterError
 from reluctance.units import from_si, to_si
 
 OVER_CURRENT = 1.2  # of i_max_A
-ZERO_CURRENT = 0.02  # of i_max_A: a current sensor's offset and noise
-SURE_DEAD_TIME = 0.2  # of a control period: safety.hpp counts on 80 % of the volt-seconds
-OVER_VOLTAGE, UNDER_VOLTAGE = 1.25, 0.25  # of u_dc_V
+ZERO_CURRENT = 0.02  # of i_max_A: a current sensor's offset
+ABOVE_NOISE = 1.1  # of the greatest error of a reading: no current reads less
+NOISE_PEAK = 6.0  # of its rms value, as simulated (sim/noise.hpp)
+VOLTAGE_MARGIN = 0.2  # of u_dc: devices, dead time, sensor of the dc link
+MODEL_ERROR = 0.25  # of the flux linkage, from one machine of a series to another
+FALSE_ALARM = 1e-15  # of a healthy sensor that shows the same code so often, per sample
+LEAST_NOISE_LSB = 0.7  # below, equal readings prove nothing
+UNDER_VOLTAGE = 0.25  # of u_dc_V
 ABOVE_COLD = 1.05  # of the open-circuit voltage on a cold morning, where no rating is given
 OVER_SPEED = 1.3  # of the speed that the drive works at
 ENCODER_STEPS = 1.5  # one by which the angle is late, half a one of margin
 SMALLEST_SLACK_DEG = 0.1  # electrical; for an ideal sensor
+LAG_MARGIN = 1.25  # on what the observer lags at the greatest acceleration
+MEMORY = 64  # samples over which the slip is summed (protection.hpp)
+MOST_SLACK_DEG = 170.0  # electrical; beyond, an angle looks like one the other way round
 SETTLE = 8.0  # time constants of the angle tracker: e^-8 of a wrong first speed is left
 
 
@@ -33,6 +43,9 @@ class Limits:
     omega_max: float  # [rad/s]
     angle_slack: float  # electrical [rad]
     settle: int  # samples before the angle is judged; 0 where the speed is measured
+    i_error: float  # greatest error of a current reading [A]
+    model_error: float  # of the flux linkage at a reading [1]
+    frozen: int  # equal readings in a row that are a fault; 0: none are
 
 
 def limits(drive: Drive) -> Limits:
@@ -71,28 +84,92 @@ def limits(drive: Drive) -> Limits:
             f"[protection] speed_max_rpm = {from_si(omega_max, 'rpm'):g}, need more than the "
             f"{from_si(drive.omega_nominal, 'rpm'):g} rpm that the drive works at; set it"
         )
-    step = 360 * drive.machine.N_r / drive.sensing.encoder_counts if _encoder(drive) else 0.0
-    slack = _given(table.angle_slack_deg, max(ENCODER_STEPS * step, SMALLEST_SLACK_DEG))
+    step = angle_step(drive)
+    slack = _given(table.angle_slack_deg, _slack(drive, step))
     if slack <= step:
         raise ParameterError(
-            f"[protection] angle_slack_deg = {slack:g}, need more than the encoder's step of "
+            f"[protection] angle_slack_deg = {slack:g}, need more than the angle sensor's step of "
             f"{step:g} deg electrical"
         )
-    if drive.converter.t_dead > SURE_DEAD_TIME * drive.control.T_s:
+    if drive.converter.t_dead > VOLTAGE_MARGIN * drive.control.T_s:
         raise ParameterError(
             f"[converter] dead_time_us = {drive.converter.dead_time_us:g}, need at most "
-            f"{SURE_DEAD_TIME:g} of [control] T_s_us = {drive.control.T_s_us:g} for firmware: the "
+            f"{VOLTAGE_MARGIN:g} of [control] T_s_us = {drive.control.T_s_us:g} for firmware: the "
             "protection would find a healthy current sensor dead; take a longer control period"
+        )
+    i_error = current_error(drive)
+    i_zero = _given(table.i_zero_A, max(ZERO_CURRENT * i_max, ABOVE_NOISE * i_error))
+    if i_zero < i_error:
+        raise ParameterError(
+            f"[protection] i_zero_A = {i_zero:g}, need at least the {i_error:.3g} A by which a "
+            "reading of [sensing] may be wrong"
         )
     return Limits(
         i_trip=i_trip,
-        i_zero=_given(table.i_zero_A, ZERO_CURRENT * i_max),
+        i_zero=i_zero,
         u_dc_min=u_dc_min,
         u_dc_max=u_dc_max,
         omega_max=omega_max,
         angle_slack=float(np.radians(slack)),
         settle=_settle(drive),
+        i_error=i_error,
+        model_error=_model_error(drive, step),
+        frozen=_frozen(drive),
     )
+
+
+def current_error(drive: Drive) -> float:
+    """The greatest error of a current reading, its gain aside: noise, offset, one step [A]."""
+    sensing = drive.sensing
+    offset = max((abs(i) for i in sensing.i_offset_A), default=0.0)
+    return NOISE_PEAK * sensing.i_noise + sensing.i_step + offset
+
+
+def angle_step(drive: Drive) -> float:
+    """One step of the angle sensor [deg electrical]; 0 of an ideal one."""
+    if drive.sensing.encoder_counts > 0:
+        return 360 * drive.machine.N_r / drive.sensing.encoder_counts
+    return 180 / drive.machine.n_phases if drive.sensing.hall else 0.0
+
+
+def _slack(drive: Drive, step: float) -> float:
+    """Default of angle_slack_deg: steps of the sensor, what the observer lags at the greatest
+    acceleration (2 a/bandwidth, control/frame/angle_tracker.hpp), and the correction that Hall
+    edges and index make after the start."""
+    sensing = drive.sensing
+    slack = max(ENCODER_STEPS * step, SMALLEST_SLACK_DEG)
+    if sensing.tracker_bandwidth > 0:
+        tau = drive.tau_max + abs(drive.load.torque(drive.omega_nominal))
+        lag = 2 * tau / drive.J / sensing.tracker_bandwidth  # [rad/s]
+        travel = MEMORY * drive.control.T_s * drive.machine.N_r * lag
+        slack += LAG_MARGIN * float(np.degrees(travel))
+    if sensing.encoder_index:
+        slack += 90 / drive.machine.n_phases + abs(sensing.hall_error_deg)
+    return min(slack, MOST_SLACK_DEG)
+
+
+def _model_error(drive: Drive, step: float) -> float:
+    """How wrong the flux linkage at a reading may be: the model, the gain of the sensor, and half a
+    step of the angle where the inductance changes most."""
+    theta_e = np.linspace(0.0, np.pi, 181)
+    i = np.full_like(theta_e, ZERO_CURRENT * drive.machine.i_max_A)
+    psi = _core.magnetics(drive.machine.magnetics, i, theta_e)[:, 0]
+    steepest = float(np.max(np.abs(np.gradient(psi, theta_e)) / psi))  # per rad
+    sensing = drive.sensing
+    gain = max((abs(g - 1) for g in sensing.i_gain), default=0.0)
+    wrong = np.radians(step / 2 + abs(sensing.hall_error_deg))
+    if sensing.encoder_index:
+        wrong += np.pi / 2 / drive.machine.n_phases
+    return MODEL_ERROR + gain + steepest * float(wrong)
+
+
+def _frozen(drive: Drive) -> int:
+    """Equal readings in a row that noise leaves to a healthy sensor less often than FALSE_ALARM."""
+    noise = drive.sensing.i_noise_LSB
+    if noise < LEAST_NOISE_LSB:
+        return 0
+    equal = 1 / (2 * np.sqrt(np.pi) * noise)  # of two Gaussian codes next to each other
+    return int(np.ceil(np.log(FALSE_ALARM) / np.log(equal)))
 
 
 def _voltages(drive: Drive) -> tuple[float, float]:
@@ -111,7 +188,3 @@ def _given(value: float | None, default: float) -> float:
 def _settle(drive: Drive) -> int:
     bandwidth = drive.sensing.tracker_bandwidth
     return int(np.ceil(SETTLE / (bandwidth * drive.control.T_s))) if bandwidth > 0 else 0
-
-
-def _encoder(drive: Drive) -> bool:
-    return drive.sensing.encoder_counts > 0

@@ -36,7 +36,7 @@ def loop_parts(drive: Drive, record_every: float) -> dict[str, Any]:
         "sampling": _core.Sampling(
             T_s=drive.control.T_s,
             angle_offset=to_si(drive.mismatch.angle_offset_deg, "deg"),
-            **sensing.sampling,
+            **sensing.sampling(machine.N_r),
         ),
         "reference": course(drive.reference.course),
         "theta_m": to_si(drive.simulation.theta_start_deg, "deg"),

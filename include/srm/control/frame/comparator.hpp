@@ -6,36 +6,54 @@
 
 namespace srm {
 
-/// The comparator's thresholds [A]. Above `upper` the leg chops; with soft chopping a current that
-/// still runs away past `runaway` (the reference fell faster than freewheeling can follow) is
-/// driven down by the full voltage until it is back at the reference.
-template <Real T>
-struct Thresholds {
-  T lower, centre, upper, runaway;
-};
+/// Who compares currents with their bands: analog comparators at any instant, or the controller at
+/// its samples. two_level: one comparator with hysteresis a phase, which knows no more than its
+/// lower and its upper threshold.
+enum class Comparators : std::int8_t { analog, sampled, two_level };
 
+/// Computes the thresholds of an order for a comparator:
+///
+///   i_lower    below it the leg magnetizes
+///   i_upper    above it the leg chops: freewheels, or demagnetizes where the order says so
+///   i_runaway  above it the leg demagnetizes, for a reference that fell faster than freewheeling
+///              can follow, ...
+///   i_centre   ... and freewheels again below this
+///
+/// Between the thresholds the leg stays. Two-level comparators do not have the last two: the
+/// run-away threshold is out of reach, and a leg that demagnetizes chops at once.
 template <Real T>
-constexpr Thresholds<T> thresholds(const PhaseCommand<T>& order) {
+constexpr void set_thresholds(PhaseCommand<T>& order, Comparators comparators) {
   const T band = min(order.i_band, order.i_ref / T(2));  // a reference in its band must start too
-  return {order.i_ref - band, order.i_ref, order.i_ref + band, order.i_ref + T(2) * band};
+  const bool two_level = comparators == Comparators::two_level;
+  order.i_lower = order.i_ref - band;
+  order.i_centre = two_level ? never<T> : order.i_ref;
+  order.i_upper = order.i_ref + band;
+  order.i_runaway = two_level ? never<T> : order.i_ref + T(2) * band;
+}
+
+/// Those of all phases.
+template <Real T, int N>
+constexpr void set_thresholds(Command<T, N>& orders, Comparators comparators) {
+  for (PhaseCommand<T>& order : orders) {
+    if (order.gate != Gate::timer) set_thresholds(order, comparators);
+  }
 }
 
 /// The leg for a current inside or outside the band; inside, the leg stays. NaN demagnetizes.
 template <Real T>
 constexpr Leg compared(const PhaseCommand<T>& order, Leg leg, T i) {
   if (!(order.i_ref > T(0))) return Leg::demagnetize;
-  const Thresholds<T> at = thresholds(order);
-  if (i < at.lower) return Leg::magnetize;
-  if (!(i <= at.runaway)) return Leg::demagnetize;
-  if (leg == Leg::demagnetize) return i > at.centre ? leg : order.chop;
-  return i > at.upper ? order.chop : leg;
+  if (i < order.i_lower) return Leg::magnetize;
+  if (!(i <= order.i_runaway)) return Leg::demagnetize;
+  if (leg == Leg::demagnetize) return i > order.i_centre ? leg : order.chop;
+  return i > order.i_upper ? order.chop : leg;
 }
 
 /// The same for an order of Gate::comparator or Gate::window in phase k of N, at the electrical
 /// angle theta_e of phase 0.
 template <int N, Real T>
 constexpr Leg compared(const PhaseCommand<T>& order, Leg leg, T i, T theta_e, int k) {
-  if (order.gate == Gate::timer) return Leg::demagnetize;
+  if (order.gate == Gate::off || order.gate == Gate::timer) return Leg::demagnetize;
   if (order.gate == Gate::window &&
       !conducts(phase_angle<N>(theta_e, k), order.theta_on, order.theta_off)) {
     return Leg::demagnetize;

@@ -18,6 +18,7 @@ constexpr T mean_level(const PhaseCommand<T>& c, T T_s) {
     const T until = n < max_edges ? min(c.t_edge[n], T_s) : T_s;
     sum = sum + static_cast<T>(static_cast<int>(c.leg[n])) * (until - since);
     since = until;
+    if (!(since < T_s)) break;
   }
   return sum / T_s;
 }

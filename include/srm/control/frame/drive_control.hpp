@@ -6,6 +6,7 @@
 #include "srm/control/frame/angle_tracker.hpp"
 #include "srm/control/frame/comparator.hpp"
 #include "srm/control/frame/dead_time_compensation.hpp"
+#include "srm/control/frame/edge_limits.hpp"
 #include "srm/control/frame/interface.hpp"
 #include "srm/control/frame/pv_control.hpp"
 #include "srm/control/frame/speed_pi.hpp"
@@ -18,10 +19,6 @@ enum class Outer : std::int8_t { torque, speed, none, pv };
 
 /// Where angle and speed come from: as measured, or tracked on the measured angle.
 enum class Motion : std::int8_t { measured, tracked };
-
-/// Who compares currents with their bands: analog comparators at any instant, or the controller at
-/// its samples.
-enum class Comparators : std::int8_t { analog, sampled };
 
 template <ControlLaw Law>
 struct DriveControl {
@@ -37,7 +34,10 @@ struct DriveControl {
   AngleTracker<T> tracker;  // used with Motion::tracked
   Comparators comparators;
   T t_dead;  // of the converter: dead_time_compensation.hpp [s]
-  SRM_FIELDS(law, outer, speed, pv, motion, tracker, comparators, t_dead)
+  EdgeLimits<T> edges;
+  T u_brake_full, u_brake_none;  // braking torque: all of it up to, none from this dc voltage [V]
+  SRM_FIELDS(law, outer, speed, pv, motion, tracker, comparators, t_dead, edges, u_brake_full,
+             u_brake_none)
 
   struct State {
     typename Law::State law;
@@ -52,23 +52,34 @@ struct DriveControl {
   /// Outer::pv out, for a target whose `outer` is known.
   template <bool may_pv = true>
   Command<T, n_phases> step(State& state, Measurement<T, n_phases> y, T reference) const {
+    for (T& i : y.i) i = max(i, T(0));  // noise and offset: a phase current is never negative
     if (motion == Motion::tracked) {
       tracker.step(state.tracker, y.theta_e);
       y.theta_e = state.tracker.theta_e;
       y.omega_m = tracker.omega_m(state.tracker);
     }
-    const T asked = asked_torque<may_pv>(state, y, reference);
+    const T asked = folded(asked_torque<may_pv>(state, y, reference), y);
     state.tau_ref = outer == Outer::none ? T(0) : asked;
     Command<T, n_phases> orders = law.step(state.law, y, asked);
+    set_thresholds<T, n_phases>(orders, comparators);
     if (comparators == Comparators::sampled) compare_now<T, n_phases>(orders, y, state.leg);
     if constexpr (may_pv) {
       if (outer == Outer::pv) pv.template remember<n_phases>(state.pv, y, orders);
     }
     if (t_dead > T(0)) lead_turn_on<T, n_phases>(orders, t_dead);
+    if (edges.any()) {
+      for (PhaseCommand<T>& order : orders) edges.apply(order);
+    }
     return orders;
   }
 
  private:
+  /// Braking feeds the dc link: less of it, the higher the voltage already is.
+  constexpr T folded(T asked, const Measurement<T, n_phases>& y) const {
+    if (!(asked * y.omega_m < T(0) && y.u_dc > u_brake_full)) return asked;
+    return asked * clamp((u_brake_none - y.u_dc) / (u_brake_none - u_brake_full), T(0), T(1));
+  }
+
   template <bool may_pv>
   T asked_torque(State& state, const Measurement<T, n_phases>& y, T reference) const {
     if constexpr (may_pv) {

@@ -23,8 +23,9 @@ struct Measurement {
 
 /// Who switches a leg between two samples.
 enum class Gate : std::int8_t {
+  off = 0,     // demagnetize: what an order of zeros means
   timer,       // leg[0], then leg[1] from t_edge[0], leg[2] from t_edge[1], and so on
-  comparator,  // hysteresis: the current is held at i_ref +- i_band
+  comparator,  // hysteresis on the thresholds of the order (comparator.hpp)
   window       // the same between theta_on and theta_off, demagnetize outside (position compare)
 };
 
@@ -53,7 +54,10 @@ struct PhaseCommand {
   T i_ref{};                                  // comparator: reference [A]; 0 or less demagnetizes
   T i_band{};                                 // comparator: half width [A]
   T theta_on{}, theta_off{};                  // window: electrical angles of this phase [rad]
-  SRM_FIELDS(leg, gate, chop, t_edge, i_ref, i_band, theta_on, theta_off)
+  // Thresholds of the comparator; the frame computes them from i_ref and i_band [A].
+  T i_lower{}, i_centre{}, i_upper{}, i_runaway{};
+  SRM_FIELDS(leg, gate, chop, t_edge, i_ref, i_band, theta_on, theta_off, i_lower, i_centre,
+             i_upper, i_runaway)
 };
 
 template <Real T, int N>

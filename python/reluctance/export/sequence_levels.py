@@ -1,0 +1,65 @@
+"""The levels of the drive's states (control/frame/sequence.hpp): of [protection], or by default."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reluctance.drive import Drive
+from reluctance.errors import ParameterError
+from reluctance.export.constants import Node
+from reluctance.export.trip_levels import Limits
+from reluctance.units import from_si
+
+READY = 0.7  # of u_dc: the dc link is charged; rectified mains sags by no more
+READY_ABOVE_MIN = 1.05  # of the under-voltage level, at least
+SETTLE_TIME = 0.02  # with the dc link charged, before it counts [s]
+CALIBRATE_TIME = 0.05  # mean of the current readings with all legs off [s]
+CHOP_ON, CHOP_OFF = 0.6, 0.3  # of the way from u_dc to the over-voltage level
+FULL_TORQUE = 0.95  # of the speed limit: above it the torque falls to none at the limit
+SPEED_LIMIT = 0.95  # of the over-speed level
+
+
+def sequence_fields(drive: Drive, levels: Limits) -> dict[str, Node]:
+    """The fields of srm::Sequence, in their order.
+
+    Raises
+    ------
+    ParameterError
+        If the drive would wait for a voltage that it cannot have.
+    """
+    u_dc, table = drive.converter.u_dc_V, drive.protection
+    u_ready = table.u_ready_V
+    if u_ready is None:
+        u_ready = max(READY * u_dc, READY_ABOVE_MIN * levels.u_dc_min)
+    if not levels.u_dc_min < u_ready < levels.u_dc_max:
+        raise ParameterError(
+            f"[protection] u_ready_V = {u_ready:g}, need between u_dc_min_V = {levels.u_dc_min:g} "
+            f"and u_dc_max_V = {levels.u_dc_max:g}"
+        )
+    T_s, room = drive.control.T_s, levels.u_dc_max - u_dc
+    omega_none = SPEED_LIMIT * levels.omega_max
+    speeds = drive.reference.kind in ("speed", "pv")
+    return {
+        "T_s": T_s,
+        "u_ready": u_ready,
+        "t_precharge": table.precharge_max_s,
+        "n_settle": int(np.ceil(SETTLE_TIME / T_s)),
+        "n_calibrate": int(np.ceil(CALIBRATE_TIME / T_s)),
+        "i_offset": levels.i_zero,
+        "t_command": table.si["command_timeout"],
+        "u_chop_on": u_dc + CHOP_ON * room,
+        "u_chop_off": u_dc + CHOP_OFF * room,
+        "reference_max": omega_none if speeds else _torque_limit(drive),
+        "omega_full": FULL_TORQUE * omega_none,
+        "omega_none": omega_none,
+    }
+
+
+def speed_limit_rpm(drive: Drive, levels: Limits) -> float:
+    """From this speed on there is no motoring torque."""
+    return from_si(SPEED_LIMIT * levels.omega_max, "rpm")
+
+
+def _torque_limit(drive: Drive) -> float:
+    """Of the reference: the greatest torque [N m]; 1, to motor, for a law with its own current."""
+    return 1.0 if drive.reference.kind == "none" else drive.tau_max

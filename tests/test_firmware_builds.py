@@ -1,0 +1,87 @@
+"""The exported package compiles for other processors and compilers, and two link into one image."""
+
+import ctypes
+import os
+import shutil
+import subprocess
+
+import pytest
+from firmware_tools import CI, drive, needs_target
+
+import reluctance as rl
+from reluctance.export import firmware
+
+needs_clang = pytest.mark.skipif(not CI and shutil.which("clang++") is None, reason="needs clang++")
+
+
+def build(folder, *arguments):
+    done = subprocess.run(
+        ["make", "-s", "all", *arguments], cwd=folder, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    return firmware(drive("edge_mpc_late"), tmp_path_factory.mktemp("builds") / "package").folder
+
+
+@needs_target
+@pytest.mark.parametrize("cpu", ["cortex-m4", "cortex-m7", "cortex-m33", "cortex-m55", "cortex-r5"])
+def test_it_compiles_for_every_processor_that_the_makefile_names(package, cpu):
+    build(package, f"CPU={cpu}")
+
+
+def headers_of_the_cross_compiler():
+    """Include folders of arm-none-eabi-g++: its headers serve other 32-bit targets too."""
+    told = subprocess.run(
+        ["arm-none-eabi-g++", "-E", "-v", "-x", "c++", os.devnull], capture_output=True, text=True
+    ).stderr
+    listed = told.partition("#include <...>")[2].partition("End of search")[0].splitlines()[1:]
+    return " ".join(f"-isystem {line.strip()}" for line in listed)
+
+
+CLANG = {
+    "desk": "",
+    "cortex-m7": "--target=arm-none-eabi -mcpu=cortex-m7 -mthumb -mfpu=fpv5-sp-d16 "
+    "-mfloat-abi=hard",
+    "risc-v": "--target=riscv32-unknown-elf -march=rv32imafc -mabi=ilp32f",
+}
+
+
+@needs_target
+@needs_clang
+@pytest.mark.parametrize("target", CLANG)
+def test_it_compiles_with_clang(package, target):
+    flags = CLANG[target]
+    if flags:
+        flags += " " + headers_of_the_cross_compiler()
+    build(package, "CC=clang", "CXX=clang++", f"OUT=build/clang-{target}", f"TARGET={flags}")
+
+
+def test_two_drives_link_into_one_image_and_answer_for_themselves(tmp_path):
+    drives = {"left": "sharing", "right": "deadbeat"}
+    made = {p: firmware(drive(n), tmp_path / p, prefix=p) for p, n in drives.items()}
+    objects = []
+    for side, one in made.items():
+        for source in ("controller", "peripherals"):
+            out = tmp_path / f"{side}_{source}.o"
+            flags = ["-std=c++20", "-O1", "-fPIC", "-I.", "-Iinclude", "-c", f"{source}.cpp"]
+            subprocess.run(["g++", *flags, "-o", str(out)], cwd=one.folder, check=True)
+            objects.append(str(out))
+        text = "".join(p.read_text() for p in one.folder.rglob("*.*") if p.is_file())
+        assert "reluctance_" not in text and "RELUCTANCE_" not in text
+    image = tmp_path / "both.so"
+    subprocess.run(["g++", "-shared", *objects, "-o", str(image)], check=True)
+    library = ctypes.CDLL(str(image))
+    for side, one in made.items():
+        fingerprint = getattr(library, f"{side}_fingerprint")
+        fingerprint.restype = ctypes.c_uint32
+        assert fingerprint() == one.fingerprint
+    assert made["left"].fingerprint != made["right"].fingerprint
+
+
+@pytest.mark.parametrize("prefix", ["", "Left", "1st", "a-b", "x" * 32])
+def test_a_prefix_that_is_no_name_is_refused(prefix, tmp_path):
+    with pytest.raises(rl.ParameterError, match="need a lower-case C name"):
+        firmware(drive("sharing"), tmp_path / "package", prefix=prefix)
