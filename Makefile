@@ -6,6 +6,9 @@ BIN := $(VENV)/bin
 SOURCES := $(shell find include bindings tests/core_module python machines examples firmware -type f \
              -not -name '*.so' -not -path '*/__pycache__/*' 2>/dev/null) CMakeLists.txt pyproject.toml
 
+BUILD_REQUIRES = $(shell $(PYTHON) -c 'import tomllib; print(*map(repr, tomllib.load( \
+                   open("pyproject.toml", "rb"))["build-system"]["requires"]))')
+
 CLANG_FORMAT ?= clang-format
 CHECKED := python tests studies bench machines docs examples
 
@@ -41,22 +44,27 @@ wheels:
 	$(PYTHON312) -m pip wheel --quiet --no-deps --wheel-dir dist -C wheel.py-api=cp312 .
 	.ci/installed "$$(ls -t dist/*abi3*.whl | head -1)" $(PYTHON312)
 
+# Without build isolation the tools of the build stay where they are, so that only what changed is
+# compiled again.
+INSTALL := $(BIN)/pip install --quiet --no-build-isolation -C cmake.define.RELUCTANCE_TEST_MODULE
+
 $(VENV)/installed: $(SOURCES) | $(VENV)/made
-	$(BIN)/pip install --quiet .
+	$(INSTALL)=OFF .
 	@touch $@
 
 $(VENV)/installed-test: $(SOURCES) | $(VENV)/made
-	$(BIN)/pip install --quiet -C cmake.define.RELUCTANCE_TEST_MODULE=ON '.[test]'
+	$(INSTALL)=ON '.[test]'
 	@touch $@ $(VENV)/installed
 
-$(VENV)/installed-docs: $(SOURCES) | $(VENV)/made
-	$(BIN)/pip install --quiet '.[docs]'
+$(VENV)/installed-docs: $(VENV)/installed-test
+	$(INSTALL)=ON '.[docs]'
 	@touch $@ $(VENV)/installed
 
 $(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "error: $(PYTHON) is too old, need Python >= 3.11; try make PYTHON=python3.11"; exit 2; }
 	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet cmake ninja $(BUILD_REQUIRES)
 	@touch $@
 
 clean:

@@ -68,6 +68,8 @@ void bind_controller(nb::module_& m) {
       m, "PowerTracker", "Maximum power point tracking on a voltage reference [V].");
   bind_struct<srm::WholePeriods<double>>(m, "WholePeriods",
                                          "Means over whole electrical periods [s].");
+  bind_struct<srm::StrokeRipple<double>>(m, "StrokeRipple",
+                                         "Adaptive notch filter at the stroke frequency [s].");
   bind_struct<srm::PvControl<double>>(m, "PvControl",
                                       "Voltage control and tracking of a drive on a photovoltaic "
                                       "array. SI units.");

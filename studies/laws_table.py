@@ -133,7 +133,7 @@ def glance(found: dict[tuple[str, str], Comparison]) -> str:
 ## At a glance
 
 Rms torque error in percent of the reference, at equal switching frequency:
-{CLASSES[0].f_switch / 1e3:g} kHz a switch at 2 and 5 µs, {CLASSES[2].f_switch / 1e3:g} kHz at
+{CLASSES[0].f_switch / 1e3:g} kHz per switch at 2 and 5 µs, {CLASSES[2].f_switch / 1e3:g} kHz at
 20 µs. Comparators are sampled with all other decisions, except under "analog". The tables below
 have the current and the losses that belong to each figure.
 

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive.pump_load import flow
 from reluctance.drive.pv_source import available
 from reluctance.figures import save_figure
 
@@ -110,8 +109,7 @@ def figure(result: rl.Result, *, title: str) -> Figure:
     speed.plot(result.t, result.omega_m * 30 / np.pi, lw=1.0)
     speed.set(ylabel="speed (rpm)", ylim=(0, None))
     if result.drive.load.pump is not None:
-        Q = flow(result.drive.load, result.omega_m, result.t)
-        water.plot(result.t, Q * 3600, lw=1.0)
+        water.plot(result.t, result.Q * 3600, lw=1.0)
         water.set(ylabel="flow (m³/h)", ylim=(0, None))
     else:
         water.plot(result.t, result.tau_ref, lw=0.8)
@@ -135,6 +133,9 @@ def main() -> None:
             "sensing.comparators=sampled",
         ],
         "constant 230 V": ["pv_control.tracking=constant"],
+        "no notch at the stroke frequency": ["pv_control.notch_damping=0"],
+        "0.47 mF": ["source.C_uF=470"],
+        "0.47 mF, no notch": ["source.C_uF=470", "pv_control.notch_damping=0"],
     }.items():
         result = rl.simulate(rl.load(EXAMPLE, overrides), record=1e-3 if not rows else GRID)
         if not rows:

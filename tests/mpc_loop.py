@@ -188,7 +188,7 @@ class Figures:
     error_rms: float
     ripple_pp: float
     i_rms: float  # mean over the phases [A]
-    f_switch: float  # turn-ons per switch and second [Hz]
+    f_switch: float  # turn-ons per switch per second [Hz]
 
 
 def figures(law: Any, point: Point, timing: Timing, *, periods: int = 6) -> Figures:

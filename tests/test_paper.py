@@ -272,7 +272,7 @@ def test_every_claim_has_the_same_seven_fields(written: tuple[paper.Report, Path
         ("Fig. 8: from standstill the drive reaches and holds 1500", 1500, 1500, "confirmed"),
         ("Section 4: the torque response time at rated", 0.35, None, "not confirmed"),
         ("Section 4: the torque response time at half", 0.28, None, "not confirmed"),
-        ("Section 5: the MPC command avoids", "avoids it", -3.1157, "confirmed"),
+        ("Section 5: no dc-dc converter is needed", "none needed", -3.1157, "confirmed"),
     ],
 )
 def test_claim_is_there_with_its_numbers(
@@ -351,3 +351,29 @@ def test_file_in_place_of_the_folder_is_named_before_the_work(tmp_path: Path) ->
     with pytest.raises(ParameterError, match="taken is a file"):
         paper.write(tmp_path / "taken" / "report")
     assert (tmp_path / "taken").read_text() == "mine"
+
+
+@pytest.mark.parametrize("picture", figures.PICTURES, ids=lambda p: p.name)
+def test_no_title_overlaps_a_legend(picture: figures.Picture, found: study.Study) -> None:
+    figure = picture.draw(found)
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        legend = ax.get_legend()
+        if legend is None:
+            continue
+        for title in (ax.title, ax._left_title):  # type: ignore[attr-defined]
+            if title.get_text():
+                assert not title.get_window_extent().overlaps(legend.get_window_extent())
+
+
+def test_claims_stand_below_each_other_on_a_narrow_screen(
+    written: tuple[paper.Report, Path],
+) -> None:
+    """Each figure of a claim has its label then, since the head of the table is gone."""
+    text = (written[1] / "report.html").read_text(encoding="utf-8")
+    table = text.partition("<table class=claims>")[2].partition("</table>")[0]
+    rows = table.split("<tr>")[1:]
+    assert len(rows) == len(rows_of(written[1]))
+    assert all(row.count("data-label=") == 4 for row in rows)
+    narrow = text.partition("@media(max-width:50em)")[2].partition("</style>")[0]
+    assert ".claims td{display:block}" in narrow and "content:attr(data-label)" in narrow

@@ -47,19 +47,41 @@ def test_a_cloud_is_ridden_through_at_the_maximum_power_point(overrides: list[st
 @pytest.mark.parametrize("actuator", ["torque", "speed"])
 @pytest.mark.parametrize("C_uF", [470.0, 4700.0])
 @pytest.mark.parametrize("u_ref_V", [170.0, 215.0, 260.0])
+@pytest.mark.parametrize(("notch", "charge"), [(0.02, 25e-3), (0.0, 9.4e-3)])
 def test_the_same_controller_holds_every_voltage_on_every_capacitor(
-    u_ref_V: float, C_uF: float, actuator: str
+    notch: float, charge: float, u_ref_V: float, C_uF: float, actuator: str
 ) -> None:
-    """On both sides of the maximum power point, at 227 V; to 1 V on average."""
+    """On both sides of the maximum power point, at 227 V; to 1 V on average. The ripple is the
+    charge of a stroke over the capacitance [C] and does not grow; measured 9 to 21 mC. Without the
+    notch the controller itself smooths a small capacitor, to below 20 V at 0.47 mF."""
     held = drive(
         *(*STEADY, *RUNNING, f"source.C_uF={C_uF}", f"pv_control.u_ref_V={u_ref_V}"),
         *("pv_control.tracking=constant", f"pv_control.actuator={actuator}"),
         *("pv_control.u_ref_min_V=160", "pv_control.acceleration_rpmps=5000"),
+        f"pv_control.notch_damping={notch}",
     )
-    result = rl.simulate(held, until=0.9, record=2e-4)
-    late = result.u_dc[result.t > 0.6]
+    result = rl.simulate(held, until=1.2, record=2e-4)
+    early = result.u_dc[(result.t > 0.6) & (result.t < 0.9)]
+    late = result.u_dc[result.t > 0.9]
     assert late.mean() == pytest.approx(u_ref_V, abs=1.0)
-    assert np.ptp(late) < 20  # the ripple of the strokes
+    most = max(charge, 20e-3 if C_uF > 1000 else 0) / (C_uF * 1e-6)
+    assert np.ptp(late) < most
+    assert np.ptp(late) < 1.1 * np.ptp(early)
+
+
+def test_the_notch_takes_the_ripple_of_the_link_out_of_the_torque_reference() -> None:
+    """To the harmonics above the first."""
+    swing = {}
+    for notch in (0.02, 0.0):
+        held = drive(
+            *(*STEADY, *RUNNING, "pv_control.tracking=constant"),
+            *("pv_control.acceleration_rpmps=5000", f"pv_control.notch_damping={notch}"),
+        )
+        result = rl.simulate(held, until=1.0, record=1e-4)
+        late = result.t > 0.7
+        assert np.ptp(result.u_dc[late]) > 6.5
+        swing[notch] = np.ptp(result.tau_ref[late])
+    assert swing[0.02] < 0.5 * swing[0.0]
 
 
 def test_constant_power_left_of_the_maximum_collapses() -> None:

@@ -22,6 +22,7 @@ from reluctance.paper import report
 ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"
 CUBIC = ROOT / "examples" / "sharing_cubic.toml"
+DAY = ROOT / "examples" / "sun_day.toml"
 RUN = ("run", RATED, "--until", "0.02")
 SWEEP = ("sweep", RATED, "--vary", "control.i_band_A=1,2", "--until", "0.02")
 MAPPED = ("efficiency", CUBIC, "--speed", "900,1500", "--torque", "10,30", "--no-envelope")
@@ -63,8 +64,10 @@ WRITERS = {
     "efficiency figure": ((*MAPPED, "--plot"), "w.png"),
     "paper": (("paper", "--out"), "paper"),
     "examples": (("examples", "--copy"), "copied"),
+    "pump": (("pump", DAY, "--out"), "pumped"),
+    "size": (("size", DAY, "--vary", "array.n_parallel=5:7", "--out"), "sized"),
 }
-FOLDERS = {"firmware", "compare", "paper", "examples"}
+FOLDERS = {"firmware", "compare", "paper", "examples", "pump", "size"}
 each_writer = pytest.mark.parametrize("name", WRITERS)
 
 

@@ -17,18 +17,16 @@ class RestOfTorque(rl.Law):
         self.torque = known.machine.torque(self.i, np.linspace(0, np.pi, 721)[:, None])
 
     def rise(self, theta):
-        x = min(max(theta / self.theta_ov, 0), 1)
+        x = np.clip(theta / self.theta_ov, 0, 1)
         return x * x * (3 - 2 * x)
 
     def step(self, y, tau_ref):
-        n, stroke = y.n_phases, 2 * np.pi / y.n_phases
-        theta = [(y.angle(k) + self.ahead * y.omega_m) % (2 * np.pi) for k in range(n)]
-        rows = [self.torque[min(int(720 * t / np.pi), 720)] for t in theta]
-        x = [t - self.theta_on for t in theta]
-        tau = [tau_ref * (self.rise(v) - self.rise(v - stroke)) for v in x]
-        given = [np.interp(y.i[k], self.i, rows[k]) for k in range(n)]
-        for k in range(n):
-            if 0 <= x[k] < stroke:
-                tau[k] = tau_ref - sum(given) + given[k]
-        i_ref = [np.interp(tau[k], rows[k], self.i) if tau[k] > 0 else 0.0 for k in range(n)]
+        phases, stroke = range(y.n_phases), 2 * np.pi / y.n_phases
+        theta = np.mod([y.angle(k) + self.ahead * y.omega_m for k in phases], 2 * np.pi)
+        rows = self.torque[np.minimum(720 * theta / np.pi, 720).astype(int)]
+        x = theta - self.theta_on
+        tau = tau_ref * (self.rise(x) - self.rise(x - stroke))
+        given = np.array([np.interp(y.i[k], self.i, rows[k]) for k in phases])
+        tau = np.where((0 <= x) & (x < stroke), tau_ref - given.sum() + given, tau)
+        i_ref = [np.interp(tau[k], rows[k], self.i) * (tau[k] > 0) for k in phases]
         return [rl.Order.regulate(i, self.i_band) for i in i_ref]

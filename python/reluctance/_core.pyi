@@ -169,12 +169,17 @@ class WholePeriods:
 
     def __init__(self, *, T_s: float, t_settle: float, t_least: float, t_most: float) -> None: ...
 
+class StrokeRipple:
+    """Adaptive notch filter at the stroke frequency [s]."""
+
+    def __init__(self, *, learning: float) -> None: ...
+
 class PvControl:
     """
     Voltage control and tracking of a drive on a photovoltaic array. SI units.
     """
 
-    def __init__(self, *, actuator: Actuator, current: ArrayCurrent, link: LimitedPi, tracker: PowerTracker, mean: WholePeriods, C: float, delay: int, acceleration: float, omega_lead: float, u_stop: float, u_full: float, u_wake: float, t_wake: float, p_sleep: float, t_sleep: float, k_dry: float, omega_dry: float, t_dry: float, t_rest: float) -> None: ...
+    def __init__(self, *, actuator: Actuator, current: ArrayCurrent, link: LimitedPi, tracker: PowerTracker, mean: WholePeriods, ripple: StrokeRipple, C: float, delay: int, acceleration: float, omega_lead: float, u_stop: float, u_full: float, u_wake: float, t_wake: float, p_sleep: float, t_sleep: float, k_dry: float, omega_dry: float, t_dry: float, t_rest: float) -> None: ...
 
 class Controller:
     """A complete controller, ready to be sampled."""

@@ -15,7 +15,7 @@ from reluctance.units import from_si
 
 COMPARATORS = {
     "analog": "analog: they see the true current and switch at any instant",
-    "sampled": "sampled: the control compares the currents that it measures, once a sample",
+    "sampled": "sampled: the control compares the currents that it measures, once per sample",
 }
 
 
@@ -89,7 +89,7 @@ def in_words(point: Drive, f_target: float) -> list[str]:
     return [
         f"{point.machine.name}; {c.u_dc_V:g} V, {point.load.speed_rpm:g} rpm, "
         f"{point.reference.course[1][0]:g} N m; switches {drops}{late}",
-        f"switching frequency {f_target / 1e3:g} kHz a switch; sampling every "
+        f"switching frequency {f_target / 1e3:g} kHz per switch; sampling every "
         f"{point.control.T_s_us:g} us (with a carrier: at its period, not below that), "
         f"delay {s.delay_samples} samples, computed in {point.control.precision}",
         f"comparators {COMPARATORS[s.comparators]}",

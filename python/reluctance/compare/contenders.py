@@ -131,7 +131,7 @@ def _sharing(shape: str, what: str, when: str, **options: Any) -> Contender:
         free=CURRENT_BAND,
         what=what,
         when=when,
-        needs="a current comparator a phase",
+        needs="one current comparator per phase",
         **({"place": sharing_angles} | options),
     )
 
@@ -146,7 +146,7 @@ CONTENDERS: dict[str, Contender] = {
             place=pulse_angles,
             what="Flat current pulses between two angles, held in a band by soft chopping.",
             when="Ripple does not matter; or speed is so high that one pulse fills the voltage.",
-            needs="a current comparator a phase, position compare",
+            needs="one current comparator per phase, position compare",
         ),
         Contender(
             name="pwm_current",
@@ -208,7 +208,7 @@ CONTENDERS: dict[str, Contender] = {
             place=tracking_weights,
             what="The source paper's structure: predictive current references, held in a band.",
             when="To compare with the paper.",
-            needs="a current comparator a phase",
+            needs="one current comparator per phase",
         ),
         Contender(
             name="finite_set_short",
@@ -226,7 +226,7 @@ CONTENDERS: dict[str, Contender] = {
             law="finite_set_mpc",
             free=ASKED_FREQUENCY,
             what="Finite-control-set MPC that follows the flux of the least-copper profile.",
-            when="An FPGA: small ripple at the least copper, with one leg state a sample.",
+            when="An FPGA: small ripple at the least copper, with one leg state per sample.",
             needs="fast sampling",
         ),
         Contender(
@@ -242,9 +242,9 @@ CONTENDERS: dict[str, Contender] = {
             name="edge_mpc",
             law="edge_mpc",
             free=ASKED_FREQUENCY,
-            what="Predictive: switching instants in the sample as variables, flux near the guide.",
+            what="Predictive: switching instants as variables, flux near the reference profile.",
             when="The smoothest torque at the least copper, on FPGA and microcontroller.",
-            needs="timers with four edges a sample",
+            needs="timers with four edges per sample",
         ),
     )
 }

@@ -64,7 +64,7 @@ def needs(found: Comparison, entrant: Contender) -> str:
     """What a law needs beside sensors, where currents are compared as they are here."""
     if found.point.sensing.comparators == "analog":
         return entrant.needs
-    return entrant.needs.replace("a current comparator a phase", "fast sampling")
+    return entrant.needs.replace("one current comparator per phase", "fast sampling")
 
 
 def as_json(found: Comparison) -> Record:
@@ -123,7 +123,7 @@ def limit_line(found: Comparison) -> str:
         else f"error at least {b.tau_error_max:.3g} N m ({b.tau_error_rms:.3g} rms)"
     )
     return (
-        f"limit of any control: {error} at {b.i_rms:.2f} A rms, {b.i_peak:.1f} A peak, "
+        f"least known rms current: {error} at {b.i_rms:.2f} A rms, {b.i_peak:.1f} A peak, "
         f"{b.p_cu:.0f} W copper"
     )
 

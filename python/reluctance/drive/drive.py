@@ -102,6 +102,7 @@ class Drive:
             u_dc=self.converter.u_dc_V,
             C=self.source.si["C"] or 0.0,
             omega_most=self.omega_nominal,
+            strokes=self.machine.n_phases * self.machine.N_r,
             T_s=self.control.T_s,
             delay=self.sensing.delay_samples,
         )

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 COLUMNS = 97  # of the table: torque is off by 1e-6 of itself between them
+FINE = 1001  # of the flow: linear between them, off by 1e-5 of itself
 ROWS = 9  # static heads, where the level moves
 NEVER = 1e9  # a static head that is not reached [m]
 
@@ -66,25 +67,34 @@ def pump(load: Load) -> _core.Pump:
 
 
 def flow(load: Load, omega_m: ArrayLike, t: ArrayLike) -> FloatArray:
-    """Flow of the pump at speeds [rad/s] and times [s]; [m^3/s]."""
+    """Flow of the pump at speeds [rad/s] and times [s]; [m^3/s]. 0 where the load has no pump."""
+    omega, times = np.asarray(omega_m, float), np.asarray(t, float)
+    if load.pump is None or not omega.size:
+        return np.zeros_like(omega)
+    from scipy.interpolate import RegularGridInterpolator
+
+    H = np.interp(times, *load.H_static)
+    curve, omega_max = _curve(load)
+    per_m = curve.omega_ref**2 / curve.H_0
+    rows = np.linspace(H.min(), H.max() + 1.0, ROWS)
+    s = np.linspace(0.0, omega_max, FINE)  # the flow is nearly straight over it
+    table = [_flow(load, curve, float(row), np.sqrt(s**2 + per_m * row)) for row in rows]
+    x = np.sqrt(np.maximum(omega * np.abs(omega) - per_m * H, 0.0))
+    Q = RegularGridInterpolator((rows, s), table)(np.stack([H, np.minimum(x, s[-1])], -1))
+    dry = load.H_dry_m is not None and H >= (load.H_dry_m or NEVER)
+    return np.where((x <= 0) | dry, 0.0, Q)
+
+
+def _flow(load: Load, curve: Curve, H: float, omega: FloatArray) -> FloatArray:
+    """At speeds from the one on at which the pump reaches the static head [m^3/s]."""
     from reluctance.drive.hydraulics import flow as flow_of
 
-    curve, _ = _curve(load)
-    times, heads = load.H_static
-    H = np.interp(np.asarray(t, float), times, heads)
-    r = np.maximum(np.asarray(omega_m, float), 0.0) / curve.omega_ref
-    found = np.array(
-        [flow_of(curve, _pipe(load, float(h)), np.array([x]))[0] for h, x in zip(H, r, strict=True)]
-    )
-    return np.where(load.H_dry_m is not None and H >= (load.H_dry_m or NEVER), 0.0, found)
+    return flow_of(curve, _pipe(load, H), omega / curve.omega_ref)
 
 
 def _torque(load: Load, curve: Curve, H: float, omega: FloatArray) -> FloatArray:
     """At speeds from the one on at which the pump reaches the static head [N m]."""
-    from reluctance.drive.hydraulics import flow as flow_of
-
-    r = omega / curve.omega_ref
-    power = curve.shaft_power(flow_of(curve, _pipe(load, H), r), r)
+    power = curve.shaft_power(_flow(load, curve, H, omega), omega / curve.omega_ref)
     return np.asarray(np.divide(power, omega, out=np.zeros_like(power), where=omega > 0))
 
 

@@ -35,6 +35,7 @@ class PvControl(Section):
     K_i_NmpVs: float = Field(50.0, ge=0)
     K_p_rpmpV: float = Field(5.0, gt=0)  # actuator = "speed"
     K_i_rpmpVs: float = Field(200.0, ge=0)
+    notch_damping: float = Field(0.02, ge=0, le=0.2)  # at the stroke frequency; 0: no notch
     acceleration_rpmps: float = Field(1000.0, gt=0)  # of the start ramp
     u_full_V: float | None = Field(None, gt=0)  # torque folds back below
     u_stop_V: float | None = Field(None, gt=0)  # to none here
@@ -60,7 +61,14 @@ class PvControl(Section):
         return self
 
     def core(
-        self, *, u_dc: float, C: float, omega_most: float, T_s: float, delay: int
+        self,
+        *,
+        u_dc: float,
+        C: float,
+        omega_most: float,
+        strokes: int,
+        T_s: float,
+        delay: int,
     ) -> _core.PvControl:
         """The core's part.
 
@@ -72,6 +80,8 @@ class PvControl(Section):
             Of the dc link [F].
         omega_most : float
             Greatest speed [rad/s].
+        strokes : int
+            Of a revolution.
         T_s, delay
             Control period [s], samples from measurement to effect.
         """
@@ -98,6 +108,7 @@ class PvControl(Section):
                 t_least=(1 - SETTLE) * interval,
                 t_most=LONGEST * interval,
             ),
+            ripple=_core.StrokeRipple(learning=2 * self.notch_damping * strokes * T_s),
             C=C,
             delay=delay,
             acceleration=values["acceleration"],

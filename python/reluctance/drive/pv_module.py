@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from difflib import get_close_matches
 from functools import lru_cache
+from importlib.metadata import version  # of pvlib, whose import takes a second
 from typing import Any
 
 from pydantic import Field
@@ -64,7 +65,7 @@ def cec_module(name: str, table: str) -> Cell:
         with temperature (223 of 21 535 rows): its hot modules would give too little current.
     """
     cell = cached(
-        Cell, ["CEC module", name, pvlib().__version__], lambda: _cec_row(name, table), algorithm=1
+        Cell, ["CEC module", name, version("pvlib")], lambda: _cec_row(name, table), algorithm=1
     )
     if cell.alpha_sc < 0:
         raise ParameterError(

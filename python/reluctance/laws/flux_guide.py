@@ -43,7 +43,7 @@ class FluxGuide:
     tables: tuple[Table, ...]  # of rising speeds
     point: OperatingPoint  # of the machine; speed and voltage are those of the tables
     tau_ref: float  # [N m]
-    f_switch: float  # wanted turn-ons per switch and second [Hz]
+    f_switch: float  # wanted turn-ons per switch per second [Hz]
 
     @property
     def profiles(self) -> _core.Guide:

@@ -71,7 +71,7 @@ class FluxGuided(Guided):
 
     @property
     def f_switch(self) -> float:
-        """Wanted turn-ons per switch and second [Hz]."""
+        """Wanted turn-ons per switch per second [Hz]."""
         return self.f_switch_kHz * 1e3
 
     def flux_guide(self, known: Known) -> FluxGuide:

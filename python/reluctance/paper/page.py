@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from reluctance.paper.claim import Claim, text
+from reluctance.paper.claim import Claim, Value, text
 from reluctance.paper.figures import PICTURES
 from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.study import Study
@@ -26,7 +26,10 @@ th.claim{width:52%}
 .verdict{white-space:nowrap;font-weight:600}
 .why{color:#555}
 @media(max-width:50em){table{display:block;overflow-x:auto}td.n,td.label{white-space:normal}
-th.claim{width:auto}td,th{padding-right:.4em}body{margin:1em auto}}
+td,th{padding-right:.4em}body{margin:1em auto}
+.claims tbody,.claims tr,.claims td{display:block}.claims tr{border-bottom:1px solid #ccc}
+.claims td{border:0;padding:.1em 0}.claims .head{display:none}.claims td.n{text-align:left}
+.claims [data-label]::before{content:attr(data-label) ": ";color:#555}}
 img{max-width:100%}figure{margin:1.5em 0}figcaption{color:#444}
 code,pre{background:#f3f3f3;padding:.1em .3em}pre{padding:.7em}
 """
@@ -81,7 +84,7 @@ time zero</li>
 that the parameters come from); current limit {m.i_max_A:g} A; hysteresis band ±1 A</li>
 <li>response time: from zero current until the torque first reaches 95 % of its reference</li>
 <li>torque ripple: (max − min)/mean over whole electrical periods, unfiltered</li>
-<li>switching frequency: turn-ons per switch and second, mean over all six switches</li>
+<li>switching frequency: turn-ons per switch per second, mean over all six switches</li>
 <li>no iron loss, no mutual coupling between phases: the model has none</li>
 </ul>
 
@@ -157,19 +160,23 @@ def _rise_time(runs: Runs) -> float:
 
 
 def _claims_table(rows: list[Claim]) -> str:
+    """One row per claim; on a narrow screen its cells stand below each other, with their labels."""
+
+    def number(label: str, value: Value) -> str:
+        return f'<td class=n data-label="{label}">{html.escape(text(value))}</td>'
+
     body = "".join(
         f"<tr><td>{html.escape(row.claim)}<br><span class=why>{html.escape(row.why)}</span></td>"
-        f"<td class=n>{html.escape(text(row.paper_says))}</td>"
-        f"<td class=n>{html.escape(text(row.model_gives))}</td>"
-        f"<td class=n>{html.escape(text(row.physical_limit))}</td>"
-        f"<td>{html.escape(row.unit)}</td>"
+        f"{number('paper', row.paper_says)}{number('model', row.model_gives)}"
+        f"{number('physical limit', row.physical_limit)}"
+        f'<td data-label="unit">{html.escape(row.unit)}</td>'
         f'<td class="verdict {row.verdict.replace(" ", "-")}">{row.verdict}</td></tr>'
         for row in rows
     )
     return (
-        "<table><tr><th class=claim>claim, and why the verdict</th><th class=n>paper</th>"
-        "<th class=n>model</th><th class=n>physical limit</th><th>unit</th><th>verdict</th></tr>"
-        f"{body}</table>"
+        "<table class=claims><tr class=head><th class=claim>claim, and why the verdict</th>"
+        "<th class=n>paper</th><th class=n>model</th><th class=n>physical limit</th><th>unit</th>"
+        f"<th>verdict</th></tr>{body}</table>"
     )
 
 

@@ -1,6 +1,7 @@
 """Water over the sizes of a system: any values of its file, in all combinations."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -10,11 +11,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from reluctance.errors import ParameterError
-from reluctance.figures import save_figure
+from reluctance.figures import drawn
+from reluctance.files import write_together
 from reluctance.pumping.figures import with_units
 from reluctance.pumping.operate import operate
 from reluctance.pumping.system import System
-from reluctance.pumping.write import made, write_text_whole
+from reluctance.pumping.write import made, put_bytes, put_text
 
 FIGURES = (
     "array_kWp water_m3 water_m3_per_kWp pumping_h used_of_mp eta loss_of_load_probability"
@@ -101,9 +103,9 @@ def parsed(text: str, system: System) -> tuple[str, list[float]]:
 
 def figure(table: pd.DataFrame, values: Values) -> Figure:
     """Water over the last value, a line for each combination of the others."""
-    drawn = Figure(figsize=(8, 5), layout="constrained")
-    FigureCanvasAgg(drawn)
-    ax = drawn.subplots()
+    chart = Figure(figsize=(8, 5), layout="constrained")
+    FigureCanvasAgg(chart)
+    ax = chart.subplots()
     *others, last = values
     if others:
         for key, part in table.groupby(others):
@@ -114,19 +116,19 @@ def figure(table: pd.DataFrame, values: Values) -> Figure:
         ax.plot(table[last], table["water_m3"], "o-")
     ax.set(xlabel=last, ylabel="water (m³)", ylim=(0, None))
     ax.grid(alpha=0.25)
-    return drawn
+    return chart
 
 
 def write_sizes(
     tables: Sequence[pd.DataFrame], chosen: Sequence[Values], folder: str | Path
 ) -> list[Path]:
-    """Writes sizes_NAME.csv and .png for each table, named by what is varied."""
+    """Writes sizes_NAME.csv and .png for each table, named by what is varied; all or none."""
     folder = made(folder)
-    files = []
+    files: dict[Path, Callable[[Path], None]] = {}
     for table, values in zip(tables, chosen, strict=True):
         stem = folder / ("sizes_" + "_".join(name.partition(".")[2] for name in values))
         text = table.to_csv(index=False, float_format="%.8g", lineterminator="\n")
-        write_text_whole(stem.with_suffix(".csv"), text)
-        save_figure(figure(table, values), stem.with_suffix(".png"))
-        files += [stem.with_suffix(".csv"), stem.with_suffix(".png")]
-    return files
+        files[stem.with_suffix(".csv")] = partial(put_text, text)
+        files[stem.with_suffix(".png")] = partial(put_bytes, drawn(figure(table, values), ".png"))
+    write_together(files)
+    return list(files)

@@ -32,13 +32,13 @@ def write(found: Pumped, folder: str | Path) -> list[Path]:
     text = json.dumps(with_units(found), indent=1) + "\n"
     report = page(found, drawn)
     files: dict[str, Callable[[Path], None]] = {
-        "report.html": partial(_text, report),
-        "pump.json": partial(_text, text),
+        "report.html": partial(put_text, report),
+        "pump.json": partial(put_text, text),
         **{f"{name}.csv": partial(_table, per(found, rule)) for name, rule in TABLES.items()},
         **_samples(found),
     }
     for name, figure in drawn.items():
-        files[f"{name}.png"] = partial(_bytes, picture(figure, ".png"))
+        files[f"{name}.png"] = partial(put_bytes, picture(figure, ".png"))
     write_together({folder / name: put for name, put in files.items()})
     return [folder / name for name in files]
 
@@ -56,14 +56,16 @@ def made(folder: str | Path) -> Path:
 
 def write_text_whole(path: Path, text: str) -> None:
     """Writes a text file, whole or not at all."""
-    write_whole(path, partial(_text, text))
+    write_whole(path, partial(put_text, text))
 
 
-def _bytes(content: bytes, path: Path) -> None:
+def put_bytes(content: bytes, path: Path) -> None:
+    """As a file's writer: the bytes."""
     path.write_bytes(content)
 
 
-def _text(text: str, path: Path) -> None:
+def put_text(text: str, path: Path) -> None:
+    """As a file's writer: the text."""
     path.write_text(text, encoding="utf-8")
 
 

@@ -62,7 +62,7 @@ class Kpis:
         p_mech/p_in when motoring, p_in/p_mech when power flows back to the dc link [1]; None when
         both sides feed the losses.
     f_switch : float
-        Turn-ons per switch and second, mean over all switches [Hz].
+        Turn-ons per switch per second, mean over all switches [Hz].
     speed_mean : float
         Mean speed [rad/s].
     speed_ripple_pp : float or None

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from reluctance.drive import Drive
+from reluctance.drive.pump_load import flow
 from reluctance.errors import ParameterError
 from reluctance.run.columns import LETTERS, FloatArray, Rows
 from reluctance.run.kpis import Kpis
@@ -112,6 +113,11 @@ class Result:
             ) from None
         return pandas.DataFrame(self.columns())
 
+    @property
+    def Q(self) -> FloatArray:
+        """Flow of the pump, shape (n,) [m^3/s]; 0 where the load has none."""
+        return flow(self.drive.load, self.omega_m, self.t)
+
     def columns(self) -> dict[str, FloatArray]:
         """The waveforms under their border names, each of shape (n,)."""
         table = {
@@ -130,4 +136,6 @@ class Result:
             table[f"tau_{phase}_Nm"] = self.tau_ph[k]
             table[f"leg_{phase}"] = self.leg[k]
             table[f"i_ref_{phase}_A"] = self.i_ref[k]
+        if self.drive.load.pump is not None:
+            table["Q_m3ph"] = from_si(self.Q, "m3ph")
         return table

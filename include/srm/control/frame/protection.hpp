@@ -22,6 +22,7 @@
 // Current references below 1.25 i_zero tell nothing, and delay it by as long as they last.
 #pragma once
 
+#include "srm/base/fields.hpp"
 #include "srm/control/frame/interface.hpp"
 #include "srm/machine/magnetics.hpp"
 
@@ -86,6 +87,8 @@ struct Protection {
   T T_s;          // control period [s]
   int delay;      // samples from measurement to effect, 0 or 1
   int settle;     // samples before the speed can judge the angle: an observer has to find it first
+  SRM_FIELDS(machine, R, i_trip, i_zero, u_dc_min, u_dc_max, omega_max, angle_slack, T_s, delay,
+             settle)
 
   struct State {
     Status status = Status::ok;

@@ -16,6 +16,7 @@
 #include "srm/control/frame/limited_pi.hpp"
 #include "srm/control/frame/power_tracker.hpp"
 #include "srm/control/frame/speed_pi.hpp"
+#include "srm/control/frame/stroke_ripple.hpp"
 #include "srm/control/frame/whole_periods.hpp"
 
 namespace srm {
@@ -36,6 +37,7 @@ struct PvControl {
   LimitedPi<T> link;  // volts to newton metres, or to radians per second
   PowerTracker<T> tracker;
   WholePeriods<T> mean;
+  StrokeRipple<T> ripple;
   T C;                 // of the dc link; used with ArrayCurrent::legs [F]
   int delay;           // samples from measurement to effect, 0 or 1
   T acceleration;      // of the start ramp [rad/s^2]
@@ -45,8 +47,8 @@ struct PvControl {
   T p_sleep, t_sleep;  // stops after so long below this power [W], [s]
   T k_dry, omega_dry;  // dry where tau < k_dry omega^2 above this speed [N m s^2], [rad/s]
   T t_dry, t_rest;     // for so long; then the pump rests [s]
-  SRM_FIELDS(actuator, current, link, tracker, mean, C, delay, acceleration, omega_lead, u_stop,
-             u_full, u_wake, t_wake, p_sleep, t_sleep, k_dry, omega_dry, t_dry, t_rest)
+  SRM_FIELDS(actuator, current, link, tracker, mean, ripple, C, delay, acceleration, omega_lead,
+             u_stop, u_full, u_wake, t_wake, p_sleep, t_sleep, k_dry, omega_dry, t_dry, t_rest)
 
   template <int N>
   struct State {
@@ -58,6 +60,7 @@ struct PvControl {
     T tau{};             // of the last sample [N m]
     typename PowerTracker<T>::State tracker;
     typename WholePeriods<T>::State mean;
+    typename StrokeRipple<T>::State ripple;
     DrawnCurrent<T, N> drawn;
   };
 
@@ -78,7 +81,8 @@ struct PvControl {
     SpeedPi<T> limited = speed;
     limited.tau_min = T(0);
     limited.tau_max = speed.tau_max * clamp((y.u_dc - u_stop) / (u_full - u_stop), T(0), T(1));
-    const T error = y.u_dc - x.tracker.u_ref;
+    const T error =
+        ripple.template without<N>(x.ripple, y.u_dc - x.tracker.u_ref, y.theta_e, y.omega_m);
     if (actuator == Actuator::speed) {
       const T omega_ref = link.step(x.link, error, T(0), x.omega_ramp);
       return x.tau = limited.step(speed_state, omega_ref, y.omega_m);

@@ -1,0 +1,111 @@
+"""Does the quasi-static calculation of a day agree with switched runs of the same pump?
+
+The array of `examples/sun_cloud.toml` at four irradiances, held at the voltage of its maximum
+power: speed and shaft power by the balance that `reluctance pump` makes of each sample, and by a
+switched run of 2 s of which the last 0.6 s count, ripple of the dc link and voltage controller
+included. Writes docs/pumping/static.csv. About half a minute of one core.
+
+    python studies/sun_static.py
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+import reluctance as rl
+from reluctance.drive.hydraulics import Hydraulics, Pipe, hydraulics
+from reluctance.drive.pump import RPM, pump_from
+from reluctance.drive.pv_source import diode_of
+from reluctance.drive.schema import checked
+from reluctance.drive.single_diode import power_point
+from reluctance.pumping.loss_map import Box, LossMap, loss_map
+from reluctance.pumping.matching import power_table, speed
+
+ROOT = Path(__file__).parents[1]
+EXAMPLE = ROOT / "examples" / "sun_cloud.toml"
+OUT = ROOT / "docs" / "pumping" / "static.csv"
+WEATHER = ((1000, 50), (800, 45), (500, 38), (300, 30))  # W/m2, degC of the cells
+NOTCH = (0.02, 0.0)  # damping, of the example and none
+BOX = (200.0, 280.0)  # of the loss map [V]
+UNTIL, SETTLED = 2.0, 1.4  # [s]
+
+
+def tables(drive: rl.Drive) -> tuple[Hydraulics, LossMap]:
+    """The pump and pipe of a drive file's [load], and the drive's loss map."""
+    load = drive.load
+    pump = pump_from(load.pump, EXAMPLE.parent)
+    keys = ("L_m", "D_mm", "roughness_mm", "K", "H_static_m")
+    pipe = checked(Pipe, {key: getattr(load, key) for key in keys}, "[load]")
+    box = Box(BOX, (0.2 * pump.omega_max, pump.omega_max), drive.tau_max)
+    return hydraulics(pump.curve(), pipe, pump.omega_max), loss_map(drive, box)
+
+
+def quasi_static(drive: rl.Drive, G: float, T: float) -> tuple[float, float, float]:
+    """Voltage of the array's maximum power [V], speed [rad/s] and shaft power [W] there."""
+    water, losses = tables(drive)
+    best = power_point(diode_of(drive.source, np.array([G], float), np.array([T], float)))
+    table = power_table(losses, water, B=drive.machine.B_Nms, Q_max=np.inf)
+    omega = speed(table, best.u, best.p)[0]
+    return float(best.u[0]), float(omega[0]), float(np.interp(omega, water.omega, water.p_shaft)[0])
+
+
+def switched(
+    G: float, T: float, u: float, omega: float, notch: float
+) -> tuple[float, float, float]:
+    """Mean speed [rad/s], shaft power [W] and rms torque ripple of a switched run held at a
+    voltage."""
+    result = rl.simulate(
+        rl.load(
+            EXAMPLE,
+            [
+                *("source.t_s=[0]", f"source.poa_global_Wpm2=[{G}]"),
+                *(f"source.temp_cell_degC=[{T}]", f"load.speed_rpm={omega / RPM}"),
+                *("pv_control.tracking=constant", f"pv_control.u_ref_V={u}"),
+                *("pv_control.wake_s=0", f"pv_control.notch_damping={notch}"),
+            ],
+        ),
+        until=UNTIL,
+        record=None,
+    )
+    late = result.periods.between(int(np.searchsorted(result.periods["t"], SETTLED)), -1)
+    span = late.rise("t")
+    mean = late.rise("theta_m") / span
+    power = late.rise("E_mech") / span - result.drive.machine.B_Nms * mean**2
+    square, tau = late.rise("tau_squared") / span, late.rise("tau") / span
+    return mean, power, (square / tau**2 - 1) ** 0.5
+
+
+def main() -> None:
+    """All runs and the table."""
+    rows = []
+    drive = rl.load(EXAMPLE)
+    for G, T in WEATHER:
+        u, omega, p_shaft = quasi_static(drive, G, T)
+        for notch in NOTCH:
+            mean, power, ripple = switched(G, T, u, omega, notch)
+            rows.append(
+                {
+                    "poa_global_Wpm2": G,
+                    "temp_cell_degC": T,
+                    "u_V": f"{u:.2f}",
+                    "notch_damping": notch,
+                    "speed_static_rpm": f"{omega / RPM:.2f}",
+                    "speed_switched_rpm": f"{mean / RPM:.2f}",
+                    "speed_pct": f"{100 * (mean / omega - 1):+.3f}",
+                    "p_shaft_static_W": f"{p_shaft:.1f}",
+                    "p_shaft_switched_W": f"{power:.1f}",
+                    "p_shaft_pct": f"{100 * (power / p_shaft - 1):+.3f}",
+                    "torque_ripple_rms_pct": f"{100 * ripple:.2f}",
+                }
+            )
+    with OUT.open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
