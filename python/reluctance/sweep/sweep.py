@@ -12,6 +12,7 @@ import numpy as np
 from reluctance import cache
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
+from reluctance.files import make_folder
 from reluctance.run import Kpis
 from reluctance.run.simulate_all import finished, jobs_of
 from reluctance.sweep.found import Sweep
@@ -131,9 +132,7 @@ def swept(
 
 
 def _usual_place() -> Path:
-    folder = cache.folder()
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder / "runs.sqlite"
+    return make_folder(cache.folder()) / "runs.sqlite"
 
 
 def _found(drive: Drive, points: Points, shape: tuple[int, ...]) -> Sweep:
