@@ -8,13 +8,14 @@ from fault_table import FAULTS, LAWS, compiled, noisy, play
 from firmware_tools import ROOT, Native
 
 import reluctance as rl
+from reluctance import _core
 
 AT = 25e-3  # phase 1 conducts
 
 
 @pytest.mark.parametrize("name", [*LAWS, "map_mpc", "ditc", "pwm_current", "five_phases_losses"])
 def test_noise_trips_nothing(name):
-    """8 LSB rms, 48 LSB at most, of 12 bits; bench/protection_noise.csv has a second of each."""
+    """8 LSB rms, 48 LSB at most, of 12 bits; `fault_table.py noise` runs a second."""
     given = noisy(name)
     target = compiled(name).again()
     rl.simulate(given, until=0.1, record=None, controller=target.controller)
@@ -107,13 +108,15 @@ class Drive:
         self.given, self.target = given, Native(given, folder)
         self.n = 0
 
-    def step(self, *, u_dc=240.0, enable=1, clear=0, tripped=0, fresh=True, i=(0.0, 0.0, 0.0)):
+    def step(
+        self, *, u_dc=240.0, enable=1, clear=0, tripped=0, fresh=True, i=(0.0, 0.0, 0.0), tau=0.0
+    ):
         omega = 10 * np.pi
-        theta = np.float32(np.mod(4 * omega * self.n * self.given.control.T_s, 2 * np.pi))
+        theta = _core.wrap_float(4 * omega * self.n * self.given.control.T_s)
         self.n += 1
         self.sequence = getattr(self, "sequence", 0) + int(fresh)
         return self.target.run(
-            (i, theta, omega, u_dc, 0.0), (enable, clear, tripped, self.sequence, 20.0)
+            (i, theta, omega, u_dc, 0.0), (enable, clear, tripped, self.sequence, tau)
         )
 
     def until(self, mode, most=400_000, **how):
@@ -146,6 +149,7 @@ def test_a_rising_dc_link_latches_nothing_and_leads_to_run(states):
         assert modes[-1] == RUN or legs_are_off(states)
     assert [m for n, m in enumerate(modes) if n == 0 or m != modes[n - 1]] == [1, 2, 3, 4]
     assert modes.index(CALIBRATE) * 20e-6 == pytest.approx(0.4 * 0.7 + 0.02, abs=1e-3)
+    states.step(tau=20.0)
     assert not legs_are_off(states)
 
 

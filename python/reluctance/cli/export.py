@@ -82,8 +82,8 @@ def firmware(
     for line in warnings:
         console.print(f"warning: {line}", soft_wrap=True, highlight=False, markup=False)
     if part is not None:
-        fits = all(yes for yes, _ in judged)
-        console.print(f"{part.name}: {'fits' if fits else 'does not fit'}", highlight=False)
+        suits = all(yes for yes, _ in judged)
+        console.print(f"{part.name}: {'fits' if suits else 'does not fit'}", highlight=False)
         for yes, reason in judged:
             answer = "yes" if yes else "NO "
             console.print(f"  {answer}  {reason}", soft_wrap=True, highlight=False, markup=False)

@@ -68,7 +68,7 @@ def sweep(
     """Key figures over grids and samples of any values; goes on where it was interrupted."""
     import reluctance
     from reluctance.cli.progress import progress_bar
-    from reluctance.drive.own_code import names_code
+    from reluctance.drive.own_code import refuse_untrusted
     from reluctance.errors import ParameterError
     from reluctance.figures import check_figure
     from reluctance.files import TABLES, check_ending
@@ -81,11 +81,7 @@ def sweep(
         check_ending(table, TABLES)
     if plot is not None:
         check_figure(plot)
-    for value in values.get("control.law", []):
-        if names_code(value) and not trust:
-            raise ParameterError(
-                f"law `{value}` is code that would run; if you trust it, add --trust"
-            )
+    refuse_untrusted(values.get("control.law", []), trust)
     drive = reluctance.load(drive_file, overrides, trust=trust)
     with progress_bar(f"sweeping {drive.name}", 1.0) as told:
         found = reluctance.sweep(

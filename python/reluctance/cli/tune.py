@@ -58,6 +58,7 @@ def tune(
 ) -> None:
     """Values for which a figure is best while others keep their bounds; writes the drive file."""
     from reluctance.cli.progress import progress_bar
+    from reluctance.drive.own_code import refuse_untrusted
     from reluctance.errors import ParameterError
     from reluctance.figures import check_figure
     from reluctance.files import TABLES, check_ending, toml_value
@@ -78,11 +79,14 @@ def tune(
         if not all(name.strip() and value.strip() for name, _, value in pairs):
             raise ParameterError(f"--at {text}: need KEY=VALUE,KEY=VALUE")
         points.append({name.strip(): toml_value(value.strip()) for name, _, value in pairs})
+    values = dict(parsed(text) for text in vary)
+    for laws in (values.get("control.law", []), [x.get("control.law") for x in points]):
+        refuse_untrusted(laws, trust)
     drive = load(drive_file, overrides, trust=trust)
     with progress_bar(f"tuning {drive.name}", 1.0) as told:
         found = tuned(
             drive,
-            dict(parsed(text) for text in vary),
+            values,
             minimise,
             maximise=maximise,
             keep=keep or [],

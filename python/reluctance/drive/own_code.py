@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
@@ -59,6 +60,14 @@ def same_code(law: str, other: str) -> bool:
     """True where two names mean the same class in the same file."""
     a, b = own_code(law), own_code(other)
     return (a.kind, a.name, a.file.resolve()) == (b.kind, b.name, b.file.resolve())
+
+
+def refuse_untrusted(laws: Iterable[object], trust: bool) -> None:
+    """Raises ParameterError where one of the laws is code and the user has not said that it may
+    run."""
+    for law in laws:
+        if names_code(law) and not trust:
+            raise ParameterError(f"law `{law}` is code that would run; if you trust it, add --trust")
 
 
 def trusted(law: str, folder: Path, trust: bool) -> str:
