@@ -53,6 +53,7 @@ WRITERS = {
     "schema": (("schema", "--out"), "w.json"),
     "firmware": (("export", "firmware", RATED, "--out"), "firmware"),
     "blob": (("export", "blob", RATED, "--out"), "w.srm"),
+    "fmu": (("export", "fmu", RATED, "--out"), "w.fmu"),
     "compare": (("compare", RATED, "--controls", "sharing_cubic", "--out"), "compared"),
     "compare figure": (("compare", RATED, "--controls", "sharing_cubic", "--plot"), "w.png"),
     "sweep store": ((*SWEEP, "--out"), "w.sqlite"),
@@ -98,6 +99,7 @@ def _quick(tmp_path_factory):
             "_contents",
             lambda *_: {"report.html": b"x" * 200_000, "claims.json": b"y" * 200_000},
         )
+        _compiled_once(patch, tmp_path_factory.mktemp("unit") / "unit.so")
         _once(patch, "reluctance.compare", "compare")
         _once(patch, "reluctance.cli.limit", "limit_of")
         _once(patch, "reluctance.cli.limit", "envelope_of")
@@ -117,6 +119,19 @@ def _once(patch, module, name):
         return known[name]
 
     patch.setattr(place, name, kept)
+
+
+def _compiled_once(patch, made):
+    """The mock-up unit: all of its writers give the same one."""
+    module = sys.modules["reluctance.export.fmu"]
+    original = module._compile
+
+    def kept(folder, source, library):
+        if not made.exists():
+            original(folder, source, made)
+        library.write_bytes(made.read_bytes())
+
+    patch.setattr(module, "_compile", kept)
 
 
 def arguments(name, place, flux_map):

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "srm/plant/dead_time.hpp"
@@ -69,11 +70,12 @@ class Simulation {
     const long last = steps_ + slice / 10;
     while (t_ < t_stop && !waveforms.full() && !periods.full() && steps_ < last) {
       prepare(waveforms, periods);
-      const Snapshot before = snapshot();
+      std::optional<Snapshot> before;
+      if (t_ + resolution_.dt_max > t_stop) before = snapshot();  // no step is longer
       step(std::min({t_sample_, t_record_, t_course_}));
       ++steps_;
       if (t_ > t_stop) {
-        restore(before);
+        restore(*before);
         return t_stop;
       }
     }

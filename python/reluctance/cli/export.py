@@ -120,6 +120,26 @@ def blob(
         Console().print(f"{out}: {of}", soft_wrap=True, highlight=False)
 
 
+@export_app.command("fmu")
+def fmu(
+    drive_file: DriveFile,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write: .fmu.")],
+    version: Annotated[int, typer.Option(metavar="2|3", help="Of the standard.")] = 2,
+    part: Annotated[str, typer.Option(help="drive, stage or controller.")] = "drive",
+    overrides: Overrides = None,
+    trust: Trust = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write a functional mock-up unit for co-simulation (FMI 2.0 or 3.0)."""
+    drive = load(drive_file, overrides, trust=trust)
+    made = export.fmu(drive, out, version=version, part=part)  # type: ignore[arg-type]
+    if as_json:
+        print(json.dumps({"file": str(out), "name": made.name, "variables": made.variables}))
+    else:
+        text = f"{out}: {made.name}, {made.variables} variables"
+        Console().print(text, soft_wrap=True, highlight=False)
+
+
 @export_app.command("parity")
 def parity(
     drive_file: DriveFile,

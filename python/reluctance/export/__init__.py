@@ -1,6 +1,7 @@
-"""Hand a drive over: the firmware of its controller, its parameters for the C interface."""
+"""Hand a drive over: firmware of its controller, parameters for the C interface, mock-up units."""
 
 from reluctance.export.blob import Kind, blob, write_blob
+from reluctance.export.fmu import Fmu, fmu
 from reluctance.export.package import Firmware, firmware
 
-__all__ = ["Firmware", "Kind", "blob", "firmware", "write_blob"]
+__all__ = ["Firmware", "Fmu", "Kind", "blob", "firmware", "fmu", "write_blob"]
