@@ -67,7 +67,9 @@ def refuse_untrusted(laws: Iterable[object], trust: bool) -> None:
     run."""
     for law in laws:
         if names_code(law) and not trust:
-            raise ParameterError(f"law `{law}` is code that would run; if you trust it, add --trust")
+            raise ParameterError(
+                f"law `{law}` is code that would run; if you trust it, add --trust"
+            )
 
 
 def trusted(law: str, folder: Path, trust: bool) -> str:
