@@ -11,7 +11,7 @@ from reluctance.drive.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.drive.single_diode import Diode, FloatArray, PowerPoint, current, power_point
 from reluctance.errors import ParameterError
 from reluctance.pumping.loss_map import Box, LossMap, loss_map
-from reluctance.pumping.matching import power_table, speed
+from reluctance.pumping.matching import limit_of, power_table, speed
 from reluctance.pumping.sun import sunlight
 from reluctance.pumping.system import Operation, System
 from reluctance.pumping.tank import Storage, store
@@ -44,7 +44,8 @@ class Samples:
     p_shaft: FloatArray  # into the pump [W]
     Q: FloatArray  # [m^3/s]
     H: FloatArray  # of the pump [m]
-    at_limit: FloatArray  # 1 where the largest speed or torque keeps power from being drawn
+    u_oc: FloatArray  # open-circuit voltage of the array [V]
+    limit: FloatArray  # the Limit that keeps power from being drawn, as a number
 
 
 @dataclass(frozen=True)
@@ -198,7 +199,8 @@ def _by_day(
         "p_shaft": p_shaft,
         "Q": of(load.Q),
         "H": of(load.H),
-        "at_limit": (on & (p_in < p_link * (1 - 1e-9))).astype(float),
+        "u_oc": best.u_oc,
+        "limit": limit_of(table, u_dc, p_link, omega, p_in),
     }
 
 

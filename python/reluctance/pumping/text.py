@@ -12,7 +12,7 @@ LABELS = {
     "lost_off_mpp_kWh": ("  lost off the maximum power point", "kWh", 1.0),
     "lost_converter_kWh": ("  lost in the dc-dc converter", "kWh", 1.0),
     "lost_below_threshold_kWh": ("  unused: too little to lift water", "kWh", 1.0),
-    "lost_above_limit_kWh": ("  unused: speed, torque or well limit", "kWh", 1.0),
+    "lost_above_limit_kWh": ("  unused: speed, torque, voltage or well limit", "kWh", 1.0),
     "e_in_kWh": ("energy drawn by the drive", "kWh", 1.0),
     "e_shaft_kWh": ("energy into the pump", "kWh", 1.0),
     "e_lift_kWh": ("energy of the water lifted", "kWh", 1.0),
@@ -22,12 +22,23 @@ LABELS = {
     "eta": ("efficiency, array to water", "%", 100.0),
     "speed_max_rpm": ("largest speed", "rpm", 1.0),
     "Q_max_m3ph": ("largest flow", "m³/h", 1.0),
+    "u_oc_max_V": ("greatest open-circuit voltage", "V", 1.0),
+    "u_mp_hot_V": ("operating voltage, hottest cells", "V", 1.0),
     "limited_h": ("at a limit", "h", 1.0),
+    "limited_speed_h": ("  of the speed", "h", 1.0),
+    "limited_torque_h": ("  of the torque", "h", 1.0),
+    "limited_voltage_h": ("  of the torque at this voltage", "h", 1.0),
+    "limited_well_h": ("  of the well", "h", 1.0),
     "demand_m3": ("demand", "m³", 1.0),
-    "missing_m3": ("missing", "m³", 1.0),
+    "missing_m3": ("missing water", "m³", 1.0),
     "overflow_m3": ("overflow of the tank", "m³", 1.0),
+    "level_start_m3": ("water in the tank at the start", "m³", 1.0),
+    "level_end_m3": ("water in the tank at the end", "m³", 1.0),
     "loss_of_load_probability": ("loss of load probability", "%", 100.0),
 }
+
+
+SHOWN_IF = {key for key in LABELS if key.startswith("limited_") and key != "limited_h"}
 
 
 def rows(figures: dict[str, float | None]) -> list[tuple[str, str]]:
@@ -35,7 +46,7 @@ def rows(figures: dict[str, float | None]) -> list[tuple[str, str]]:
     found = []
     for key, (label, unit, scale) in LABELS.items():
         value = figures[key]
-        if value is not None:
+        if value is not None and (value or key not in SHOWN_IF):
             number = f"{scale * value:.0f}" if abs(scale * value) >= 1e4 else f"{scale * value:.4g}"
             found.append((label, f"{number} {unit}".rstrip()))
     return found
