@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,7 @@ from reluctance.errors import ParameterError
 from reluctance.pumping.loss_map import Box, LossMap, loss_map
 from reluctance.pumping.matching import limit_of, power_table, speed
 from reluctance.pumping.sun import sunlight
-from reluctance.pumping.system import Operation, System
+from reluctance.pumping.system import Operation, System, together
 from reluctance.pumping.tank import Storage, store
 from reluctance.pumping.weather import Weather
 from reluctance.pumping.weather_file import read_weather, with_minutes
@@ -103,9 +104,14 @@ def operate(
     >>> round(operate(load_system("examples/sun_day.toml")).water, -1)
     570.0
     """
-    own = read_weather(system.weather, system.site, system.folder) if weather is None else weather
-    curve = system.pump.curve()
-    load = hydraulics(curve, system.pipe, system.pump.omega_max)
+    checks: dict[str, Callable[[], object]] = {  # these take no time; the loss map takes seconds
+        "load": lambda: hydraulics(system.pump.curve(), system.pipe, system.pump.omega_max),
+        "array": lambda: system.array.reference,
+        "weather": lambda: weather or read_weather(system.weather, system.site, system.folder),
+    }
+    found: dict[str, Any] = together(checks)
+    load: Hydraulics = found["load"]
+    own: Weather = found["weather"]
     losses = loss_map(system.drive, box_of(system), progress=progress)
     if weather is None and system.weather.generate_minutes and own.step > 60:
         means = _over(system, own, losses, load)

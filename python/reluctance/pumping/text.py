@@ -1,5 +1,9 @@
 """Key figures of pumping as people read them."""
 
+import textwrap
+
+import pandas as pd
+
 LABELS = {
     "water_m3": ("water pumped", "m³", 1.0),
     "water_m3_per_day": ("water a day", "m³", 1.0),
@@ -39,6 +43,35 @@ LABELS = {
 
 
 SHOWN_IF = {key for key in LABELS if key.startswith("limited_") and key != "limited_h"}
+
+
+SIZE_HEADS = {
+    "array_kWp": "kWp",
+    "water_m3": "water m3",
+    "water_m3_per_kWp": "m3/kWp",
+    "pumping_h": "hours",
+    "used_of_mp": "used",
+    "eta": "efficiency",
+    "loss_of_load_probability": "loss of load",
+}
+
+
+def size_table(table: pd.DataFrame, varied: list[str], best: int | None) -> str:
+    """The rows of `sizes` under short heads; the best is marked, and why a size cannot work is
+    told below by numbers."""
+    why = list(dict.fromkeys(text for text in table["why"] if text))
+    heads = {key: head for key, head in SIZE_HEADS.items() if key in table}
+    shown = table[[*varied, *heads]].rename(columns=heads)
+    shown[""] = [
+        f"[{why.index(text) + 1}]" if text else "*" if row == best else ""
+        for row, text in table["why"].items()
+    ]
+    text = shown.to_string(index=False, float_format=lambda x: f"{x:.4g}", na_rep="-")
+    told = [
+        textwrap.fill(f"[{k}] {line}", 100, subsequent_indent="    ")
+        for k, line in enumerate(why, 1)
+    ]
+    return "\n".join([text, *told])
 
 
 def rows(figures: dict[str, float | None]) -> list[tuple[str, str]]:
