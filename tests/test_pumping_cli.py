@@ -10,6 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 DAY = str(ROOT / "examples" / "sun_day.toml")
+VILLAGE = str(ROOT / "examples" / "sun_village.toml")
 YEAR = str(ROOT / "examples" / "sun_year.toml")
 PROMISED = {"water_m3", "e_mp_kWh", "e_in_kWh", "pumping_h", "loss_of_load_probability"}
 
@@ -75,10 +76,12 @@ def test_a_size_that_does_not_work_is_told_and_the_others_are_kept():
     ("arguments", "message"),
     [
         (("pump", "none.toml"), "cannot read none.toml"),
-        (("pump", str(ROOT / "examples" / "paper_rated.toml")), "unknown table"),
+        (("pump", str(ROOT / "examples" / "paper_rated.toml")), "use `reluctance run`"),
+        (("run", DAY), "use `reluctance pump"),
+        (("size", DAY, "--vary", "tank.volume_m3=10:50:3"), "has no effect without [demand]"),
         (("size", DAY, "--vary", "array.n_series=a:b"), "need section.key=FROM:TO:COUNT"),
         (("size", DAY, "--vary", "array.series=4:9"), "unknown value `array.series`"),
-        (("size", DAY, "--vary", "array.n_series=0:1"), "n_series = 0, need >= 1"),
+        (("size", DAY, "--vary", "array.n_series=-1:0"), "n_series = -1, need >= 1"),
         (("pump", DAY, "--out", DAY), "is a file, need a folder"),
         (("size", DAY, "--vary", "pipe.H_static_m=60"), "none of the 1 sizes works"),
     ],
@@ -88,6 +91,63 @@ def test_a_fault_is_one_line_and_exit_code_2(arguments, message):
     assert done.returncode == 2 and done.stdout == ""
     assert done.stderr.startswith("error: ") and done.stderr.count("\n") == 1
     assert message in done.stderr
+
+
+def test_an_example_is_copied_with_the_files_that_it_names(tmp_path):
+    for name in ("sun_day", "sun_village", "sun_year"):  # the first has the third's drive already
+        assert reluctance("examples", name, "--copy", str(tmp_path)).returncode == 0
+    copies = {path.name for path in tmp_path.iterdir()}
+    assert copies == {
+        *("sun_day.toml", "sharing_cubic.toml", "sun_village.toml", "village_drive.toml"),
+        *("village_pump.csv", "sun_year.toml"),
+    }
+    assert reluctance("pump", str(tmp_path / "sun_village.toml"), "--json").returncode == 0
+    again = reluctance("examples", "sun_day", "--copy", str(tmp_path))
+    assert again.returncode == 2 and "exists" in again.stderr
+    assert "sun_village" in reluctance("examples").stdout.splitlines()[-1]
+
+
+def test_sizes_of_a_village_mark_the_smallest_array_that_meets_the_demand(tmp_path):
+    out = tmp_path / "sizes"
+    done = reluctance("size", VILLAGE, "--vary", "array.n_series=0:7", "--json", "--out", str(out))
+    (rows,) = json.loads(done.stdout)
+    assert "need >= 1" in rows[0]["why"] and rows[0]["water_m3"] == 0
+    enough = [
+        r["array_kWp"] for r in rows if not r["why"] and r["loss_of_load_probability"] <= 0.02
+    ]
+    shown = reluctance("size", VILLAGE, "--vary", "array.n_series=0:7").stdout
+    marked = [line for line in shown.splitlines() if line.endswith("*")]
+    assert len(marked) == 1 and f"{min(enough):.4g}" in marked[0]
+    assert "* smallest array that loses at most 2.0% of the demand" in shown
+    assert max(map(len, shown.splitlines())) <= 100  # readable where a size cannot work
+    strict = reluctance("size", VILLAGE, "--vary", "array.n_series=2:3", "--llp", "0.001").stdout
+    assert "no size of these" in strict
+
+
+def test_a_system_of_one_string_is_varied_to_four_and_its_own_head_decides():
+    shown = reluctance("size", VILLAGE, "--json").stdout
+    first, second = json.loads(shown)
+    assert {row["array.n_parallel"] for row in first} == {1, 2, 3, 4}
+    assert len({row["array.n_series"] for row in second}) > 4
+
+
+def test_faults_of_several_tables_are_told_together(tmp_path):
+    text = Path(VILLAGE).read_text().replace('"village_drive.toml"', '"none.toml"')
+    text = text.replace("latitude_deg", "latitude").replace("village_pump.csv", "none.csv")
+    (tmp_path / "v.toml").write_text(text)
+    done = reluctance("pump", str(tmp_path / "v.toml"))
+    assert "none.toml" in done.stderr and "latitude" in done.stderr
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(("name", "near"), [("400 Wp", "400"), ("CS3W-400P", "CS3W_400P")])
+def test_an_unknown_module_lists_names_that_hold_its_words_or_its_power(tmp_path, name, near):
+    text = Path(VILLAGE).read_text().replace("Canadian_Solar_Inc__CS3W_400P", name)
+    for path in (ROOT / "examples").glob("village_*"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "v.toml").write_text(text)
+    done = reluctance("pump", str(tmp_path / "v.toml"))
+    assert near in done.stderr.partition("nearest:")[2] and "names are maker" in done.stderr
 
 
 def test_without_pvlib_one_line_says_what_to_install(tmp_path):

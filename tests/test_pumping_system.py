@@ -210,7 +210,7 @@ def test_a_result_from_hourly_means_says_so_and_with_minutes_says_what_they_chan
 def test_speed_is_never_capped_silently(day):
     found = operate(day.system.with_values({"array.n_parallel": 10}))
     assert with_units(found)["limited_h"] > 1
-    assert any("at the largest speed" in line for line in remarks(found))
+    assert any("at the torque limit" in line for line in remarks(found))
     assert found.samples.tau.max() <= day.system.tau_max * (1 + 1e-9)
 
 
@@ -234,10 +234,38 @@ def test_a_blocking_diode_takes_its_voltage_from_the_link(day):
 )
 def test_water_is_neither_made_nor_lost_in_the_tank(flows, volume):
     inflow, demand = np.array(flows).T
-    found = store(inflow, demand, Tank(volume_m3=volume))
+    found = store(inflow, demand, Tank(volume_m3=volume, start_m3=0.0))
     kept = inflow.sum() - demand.sum() + found.missing.sum() - found.overflow.sum()
     assert found.level[-1] == pytest.approx(kept, abs=1e-9)
     assert np.all((found.level >= 0) & (found.level <= volume))
+
+
+@settings(max_examples=50)
+@given(
+    flows=st.lists(st.tuples(st.floats(0, 50), st.floats(0, 50)), min_size=1, max_size=40),
+    volume=st.floats(0, 100),
+)
+def test_without_a_stated_start_the_tank_ends_as_full_as_it_started(flows, volume):
+    inflow, demand = np.array(flows).T
+    found = store(inflow, demand, Tank(volume_m3=volume))
+    assert found.level[-1] == pytest.approx(found.start, abs=1e-9)
+    repeated = store(
+        np.tile(inflow, 60), np.tile(demand, 60), Tank(volume_m3=volume, start_m3=volume)
+    )
+    # Brute force: days on days, from a full tank; a net loss may take longer than these to drain.
+    if abs(inflow.sum() - demand.sum()) > volume / 50:
+        last = repeated.missing[-len(inflow) :].sum()
+        assert found.missing.sum() == pytest.approx(last, abs=1e-6)
+
+
+def test_a_day_that_pumps_more_than_the_demand_misses_nothing_unless_its_tank_starts_empty(day):
+    values = {"m3_per_day": 0.7 * day.water, "from_h": 0.0, "to_h": 24.0}
+    system = day.system.with_table("demand", values).with_table("tank", {"volume_m3": 400.0})
+    assert with_units(operate(system))["loss_of_load_probability"] == 0
+    empty = operate(system.with_values({"tank.start_m3": 0.0}))
+    missing = with_units(empty)["missing_m3"]
+    assert missing > 0.1 * values["m3_per_day"]
+    assert any(f"{missing:.3g} m3 of the missing water" in line for line in remarks(empty))
 
 
 def test_loss_map_is_read_again_from_the_cache(day, monkeypatch):
@@ -285,10 +313,63 @@ def test_a_system_that_cannot_be_is_refused_on_one_line(changes, message):
     assert message in str(fault.value) and "\n" not in str(fault.value)
 
 
-def test_a_string_too_short_for_the_machine_pumps_nothing_and_says_so(day):
-    found = operate(day.system.with_values({"array.n_series": 1, "array.n_parallel": 42}))
-    assert found.water == 0 and chain(found).e_in == 0
-    assert any(line.startswith("no water") for line in remarks(found))
+@pytest.mark.parametrize(
+    ("values", "said", "limit"),
+    [
+        (
+            {"array.n_series": 1, "array.n_parallel": 42},
+            "the voltage is too low: the pump needs",
+            "voltage",
+        ),
+        ({"limits.tau_max_Nm": 6.0}, "the torque limit of 6 N m is too low", "torque"),
+        ({"array.n_parallel": 1}, "take more modules or less head", None),
+    ],
+)
+def test_no_water_names_what_fails_at_the_threshold_and_books_the_energy_there(
+    day, values, said, limit
+):
+    found = operate(day.system.with_values(values))
+    c = chain(found)
+    assert found.water == 0 and c.e_in == 0
+    assert any(line.startswith(f"no water: {said}") or said in line for line in remarks(found))
+    assert c.e_mp == pytest.approx(c.below_threshold + c.above_limit, rel=1e-12)
+    if limit is None:
+        assert c.above_limit == 0 and with_units(found)["limited_h"] == 0
+    else:
+        assert c.above_limit > 0.8 * c.e_mp
+        assert with_units(found)[f"limited_{limit}_h"] > 7
+
+
+def test_hours_at_a_limit_are_those_of_speed_torque_voltage_and_well(day):
+    slow = replace(day.system, pump=day.system.pump.model_copy(update={"speed_max_rpm": 1250.0}))
+    for system, limit in (
+        (day.system.with_values({"pipe.well_yield_m3ph": 50.0}), "well"),
+        (day.system.with_values({"array.n_parallel": 10}), "torque"),
+        (slow, "speed"),
+    ):
+        figures = with_units(operate(system))
+        names = ("speed", "torque", "voltage", "well")
+        assert figures[f"limited_{limit}_h"] > 1
+        assert figures["limited_h"] == pytest.approx(sum(figures[f"limited_{n}_h"] for n in names))
+
+
+def test_voltages_to_choose_switches_by_are_those_of_the_array(day):
+    """Seven modules, by pvlib at the coldest and the hottest cells of the day."""
+    from pvlib import pvsystem
+
+    s, cell = day.samples, pvsystem.retrieve_sam("CECMod")[day.system.array.module]
+    keys = "alpha_sc a_ref I_L_ref I_o_ref R_sh_ref R_s Adjust".split()
+
+    def found(G, temp):
+        curve = pvsystem.calcparams_cec(G, temp, **{key: cell[key] for key in keys})
+        return pvsystem.singlediode(*curve)
+
+    lit = s.poa_effective > 5
+    each = found(s.poa_effective[lit], s.temp_cell[lit])
+    figures = with_units(day)
+    assert figures["u_oc_max_V"] == pytest.approx(7 * each["v_oc"].max(), rel=1e-4)
+    hot = int(np.argmax(s.temp_cell[lit]))
+    assert figures["u_mp_hot_V"] == pytest.approx(7 * each["v_mp"].iloc[hot], rel=1e-4)
 
 
 def test_another_machine_needs_only_another_drive_file(day):

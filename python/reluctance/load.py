@@ -85,6 +85,10 @@ def load(
         data["machine"] = machine_table(data["machine"], path.parent)
     elif isinstance(data.get("machine"), dict):
         data["machine"] = with_paths(data["machine"], path.parent)
+    if is_system(data):
+        raise ParameterError(
+            f"{path} is a pumping system, not a drive file; use `reluctance pump {path}`"
+        )
     try:
         _settle_own_law(data, path.parent, trust)
         for text in overrides or []:
@@ -96,6 +100,11 @@ def load(
         return drive_from(data, name=path.stem, check_torque=check_torque)
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None
+
+
+def is_system(data: Mapping[str, Any]) -> bool:
+    """Whether the tables of a file are those of a pumping system."""
+    return "drive" in data and "site" in data
 
 
 def with_values(drive: Drive, values: Mapping[str, Any]) -> Drive:

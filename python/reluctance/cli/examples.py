@@ -1,6 +1,7 @@
-"""`reluctance examples`: the drive files that come with the package."""
+"""`reluctance examples`: the drive files and pumping systems that come with the package."""
 
 import shutil
+from filecmp import cmp
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -9,7 +10,8 @@ import typer
 
 from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
-from reluctance.files import make_folder, write_together
+from reluctance.files import make_folder, read_toml, write_together
+from reluctance.load import is_system
 from reluctance.resources import resources
 
 
@@ -38,7 +40,8 @@ def examples(
         raise ParameterError(f"example `{name}` is unknown{did_you_mean(name, known)}")
     chosen = known if name is None else {name: known[name.removesuffix(".toml")]}
     if copy is not None:
-        for path in copied(list(chosen.values()), copy):
+        needed = [file for path in chosen.values() for file in with_companions(path)]
+        for path in copied(list(dict.fromkeys(needed)), copy):
             print(path)
     elif name is not None:
         print(chosen[name].read_text(encoding="utf-8"), end="")
@@ -46,11 +49,32 @@ def examples(
         width = max(map(len, known))
         for key, path in known.items():
             print(f"{key:{width}}  {first_comment(path)}")
+        systems = [key for key, path in known.items() if is_system(read_toml(path))]
         print("next: reluctance examples NAME --copy . && reluctance run NAME.toml")
+        print(f"for a pumping system ({', '.join(systems)}): reluctance pump NAME.toml")
+
+
+def with_companions(path: Path) -> list[Path]:
+    """A file, and the files beside it that it names, such as the drive of a pumping system."""
+    found = [path]
+    if path.suffix == ".toml":
+        for text in _texts(read_toml(path)):
+            other = path.parent / text
+            if "/" not in text and "." in text and other.is_file() and other != path:
+                found += with_companions(other)
+    return found
+
+
+def _texts(value: object) -> list[str]:
+    """All texts in the tables of a file."""
+    if isinstance(value, dict):
+        return [text for part in value.values() for text in _texts(part)]
+    return [value] if isinstance(value, str) else []
 
 
 def copied(paths: list[Path], folder: Path) -> list[Path]:
-    """Copies of files in a folder, all or none; nothing is overwritten.
+    """Copies of files in a folder, all or none; nothing is overwritten, and a copy that is there
+    already is left as it is.
 
     Raises
     ------
@@ -58,11 +82,12 @@ def copied(paths: list[Path], folder: Path) -> list[Path]:
         If one is there already, or the folder cannot be written to.
     """
     targets = {make_folder(folder) / path.name: path for path in paths}
-    for target in targets:
-        if target.exists():
+    for target, path in targets.items():
+        if target.exists() and (path == paths[0] or not cmp(target, path, shallow=False)):
             raise ParameterError(f"{target} exists; remove it, or copy to another folder")
-    write_together({target: partial(_copy, path) for target, path in targets.items()})
-    return list(targets)
+    new = {target: path for target, path in targets.items() if not target.exists()}
+    write_together({target: partial(_copy, path) for target, path in new.items()})
+    return list(new)
 
 
 def _copy(path: Path, target: Path) -> None:

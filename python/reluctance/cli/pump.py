@@ -51,6 +51,10 @@ def size(
             "modules in series.",
         ),
     ] = None,
+    llp: Annotated[
+        float,
+        typer.Option(min=0, max=1, help="Loss of load allowed for the smallest array."),
+    ] = 0.02,
     as_json: AsJson = False,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of tables and figures.")
@@ -59,7 +63,8 @@ def size(
     """Water over the sizes of a pumping system: array, head, modules in series."""
     from reluctance.cli.progress import progress_bar
     from reluctance.pumping import load_system, sizes
-    from reluctance.pumping.sizing import Values, parsed, usual, write_sizes
+    from reluctance.pumping.sizing import Values, meets, parsed, smallest, usual, write_sizes
+    from reluctance.pumping.text import size_table
 
     system = load_system(system_file)
     chosen: list[Values] = [dict(parsed(text, system) for text in vary)] if vary else usual(system)
@@ -67,13 +72,18 @@ def size(
     for values in chosen:
         with progress_bar("sizing", 1.0) as told:
             tables.append(sizes(system, values, progress=told))
-    files = [] if out is None else write_sizes(tables, chosen, out)
+    demand = None
+    if system.demand is not None:  # over all days of the weather
+        demand = next((float(m) for table in tables for m in table["demand_m3"].dropna()), None)
+    files = [] if out is None else write_sizes(tables, chosen, out, demand)
     if as_json:
         print(json.dumps([json.loads(table.to_json(orient="records")) for table in tables]))
         return
-    for table in tables:
-        shown = table if table["why"].any() else table.drop(columns="why")
-        print(shown.to_string(index=False, float_format=lambda x: f"{x:.4g}", na_rep="-"))
+    for table, values in zip(tables, chosen, strict=True):
+        best = meets(table, llp, system)
+        print(size_table(table, list(values), best))
+        if system.demand is not None:
+            print(smallest(table, best, llp))
         print()
     for path in files:
         print(path)

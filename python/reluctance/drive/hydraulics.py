@@ -104,7 +104,7 @@ def hydraulics(curve: Curve, pipe: Pipe, omega_max: float) -> Hydraulics:
     if Q[-1] > 0.999 * curve.Q_end * r[-1]:
         raise ParameterError(
             f"[pipe] the pump runs out past {curve.Q_end * r[-1] * 3600:.4g} m3/h, the end of its "
-            f"curve at {omega_max * 30 / np.pi:.4g} rpm: too little head; raise H_static_m, "
-            "L_m or K, or take another pump"
+            f"curve at {omega_max * 30 / np.pi:.4g} rpm: too little head; lower [pump] "
+            "speed_max_rpm, raise H_static_m, L_m or K, or take another pump"
         )
     return Hydraulics(r * curve.omega_ref, Q, curve.head(Q, r), curve.shaft_power(Q, r))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from difflib import get_close_matches
 from functools import lru_cache
 from importlib.metadata import version  # of pvlib, whose import takes a second
@@ -13,6 +14,10 @@ from reluctance.cache import cached
 from reluctance.drive.schema import Section
 from reluctance.drive.single_diode import Cell
 from reluctance.errors import ParameterError
+
+MOST_NAMES = 6  # of modules in a message
+POWER_UNITS = {"w", "wp", "watt", "watts"}
+TYPICAL_W = 400.0
 
 
 class CellNumbers(Section):
@@ -79,11 +84,10 @@ def cec_module(name: str, table: str) -> Cell:
 def _cec_row(name: str, table: str) -> Cell:
     modules = pvlib().pvsystem.retrieve_sam("CECMod")
     if name not in modules:
-        near = [f"`{other}`" for other in get_close_matches(name, modules.columns, n=3)]
-        near_by = f"; nearest: {', '.join(near)}" if near else ""
+        near = ", ".join(f"`{other}`" for other in _nearest(name, modules))
         raise ParameterError(
-            f"[{table}] module = {name!r} is not in the CEC table of "
-            f"{len(modules.columns)}{near_by}"
+            f"[{table}] module = {name!r} is not in the CEC table of {len(modules.columns)}; "
+            f"nearest: {near}; names are maker and type with `_` for blanks and signs"
         )
     row = modules[name]
     return Cell(
@@ -95,6 +99,27 @@ def _cec_row(name: str, table: str) -> Cell:
         alpha_sc=float(row["alpha_sc"]),
         adjust=float(row["Adjust"]),
     )
+
+
+def _nearest(name: str, modules: Any) -> list[str]:
+    """Names that are spelt alike; else those with its words or numbers in them, or of its power."""
+    near = get_close_matches(name, modules.columns, n=3)
+    if near:
+        return near
+    words = [word for word in re.findall(r"[a-z]+|\d+", name.lower()) if word not in POWER_UNITS]
+    sound = [str(c) for c in modules.columns if float(modules[c]["alpha_sc"]) >= 0]
+    named = [c for c in sound if words and all(word in c.lower() for word in words)]
+    if named:
+        return _spread(named)
+    watts = [float(word) for word in words if word.isdigit() and 20 <= float(word) <= 1000]
+    power = {c: float(modules[c]["STC"]) for c in sound}
+    return sorted(sound, key=lambda c: abs(power[c] - (watts or [TYPICAL_W])[0]))[:MOST_NAMES]
+
+
+def _spread(names: list[str]) -> list[str]:
+    """At most MOST_NAMES of them, of as many makers as possible."""
+    step = max(len(names) // MOST_NAMES, 1)
+    return names[::step][:MOST_NAMES]
 
 
 def pvlib() -> Any:

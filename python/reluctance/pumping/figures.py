@@ -7,9 +7,19 @@ import pandas as pd
 
 from reluctance.drive.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.drive.single_diode import G_REF, FloatArray, power_point
+from reluctance.pumping.matching import Limit
 from reluctance.pumping.operate import Pumped
+from reluctance.pumping.tank import Storage
+from reluctance.pumping.tank import store as storing
 
 KWH = 3.6e6  # [J]
+TOLD_OF_START = 0.005  # of the demand: a start that changes the missing water by more is told
+REMEDIES = {
+    Limit.speed: "the largest speed; power is left unused, see [pump] speed_max_rpm",
+    Limit.torque: "the torque limit; power is left unused, see [limits] tau_max_Nm",
+    Limit.voltage: "a voltage too low for more torque at speed; take more modules in series",
+    Limit.well: "the yield of the well; power is left unused, see [pipe] well_yield_m3ph",
+}
 LONG = 600.0  # intervals from here on hide clouds [s]
 
 
@@ -22,7 +32,7 @@ class Chain:
     off_mpp: float  # operating voltage and blocking diode
     converter: float  # dc-dc converter, while the pump runs
     below_threshold: float  # too little to lift water
-    above_limit: float  # largest speed, torque or flow
+    above_limit: float  # largest speed, torque, voltage or flow; also where nothing can turn
     e_in: float  # drawn by the drive
     drive: float  # copper, switches, iron
     friction: float  # of the machine
@@ -36,6 +46,7 @@ def chain(found: Pumped) -> Chain:
     """Where the energy of the maximum power point went."""
     s, system = found.samples, found.system
     pipe, on = system.pipe, s.omega > 0
+    stuck = ~on & (s.limit != Limit.none)
 
     def energy(power: FloatArray) -> float:
         return float(power.sum() * found.step)
@@ -47,8 +58,8 @@ def chain(found: Pumped) -> Chain:
         e_mp=energy(s.p_mp),
         off_mpp=energy(s.p_mp - s.p_array),
         converter=energy((s.p_array - s.p_link) * on),
-        below_threshold=energy(s.p_array * ~on),
-        above_limit=energy((s.p_link - s.p_in) * on),
+        below_threshold=energy(s.p_array * ~(on | stuck)),
+        above_limit=energy((s.p_link - s.p_in) * on + s.p_array * stuck),
         e_in=energy(s.p_in),
         drive=energy(s.p_in - s.tau * s.omega),
         friction=energy(s.tau * s.omega - s.p_shaft),
@@ -100,10 +111,18 @@ def with_units(found: Pumped) -> dict[str, float | None]:
         "eta": _ratio(c.e_lift, c.e_mp),
         "speed_max_rpm": float(s.omega.max() / RPM),
         "Q_max_m3ph": float(s.Q.max() / M3PH),
-        "limited_h": float(s.at_limit.sum() * hours),
+        "limited_h": float((s.limit != Limit.none).sum() * hours),
+        **{
+            f"limited_{limit.name}_h": float((s.limit == limit).sum() * hours)
+            for limit in Limit
+            if limit != Limit.none
+        },
+        "u_oc_max_V": float(s.u_oc.max()),
+        "u_mp_hot_V": float(s.u[np.argmax(np.where(s.u_oc > 0, s.temp_cell, -np.inf))]),
         "demand_m3": None if store is None else float(store.demand.sum()),
         "missing_m3": None if store is None else float(store.missing.sum()),
         "overflow_m3": None if store is None else float(store.overflow.sum()),
+        "level_start_m3": None if store is None else store.start,
         "level_end_m3": None if store is None else float(store.level[-1]),
         "loss_of_load_probability": None if store is None else store.loss_of_load,
         "water_from_means_m3": from_means,
@@ -146,12 +165,10 @@ def remarks(found: Pumped) -> list[str]:
             f"the hourly means it would be {found.water_from_means:.0f} m3, "
             f"{found.water_from_means / max(found.water, 1e-9) - 1:+.1%}"
         )
-    if s.at_limit.any():
-        told.append(
-            f"{s.at_limit.sum() * found.step / 3600:.1f} h at the largest speed, torque or well "
-            "yield: power is left unused; see [pump] speed_max_rpm, [limits] tau_max_Nm, [pipe] "
-            "well_yield_m3ph"
-        )
+    if found.water:
+        for limit, remedy in REMEDIES.items():
+            if hours := float((s.limit == limit).sum() * found.step / 3600):
+                told.append(f"{hours:.1f} h at {remedy}")
     low = (s.omega > 0) & (s.u_dc < 0.98 * found.losses.u_dc[0])
     if low.any():
         told.append(
@@ -159,11 +176,56 @@ def remarks(found: Pumped) -> list[str]:
             "loss map ends: its edge is used"
         )
     if not found.water:
+        told.append(f"no water: {_why_none(found)}")
+    if found.storage is not None and found.system.tank.start_m3 is not None:
+        told += _of_the_start(found, found.storage)
+    if found.system.limits.u_max_V is None:
         told.append(
-            "no water: the power never reaches what the static head asks for; more modules, "
-            "less head, or see the loss chain"
+            f"the open-circuit voltage of {s.u_oc.max():.0f} V was not checked; the switches and "
+            "capacitors of the converter must stand it on the coldest morning: set [limits] u_max_V"
         )
     return told
+
+
+def _why_none(found: Pumped) -> str:
+    """What fails at the least speed that lifts water."""
+    s, load, losses = found.samples, found.load, found.losses
+    omega, B = load.omega[0], found.system.drive.machine.B_Nms
+    tau = float(load.tau[0] + B * omega)
+    need = f"the pump needs {tau:.3g} N m at {omega / RPM:.0f} rpm, where it begins to lift water"
+    if not (s.limit != Limit.none).any():
+        u = np.full(1, np.median(s.u_dc[s.p_mp > 0]))
+        least = float(losses.p_in(u, np.full(1, omega), np.full(1, tau))[0])
+        return (
+            f"the drive needs {least:.0f} W where the pump begins to lift water, and the array "
+            f"gives at most {s.p_link.max():.0f} W; take more modules or less head"
+        )
+    most = float(losses.tau_max.max())
+    if tau > most:
+        given = most >= losses.tau[-1]
+        return f"the torque limit of {most:.3g} N m is too low: {need}; " + (
+            "raise [limits] tau_max_Nm" if given else "the machine gives no more: take a larger"
+        )
+    highest = float(s.u_dc.max())
+    reach = float(losses.greatest_torque(np.full(1, highest), np.full(1, omega))[0])
+    return (
+        f"the voltage is too low: {need}, and the machine gives {reach:.3g} N m there at "
+        f"{highest:.0f} V; take more modules in series"
+    )
+
+
+def _of_the_start(found: Pumped, store: Storage) -> list[str]:
+    """How much of the missing water is the start's."""
+    usual = found.system.tank.model_copy(update={"start_m3": None})
+    repeated = storing(found.samples.Q * found.step, store.demand, usual)
+    more = float(store.missing.sum() - repeated.missing.sum())
+    if more < TOLD_OF_START * store.demand.sum():
+        return []
+    return [
+        f"the tank started with {store.start:.3g} m3: {more:.3g} m3 of the missing water are its "
+        f"first hours; without [tank] start_m3 it starts as full as it ends, loss of load "
+        f"{repeated.loss_of_load:.2%}"
+    ]
 
 
 def _ratio(part: float, whole: float) -> float | None:

@@ -5,6 +5,7 @@ table by interpolation.
 """
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 
@@ -15,6 +16,16 @@ from reluctance.pumping.loss_map import LossMap
 VOLTAGES = 9  # of the table, equidistant over the loss map's
 
 
+class Limit(IntEnum):
+    """What keeps the drive from drawing more power."""
+
+    none = 0
+    speed = 1  # of the pump
+    torque = 2  # the largest that the drive is used for
+    voltage = 3  # too low for the torque at this speed
+    well = 4  # its yield
+
+
 @dataclass(frozen=True)
 class PowerTable:
     """Power from the dc link over speed, at voltages; and where the drive's reach ends."""
@@ -23,6 +34,7 @@ class PowerTable:
     omega: FloatArray  # (n_w,) [rad/s]
     p_in: FloatArray  # (n_u, n_w), rising along each row [W]
     last: FloatArray  # (n_u,) index of the largest speed that may be run; -1: none
+    limit: FloatArray  # (n_u,) the Limit beyond it
 
     def p_max(self) -> FloatArray:
         """Power at the largest speed, at each voltage; 0 where nothing may be run [W]."""
@@ -39,7 +51,28 @@ def power_table(losses: LossMap, load: Hydraulics, *, B: float, Q_max: float) ->
     p_in = np.maximum.accumulate(losses.p_in(u, omega, np.broadcast_to(tau, u.shape)), axis=1)
     allowed = (tau <= losses.greatest_torque(u, omega)) & (load.Q <= Q_max)
     last = np.where(allowed.all(axis=1), len(tau), np.argmin(allowed, axis=1)) - 1
-    return PowerTable(u_dc, load.omega, p_in, last)
+    beyond = np.minimum(last + 1, len(tau) - 1)
+    limit = np.select(
+        [last == len(tau) - 1, load.Q[beyond] > Q_max, tau[beyond] > losses.tau_max.max()],
+        [Limit.speed, Limit.well, Limit.torque],
+        Limit.voltage,
+    )
+    return PowerTable(u_dc, load.omega, p_in, last, limit)
+
+
+def limit_of(
+    table: PowerTable, u_dc: FloatArray, p: FloatArray, omega: FloatArray, drawn: FloatArray
+) -> FloatArray:
+    """The Limit of samples with a voltage and a power, whose speed and power drawn are known.
+
+    A sample at rest has one where its power would reach the least speed that lifts water, but the
+    drive lacks the torque for it.
+    """
+    place = np.interp(u_dc, table.u_dc, np.arange(len(table.u_dc)))
+    row = np.rint(place).astype(int)
+    runs = (omega > 0) & (drawn < p * (1 - 1e-9))
+    rests = (omega == 0) & (table.last[row] < 0) & (p >= table.p_in[row, 0])
+    return np.where(runs | rests, table.limit[row], Limit.none)
 
 
 def speed(table: PowerTable, u_dc: FloatArray, p: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,9 +12,9 @@ from reluctance.drive.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.drive.single_diode import Diode, FloatArray, PowerPoint, current, power_point
 from reluctance.errors import ParameterError
 from reluctance.pumping.loss_map import Box, LossMap, loss_map
-from reluctance.pumping.matching import power_table, speed
+from reluctance.pumping.matching import limit_of, power_table, speed
 from reluctance.pumping.sun import sunlight
-from reluctance.pumping.system import Operation, System
+from reluctance.pumping.system import Operation, System, together
 from reluctance.pumping.tank import Storage, store
 from reluctance.pumping.weather import Weather
 from reluctance.pumping.weather_file import read_weather, with_minutes
@@ -44,7 +45,8 @@ class Samples:
     p_shaft: FloatArray  # into the pump [W]
     Q: FloatArray  # [m^3/s]
     H: FloatArray  # of the pump [m]
-    at_limit: FloatArray  # 1 where the largest speed or torque keeps power from being drawn
+    u_oc: FloatArray  # open-circuit voltage of the array [V]
+    limit: FloatArray  # the Limit that keeps power from being drawn, as a number
 
 
 @dataclass(frozen=True)
@@ -102,9 +104,14 @@ def operate(
     >>> round(operate(load_system("examples/sun_day.toml")).water, -1)
     570.0
     """
-    own = read_weather(system.weather, system.site, system.folder) if weather is None else weather
-    curve = system.pump.curve()
-    load = hydraulics(curve, system.pipe, system.pump.omega_max)
+    checks: dict[str, Callable[[], object]] = {  # these take no time; the loss map takes seconds
+        "load": lambda: hydraulics(system.pump.curve(), system.pipe, system.pump.omega_max),
+        "array": lambda: system.array.reference,
+        "weather": lambda: weather or read_weather(system.weather, system.site, system.folder),
+    }
+    found: dict[str, Any] = together(checks)
+    load: Hydraulics = found["load"]
+    own: Weather = found["weather"]
     losses = loss_map(system.drive, box_of(system), progress=progress)
     if weather is None and system.weather.generate_minutes and own.step > 60:
         means = _over(system, own, losses, load)
@@ -198,7 +205,8 @@ def _by_day(
         "p_shaft": p_shaft,
         "Q": of(load.Q),
         "H": of(load.H),
-        "at_limit": (on & (p_in < p_link * (1 - 1e-9))).astype(float),
+        "u_oc": best.u_oc,
+        "limit": limit_of(table, u_dc, p_link, omega, p_in),
     }
 
 

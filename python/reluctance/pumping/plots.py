@@ -24,7 +24,7 @@ CAUSES = {
     "off_mpp": "off the maximum power point",
     "converter": "dc-dc converter",
     "below_threshold": "too little to lift water",
-    "above_limit": "speed, torque or well limit",
+    "above_limit": "speed, torque, voltage or well limit",
     "drive": "motor and converter",
     "friction": "motor friction",
     "pump": "pump",

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from reluctance.errors import ParameterError
 from reluctance.figures import drawn
@@ -19,8 +20,10 @@ from reluctance.pumping.system import System
 from reluctance.pumping.write import made, put_bytes, put_text
 
 FIGURES = (
-    "array_kWp water_m3 water_m3_per_kWp pumping_h used_of_mp eta loss_of_load_probability"
+    "array_kWp water_m3 water_m3_per_kWp pumping_h used_of_mp eta loss_of_load_probability "
+    "demand_m3"
 ).split()
+FEWEST = 4  # strings in parallel: a smaller array is varied from 1 to these
 Values = dict[str, Sequence[float]]
 
 
@@ -36,13 +39,16 @@ def sizes(
     >>> sizes(day, {"array.n_series": [6, 7]})["array_kWp"].round(1).tolist()
     [10.8, 12.6]
     """
+    for name, several in values.items():  # a name that is wrong is wrong in every row
+        system.table_of(name)
+        if not len(several):
+            raise ParameterError(f"{name}: need at least one value")
     rows = []
     combinations = list(product(*values.values()))
     for combination in combinations:
         row: dict[str, object] = dict(zip(values, combination, strict=True))
-        changed = system.with_values(row)
         try:
-            found = with_units(operate(changed))
+            found = with_units(operate(system.with_values(row)))
             row |= {name: found[name] for name in FIGURES} | {"why": ""}
         except ParameterError as fault:
             row |= {name: np.nan for name in FIGURES} | {"water_m3": 0.0, "why": str(fault)}
@@ -54,6 +60,40 @@ def sizes(
     return pd.DataFrame(rows).dropna(axis="columns", how="all")  # no demand: no loss of load
 
 
+def meets(table: pd.DataFrame, llp: float, system: System) -> int | None:
+    """The row of the smallest array that meets the demand: with a loss of load of at most `llp`,
+    the least nominal power, then the least tank, then the most water. None if no row does.
+
+    Where a value of the site is varied, such as the head, the system's own counts.
+    """
+    if "loss_of_load_probability" not in table:
+        return None
+    good = table[(table["loss_of_load_probability"] <= llp) & (table["why"] == "")]
+    for name in set(table) - set(FIGURES) - {"why"}:
+        section, _, key = name.partition(".")
+        own = getattr(getattr(system, section), key)
+        if section not in ("array", "tank") and (table[name] == own).any():
+            good = good[good[name] == own]
+    if good.empty:
+        return None
+    order = {"array_kWp": True, "tank.volume_m3": True, "water_m3": False}
+    order = {name: up for name, up in order.items() if name in table}
+    return int(good.sort_values(list(order), ascending=list(order.values())).index[0])
+
+
+def smallest(table: pd.DataFrame, row: int | None, llp: float) -> str:
+    """What `meets` found, as a sentence."""
+    if row is None:
+        return f"no size of these loses at most {llp:.1%} of the demand; vary larger arrays"
+    chosen = table.loc[row]
+    varied = [name for name in table if name not in (*FIGURES, "why")]
+    what = ", ".join(f"{name} = {chosen[name]:g}" for name in varied)
+    return (
+        f"* smallest array that loses at most {llp:.1%} of the demand: {what}, "
+        f"{chosen['array_kWp']:.4g} kWp, {chosen['water_m3']:.4g} m3"
+    )
+
+
 def usual(system: System) -> list[Values]:
     """What is varied where nothing is said: array size over head, and modules in series."""
     parallel, series, head = (
@@ -62,6 +102,7 @@ def usual(system: System) -> list[Values]:
         system.pipe.H_static_m,
     )
     some = sorted({max(round(parallel * part), 1) for part in (0.5, 0.67, 0.83, 1, 1.17, 1.33)})
+    some = sorted({*some, *range(1, FEWEST + 1)}) if parallel < FEWEST else some
     heads = [round(head * part, 3) for part in (0.5, 0.75, 1.0, 1.25, 1.5)]
     return [
         {"pipe.H_static_m": heads, "array.n_parallel": some}
@@ -101,7 +142,7 @@ def parsed(text: str, system: System) -> tuple[str, list[float]]:
     return name.strip(), found
 
 
-def figure(table: pd.DataFrame, values: Values) -> Figure:
+def figure(table: pd.DataFrame, values: Values, demand: float | None = None) -> Figure:
     """Water over the last value, a line for each combination of the others."""
     chart = Figure(figsize=(8, 5), layout="constrained")
     FigureCanvasAgg(chart)
@@ -114,13 +155,21 @@ def figure(table: pd.DataFrame, values: Values) -> Figure:
         ax.legend(fontsize=8)
     else:
         ax.plot(table[last], table["water_m3"], "o-")
+    if demand is not None:
+        ax.axhline(demand, color="k", ls="--", lw=1, label="demand")
+        ax.legend(fontsize=8)
+    if all(float(value).is_integer() for value in values[last]):
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.set(xlabel=last, ylabel="water (m³)", ylim=(0, None))
     ax.grid(alpha=0.25)
     return chart
 
 
 def write_sizes(
-    tables: Sequence[pd.DataFrame], chosen: Sequence[Values], folder: str | Path
+    tables: Sequence[pd.DataFrame],
+    chosen: Sequence[Values],
+    folder: str | Path,
+    demand: float | None = None,
 ) -> list[Path]:
     """Writes sizes_NAME.csv and .png for each table, named by what is varied; all or none."""
     folder = made(folder)
@@ -129,6 +178,8 @@ def write_sizes(
         stem = folder / ("sizes_" + "_".join(name.partition(".")[2] for name in values))
         text = table.to_csv(index=False, float_format="%.8g", lineterminator="\n")
         files[stem.with_suffix(".csv")] = partial(put_text, text)
-        files[stem.with_suffix(".png")] = partial(put_bytes, drawn(figure(table, values), ".png"))
+        files[stem.with_suffix(".png")] = partial(
+            put_bytes, drawn(figure(table, values, demand), ".png")
+        )
     write_together(files)
     return list(files)

@@ -1,8 +1,10 @@
 """A pumping system: from a TOML file to checked tables and a drive."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from pydantic import Field, model_validator
 
@@ -18,6 +20,7 @@ from reluctance.pumping.site import Site
 from reluctance.pumping.tank import Demand, Tank
 from reluctance.pumping.weather_file import WeatherTable
 
+T = TypeVar("T")
 TORQUE_MARGIN = 1.1  # the loss map's end over the torque of the drive file
 
 
@@ -78,14 +81,30 @@ class System:
         """A copy with other values, as {"array.n_series": 8}; checked."""
         changed = self
         for name, value in values.items():
-            table, _, key = name.partition(".")
-            section = getattr(changed, table, None)
-            if table not in TABLES or section is None or key not in type(section).model_fields:
-                raise ParameterError(f"unknown value `{name}` of a pumping system")
+            table, key, section = changed.table_of(name)
             changed = changed.with_table(
                 table, {**section.model_dump(exclude_unset=True), key: value}
             )
         return changed
+
+    def table_of(self, name: str) -> tuple[str, str, Section]:
+        """Table, key and section of a value such as `array.n_series`.
+
+        Raises
+        ------
+        ParameterError
+            If the system has no such value, or it has no effect.
+        """
+        table, _, key = name.partition(".")
+        if table in ("tank", "demand") and self.demand is None:
+            raise ParameterError(
+                f"`{name}` has no effect without [demand]; add [demand] m3_per_day to the system "
+                "file"
+            )
+        section = getattr(self, table, None)
+        if table not in TABLES or section is None or key not in type(section).model_fields:
+            raise ParameterError(f"unknown value `{name}` of a pumping system")
+        return table, key, section
 
     def with_table(self, table: str, values: dict[str, Any]) -> "System":
         """A copy with another table of its file; checked."""
@@ -129,6 +148,11 @@ def load_system(path: str | Path) -> System:
 def system_from(data: dict[str, Any], *, folder: Path, name: str = "system") -> System:
     """A pumping system from the tables of its file."""
     known = [*TABLES, "drive", "pump"]
+    if "machine" in data and "site" not in data:
+        raise ParameterError(
+            "this is a drive file, not a pumping system; use `reluctance run`, or name it as "
+            "`drive` in a system file: reluctance examples sun_day"
+        )
     for key in data:
         if key not in known:
             raise ParameterError(f"unknown table `{key}`{did_you_mean(key, known)}")
@@ -139,15 +163,29 @@ def system_from(data: dict[str, Any], *, folder: Path, name: str = "system") -> 
         raise ParameterError(f"drive = {data['drive']!r}, need the path of a drive file in quotes")
     if "tank" in data and "demand" not in data:
         raise ParameterError("[tank] has no effect without [demand]")
-    tables: dict[str, Any] = {
-        key: checked(section, data.get(key, {}), f"[{key}]")
+    parts: dict[str, Callable[[], object]] = {
+        key: partial(checked, section, data.get(key, {}), f"[{key}]")
         for key, section in TABLES.items()
         if key in data or key not in ("tank", "demand")
     }
+    parts["drive"] = lambda: reluctance.load(folder / data["drive"])
+    parts["pump"] = lambda: pump_from(data["pump"], folder)
+    found: dict[str, Any] = together(parts)
     return System(
         name=name,
         folder=folder,
-        drive=reluctance.load(folder / data["drive"]),
-        pump=pump_from(data["pump"], folder),
-        **{"tank": checked(Tank, {"volume_m3": 0.0}, "[tank]"), "demand": None, **tables},
+        **{"tank": checked(Tank, {"volume_m3": 0.0}, "[tank]"), "demand": None, **found},
     )
+
+
+def together(parts: dict[str, Callable[[], T]]) -> dict[str, T]:
+    """The result of each part; the faults of all are told together, on one line."""
+    found, faults = {}, []
+    for key, make in parts.items():
+        try:
+            found[key] = make()
+        except ParameterError as fault:
+            faults.append(str(fault))
+    if faults:
+        raise ParameterError("; and ".join(faults))
+    return found

@@ -14,11 +14,11 @@ class Tank(Section):
     """[tank]"""
 
     volume_m3: float = Field(ge=0)
-    start_m3: float = Field(0.0, ge=0)  # in it at the start
+    start_m3: float | None = Field(None, ge=0)  # by default as much as it ends with
 
     @model_validator(mode="after")
     def starts_within(self) -> "Tank":
-        if self.start_m3 > self.volume_m3:
+        if self.start_m3 is not None and self.start_m3 > self.volume_m3:
             raise ValueError(
                 f"start_m3 = {self.start_m3:g} is above volume_m3 = {self.volume_m3:g}"
             )
@@ -50,6 +50,7 @@ class Demand(Section):
 class Storage:
     """Of each interval, at its end [m^3]."""
 
+    start: float  # in the tank before the first interval
     level: FloatArray
     overflow: FloatArray
     missing: FloatArray
@@ -62,15 +63,30 @@ class Storage:
 
 
 def store(inflow: FloatArray, demand: FloatArray, tank: Tank) -> Storage:
-    """The course of the tank for water in and out per interval [m^3]."""
-    level, levels, changes = tank.start_m3, [], []
+    """The course of the tank for water in and out per interval [m^3].
+
+    Without `start_m3` the days repeat: the tank starts as full as it ends. Each interval maps the
+    level x to clamp(x + change, 0, volume), and a chain of such maps is clamp(x + a, b, c) with a
+    the sum of the changes. Its fixed point is therefore the end of one pass: from the full tank
+    where a > 0, from the empty one otherwise.
+    """
+    if tank.start_m3 is not None:
+        return _course(inflow, demand, tank.volume_m3, tank.start_m3)
+    far = tank.volume_m3 if inflow.sum() > demand.sum() else 0.0
+    start = float(_course(inflow, demand, tank.volume_m3, far).level[-1])
+    return _course(inflow, demand, tank.volume_m3, start)
+
+
+def _course(inflow: FloatArray, demand: FloatArray, volume: float, start: float) -> Storage:
+    level, levels, changes = start, [], []
     for change in (inflow - demand).tolist():
         wanted = level + change
-        level = min(max(wanted, 0.0), tank.volume_m3)
+        level = min(max(wanted, 0.0), volume)
         levels.append(level)
         changes.append(wanted - level)
     past = np.array(changes)  # over the rim, or below the floor
     return Storage(
+        start=start,
         level=np.array(levels),
         overflow=np.maximum(past, 0.0),
         missing=np.maximum(-past, 0.0),

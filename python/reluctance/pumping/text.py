@@ -1,5 +1,9 @@
 """Key figures of pumping as people read them."""
 
+import textwrap
+
+import pandas as pd
+
 LABELS = {
     "water_m3": ("water pumped", "m³", 1.0),
     "water_m3_per_day": ("water a day", "m³", 1.0),
@@ -12,7 +16,7 @@ LABELS = {
     "lost_off_mpp_kWh": ("  lost off the maximum power point", "kWh", 1.0),
     "lost_converter_kWh": ("  lost in the dc-dc converter", "kWh", 1.0),
     "lost_below_threshold_kWh": ("  unused: too little to lift water", "kWh", 1.0),
-    "lost_above_limit_kWh": ("  unused: speed, torque or well limit", "kWh", 1.0),
+    "lost_above_limit_kWh": ("  unused: speed, torque, voltage or well limit", "kWh", 1.0),
     "e_in_kWh": ("energy drawn by the drive", "kWh", 1.0),
     "e_shaft_kWh": ("energy into the pump", "kWh", 1.0),
     "e_lift_kWh": ("energy of the water lifted", "kWh", 1.0),
@@ -22,12 +26,52 @@ LABELS = {
     "eta": ("efficiency, array to water", "%", 100.0),
     "speed_max_rpm": ("largest speed", "rpm", 1.0),
     "Q_max_m3ph": ("largest flow", "m³/h", 1.0),
+    "u_oc_max_V": ("greatest open-circuit voltage", "V", 1.0),
+    "u_mp_hot_V": ("operating voltage, hottest cells", "V", 1.0),
     "limited_h": ("at a limit", "h", 1.0),
+    "limited_speed_h": ("  of the speed", "h", 1.0),
+    "limited_torque_h": ("  of the torque", "h", 1.0),
+    "limited_voltage_h": ("  of the torque at this voltage", "h", 1.0),
+    "limited_well_h": ("  of the well", "h", 1.0),
     "demand_m3": ("demand", "m³", 1.0),
-    "missing_m3": ("missing", "m³", 1.0),
+    "missing_m3": ("missing water", "m³", 1.0),
     "overflow_m3": ("overflow of the tank", "m³", 1.0),
+    "level_start_m3": ("water in the tank at the start", "m³", 1.0),
+    "level_end_m3": ("water in the tank at the end", "m³", 1.0),
     "loss_of_load_probability": ("loss of load probability", "%", 100.0),
 }
+
+
+SHOWN_IF = {key for key in LABELS if key.startswith("limited_") and key != "limited_h"}
+
+
+SIZE_HEADS = {
+    "array_kWp": "kWp",
+    "water_m3": "water m3",
+    "water_m3_per_kWp": "m3/kWp",
+    "pumping_h": "hours",
+    "used_of_mp": "used",
+    "eta": "efficiency",
+    "loss_of_load_probability": "loss of load",
+}
+
+
+def size_table(table: pd.DataFrame, varied: list[str], best: int | None) -> str:
+    """The rows of `sizes` under short heads; the best is marked, and why a size cannot work is
+    told below by numbers."""
+    why = list(dict.fromkeys(text for text in table["why"] if text))
+    heads = {key: head for key, head in SIZE_HEADS.items() if key in table}
+    shown = table[[*varied, *heads]].rename(columns=heads)
+    shown[""] = [
+        f"[{why.index(text) + 1}]" if text else "*" if row == best else ""
+        for row, text in table["why"].items()
+    ]
+    text = shown.to_string(index=False, float_format=lambda x: f"{x:.4g}", na_rep="-")
+    told = [
+        textwrap.fill(f"[{k}] {line}", 100, subsequent_indent="    ")
+        for k, line in enumerate(why, 1)
+    ]
+    return "\n".join([text, *told])
 
 
 def rows(figures: dict[str, float | None]) -> list[tuple[str, str]]:
@@ -35,7 +79,7 @@ def rows(figures: dict[str, float | None]) -> list[tuple[str, str]]:
     found = []
     for key, (label, unit, scale) in LABELS.items():
         value = figures[key]
-        if value is not None:
+        if value is not None and (value or key not in SHOWN_IF):
             number = f"{scale * value:.0f}" if abs(scale * value) >= 1e4 else f"{scale * value:.4g}"
             found.append((label, f"{number} {unit}".rstrip()))
     return found

@@ -1,4 +1,4 @@
-"""The [weather] table: a clear sky, or a TMY3, EPW or CSV file."""
+"""The [weather] table: a clear sky, or a TMY3, EPW, PVGIS or CSV file."""
 
 from datetime import date
 from pathlib import Path
@@ -13,6 +13,7 @@ from reluctance.drive.schema import Section
 from reluctance.errors import ParameterError
 from reluctance.files import is_file
 from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
+from reluctance.pumping.pvgis import is_pvgis, pvgis_hours
 from reluctance.pumping.site import Site, extra_radiation, sun_over
 from reluctance.pumping.weather import COLUMNS, Weather, weather_of
 
@@ -24,7 +25,7 @@ LINKE = 3.0  # turbidity of the clear sky where nothing else is said
 class WeatherTable(Section):
     """[weather]"""
 
-    kind: Literal["clear", "tmy3", "epw", "csv"]
+    kind: Literal["clear", "tmy3", "epw", "pvgis", "csv"]
     start: date | None = None  # clear: first day, as in start = 2026-03-21
     days: int = Field(1, ge=1, le=366 * 30)
     step_min: float = Field(1.0, gt=0, le=60)
@@ -50,7 +51,7 @@ class WeatherTable(Section):
             wrong = self.model_fields_set & {"start", "days", "step_min", "clouds"}
         for key in sorted(wrong):
             raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
-        if self.kind in ("tmy3", "epw") and pd.Timestamp(self.year, 1, 1).is_leap_year:
+        if self.kind in ("tmy3", "epw", "pvgis") and pd.Timestamp(self.year, 1, 1).is_leap_year:
             raise ValueError(
                 f"year = {self.year} has a 29 February, which a typical year has not; take "
                 f"{self.year - 1} or {self.year + 1}"
@@ -154,6 +155,10 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
             raise ValueError("some with an offset from UTC, some without")
         t = pd.DatetimeIndex(pd.to_datetime(text, format="ISO8601", utc=bool(offset.all())))
     except (ValueError, KeyError, TypeError, UnicodeDecodeError) as fault:
+        if is_pvgis(path):
+            raise ParameterError(
+                f"{path} is a file of PVGIS; set [weather] kind = 'pvgis'"
+            ) from None
         what = str(fault).splitlines()[0].partition(" You might")[0]
         raise ParameterError(
             f"{path}: need a column `time` of days that exist, as 2026-03-21 12:00 or "
@@ -195,4 +200,10 @@ def _check_place(place: dict[str, float], site: Site, path: Path) -> None:
         )
 
 
-_READERS = {"tmy3": _tmy3, "epw": _epw, "csv": _csv}
+def _pvgis(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
+    frame, place = pvgis_hours(path, table.year)
+    _check_place(place, site, path)
+    return frame[[*COLUMNS]]
+
+
+_READERS = {"tmy3": _tmy3, "epw": _epw, "pvgis": _pvgis, "csv": _csv}

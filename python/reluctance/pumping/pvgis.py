@@ -1,0 +1,87 @@
+"""Hourly CSV files of PVGIS: a typical year (TMY), or a series on the horizontal plane.
+
+Both have a few lines on the place, one line of names that begins with `time`, rows up to an empty
+line, and notes. Times are in UTC. They name a satellite image within each hour; here every value is
+taken as the mean of its clock hour.
+"""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from reluctance.drive.pv_module import pvlib
+from reluctance.errors import ParameterError
+
+NAMES = {"T2m": "temp_air", "WS10m": "wind_speed", "G(h)": "ghi", "Gb(n)": "dni", "Gd(h)": "dhi"}
+TILTED = {"Gb(i)", "Gd(i)"}  # on the plane that was asked for
+LOWEST_SUN = 0.0175  # cosine of the zenith angle at 1 deg: below, no direct light is inferred
+OVER_YEAR = 8760  # hours of a typical year
+
+
+def is_pvgis(path: Path) -> bool:
+    """Whether a file begins like one of PVGIS."""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return file.readline().startswith("Latitude (decimal degrees):")
+
+
+def pvgis_hours(path: Path, year: int) -> tuple[pd.DataFrame, dict[str, float]]:
+    """Rows under pvlib's names at the middles of the hours, and the place. A typical year, whose
+    months come from several years, is shown in `year`.
+
+    Raises
+    ------
+    ParameterError
+        If it is another file, or its irradiance is on a tilted plane only.
+    """
+    try:
+        head, names, body = _parts(path.read_text(encoding="utf-8"))
+        frame = pd.read_csv(io.StringIO(names + body))
+        t = pd.to_datetime(frame.iloc[:, 0], format="%Y%m%d:%H%M", utc=True).dt.floor("h")
+        place = {"latitude": head["Latitude"], "longitude": head["Longitude"]}
+    except (OSError, ValueError, KeyError, IndexError, UnicodeDecodeError):
+        raise ParameterError(
+            f"{path} is not an hourly CSV file of PVGIS; download `TMY` or `hourly data` as CSV"
+        ) from None
+    frame = frame.rename(columns=NAMES).set_index(pd.DatetimeIndex(t) + pd.Timedelta("30min"))
+    if len(frame) == OVER_YEAR and frame.index.year.nunique() > 1:
+        frame.index = frame.index.map(lambda when: when.replace(year=year))
+    if TILTED <= set(frame) and "ghi" not in frame:
+        frame = _from_horizontal(frame, head, path)
+    missing = [name for name in NAMES.values() if name not in frame]
+    if missing:
+        raise ParameterError(
+            f"{path}: columns {', '.join(frame.columns)}; missing {', '.join(missing)}; download "
+            "`TMY`, or `hourly data` with slope 0 and radiation components"
+        )
+    return frame, place
+
+
+def _parts(text: str) -> tuple[dict[str, float], str, str]:
+    """Numbers of the head, the line of names, and the rows."""
+    lines = text.splitlines(keepends=True)
+    start = next(k for k, line in enumerate(lines) if line.startswith("time"))
+    end = next((k for k in range(start, len(lines)) if not lines[k].strip()), len(lines))
+    head = {}
+    for line in lines[:start]:
+        key, _, value = line.partition(":")
+        number = value.strip().split(" ")[0]
+        if number.replace(".", "").replace("-", "").isdigit():
+            head[key.split(" (")[0]] = float(number)
+    return head, lines[start], "".join(lines[start + 1 : end])
+
+
+def _from_horizontal(frame: pd.DataFrame, head: dict[str, float], path: Path) -> pd.DataFrame:
+    if head.get("Slope", 0.0) != 0:
+        raise ParameterError(
+            f"{path}: irradiance on a plane of slope {head['Slope']:g} deg, need 0; download it "
+            "with slope 0 and radiation components, or download `TMY`"
+        )
+    ghi = frame["Gb(i)"] + frame["Gd(i)"] + frame.get("Gr(i)", 0.0)
+    sun = pvlib().solarposition.get_solarposition(
+        frame.index, head["Latitude"], head["Longitude"], head.get("Elevation", 0.0)
+    )
+    height = np.cos(np.radians(sun["apparent_zenith"].to_numpy()))
+    dni = np.where(height > LOWEST_SUN, frame["Gb(i)"] / np.maximum(height, LOWEST_SUN), 0.0)
+    return frame.assign(ghi=ghi, dni=np.minimum(dni, 1200.0), dhi=frame["Gd(i)"])
