@@ -18,6 +18,7 @@ import reluctance as rl
 from reluctance.drive.single_diode import power_point
 from reluctance.pumping import load_system, operate, sizes, with_units
 from reluctance.pumping.loss_map import Box, loss_map
+from reluctance.pumping.sizing import Values
 
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "docs" / "pumping"
@@ -79,10 +80,11 @@ def main() -> None:
             for name, figures in found.items()
         ],
     )
-    for values, name in (
+    varied: list[tuple[Values, str]] = [
         ({"array.n_series": [3, 4, 5, 6, 7]}, "village_sizes.csv"),
         ({"tank.volume_m3": [0.0, 10.0, 20.0, 40.0]}, "village_tanks.csv"),
-    ):
+    ]
+    for values, name in varied:
         table = sizes(system, values).rename(columns=lambda name: name.rpartition(".")[2])
         (OUT / name).write_text(
             table.to_csv(index=False, float_format="%.6g", lineterminator="\n"), encoding="utf-8"
