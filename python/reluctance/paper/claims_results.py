@@ -280,9 +280,10 @@ def no_converter() -> Claim:
         unit="%",
         physical_limit=added(year, "converter_ideal_m3"),
         verdict=verdict(n in better),
-        why="The paper names its MPC as the reason, and models no panel. Here array, drive and pump are matched over a clear day, a "
-        "cloudy day and a year, without a converter and with one to 300 V; the limit is an ideal "
-        f"one. Without it more water flows for {better[0]} to {better[-1]} modules in series, if "
+        why="The paper names its MPC as the reason, and models no panel. Here array, drive and "
+        "pump are matched over a clear day, a cloudy day and a year, without a converter and with "
+        "one to 300 V; the limit is an ideal one. Without it more water flows for "
+        f"{better[0]} to {better[-1]} modules in series, if "
         "the dc-link voltage follows the maximum power point and no module is shaded. With "
         f"{worst[1]} in series the voltage is too low for the torque, and the converter adds up "
         f"to {gain[worst]:.0f} %. So the statement holds and its reason does not: the length of "

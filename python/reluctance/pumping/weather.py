@@ -44,11 +44,12 @@ def weather_of(table: pd.DataFrame, site: Site, *, where: str) -> Weather:
     """
     t = pd.DatetimeIndex(table.index).tz_convert(site.timezone)
     step = _step(t, where)
-    for name in COLUMNS:
-        _whole(t, table[name].to_numpy(dtype=float), name, where)
     values = {name: table[name].to_numpy(dtype=float) for name in COLUMNS}
     found = Weather(t=t, step=step, sun=sun_over(site, t), where=where, **values)
-    _check_light(found, site)
+    _whole(t, values["ghi"], "ghi", where)
+    _check_light(found, site)  # first: a wrong zone makes the other columns wrong too
+    for name in COLUMNS[1:]:
+        _whole(t, values[name], name, where)
     return found
 
 

@@ -18,6 +18,7 @@ from reluctance.pumping.site import Site, extra_radiation, sun_over
 from reluctance.pumping.weather import COLUMNS, Weather, weather_of
 
 NEAR_DEG = 1.0  # a file from farther away is for another place
+SOLAR_CONSTANT = 1367.0  # direct light is never more: near the horizon an estimate may be [W/m^2]
 LINKE = 3.0  # turbidity of the clear sky where nothing else is said
 
 
@@ -158,9 +159,10 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
             raise ParameterError(
                 f"{path} is a file of PVGIS; set [weather] kind = 'pvgis'"
             ) from None
-        what = str(fault).splitlines()[0]
+        what = str(fault).splitlines()[0].partition(" You might")[0]
         raise ParameterError(
-            f"{path}: need a column `time` as 2026-03-21 12:00 or 2026-03-21T12:00+01:00 ({what})"
+            f"{path}: need a column `time` of days that exist, as 2026-03-21 12:00 or "
+            f"2026-03-21T12:00+01:00 ({what})"
         ) from None
     if t.tz is None:
         try:
@@ -182,12 +184,10 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     shift = {"start": 0.5, "middle": 0.0, "end": -0.5}[table.stamp]
     frame.index = t + shift * (t[1] - t[0]) if len(t) > 1 else t
     if "dni" not in frame:
-        split = pvlib().irradiance.erbs(
-            frame["ghi"].to_numpy(),
-            sun_over(site, pd.DatetimeIndex(frame.index)).zenith_deg,
-            pd.DatetimeIndex(frame.index).day_of_year.to_numpy(),
-        )
-        frame["dni"], frame["dhi"] = split["dni"], split["dhi"]
+        zenith = sun_over(site, pd.DatetimeIndex(frame.index)).zenith_deg
+        ghi, day = frame["ghi"].to_numpy(), pd.DatetimeIndex(frame.index).day_of_year.to_numpy()
+        frame["dni"] = np.minimum(pvlib().irradiance.erbs(ghi, zenith, day)["dni"], SOLAR_CONSTANT)
+        frame["dhi"] = ghi - frame["dni"] * np.maximum(np.cos(np.radians(zenith)), 0.0)
     return frame[[*COLUMNS]].astype(float)
 
 
