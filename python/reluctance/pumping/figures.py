@@ -62,7 +62,7 @@ def chain(found: Pumped) -> Chain:
         above_limit=energy((s.p_link - s.p_in) * on + s.p_array * stuck),
         e_in=energy(s.p_in),
         drive=energy(s.p_in - s.tau * s.omega),
-        friction=energy(s.tau * s.omega - s.p_shaft),
+        friction=energy(system.drive.machine.B_Nms * s.omega**2),
         pump=energy(s.p_shaft - p_hyd),
         pipe=energy(p_hyd - p_lift),
         e_lift=energy(p_lift),

@@ -12,6 +12,7 @@ from reluctance.drive.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.drive.single_diode import FloatArray, current, power_point
 from reluctance.pumping.figures import KWH, chain, per
 from reluctance.pumping.operate import Pumped
+from reluctance.pumping.text import CAUSES
 
 # Of M. Okabe and K. Ito, 2008: told apart by colour-blind readers.
 BLUE, RED, GREEN, PINK, ORANGE, SKY = (
@@ -20,16 +21,6 @@ BLUE, RED, GREEN, PINK, ORANGE, SKY = (
 MANY_DAYS = 60  # more are shown by month
 MOST_POINTS = 4000  # of a cloud of samples
 IRRADIANCES = (200.0, 400.0, 600.0, 800.0, 1000.0)  # of the curves [W/m^2]
-CAUSES = {
-    "off_mpp": "off the maximum power point",
-    "converter": "dc-dc converter",
-    "below_threshold": "too little to lift water",
-    "above_limit": "speed, torque, voltage or well limit",
-    "drive": "motor and converter",
-    "friction": "motor friction",
-    "pump": "pump",
-    "pipe": "pipe",
-}
 
 
 def plot_array(ax: Axes, found: Pumped) -> Axes:

@@ -4,6 +4,16 @@ import textwrap
 
 import pandas as pd
 
+CAUSES = {  # one name for one loss, in tables and figures
+    "off_mpp": "off the maximum power point",
+    "converter": "dc-dc converter",
+    "below_threshold": "too little power to lift water",
+    "above_limit": "speed, torque, voltage or well limit",
+    "drive": "drive and motor",
+    "friction": "motor friction",
+    "pump": "pump",
+    "pipe": "pipe",
+}
 LABELS = {
     "water_m3": ("water pumped", "m³", 1.0),
     "water_m3_per_day": ("water a day", "m³", 1.0),
@@ -13,10 +23,10 @@ LABELS = {
     "array_kWp": ("array", "kWp", 1.0),
     "poa_kWh_m2": ("insolation on the array's plane", "kWh/m²", 1.0),
     "e_mp_kWh": ("energy at the maximum power point", "kWh", 1.0),
-    "lost_off_mpp_kWh": ("  lost off the maximum power point", "kWh", 1.0),
-    "lost_converter_kWh": ("  lost in the dc-dc converter", "kWh", 1.0),
-    "lost_below_threshold_kWh": ("  unused: too little to lift water", "kWh", 1.0),
-    "lost_above_limit_kWh": ("  unused: speed, torque, voltage or well limit", "kWh", 1.0),
+    "lost_off_mpp_kWh": (f"  lost: {CAUSES['off_mpp']}", "kWh", 1.0),
+    "lost_converter_kWh": (f"  lost: {CAUSES['converter']}", "kWh", 1.0),
+    "lost_below_threshold_kWh": (f"  unused: {CAUSES['below_threshold']}", "kWh", 1.0),
+    "lost_above_limit_kWh": (f"  unused: {CAUSES['above_limit']}", "kWh", 1.0),
     "e_in_kWh": ("energy drawn by the drive", "kWh", 1.0),
     "e_shaft_kWh": ("energy into the pump", "kWh", 1.0),
     "e_lift_kWh": ("energy of the water lifted", "kWh", 1.0),
