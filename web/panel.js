@@ -25,7 +25,7 @@ export function sliders(place, drive, model, change) {
     top.append(control.label, output);
     Object.assign(input, { type: "range", min: 0, max: control.values.length - 1, step: 1 });
     input.value = model.at[control.key];
-    input.dataset.key = control.key;
+    input.dataset.key = input.id = row.htmlFor = control.key;
     input.title = control.key;
     const show = () => {
       const value = control.values[input.value];

@@ -152,11 +152,15 @@ def tables(numbers: Mapping[Value, Numbers], given: Value) -> Tables | None:
 
 
 def controls_of(drive: Drive) -> list[dict[str, Any]]:
-    """The controls of a drive. Two that set the same parameter cannot stand side by side; the
-    first stays."""
+    """The controls of a drive. Two that set the same parameter cannot stand side by side: the first
+    stays, and of an operating point the plant's part."""
     kept: list[dict[str, Any]] = []
     for control in CONTROLS:
         one = offered(drive, control)
-        if one and not any(one["sets"].keys() & other["sets"].keys() for other in kept):
+        taken = {name for other in kept for name in other["sets"]}
+        if one and control.off_design and one["sets"].keys() & taken:
+            plant = {n: v for n, v in one["sets"].items() if not n.startswith("control.")}
+            one = {**one, "sets": plant, "off_design": True}
+        if one and not one["sets"].keys() & taken:
             kept.append(one)
     return kept

@@ -27,13 +27,10 @@ class Start:
     def drive(self) -> Drive:
         """The drive, with what its law computes by default written out as keys."""
         drive = load(resources("examples") / f"{self.example}.toml").with_values(self.changes)
-        keys: dict[str, float] = {}
+        keys: dict[str, Any] = {}
         if isinstance(drive.control, ConductionAngles):
-            on, off = drive.control.window(drive.known())
-            keys = {
-                "control.theta_on_deg": np.degrees(on),
-                "control.theta_off_deg": np.degrees(off),
-            }
+            window = np.degrees(drive.control.window(drive.known()))
+            keys = dict(zip(("control.theta_on_deg", "control.theta_off_deg"), window, strict=True))
         elif isinstance(drive.control, SharedTorque) and drive.control.theta_on_deg is None:
             of = control_parameters(drive)
             on, overlap = (
@@ -49,7 +46,7 @@ FOUR_PHASES = {
     "machine": "generic_1hp_8_6",
     "converter.u_dc_V": 300,
     "load.speed_rpm": 1000,
-    "reference.tau_Nm": 3,
+    "reference.tau_Nm": 1.5,
 }
 STARTS = (
     Start("sharing", "sharing_cubic"),
