@@ -12,7 +12,7 @@ BUILD_REQUIRES = $(shell $(PYTHON) -c 'import tomllib; print(*map(repr, tomllib.
 CLANG_FORMAT ?= clang-format
 CHECKED := python tests studies bench machines docs examples
 
-.PHONY: run test lint bench docs wheels c-library wasm clean
+.PHONY: run test lint bench docs wheels c-library wasm studio clean
 
 run: $(VENV)/installed
 	@mkdir -p out
@@ -53,6 +53,13 @@ CXX_WASM := --target=wasm32-wasi -std=c++20 -O2 -ffp-contract=off -fno-exception
 wasm:
 	@mkdir -p build
 	$(WASM_CXX) $(CXX_WASM) $(WASM_KINDS) -Iinclude web/reluctance.cpp -o build/reluctance.wasm
+
+# The page of `reluctance studio`: the core for its machines, and the drives with their limits.
+STUDIO_KINDS := -DSRM_LAWS=Angles,PwmCurrent,TorqueSharing,Ditc,Deadbeat,EdgeMpc -DSRM_PHASES=3,4 \
+  -DSRM_PRECISIONS=double -DSRM_MACHINES=LeHuy
+studio: $(VENV)/installed
+	$(WASM_CXX) $(CXX_WASM) $(STUDIO_KINDS) -Iinclude web/reluctance.cpp -o web/reluctance.wasm
+	$(BIN)/reluctance studio --data web/data
 
 # One wheel for this Python, and one for 3.12 and later; each is tried in an empty environment.
 wheels:

@@ -20,6 +20,7 @@ from reluctance.cli.paper import paper
 from reluctance.cli.pump import pump, size
 from reluctance.cli.run import run
 from reluctance.cli.schema import schema
+from reluctance.cli.studio import studio
 from reluctance.cli.sweep import sweep
 from reluctance.cli.tune import tune
 
@@ -31,7 +32,7 @@ app = typer.Typer(
 )
 
 FIRST = (run, sweep, tune, efficiency, compare, limit, paper, machines, examples)
-for command in (*FIRST, pump, size, schema):
+for command in (*FIRST, studio, pump, size, schema):
     app.command()(command)
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")

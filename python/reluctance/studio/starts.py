@@ -1,0 +1,61 @@
+"""The drives that the studio begins from: examples, some with another machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from reluctance.drive import Drive
+from reluctance.laws.conduction import ConductionAngles
+from reluctance.laws.shared_torque import SharedTorque
+from reluctance.load import load
+from reluctance.resources import resources
+from reluctance.studio.parameters import control_parameters
+
+
+@dataclass(frozen=True)
+class Start:
+    """A machine under a law at an operating point."""
+
+    name: str
+    example: str
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+    def drive(self) -> Drive:
+        """The drive, with what its law computes by default written out as keys."""
+        drive = load(resources("examples") / f"{self.example}.toml").with_values(self.changes)
+        keys: dict[str, Any] = {}
+        if isinstance(drive.control, ConductionAngles):
+            window = np.degrees(drive.control.window(drive.known()))
+            keys = dict(zip(("control.theta_on_deg", "control.theta_off_deg"), window, strict=True))
+        elif isinstance(drive.control, SharedTorque) and drive.control.theta_on_deg is None:
+            of = control_parameters(drive)
+            on, overlap = (
+                np.degrees(of[f"control.law.sharing.{name}"]) for name in ("theta_on", "theta_ov")
+            )
+            keys = {"control.theta_on_deg": on, "control.theta_ov_deg": overlap}
+        if drive.sensing.i_range_A == 0:
+            keys["sensing.i_range_A"] = drive.machine.i_max_A  # read once there are bits
+        return drive.with_values({key: round(float(v), 1) for key, v in keys.items()})
+
+
+FOUR_PHASES = {
+    "machine": "generic_1hp_8_6",
+    "converter.u_dc_V": 300,
+    "load.speed_rpm": 1000,
+    "reference.tau_Nm": 1.5,
+}
+STARTS = (
+    Start("sharing", "sharing_cubic"),
+    Start("single_pulse", "single_pulse"),
+    Start("pwm", "pwm_current"),
+    Start("ditc", "ditc"),
+    Start("deadbeat", "deadbeat"),
+    Start("edge_mpc", "edge_mpc_mcu"),
+    Start("hysteresis_60kw", "hysteresis_200A"),
+    Start("four_sharing", "sharing_cubic", {**FOUR_PHASES, "control.i_band_A": 0.05}),
+    Start("four_ditc", "ditc", FOUR_PHASES),
+)

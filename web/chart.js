@@ -1,0 +1,103 @@
+// One chart on a canvas: envelopes of waveforms over time, axes with round numbers, a cursor above.
+
+export const LEFT = 52, RIGHT = 10, TOP = 8, BOTTOM = 22; // of the frame [px]
+
+/** Colours of the page as they are now, light or dark. */
+export function theme() {
+  const style = getComputedStyle(document.documentElement);
+  const of = name => style.getPropertyValue(`--${name}`).trim();
+  return {
+    text: of("soft"), grid: of("grid"), accent: of("accent"), ink: of("ink"), panel: of("panel"),
+    phases: ["a", "b", "c", "d"].map(k => of(`phase-${k}`)),
+  };
+}
+
+/** A canvas in device pixels; drawing goes on in CSS pixels. */
+export function prepared(canvas) {
+  const ratio = window.devicePixelRatio || 1, { clientWidth: w, clientHeight: h } = canvas;
+  if (canvas.width !== Math.round(w * ratio) || canvas.height !== Math.round(h * ratio)) {
+    canvas.width = Math.round(w * ratio);
+    canvas.height = Math.round(h * ratio);
+  }
+  const g = canvas.getContext("2d");
+  g.setTransform(ratio, 0, 0, ratio, 0, 0);
+  g.clearRect(0, 0, w, h);
+  g.font = "11px system-ui, sans-serif";
+  return { g, w, h };
+}
+
+/** Round numbers over a span, about so many. */
+export function ticks(low, high, about) {
+  const raw = (high - low) / about, power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].find(x => x * power >= raw) * power;
+  const found = [];
+  for (let j = Math.ceil(low / step - 1e-9); j * step <= high + 1e-9 * step; ++j) found.push(j * step);
+  return { found, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+}
+
+/** Least and greatest value over envelopes, with a margin. */
+export function span(envelopes, floor = Infinity) {
+  let low = floor === Infinity ? Infinity : floor, high = -Infinity;
+  for (const one of envelopes) for (const v of one) { if (v < low) low = v; if (v > high) high = v; }
+  if (!(high > low)) { low -= 1; high = low + 2; }
+  const margin = 0.06 * (high - low);
+  return [low === floor ? low : low - margin, high + margin];
+}
+
+/** Frame, grid and numbers; returns where time and value lie. */
+export function frame({ g, w, h }, colours, [from, to], [low, high], valueTicks = true) {
+  const x = t => LEFT + (t - from) / (to - from) * (w - LEFT - RIGHT);
+  const y = v => h - BOTTOM - (v - low) / (high - low) * (h - TOP - BOTTOM);
+  g.strokeStyle = colours.grid;
+  g.fillStyle = colours.text;
+  g.lineWidth = 1;
+  g.beginPath();
+  const across = ticks(from * 1e3, to * 1e3, Math.max(3, (w - LEFT) / 110));
+  g.textAlign = "center";
+  for (const ms of across.found) {
+    const at = Math.round(x(ms * 1e-3)) + 0.5;
+    g.moveTo(at, TOP);
+    g.lineTo(at, h - BOTTOM);
+    g.fillText(ms.toFixed(across.digits), Math.min(at, w - 16), h - 7);
+  }
+  g.textAlign = "left";
+  g.fillText("ms", 2, h - 7);
+  if (valueTicks) {
+    const up = ticks(low, high, Math.max(2, h / 45));
+    g.textAlign = "right";
+    for (const v of up.found) {
+      const at = Math.round(y(v)) + 0.5;
+      g.moveTo(LEFT, at);
+      g.lineTo(w - RIGHT, at);
+      g.fillText(v.toFixed(up.digits), LEFT - 6, at + 4);
+    }
+  }
+  g.stroke();
+  return { x, y };
+}
+
+/** An envelope, one pixel column after the other. */
+export function trace(g, one, y, colour, { dash = [], width = 1.4 } = {}) {
+  g.strokeStyle = colour;
+  g.lineWidth = width;
+  g.setLineDash(dash);
+  g.beginPath();
+  const columns = one.length / 2;
+  let end = one[0];
+  for (let c = 0; c < columns; ++c) {
+    const least = one[2 * c], greatest = one[2 * c + 1], x = LEFT + c + 0.5;
+    // Begins at whichever end is nearer to where the last column ended.
+    const up = Math.abs(end - least) <= Math.abs(end - greatest);
+    const [a, b] = up ? [least, greatest] : [greatest, least];
+    if (c === 0) g.moveTo(x, y(a)); else g.lineTo(x, y(a));
+    if (b !== a) g.lineTo(x, y(b));
+    end = b;
+  }
+  g.stroke();
+  g.setLineDash([]);
+}
+
+/** Pixel columns of a canvas's frame. */
+export function columnsOf(canvas) {
+  return Math.max(50, Math.floor(canvas.clientWidth - LEFT - RIGHT));
+}
