@@ -43,7 +43,7 @@ assert speeds[1] < 0.9 * speeds[0], speeds
 """,
     "A sensor error": """
 from reluctance.drive.tables import Sensing
-assert Sensing(i_gain=1.1).sampling["i_gain"] == 1.1
+assert Sensing(u_dc_gain=1.1).sampling(4)["u_gain"] == 1.1
 """,
     "A key figure": """
 import reluctance as rl
