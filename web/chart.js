@@ -2,8 +2,13 @@
 
 export const LEFT = 52, RIGHT = 10, TOP = 8, BOTTOM = 22; // of the frame [px]
 
+let colours = null;
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { colours = null; });
+
 /** Colours of the page as they are now, light or dark. */
-export function theme() {
+export function theme() { return colours ??= read(); }
+
+function read() {
   const style = getComputedStyle(document.documentElement);
   const of = name => style.getPropertyValue(`--${name}`).trim();
   return {
@@ -76,25 +81,22 @@ export function frame({ g, w, h }, colours, [from, to], [low, high], valueTicks 
   return { x, y };
 }
 
-/** An envelope, one pixel column after the other. */
-export function trace(g, one, y, colour, { dash = [], width = 1.4 } = {}) {
-  g.strokeStyle = colour;
-  g.lineWidth = width;
-  g.setLineDash(dash);
+/** An envelope as one area, at least a line's width high; dashed by leaving columns out. */
+export function trace(g, one, y, colour, { dashed = false, width = 1.5 } = {}) {
+  g.fillStyle = colour;
   g.beginPath();
-  const columns = one.length / 2;
-  let end = one[0];
-  for (let c = 0; c < columns; ++c) {
-    const least = one[2 * c], greatest = one[2 * c + 1], x = LEFT + c + 0.5;
-    // Begins at whichever end is nearer to where the last column ended.
-    const up = Math.abs(end - least) <= Math.abs(end - greatest);
-    const [a, b] = up ? [least, greatest] : [greatest, least];
-    if (c === 0) g.moveTo(x, y(a)); else g.lineTo(x, y(a));
-    if (b !== a) g.lineTo(x, y(b));
-    end = b;
+  const columns = one.length / 2, half = width / 2;
+  const area = (start, end) => {
+    for (let c = start; c < end; ++c) g.lineTo(LEFT + c + 0.5, y(one[2 * c + 1]) - half);
+    for (let c = end - 1; c >= start; --c) g.lineTo(LEFT + c + 0.5, y(one[2 * c]) + half);
+    g.closePath();
+  };
+  if (!dashed) area(0, columns);
+  for (let c = 0; dashed && c < columns; c += 7) {
+    g.moveTo(LEFT + c + 0.5, y(one[2 * c + 1]) - half);
+    area(c, Math.min(c + 4, columns));
   }
-  g.stroke();
-  g.setLineDash([]);
+  g.fill();
 }
 
 /** Pixel columns of a canvas's frame. */

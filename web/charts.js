@@ -7,7 +7,7 @@ export function drawTorque(canvas, seen, follows) {
   const colours = theme(), on = prepared(canvas), { tau, tau_ref } = seen.series;
   const shown = follows ? [tau, tau_ref] : [tau];
   const { y } = frame(on, colours, [seen.from, seen.to], span(shown));
-  if (follows) trace(on.g, tau_ref, y, colours.text, { dash: [4, 3], width: 1 });
+  if (follows) trace(on.g, tau_ref, y, colours.text, { dashed: true, width: 1 });
   trace(on.g, tau, y, colours.accent);
 }
 
@@ -21,7 +21,7 @@ export function drawCurrents(canvas, seen, n_phases, references) {
   on.g.clip();
   own.forEach((one, k) => {
     if (references) {
-      trace(on.g, seen.series[`i_ref_${k}`], y, colours.phases[k], { dash: [3, 3], width: 0.8 });
+      trace(on.g, seen.series[`i_ref_${k}`], y, colours.phases[k], { dashed: true, width: 1 });
     }
     trace(on.g, one, y, colours.phases[k]);
   });
@@ -37,11 +37,13 @@ export function drawLegs(canvas, seen, n_phases) {
     const one = seen.series[`leg_${k}`], middle = TOP + each * (k + 0.5), half = 0.38 * each;
     g.fillStyle = colours.phases[k];
     g.fillText(LETTERS[k], LEFT - 14, middle + 4);
-    g.fillRect(LEFT, middle - 0.5, on.w - LEFT - RIGHT, 1);
+    g.beginPath();
+    g.rect(LEFT, middle - 0.5, on.w - LEFT - RIGHT, 1);
     for (let c = 0; c < one.length / 2; ++c) {
       const top = Math.max(one[2 * c + 1], 0), bottom = Math.min(one[2 * c], 0);
-      if (top > bottom) g.fillRect(LEFT + c, middle - half * top, 1, half * (top - bottom));
+      if (top > bottom) g.rect(LEFT + c, middle - half * top, 1, half * (top - bottom));
     }
+    g.fill();
   }
 }
 
@@ -57,15 +59,37 @@ export function drawCursor(canvas, t, from, to) {
   g.stroke();
 }
 
+let kept = { loop: null, key: "", picture: null }; // what stays while the point moves
+
 /** Flux linkage over current with the magnetisation curves; a point where the cursor is. */
 export function drawLoop(canvas, loop, curves, here) {
   const colours = theme(), on = prepared(canvas), { g, w, h } = on;
+  const key = `${canvas.width} ${canvas.height} ${colours.ink}`;
   let most = 0, flux = 0;
   for (const v of loop.i) if (v > most) most = v;
   for (const v of loop.psi) if (v > flux) flux = v;
   most = 1.15 * Math.max(most, 1e-6);
   flux = 1.15 * Math.max(flux, 1e-9);
   const x = i => LEFT + i / most * (w - LEFT - RIGHT), y = v => h - BOTTOM - v / flux * (h - TOP - BOTTOM);
+  if (kept.loop !== loop || kept.key !== key) {
+    still(on, loop, curves, colours, most, flux, x, y);
+    const picture = document.createElement("canvas");
+    picture.width = canvas.width;
+    picture.height = canvas.height;
+    picture.getContext("2d").drawImage(canvas, 0, 0);
+    kept = { loop, key, picture };
+  } else {
+    g.drawImage(kept.picture, 0, 0, w, h);
+  }
+  if (here) {
+    g.fillStyle = colours.ink;
+    g.beginPath();
+    g.arc(x(here.i_0), y(here.psi_0), 4, 0, 7);
+    g.fill();
+  }
+}
+
+function still({ g, w, h }, loop, curves, colours, most, flux, x, y) {
   g.save();
   g.beginPath();
   g.rect(LEFT, TOP, w - LEFT - RIGHT, h - TOP - BOTTOM);
@@ -89,12 +113,6 @@ export function drawLoop(canvas, loop, curves, here) {
   g.lineWidth = 1.5;
   g.stroke();
   g.restore();
-  if (here) {
-    g.fillStyle = colours.ink;
-    g.beginPath();
-    g.arc(x(here.i_0), y(here.psi_0), 4, 0, 7);
-    g.fill();
-  }
   g.fillStyle = colours.text;
   g.textAlign = "right";
   g.fillText(`${(most / 1.15).toPrecision(3)} A`, x(most / 1.15), h - 7);

@@ -11,9 +11,26 @@ export function lower(times, t) {
   return low;
 }
 
+const BLOCK = 64; // points whose least and greatest value are known
+
+/** Least and greatest value of each block of points: with them a column of many is quick. */
+export function blocks(values) {
+  const count = Math.floor(values.length / BLOCK), out = new Float32Array(2 * count);
+  for (let b = 0; b < count; ++b) {
+    let least = Infinity, greatest = -Infinity;
+    for (let j = b * BLOCK; j < (b + 1) * BLOCK; ++j) {
+      if (values[j] < least) least = values[j];
+      if (values[j] > greatest) greatest = values[j];
+    }
+    out[2 * b] = least;
+    out[2 * b + 1] = greatest;
+  }
+  return out;
+}
+
 /** [least, greatest] of each column one after the other; a column without a point continues the
  * waveform: between its neighbours, or held where `held`. */
-export function envelope(times, values, from, to, columns, held) {
+export function envelope(times, values, known, from, to, columns, held) {
   const out = new Float32Array(2 * columns), width = (to - from) / columns;
   let j = lower(times, from);
   const last = times.length - 1;
@@ -27,8 +44,15 @@ export function envelope(times, values, from, to, columns, held) {
   for (let c = 0; c < columns; ++c) {
     const end = from + width * (c + 1);
     let least = before, greatest = before;
-    for (; j <= last && times[j] < end; ++j) {
-      const v = values[j];
+    while (j <= last && times[j] < end) {
+      if (j % BLOCK === 0 && j + BLOCK <= last && times[j + BLOCK - 1] < end) {
+        const b = j / BLOCK;
+        if (known[2 * b] < least) least = known[2 * b];
+        if (known[2 * b + 1] > greatest) greatest = known[2 * b + 1];
+        j += BLOCK;
+        continue;
+      }
+      const v = values[j++];
       if (v < least) least = v;
       if (v > greatest) greatest = v;
     }

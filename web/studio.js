@@ -87,16 +87,19 @@ function limit() {
 // ---- pictures
 
 async function refresh() {
-  if (!ran) return;
+  if (!ran) return null;
   const answer = await core.ask("window", { ...view, columns: columnsOf($("torque")) });
-  if (!answer) return;
+  if (!answer) return null;
   seen = answer;
+  const start = performance.now();
   drawTorque($("torque"), seen, drive.follows_torque);
   const references = drive.n_phases && ["torque_sharing", "pwm_current"].includes(drive.law);
   drawCurrents($("currents"), seen, drive.n_phases, references);
   drawLegs($("legs"), seen, drive.n_phases);
   document.body.dataset.window = `${view.from} ${view.to}`;
+  const draw = performance.now() - start;
   await point();
+  return { worker: seen.took, draw };
 }
 
 async function point() {

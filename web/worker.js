@@ -1,8 +1,9 @@
 // The core in a worker: runs a drive, keeps its waveforms, and answers with what a picture needs.
-import { envelope, lower } from "./envelope.js";
+import { blocks, envelope, lower } from "./envelope.js";
 import { figures, phases } from "./figures.js";
 import { load } from "./reluctance.js";
 
+const DRAWN = /^(tau|tau_ref|i_\d|i_ref_\d|leg_\d)$/; // over time
 const ready = load(fetch("reluctance.wasm"));
 const blobs = new Map();
 let newest = 0; // the run that was asked for last
@@ -75,7 +76,9 @@ function columns(parts, names) {
     }
   }
   const of = Object.fromEntries(names.map((name, c) => [name, values[c]]));
-  return { t: of.t, of };
+  const known = {};
+  for (const name of names) if (DRAWN.test(name)) known[name] = blocks(of[name]);
+  return { t: of.t, of, known };
 }
 
 /** Length of the last electrical period [s]; 0 without one. */
@@ -88,12 +91,13 @@ function pitch(rows, names, N_r) {
 /** Envelopes of the waveforms in a window of time. */
 function seen({ from, to, columns: width }) {
   if (!run) return null;
-  const series = {};
+  const series = {}, start = performance.now();
   for (const name of run.names) {
-    if (!/^(tau|tau_ref|i_\d|i_ref_\d|leg_\d)$/.test(name)) continue;
-    series[name] = envelope(run.t, run.of[name], from, to, width, /^(leg|i_ref|tau_ref)/.test(name));
+    if (!DRAWN.test(name)) continue;
+    const held = /^(leg|i_ref|tau_ref)/.test(name);
+    series[name] = envelope(run.t, run.of[name], run.known[name], from, to, width, held);
   }
-  return { from, to, series };
+  return { from, to, series, took: performance.now() - start };
 }
 
 /** All values at an instant. */

@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 def resources(name: str) -> Path:
-    """The folder `machines`, `examples`, `include`, `bindings`, `firmware` or `web`: in the installed
-    package, or in the source tree."""
+    """The folder `machines`, `examples`, `include`, `bindings`, `firmware` or `web`: in the
+    installed package, or in the source tree."""
     installed = Path(__file__).parent / name
     return installed if installed.is_dir() else Path(__file__).parents[2] / name

@@ -60,6 +60,11 @@ def choice(*values: Value) -> Values:
     return lambda given: sorted({*values, given})
 
 
+def periods(given: Any) -> Sequence[Value]:
+    """Control periods; far shorter ones than the law is meant for would take a page too long."""
+    return sorted({v for v in (2, 5, 10, 20, 50, 100) if given <= 4 * v <= 20 * given} | {given})
+
+
 CONTROLS = (
     Control("load.speed_rpm", "Speed", "rpm", around(0.1, 2.0), off_design=True),
     Control("reference.tau_Nm", "Torque reference", "N m", around(0.1, 1.5), off_design=True),
@@ -71,7 +76,7 @@ CONTROLS = (
     Control("control.i_band_A", "Current band, ±", "A", around(0.25, 4.0)),
     Control("control.band_Nm", "Torque band, ±", "N m", around(0.25, 4.0)),
     Control("control.f_switch_kHz", "Switching frequency", "kHz", around(0.25, 2.0)),
-    Control("control.T_s_us", "Control period", "µs", choice(2, 5, 10, 20, 50, 100)),
+    Control("control.T_s_us", "Control period", "µs", periods),
     Control("sensing.adc_bits", "Current resolution", "bit", choice(0, 5, 6, 8, 10, 12)),
     Control("sensing.encoder_counts", "Encoder", "counts", choice(0, 256, 1024, 4096)),
     Control("converter.dead_time_us", "Dead time", "µs", choice(0, 1, 2, 4)),

@@ -38,7 +38,9 @@ def _collect(node: Node, name: str, found: Numbers) -> None:
         _collect(node["value"], name, found)
     elif isinstance(node, list) or (isinstance(node, dict) and "table" in node):
         values = tuple(float(v) for v in (node if isinstance(node, list) else node["values"]))
-        if isinstance(node, dict) and len(values) >= LONG:
+        # Tables that a controller only views cannot be set by name.
+        viewed = name.startswith("control.") or len(values) >= LONG
+        if isinstance(node, dict) and viewed:
             found[name] = values
         else:
             found.update({f"{name}_{j}": v for j, v in enumerate(values)})
