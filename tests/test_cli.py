@@ -192,16 +192,21 @@ def test_the_program_alone_prints_its_help():
 def test_examples_are_listed_shown_and_copied(tmp_path):
     listed = command("examples").out
     names = {path.stem for path in (ROOT / "examples").glob("*.toml")}
-    assert names == {line.split()[0] for line in listed.splitlines() if "next:" not in line}
+    table, _, next_commands = listed.partition("next: ")
+    assert names == {line.split()[0] for line in table.splitlines()}
+    assert "reluctance run NAME.toml" in next_commands and "sun_day" in next_commands
     shown = (ROOT / "examples" / "ditc.toml").read_text()
     assert command("examples", "ditc").out == shown
     assert command("examples", "ditc", "--copy", tmp_path).code == 0
     assert (tmp_path / "ditc.toml").read_text() == shown
+    assert command("examples", "ditc", "--copy", tmp_path).code == 0  # the same file may stay
+    (tmp_path / "ditc.toml").write_text("mine")
     assert "exists" in refused("examples", "--copy", tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["ditc.toml"]
+    assert (tmp_path / "ditc.toml").read_text() == "mine"
     assert "did you mean `ditc`" in refused("examples", "dict")
     assert command("examples", "--copy", tmp_path / "all").code == 0
-    assert {p.stem for p in (tmp_path / "all").iterdir()} == names
+    assert {p.stem for p in (tmp_path / "all").glob("*.toml")} == names
 
 
 def test_one_machine_is_shown_with_its_file():

@@ -18,6 +18,7 @@ FLOORS = (  # from the ground up; a part imports only from floors below, and fro
     {"sweep"},
     {"efficiency"},
     {"compare", "export", "paper", "pumping", "tune"},
+    {"studio"},
     {"cli"},
 )
 GROUND = {

@@ -16,7 +16,6 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 import reluctance as rl
-from reluctance import _core, export
 from reluctance.run.columns import Rows
 from reluctance.run.kpis import kpis
 
@@ -167,7 +166,7 @@ def test_stage_and_controller_make_the_drive(units, version, tmp_path):
         for n, v in stage.of.items()
         if v.causality == "input" and n in controller.of and controller.of[n].causality == "output"
     ]
-    assert len(orders) == 3 * 15
+    assert len(orders) == 3 * len(_core.ORDER_COLUMNS)
     T_s = DRIVE.control.T_s
     for n in range(500):
         controller.set(**dict(zip(measured, stage.get(measured), strict=True)))

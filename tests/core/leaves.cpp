@@ -24,4 +24,5 @@ void print(const V& value) {
 int main() {
   print(reluctance::control);
   print(reluctance::protection);
+  print(reluctance::sequence);
 }

@@ -58,7 +58,7 @@ struct Sequence {
     bool chopper = false;
     std::uint32_t sequence = 0;  // of the last command
     std::uint32_t n = 0;         // samples in this state, or in a row that count
-    T t{};                       // in this state, or since the last command [s]
+    std::uint32_t waited = 0;    // samples in this state, or since the last command
     std::array<T, N> offset{};   // of the currents [A]
     std::array<T, N> sum{};
     Fault<T> fault;
@@ -82,10 +82,10 @@ struct Sequence {
         break;
       case Mode::precharge:
         if (!ask.enable) return enter(x, Mode::off);
-        x.t = x.t + T_s;
+        ++x.waited;
         x.n = y.u_dc >= u_ready ? x.n + 1 : 0;
         if (x.n >= static_cast<std::uint32_t>(n_settle)) return enter(x, Mode::calibrate);
-        if (x.t > t_precharge) fail(x, {Status::precharge_timeout, -1, y.u_dc, u_ready});
+        if (time(x) > t_precharge) fail(x, {Status::precharge_timeout, -1, y.u_dc, u_ready});
         break;
       case Mode::calibrate:
         if (!ask.enable) return enter(x, Mode::off);
@@ -98,8 +98,8 @@ struct Sequence {
         break;
       case Mode::run:
         if (!ask.enable) return enter(x, Mode::off);
-        x.t = fresh ? T(0) : x.t + T_s;
-        if (x.t > t_command) fail(x, {Status::command_timeout, -1, x.t, t_command});
+        x.waited = fresh ? 0 : x.waited + 1;
+        if (time(x) > t_command) fail(x, {Status::command_timeout, -1, time(x), t_command});
         break;
       case Mode::fault:
         ++x.fault.age;
@@ -139,8 +139,14 @@ struct Sequence {
   constexpr Mode enter(State<N>& x, Mode mode) const {
     x.mode = mode;
     x.n = 0;
-    x.t = T(0);
+    x.waited = 0;
     return mode;
+  }
+
+  /// Waited for [s].
+  template <int N>
+  constexpr T time(const State<N>& x) const {
+    return static_cast<T>(x.waited) * T_s;
   }
 
   /// Offsets of the last calibration are in y already: the mean of what is left adds to them.
