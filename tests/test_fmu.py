@@ -16,6 +16,7 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 import reluctance as rl
+from reluctance import _core, export
 from reluctance.run.columns import Rows
 from reluctance.run.kpis import kpis
 
