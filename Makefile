@@ -12,7 +12,7 @@ BUILD_REQUIRES = $(shell $(PYTHON) -c 'import tomllib; print(*map(repr, tomllib.
 CLANG_FORMAT ?= clang-format
 CHECKED := python tests studies bench machines docs examples
 
-.PHONY: run test lint bench docs wheels c-library wasm studio clean
+.PHONY: run test proofs lint bench docs wheels c-library wasm studio clean
 
 run: $(VENV)/installed
 	@mkdir -p out
@@ -20,7 +20,11 @@ run: $(VENV)/installed
 	$(BIN)/reluctance paper --out out/paper
 
 test: $(VENV)/installed-test lint
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	$(BIN)/python -m pytest -n auto --dist loadfile -m "not long"
+
+# What takes longer: emulated searches, browsers, mock-up units, noise over a second.
+proofs: $(VENV)/installed-test
+	$(BIN)/python -m pytest -n auto --dist loadfile -m long
 
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check $(CHECKED)

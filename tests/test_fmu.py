@@ -20,6 +20,8 @@ from reluctance import _core, export
 from reluctance.run.columns import Rows
 from reluctance.run.kpis import kpis
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[1]
 DRIVE = rl.load(ROOT / "examples" / "sharing_cubic.toml")
 UNTIL = 0.05

@@ -10,6 +10,8 @@ from firmware_tools import ROOT, Native
 import reluctance as rl
 from reluctance import _core
 
+pytestmark = pytest.mark.long
+
 AT = 25e-3  # phase 1 conducts
 
 

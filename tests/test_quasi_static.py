@@ -7,6 +7,8 @@ import pytest
 
 import reluctance as rl
 
+pytestmark = pytest.mark.long
+
 STUDY = Path(__file__).parents[1] / "studies" / "sun_static.py"
 
 

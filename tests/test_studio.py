@@ -23,9 +23,14 @@ WEB = Path(__file__).parents[1] / "web"
 CLANG, CHROMIUM = shutil.which("clang++-19"), shutil.which("chromium")
 LAWS = "Angles,PwmCurrent,TorqueSharing,Ditc,Deadbeat,EdgeMpc"
 SHOTS = os.environ.get("STUDIO_SHOTS")  # screenshots are left in this folder
-pytestmark = pytest.mark.skipif(
-    CLANG is None or CHROMIUM is None, reason="needs clang++-19 for wasm32, and chromium"
-)
+CI = os.environ.get("CI") == "true"
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(
+        not CI and (CLANG is None or CHROMIUM is None),
+        reason="needs clang++-19 for wasm32, and chromium",
+    ),
+]
 COUNTED = """() => { document.body.dataset.seen = document.body.dataset.ran; }"""
 RAN = "() => document.body.dataset.ran !== document.body.dataset.seen"
 

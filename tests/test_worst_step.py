@@ -23,7 +23,7 @@ from reluctance.export.parity import record
 from reluctance.export.target import build, replay
 from reluctance.export.trip_levels import limits
 
-pytestmark = needs_target
+pytestmark = [needs_target, pytest.mark.long]
 
 # Instructions, of 9 600 in 20 us of a core with 480 MHz and one a cycle; four phases: 14 000.
 # finite_set_2 no longer stays below 9 600: since the two-sided protection and the states came in,
