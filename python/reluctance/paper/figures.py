@@ -102,7 +102,7 @@ def phases(found: Study) -> Figure:
             ax = plot(axes[row][column], result)
             ax.set_xlim((result.t[-1] - 2 * period) * 1e3, result.t[-1] * 1e3)
         axes[0][column].set_ylim(0, 1.15 * runs.point.tau_ref)
-        axes[0][column].set_title(_where(runs), loc="left", pad=18)  # above the legend
+        axes[0][column].set_title(_where(runs), loc="left", pad=21)  # above the legend
         axes[1][column].set_ylim(0, 1.3 * result.kpis.i_peak)
     return figure
 
@@ -118,7 +118,7 @@ def regulator(found: Study) -> Figure:
         window = result.i[:, result.t > result.t[-1] - 0.5e-3]
         largest = window[window[:, -1].argmax()]
         axes[0][column].set_ylim(largest.min() - 3, largest.max() + 5)
-        axes[0][column].set_title(_where(runs), loc="left", pad=18)  # above the legend
+        axes[0][column].set_title(_where(runs), loc="left", pad=21)  # above the legend
     return figure
 
 
