@@ -59,8 +59,6 @@ def native(tmp_path_factory, blobs):
 
 @pytest.fixture(scope="module")
 def module(tmp_path_factory):
-    if WASM_CLANG is None and not CI:
-        pytest.skip("clang++-19 with libc++ for wasm32 is not installed")
     place = tmp_path_factory.mktemp("wasm") / "reluctance.wasm"
     return compiled(place, WASM_CLANG, WASM, phases="3", precisions="double")
 
@@ -95,7 +93,9 @@ def test_clang_computes_the_bits_of_gcc(native, blobs, tmp_path):
     assert hashes(CLANG, tmp_path, blobs) == native
 
 
-@pytest.mark.skipif(not CI and NODE is None, reason="node is not installed")
+@pytest.mark.skipif(
+    not CI and (NODE is None or WASM_CLANG is None), reason="needs node, and clang++-19 for wasm32"
+)
 def test_webassembly_in_node_computes_the_same_bits(native, blobs, module):
     files = sorted(blobs.iterdir())
     command = [NODE, ROOT / "web" / "run.mjs", module, str(UNTIL), *files]
@@ -145,7 +145,10 @@ class Server(http.server.SimpleHTTPRequestHandler):
         pass
 
 
-@pytest.mark.skipif(not CI and CHROMIUM is None, reason="chromium is not installed")
+@pytest.mark.skipif(
+    not CI and (CHROMIUM is None or WASM_CLANG is None),
+    reason="needs chromium, and clang++-19 for wasm32",
+)
 def test_webassembly_in_chromium_computes_the_same_bits(native, blobs, module, tmp_path):
     site = tmp_path / "site"
     shutil.copytree(blobs, site)

@@ -178,7 +178,6 @@ def test_a_store_is_nothing_else(tmp_path: Path) -> None:
 
 
 def test_a_cluster_of_two_workers_survives_the_loss_of_one(tmp_path: Path) -> None:
-    pytest.importorskip("distributed")
     script = TESTS / "cluster_script.py"
     store = tmp_path / "s.sqlite"
     done = subprocess.run(
@@ -194,7 +193,6 @@ def test_a_cluster_of_two_workers_survives_the_loss_of_one(tmp_path: Path) -> No
 
 
 def test_no_scheduler_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed")
     from reluctance.sweep import cluster
 
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)

@@ -116,7 +116,8 @@ def test_the_command_writes_the_tuned_drive(tmp_path: Path) -> None:
 
 
 def test_optuna_searches_and_goes_on_from_its_store(drive: rl.Drive, tmp_path: Path) -> None:
-    optuna = pytest.importorskip("optuna")
+    import optuna
+
     options = {"keep": ["f_switch_Hz<8e3"], "until": UNTIL, "method": "optuna"}
     study = tmp_path / "study.db"
     first = tune(drive, BAND, "torque_error_rms", budget=12, study=study, **options)  # type: ignore[arg-type]

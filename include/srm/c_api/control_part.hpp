@@ -10,6 +10,7 @@
 #include "srm/c_api/sound.hpp"
 #include "srm/control/frame/drive_control.hpp"
 #include "srm/sim/controller.hpp"
+#include "srm/sim/desk.hpp"
 
 namespace srm::c_api {
 
@@ -48,14 +49,7 @@ class ControlOf final : public ControlPart<Law::n_phases> {
   void reset() override { state_ = {}; }
 
   Orders<N> step(const Measurement<double, N>& y, double reference) override {
-    Measurement<T, N> seen;
-    assign(seen, y);
-    seen.theta_e = wrap(seen.theta_e);
-    const Command<T, N> command = control_.step(state_, seen, static_cast<T>(reference));
-    Orders<N> orders;
-    assign(orders.command, command);
-    orders.tau_ref = state_.tau_ref;
-    return orders;
+    return step_on_desk(control_, state_, y, reference);
   }
 
   double tau_ref() const override { return state_.tau_ref; }

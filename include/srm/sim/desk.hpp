@@ -7,23 +7,31 @@
 
 namespace srm {
 
-/// Closes a controller over its state and the tables that it views. Measurement and orders change
-/// precision here, as they would at the target's sensors and timers.
+/// One step of a controller. Measurement and orders change precision here, as they would at the
+/// target's sensors and timers.
+template <ControlLaw Law>
+Orders<Law::n_phases> step_on_desk(const DriveControl<Law>& control,
+                                   typename DriveControl<Law>::State& state,
+                                   const Measurement<double, Law::n_phases>& y, double reference) {
+  using T = typename Law::Scalar;
+  constexpr int N = Law::n_phases;
+  Measurement<T, N> seen;
+  assign(seen, y);
+  seen.theta_e = wrap(seen.theta_e);
+  const Command<T, N> command = control.step(state, seen, static_cast<T>(reference));
+  Orders<N> orders;
+  assign(orders.command, command);
+  orders.tau_ref = state.tau_ref;
+  return orders;
+}
+
+/// Closes a controller over its state and the tables that it views.
 template <ControlLaw Law>
 Controller<Law::n_phases> on_desk(const DriveControl<Law>& control,
                                   std::shared_ptr<const void> tables) {
-  using T = typename Law::Scalar;
-  constexpr int N = Law::n_phases;
   return [control, tables, state = typename DriveControl<Law>::State{}](
-             const Measurement<double, N>& y, double reference) mutable {
-    Measurement<T, N> seen;
-    assign(seen, y);
-    seen.theta_e = wrap(seen.theta_e);
-    const Command<T, N> command = control.step(state, seen, static_cast<T>(reference));
-    Orders<N> orders;
-    assign(orders.command, command);
-    orders.tau_ref = state.tau_ref;
-    return orders;
+             const Measurement<double, Law::n_phases>& y, double reference) mutable {
+    return step_on_desk(control, state, y, reference);
   };
 }
 

@@ -179,7 +179,7 @@ CONTENDERS: dict[str, Contender] = {
         ),
         _sharing(
             "optimal",
-            "Torque passed as in the least-copper profile without ripple, as current in a band.",
+            "Torque passed as in the reference profile without ripple, as current in a band.",
             "Where the drive works near one point, for which the profile is made.",
             place=None,
         ),
@@ -225,8 +225,8 @@ CONTENDERS: dict[str, Contender] = {
             name="finite_set_mpc",
             law="finite_set_mpc",
             free=ASKED_FREQUENCY,
-            what="Finite-control-set MPC that follows the flux of the least-copper profile.",
-            when="An FPGA: small ripple at the least copper, with one leg state per sample.",
+            what="Finite-control-set MPC that follows the flux linkage of the reference profile.",
+            when="Fast sampling: small ripple at minimum copper loss; one leg state per sample.",
             needs="fast sampling",
         ),
         Contender(
@@ -243,7 +243,7 @@ CONTENDERS: dict[str, Contender] = {
             law="edge_mpc",
             free=ASKED_FREQUENCY,
             what="Predictive: switching instants as variables, flux near the reference profile.",
-            when="The smoothest torque at the least copper, on FPGA and microcontroller.",
+            when="Least torque ripple at minimum copper loss, with fast or slow sampling.",
             needs="timers with four edges per sample",
         ),
     )

@@ -120,7 +120,7 @@ def figure(limit: Limit, envelope: Envelope) -> Figure:
     best = limit.least_copper
     what = "without ripple" if limit.ripple_free else "with least ripple"
     drawn.suptitle(
-        f"{limit.drive.name}: least copper {what}, {best.tau_ref:.4g} N m at "
+        f"{limit.drive.name}: minimum copper loss {what}, {best.tau_ref:.4g} N m at "
         f"{from_si(best.omega_m, 'rpm'):.5g} rpm, {best.u_dc:g} V",
         parse_math=False,
     )

@@ -8,8 +8,8 @@ PROFILE = (
     "several starts."
 )
 FLOOR = (
-    "Bounds: to first order in the ripple, for currents near the least-copper profile, three-level "
-    "legs, ideal sensing, no delay. Pulse-width figure: best known value of independent phases."
+    "Bounds: to first order in the ripple, for currents near the profile of minimum copper loss, "
+    "three-level legs, ideal sensing, no delay. Pulse-width figure: best known value of independent phases."
 )
 
 

@@ -249,7 +249,7 @@ def limits(found: Study) -> Figure:
         theta_e = np.degrees(result.drive.machine.N_r * result.theta_m[last] % (2 * np.pi))
         ax.plot(theta_e, result.i[0][last], ".", ms=1, color=MODEL)
         ax.plot([], [], color=MODEL, label="phase a, simulated")
-        ax.plot(np.degrees(runs.best.theta_e), runs.best.i, "k", lw=1, label="least copper")
+        ax.plot(np.degrees(runs.best.theta_e), runs.best.i, "k", lw=1, label="minimum copper loss")
         ax.set(
             xlabel="electrical angle (deg, 0 unaligned, 180 aligned)",
             ylabel="phase current (A)",
@@ -304,7 +304,7 @@ PICTURES = (
     Picture(
         "limit",
         "Phase current beside the physical limit",
-        "Black: the current of least copper loss with no torque ripple at 240 V. No controller "
+        "Black: the ripple-free current of minimum copper loss at 240 V. No controller "
         "can hold this torque without ripple and heat the windings less.",
         limits,
     ),
@@ -319,7 +319,7 @@ PICTURES = (
         "Response time over dc-link voltage and rotor angle",
         "From zero current to 95 % of the reference, speed held. The bound gives every phase that "
         "helps full voltage from the start; no controller can be below it. The controller follows "
-        "least-copper currents: where only one phase can help it is on the bound, where a second "
+        "currents of minimum copper loss: where only one phase can help it is on the bound, where a second "
         "could it is slower.",
         response,
     ),

@@ -91,7 +91,7 @@ that the parameters come from); current limit {m.i_max_A:g} A; hysteresis band Â
 <h2>Key figures</h2>
 {_figures_table(found)}
 <p class="why">Physical limit: the phase current that gives exactly the torque, without ripple, at
-this voltage with the least copper loss; no controller of any kind heats the winding less.
+this voltage with minimum copper loss; no controller of any kind heats the winding less.
 The shortest response at {r.u_dc[r.own]:g} V and rated torque is {r.bound[r.own].min() * 1e3:.3f} ms
 for physics and {r.reached[r.own].min() * 1e3:.3f} ms for this controller.</p>
 
