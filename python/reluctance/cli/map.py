@@ -1,8 +1,10 @@
 """`reluctance map check|fit|plot|import`: from somebody's flux table to a machine file."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -101,6 +103,50 @@ class Stated:
     accepted: bool = False
 
 
+def _stated(
+    poles: RotorPoles = None,
+    angle_unit: AngleUnit = None,
+    angle_kind: AngleKind = None,
+    zero: Zero = None,
+    layout: Layout = None,
+    aligned_at: AlignedAt = None,
+    name: Name = None,
+    turns_factor: Factor = 1.0,
+) -> Stated:
+    """The options that every command on a map file has."""
+    return Stated(
+        N_r=poles,
+        angle_unit=angle_unit,
+        angle_kind=angle_kind,
+        zero=zero,
+        layout=layout,
+        aligned_at=aligned_at,
+        name=tuple(name or ()),
+        turns_factor=turns_factor,
+    )
+
+
+def takes_stated(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with the options of `_stated` in the place of its parameter `stated`."""
+    shared = signature(_stated).parameters
+    own = signature(command).parameters
+
+    @wraps(command)
+    def run(**given: Any) -> None:
+        stated = _stated(**{name: given.pop(name) for name in shared})
+        command(**given, stated=stated)
+
+    parameters = [
+        option
+        for name, parameter in own.items()
+        for option in (shared.values() if name == "stated" else (parameter,))
+    ]
+    keyword = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in parameters]
+    run.__signature__ = Signature(keyword)  # type: ignore[attr-defined]
+    run.__annotations__ = {p.name: p.annotation for p in keyword}
+    return run
+
+
 def _read(file: Path, stated: Stated) -> "tuple[FluxTable, Stated]":
     """The table, and what was stated, by the user or by the machine file."""
     from reluctance.maps import read_map
@@ -150,16 +196,10 @@ def _names(given: tuple[str, ...]) -> dict[str, str]:
 
 
 @map_app.command()
+@takes_stated
 def check(
     file: MapFile,
-    poles: RotorPoles = None,
-    angle_unit: AngleUnit = None,
-    angle_kind: AngleKind = None,
-    zero: Zero = None,
-    layout: Layout = None,
-    aligned_at: AlignedAt = None,
-    name: Name = None,
-    turns_factor: Factor = 1.0,
+    stated: Stated,
     torque: Torque = None,
     i_max: MaxCurrent = None,
     as_json: AsJson = False,
@@ -175,18 +215,7 @@ def check(
     from reluctance.maps import check_map, repair_map, write_map
     from reluctance.maps.report import check_table
 
-    stated = Stated(
-        N_r=poles,
-        angle_unit=angle_unit,
-        angle_kind=angle_kind,
-        zero=zero,
-        layout=layout,
-        aligned_at=aligned_at,
-        name=tuple(name or ()),
-        torque=torque,
-        turns_factor=turns_factor,
-        i_max_A=i_max,
-    )
+    stated = replace(stated, torque=torque, i_max_A=i_max)
     if repair is not None:
         check_ending(repair, {".csv"})
     if accept is not None and (file.suffix.lower() != ".toml" or not accept.strip()):
@@ -222,32 +251,16 @@ def _tell(what: str, lines: tuple[str, ...]) -> None:
 
 
 @map_app.command()
+@takes_stated
 def fit(
     file: MapFile,
-    poles: RotorPoles = None,
-    angle_unit: AngleUnit = None,
-    angle_kind: AngleKind = None,
-    zero: Zero = None,
-    layout: Layout = None,
-    aligned_at: AlignedAt = None,
-    name: Name = None,
-    turns_factor: Factor = 1.0,
+    stated: Stated,
     as_json: AsJson = False,
 ) -> None:
     """Fit the Le-Huy parameters to a map, and a family with two saturating terms."""
     from reluctance.maps import fit_lehuy, fit_two_term
     from reluctance.maps.report import fit_table
 
-    stated = Stated(
-        N_r=poles,
-        angle_unit=angle_unit,
-        angle_kind=angle_kind,
-        zero=zero,
-        layout=layout,
-        aligned_at=aligned_at,
-        name=tuple(name or ()),
-        turns_factor=turns_factor,
-    )
     table, _ = _read(file, stated)
     simple, better = fit_lehuy(table), fit_two_term(table)
     if as_json:
@@ -257,17 +270,11 @@ def fit(
 
 
 @map_app.command()
+@takes_stated
 def plot(
     file: MapFile,
     out: Annotated[Path, typer.Option(metavar="FILE", help="Figure: .png, .svg, .pdf or .html.")],
-    poles: RotorPoles = None,
-    angle_unit: AngleUnit = None,
-    angle_kind: AngleKind = None,
-    zero: Zero = None,
-    layout: Layout = None,
-    aligned_at: AlignedAt = None,
-    name: Name = None,
-    turns_factor: Factor = 1.0,
+    stated: Stated,
     torque: Torque = None,
 ) -> None:
     """Magnetisation curves, torque, incremental inductance and co-energy of a map."""
@@ -277,17 +284,7 @@ def plot(
     from reluctance import maps
 
     check_figure(out)
-    stated = Stated(
-        N_r=poles,
-        angle_unit=angle_unit,
-        angle_kind=angle_kind,
-        zero=zero,
-        layout=layout,
-        aligned_at=aligned_at,
-        name=tuple(name or ()),
-        torque=torque,
-        turns_factor=turns_factor,
-    )
+    stated = replace(stated, torque=torque)
     table, _ = _read(file, stated)
     machine = maps.surface(table)
     figure = Figure(figsize=(11, 8), layout="constrained")
@@ -302,20 +299,14 @@ def plot(
 
 
 @map_app.command("import")
+@takes_stated
 def import_map(
     file: MapFile,
     out: Annotated[Path, typer.Option(metavar="MACHINE.toml", help="Machine file to write.")],
     N_s: Annotated[int, typer.Option("--N_s", metavar="POLES", help="Stator poles.")],
     R: Annotated[float, typer.Option("--R_ohm", metavar="OHM", help="Phase resistance.")],
     J: Annotated[float, typer.Option("--J_kgm2", metavar="KGM2", help="Rotor inertia.")],
-    poles: RotorPoles = None,
-    angle_unit: AngleUnit = None,
-    angle_kind: AngleKind = None,
-    zero: Zero = None,
-    layout: Layout = None,
-    aligned_at: AlignedAt = None,
-    name: Name = None,
-    turns_factor: Factor = 1.0,
+    stated: Stated,
     torque: Torque = None,
     i_max: MaxCurrent = None,
     repair: Annotated[bool, typer.Option("--repair", help="Smooth, make flux rise.")] = False,
@@ -327,17 +318,7 @@ def import_map(
     from reluctance.maps import check_map, repair_map, write_map
 
     check_ending(out, {".toml"})
-    stated = Stated(
-        N_r=poles,
-        angle_unit=angle_unit,
-        angle_kind=angle_kind,
-        zero=zero,
-        layout=layout,
-        aligned_at=aligned_at,
-        name=tuple(name or ()),
-        torque=torque,
-        turns_factor=turns_factor,
-    )
+    stated = replace(stated, torque=torque)
     if file.suffix.lower() == ".toml":
         raise ParameterError(f"{file} is a machine file already; import takes the table itself")
     table, _ = _read(file, stated)

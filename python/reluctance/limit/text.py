@@ -9,7 +9,8 @@ PROFILE = (
 )
 FLOOR = (
     "Bounds: to first order in the ripple, for currents near the profile of minimum copper loss, "
-    "three-level legs, ideal sensing, no delay. Pulse-width figure: best known value of independent phases."
+    "three-level legs, ideal sensing, no delay. Pulse-width figure: best known value of "
+    "independent phases."
 )
 
 

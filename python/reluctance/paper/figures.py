@@ -319,8 +319,8 @@ PICTURES = (
         "Response time over dc-link voltage and rotor angle",
         "From zero current to 95 % of the reference, speed held. The bound gives every phase that "
         "helps full voltage from the start; no controller can be below it. The controller follows "
-        "currents of minimum copper loss: where only one phase can help it is on the bound, where a second "
-        "could it is slower.",
+        "currents of minimum copper loss: where only one phase can help it is on the bound, where "
+        "a second could it is slower.",
         response,
     ),
     Picture(
