@@ -22,7 +22,7 @@ run: $(VENV)/installed
 test: $(VENV)/installed-test lint
 	$(BIN)/python -m pytest -n auto --dist loadfile -m "not long"
 
-# What takes longer: emulated searches, browsers, mock-up units, noise over a second.
+# What takes longer: random cases, a second compiler, emulated searches, browsers, mock-up units.
 proofs: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto --dist loadfile -m long
 

@@ -363,6 +363,7 @@ def test_a_blob_is_a_pure_function_of_the_drive():
     assert str(kind(drive)) == "TorqueSharing, FluxMap, 3 phases, float"
 
 
+@pytest.mark.long
 def test_random_sequences_of_calls_are_answered(tmp_path):
     """With address and undefined-behaviour sanitizers; 10^6 sequences by hand."""
     program = tmp_path / "fuzz"

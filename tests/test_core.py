@@ -20,7 +20,9 @@ WARNINGS = (
 TARGET = "-std=c++20 -O1 -fno-exceptions -fno-rtti -ffp-contract=off"
 FLAGS = [*TARGET.split(), *WARNINGS.split(), f"-I{ROOT / 'include'}"]
 
-every_compiler = pytest.mark.parametrize("compiler", COMPILERS)
+every_compiler = pytest.mark.parametrize(
+    "compiler", [COMPILERS[0], *(pytest.param(c, marks=pytest.mark.long) for c in COMPILERS[1:])]
+)
 
 
 @every_compiler
@@ -36,6 +38,7 @@ def test_core_check_holds(source: Path, compiler: str, tmp_path: Path) -> None:
     assert run.stdout
 
 
+@pytest.mark.long
 def test_closed_loop_has_the_same_bits_on_every_compiler(tmp_path: Path) -> None:
     """Plant, events and control, at -O0 and -O2."""
     source = ROOT / "tests/core/loop_hash.cpp"

@@ -38,6 +38,7 @@ KEYS = [(t, key) for t in (*TABLES, "control") for key in keys(t)]
 CHANGES = st.lists(st.tuples(st.sampled_from(KEYS), VALUES), min_size=1, max_size=3)
 
 
+@pytest.mark.long
 @settings(
     max_examples=CASES,
     deadline=None,

@@ -80,6 +80,7 @@ def test_a_size_that_does_not_work_is_told_and_the_others_are_kept():
         (("run", DAY), "use `reluctance pump"),
         (("size", DAY, "--vary", "tank.volume_m3=10:50:3"), "has no effect without [demand]"),
         (("size", DAY, "--vary", "array.n_series=a:b"), "need section.key=FROM:TO:COUNT"),
+        (("size", DAY, "--vary", "array.n_series=4:9:2.5"), "need section.key=FROM:TO:COUNT"),
         (("size", DAY, "--vary", "array.series=4:9"), "unknown value `array.series`"),
         (("size", DAY, "--vary", "array.n_series=-1:0"), "n_series = -1, need >= 1"),
         (("pump", DAY, "--out", DAY), "is a file, need a folder"),

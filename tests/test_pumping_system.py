@@ -2,24 +2,20 @@
 
 import time
 from dataclasses import astuple, replace
-from datetime import date
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import reluctance as rl
 from reluctance import paper
 from reluctance.drive.pump import Pump
 from reluctance.drive.pv_module import CellNumbers
-from reluctance.errors import ParameterError
 from reluctance.pumping import chain, columns, load_system, operate, per, remarks, sizes, with_units
 from reluctance.pumping import loss_map as maps
 from reluctance.pumping.clouds import Clouds
 from reluctance.pumping.operate import box_of
-from reluctance.pumping.system import TABLES, system_from
+from reluctance.pumping.system import TABLES
 from reluctance.pumping.tank import Tank, store
 from reluctance.pumping.weather import COLUMNS
 from reluctance.pumping.weather_file import read_weather, with_minutes
@@ -227,37 +223,6 @@ def test_a_blocking_diode_takes_its_voltage_from_the_link(day):
     assert chain(found).off_mpp == pytest.approx(float(found.samples.i.sum() * 60), rel=1e-9)
 
 
-@settings(max_examples=50)
-@given(
-    flows=st.lists(st.tuples(st.floats(0, 50), st.floats(0, 50)), min_size=1, max_size=40),
-    volume=st.floats(0, 100),
-)
-def test_water_is_neither_made_nor_lost_in_the_tank(flows, volume):
-    inflow, demand = np.array(flows).T
-    found = store(inflow, demand, Tank(volume_m3=volume, start_m3=0.0))
-    kept = inflow.sum() - demand.sum() + found.missing.sum() - found.overflow.sum()
-    assert found.level[-1] == pytest.approx(kept, abs=1e-9)
-    assert np.all((found.level >= 0) & (found.level <= volume))
-
-
-@settings(max_examples=50)
-@given(
-    flows=st.lists(st.tuples(st.floats(0, 50), st.floats(0, 50)), min_size=1, max_size=40),
-    volume=st.floats(0, 100),
-)
-def test_without_a_stated_start_the_tank_ends_as_full_as_it_started(flows, volume):
-    inflow, demand = np.array(flows).T
-    found = store(inflow, demand, Tank(volume_m3=volume))
-    assert found.level[-1] == pytest.approx(found.start, abs=1e-9)
-    repeated = store(
-        np.tile(inflow, 60), np.tile(demand, 60), Tank(volume_m3=volume, start_m3=volume)
-    )
-    # Brute force: days on days, from a full tank; a net loss may take longer than these to drain.
-    if abs(inflow.sum() - demand.sum()) > volume / 50:
-        last = repeated.missing[-len(inflow) :].sum()
-        assert found.missing.sum() == pytest.approx(last, abs=1e-6)
-
-
 def test_a_day_that_pumps_more_than_the_demand_misses_nothing_unless_its_tank_starts_empty(day):
     values = {"m3_per_day": 0.7 * day.water, "from_h": 0.0, "to_h": 24.0}
     system = day.system.with_table("demand", values).with_table("tank", {"volume_m3": 400.0})
@@ -271,46 +236,6 @@ def test_a_day_that_pumps_more_than_the_demand_misses_nothing_unless_its_tank_st
 def test_loss_map_is_read_again_from_the_cache(day, monkeypatch):
     monkeypatch.setattr(maps, "run", lambda point: pytest.fail("simulated again"))
     operate(day.system)
-
-
-def data(**changes):
-    import tomllib
-
-    found = tomllib.loads((EXAMPLES / "sun_day.toml").read_text())
-    for name, value in changes.items():
-        table, _, key = name.partition("__")
-        if key:
-            found.setdefault(table, {})[key] = value
-        else:
-            found[table] = value
-    return found
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"arrays": {}}, "unknown table `arrays`; did you mean `array`?"),
-        ({"site__lat": 7.0}, "unknown key `lat` in [site]"),
-        ({"site__timezone": "Benin"}, "timezone = 'Benin' is unknown"),
-        ({"drive": "none.toml"}, "cannot read"),
-        ({"drive": 3}, "need the path of a drive file"),
-        ({"pump": "none"}, "neither a file nor in the library"),
-        ({"array__module": "Canadian_Solar_CS6X_300M"}, "nearest:"),
-        ({"operation__kind": "dcdc"}, "needs efficiency"),
-        ({"operation__u_V": 230.0}, "u_V has no effect"),
-        ({"limits__u_max_V": 280.0}, "V without load, need at most [limits] u_max_V = 280"),
-        ({"tank": {"volume_m3": 10.0}}, "[tank] has no effect without [demand]"),
-        ({"demand": {"m3_per_day": 9.0, "from_h": 8.0, "to_h": 7.0}}, "is not before to_h"),
-        ({"pipe__H_static_m": 60.0}, "lower the head or take another pump"),
-        ({"drive": "single_pulse.toml"}, "cannot follow a torque"),
-        ({"site__latitude_deg": 85.0, "weather__start": date(2026, 12, 21)}, "dark"),
-    ],
-    ids=lambda value: "" if isinstance(value, str) else " ".join(value),
-)
-def test_a_system_that_cannot_be_is_refused_on_one_line(changes, message):
-    with pytest.raises(ParameterError) as fault:
-        operate(system_from(data(**changes), folder=EXAMPLES))
-    assert message in str(fault.value) and "\n" not in str(fault.value)
 
 
 @pytest.mark.parametrize(

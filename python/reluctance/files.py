@@ -40,7 +40,10 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(content.decode("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as fault:
-        raise ParameterError(f"{path} is not valid TOML: {one_line(fault)}") from None
+        hint = (
+            "; need a day of the calendar, as in 2025-02-28" if "Invalid date" in str(fault) else ""
+        )
+        raise ParameterError(f"{path} is not valid TOML: {one_line(fault)}{hint}") from None
 
 
 def one_line(fault: object) -> str:

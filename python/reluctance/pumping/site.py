@@ -1,11 +1,12 @@
 """The [site] table, and where the sun stands there."""
 
 from dataclasses import dataclass
+from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
 
 import numpy as np
 import pandas as pd
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from reluctance.drive.pv_module import pvlib
 from reluctance.drive.schema import Section, did_you_mean
@@ -14,6 +15,7 @@ from reluctance.drive.single_diode import FloatArray
 # The position is computed this often and interpolated as a unit vector between: off by less than
 # 0.01 deg where the sun is more than 5 deg high, at a tenth of the time for weather by the minute.
 KNOTS = 600  # [s]
+MOST_OFF = 4.0  # [h] between a zone's clock and the sun's; the west of China has 3.1
 
 
 class Site(Section):
@@ -34,6 +36,22 @@ class Site(Section):
             near = near if near.startswith("; did") else "; need an IANA name such as `Etc/GMT-1`"
             raise ValueError(f"timezone = {name!r} is unknown{near}") from None
         return name
+
+    @model_validator(mode="after")
+    def timezone_suits_the_longitude(self) -> "Site":
+        if self.timezone == "UTC" or self.timezone.startswith("Etc/"):
+            return self  # a clock that is meant, wherever the site is
+        zone, new_year = ZoneInfo(self.timezone), datetime(2025, 1, 1)
+        ahead = (zone.utcoffset(new_year) or timedelta()) - (zone.dst(new_year) or timedelta())
+        off = ahead / timedelta(hours=1) - self.longitude_deg / 15
+        off = (off + 12) % 24 - 12  # across the date line
+        if abs(off) > MOST_OFF:
+            raise ValueError(
+                f"longitude_deg = {self.longitude_deg:g} and timezone = {self.timezone!r} are "
+                f"{abs(off):.1f} h apart, need at most {MOST_OFF:g} h; "
+                "check the sign (east positive)"
+            )
+        return self
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,7 @@ def parsed(text: str, system: System) -> tuple[str, list[float]]:
     try:
         numbers = [float(part) for part in parts]
         if len(numbers) == 3:
-            found = np.linspace(numbers[0], numbers[1], int(numbers[2])).tolist()
+            found = np.linspace(numbers[0], numbers[1], int(parts[2])).tolist()
         elif len(numbers) == 2:
             found = np.arange(numbers[0], numbers[1] + 1e-9).tolist()
         else:

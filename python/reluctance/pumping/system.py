@@ -103,7 +103,10 @@ class System:
             )
         section = getattr(self, table, None)
         if table not in TABLES or section is None or key not in type(section).model_fields:
-            raise ParameterError(f"unknown value `{name}` of a pumping system")
+            known = [f"{t}.{k}" for t in TABLES for k in TABLES[t].model_fields]
+            raise ParameterError(
+                f"unknown value `{name}` of a pumping system{did_you_mean(name, known)}"
+            )
         return table, key, section
 
     def with_table(self, table: str, values: dict[str, Any]) -> "System":
