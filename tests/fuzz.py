@@ -111,10 +111,11 @@ def judged_tables(seed):
                 drive = load(file.name)
         else:
             drive = drive_from(data)
-        return None if drive_from(drive.tables()) == drive else "another drive from its own tables"
+        again = drive_from(drive.tables(), name=drive.name)
+        return None if again == drive else "another drive from its own tables"
     except ParameterError as fault:
         text = str(fault)
-        return None if text and text.isprintable() else f"not one line: {text!r}"
+        return None if text and "\n" not in text else f"not one line: {text!r}"
     except Hang:
         return f"hangs for {HANG} s"
     except Exception:
