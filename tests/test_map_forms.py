@@ -120,6 +120,15 @@ def test_a_spreadsheet(form, tmp_path):
     is_the_machine(read_map(tmp_path / "m.xlsx", N_r=6), torque=form == "long")
 
 
+@pytest.mark.parametrize("rows", [[], ["1,0,0.1"], ["1,0,0.1", "2,0,0.2"]])
+def test_a_file_without_a_grid_is_one_line(tmp_path, rows):
+    path = tmp_path / "map.csv"
+    path.write_text("\n".join(["i_A,theta_e_deg,psi_Wb", *rows]) + "\n")
+    with pytest.raises(ParameterError, match="need") as fault:
+        read_map(path, N_r=4)
+    assert "\n" not in str(fault.value)
+
+
 def test_a_file_that_only_is_called_a_spreadsheet_is_one_line(tmp_path):
     (tmp_path / "m.xlsx").write_bytes(b"PK\x03\x04 no")
     assert "not an .xlsx file" in refused("map", "check", tmp_path / "m.xlsx", "--N_r", 6)

@@ -1,8 +1,20 @@
 """Errors that a user can mend: the command line prints them on one line and exits with 2."""
 
+LONGEST_LINE = 1000  # of an error: a name from a file may have any length
+
 
 class ParameterError(ValueError):
     """An input that cannot be used: what it is, its value, what is needed, what to do."""
+
+    def __init__(self, text: object) -> None:
+        super().__init__(one_line(text))
+
+
+def one_line(fault: object) -> str:
+    """A text, which names from files may be in, on one line that a terminal can show."""
+    text = " ".join(str(fault).split())
+    text = "".join(c if c.isprintable() else "?" for c in text)
+    return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 4]} ..."
 
 
 def need(holds: bool, what: str, value: object, need: str) -> None:

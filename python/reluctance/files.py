@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from reluctance.errors import ParameterError
+from reluctance.errors import ParameterError, one_line
 
 Columns = Mapping[str, NDArray[Any]]  # of numbers; some of text
-LONGEST_LINE = 1000  # of an error: a name from a file may have any length
 MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
 
 _unfinished: set[Path] = set()  # what `remove_unfinished` clears away when the process is ended
@@ -44,13 +43,6 @@ def read_toml(path: Path) -> dict[str, Any]:
             "; need a day of the calendar, as in 2025-02-28" if "Invalid date" in str(fault) else ""
         )
         raise ParameterError(f"{path} is not valid TOML: {one_line(fault)}{hint}") from None
-
-
-def one_line(fault: object) -> str:
-    """What an error of another library says, on one line that a terminal can show."""
-    text = " ".join(str(fault).split())
-    text = "".join(c if c.isprintable() else "?" for c in text)
-    return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 4]} ..."
 
 
 def _why(fault: Exception) -> str:

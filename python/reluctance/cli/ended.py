@@ -7,8 +7,8 @@ from collections.abc import Callable
 from io import TextIOWrapper
 from types import FrameType
 
-from reluctance.errors import ParameterError
-from reluctance.files import one_line, remove_unfinished
+from reluctance.errors import ParameterError, one_line
+from reluctance.files import remove_unfinished
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
 
@@ -21,7 +21,7 @@ def exit_code(command: Callable[[], object]) -> int:
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
     except ParameterError as fault:
-        _tell(f"error: {one_line(fault)}")
+        _tell(f"error: {fault}")
     except MemoryError:
         _tell("error: not enough memory; run shorter, or record on a grid with --record-us")
     except Exception as fault:

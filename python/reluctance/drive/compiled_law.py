@@ -16,7 +16,7 @@ from pydantic import ConfigDict
 from reluctance import _core
 from reluctance.drive.control import Control
 from reluctance.drive.known import Known
-from reluctance.drive.own_code import module_of, one_line, own_code
+from reluctance.drive.own_code import module_of, of_the_user, own_code
 from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.resources import resources
@@ -57,7 +57,7 @@ class CompiledLaw(Control):
                 self.setting(known), **{name: values[name] for name in wanted}
             )
         except (TypeError, ValueError) as fault:
-            told = one_line(fault).partition(" The following")[0]
+            told = of_the_user(fault).partition(" The following")[0]
             given_text = ", ".join(f"{name} = {given[name]!r}" for name in own)
             raise ParameterError(f"[control] {code.name} with {given_text}: {told}") from fault
         return made

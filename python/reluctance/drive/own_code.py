@@ -114,7 +114,7 @@ def _python(path: Path) -> ModuleType:
     try:
         exec(compile(path.read_bytes(), path, "exec"), vars(module))
     except Exception as fault:
-        raise ParameterError(f"{path} failed with {one_line(fault)}") from fault
+        raise ParameterError(f"{path} failed with {of_the_user(fault)}") from fault
     return module
 
 
@@ -126,12 +126,13 @@ def _compiled(path: Path) -> ModuleType:
         spec.loader.exec_module(module)
     except ImportError as fault:
         raise ParameterError(
-            f"{path} is not a compiled law ({one_line(fault)}); make it with `reluctance law build`"
+            f"{path} is not a compiled law ({of_the_user(fault)}); make it with "
+            "`reluctance law build`"
         ) from fault
     return module
 
 
-def one_line(fault: BaseException) -> str:
+def of_the_user(fault: BaseException) -> str:
     """The kind and text of an exception, and the line of the user's code that it came from."""
     where, trace = "", fault.__traceback__
     while trace is not None:

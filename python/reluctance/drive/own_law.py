@@ -15,7 +15,7 @@ from pydantic import ConfigDict
 from reluctance import _core
 from reluctance.drive.control import Control
 from reluctance.drive.known import Known
-from reluctance.drive.own_code import module_of, one_line, own_code
+from reluctance.drive.own_code import module_of, of_the_user, own_code
 from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.units import si
@@ -92,7 +92,7 @@ class OwnLaw(Control):
         try:
             return kind(**numbers)
         except Exception as fault:
-            raise ParameterError(f"[control] {kind.__name__}(...): {one_line(fault)}") from fault
+            raise ParameterError(f"[control] {kind.__name__}(...): {of_the_user(fault)}") from fault
 
 
 def controller_of(law: Law, control: Control, known: Known) -> _core.Controller:
@@ -109,13 +109,13 @@ def controller_of(law: Law, control: Control, known: Known) -> _core.Controller:
     try:
         law.reset(known)
     except Exception as fault:
-        raise ParameterError(f"{name}.reset failed with {one_line(fault)}") from fault
+        raise ParameterError(f"{name}.reset failed with {of_the_user(fault)}") from fault
 
     def step(y: _core.Measurement, tau_ref: float) -> Sequence[_core.Order]:
         try:
             return law.step(y, tau_ref)
         except Exception as fault:
-            raise ParameterError(f"{name}.step failed with {one_line(fault)}") from fault
+            raise ParameterError(f"{name}.step failed with {of_the_user(fault)}") from fault
 
     return _core.controller_of(control.setting(known), step)
 

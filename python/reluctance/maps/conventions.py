@@ -59,6 +59,11 @@ def settled(
         raise ParameterError("the file does not give the rotor poles; pass N_r (--N_r)")
     if N_r < 1:
         raise ParameterError(f"N_r = {N_r}, need the number of rotor poles; pass N_r (--N_r)")
+    if min(len(raw.rows), len(raw.columns)) < 2:
+        raise ParameterError(
+            f"the map has {len(raw.rows)} rows and {len(raw.columns)} columns of flux, need at "
+            "least two currents and two angles"
+        )
     notes: list[str] = []
     i, angle, psi, tau = _oriented(raw, layout, N_r, notes)
     for name, table in (("flux", psi), ("torque", tau)):

@@ -17,7 +17,8 @@ TOLD_OF_START = 0.005  # of the demand: a start that changes the missing water b
 REMEDIES = {
     Limit.speed: "the largest speed; power is left unused, see [pump] speed_max_rpm",
     Limit.torque: "the torque limit; power is left unused, see [limits] tau_max_Nm",
-    Limit.voltage: "a voltage too low for more torque at speed; take more modules in series",
+    Limit.voltage: "a voltage too low for more torque at speed; take more modules in series, "
+    "or a control law that reaches more",
     Limit.well: "the yield of the well; power is left unused, see [pipe] well_yield_m3ph",
 }
 LONG = 600.0  # intervals from here on hide clouds [s]

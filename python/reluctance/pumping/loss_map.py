@@ -21,7 +21,7 @@ from reluctance.drive.single_diode import FloatArray
 from reluctance.efficiency.locked import at, length, rising
 from reluctance.errors import ParameterError
 
-ALGORITHM = 2  # raised when the same drive gives other numbers
+ALGORITHM = 3  # raised when the same drive gives other numbers
 SHAPE = (3, 5, 5)  # voltages, speeds, torques
 HELD = 0.97  # of the last torque asked for: from here on the drive holds it
 LEAST_TORQUE = 0.05  # of the greatest: the first of the torques
@@ -110,37 +110,92 @@ def _from_runs(
     u_dc = np.linspace(*box.u_dc, shape[0])
     omega = np.linspace(*box.omega, shape[1])
     tau = np.linspace(LEAST_TORQUE * box.tau_max, box.tau_max, shape[2])
-    points = [
-        at(drive, u_dc=float(u), omega=float(w), tau=float(x), tau_max=box.tau_max)
-        for u, w, x in product(u_dc, omega, tau)
-    ]
-    found = []
+    points = [(float(u), float(w)) for u, w in product(u_dc, omega)]
+    rows: list[Row] = []
     with ThreadPoolExecutor(PROCESSES) as pool:
-        for done in pool.map(run, points):
-            found.append(done)
+        for row in pool.map(lambda point: _row(drive, *point, tau), points):
+            rows.append(row)
             if progress is not None:
-                progress(len(found) / len(points))
-    achieved, loss = np.array(found).reshape(*shape, 2).transpose(3, 0, 1, 2)
-    return _indexed_by_achieved(u_dc, omega, tau, achieved, loss)
+                progress(len(rows) / len(points))
+    return _indexed_by_achieved(u_dc, omega, tau, rows)
+
+
+@dataclass(frozen=True)
+class Row:
+    """Switched runs at one voltage and speed, over rising torques (n,); none where the control law
+    reaches no torque."""
+
+    asked: FloatArray  # [N m]
+    achieved: FloatArray  # [N m]
+    loss: FloatArray  # [W]
+
+
+def _row(drive: Drive, u: float, w: float, tau: FloatArray) -> Row:
+    top = float(tau[-1])
+    asked, found = [], []
+    for x in tau.tolist():
+        for tau_max in (top, x):  # tables that do not reach the top may reach this torque
+            try:
+                found.append(run(at(drive, u_dc=u, omega=w, tau=x, tau_max=tau_max)))
+                asked.append(x)
+                break
+            except ParameterError:
+                continue
+        else:
+            most = _reached(drive, u, w, asked[-1] if asked else 0.0, x)
+            if most is not None:
+                found.append(run(at(drive, u_dc=u, omega=w, tau=most, tau_max=most)))
+                asked.append(most)
+            break
+    achieved, loss = np.array(found).reshape(-1, 2).T
+    return Row(np.array(asked), achieved, loss)
+
+
+def _reached(drive: Drive, u: float, w: float, held: float, refused: float) -> float | None:
+    """The greatest torque that the control law can be set up for, between one that it can and one
+    that it cannot; None if it is the first [N m]."""
+    low, high = held, refused
+    while high - low > (1 - HELD) * refused:
+        middle = (low + high) / 2
+        try:
+            at(drive, u_dc=u, omega=w, tau=middle, tau_max=middle).controller()
+            low = middle
+        except ParameterError:
+            high = middle
+    return low if low > held else None
 
 
 def _indexed_by_achieved(
-    u_dc: FloatArray, omega: FloatArray, tau: FloatArray, achieved: FloatArray, loss: FloatArray
+    u_dc: FloatArray, omega: FloatArray, tau: FloatArray, rows: list[Row]
 ) -> LossMap:
-    ratio, tau_max = np.empty_like(loss), np.empty(loss.shape[:2])
-    for u, w in np.ndindex(*tau_max.shape):
-        x = np.maximum(achieved[u, w], 1e-9)
-        rises = rising(tau, x)
+    shape = len(u_dc), len(omega)
+    ratio, tau_max = np.full((*shape, len(tau)), np.nan), np.zeros(shape)
+    for (u, w), row in zip(np.ndindex(*shape), rows, strict=True):
+        if not len(row.asked):
+            continue
+        x = np.maximum(row.achieved, 1e-9)
+        rises = rising(row.asked, x)
         most = float(x.max())
         tau_max[u, w] = tau[-1] if most > HELD * tau[-1] else most
-        ratio[u, w] = np.interp(tau, x[rises], (loss[u, w] / x)[rises])
+        ratio[u, w] = np.interp(tau, x[rises], (row.loss / x)[rises])
     if not np.any(tau_max > tau[0]):
         raise ParameterError(
             f"drive: it holds {tau[0]:.3g} N m at no voltage from {u_dc[0]:g} to {u_dc[-1]:g} V "
             f"and no speed from {omega[0] * 30 / np.pi:.4g} to {omega[-1] * 30 / np.pi:.4g} rpm; "
             "more modules in series raise the voltage"
         )
-    return LossMap(u_dc, omega, tau, ratio, tau_max)
+    return LossMap(u_dc, omega, tau, _filled(ratio), tau_max)
+
+
+def _filled(ratio: FloatArray) -> FloatArray:
+    """Where no run was possible, the loss over torque of the nearest point of the grid that has
+    one: no torque is drawn there, but values between the points are interpolated."""
+    known = np.argwhere(~np.isnan(ratio[..., 0]))
+    found = ratio.copy()
+    for u, w in np.argwhere(np.isnan(ratio[..., 0])):
+        nearest = known[np.argmin(np.abs(known - (u, w)).sum(axis=1))]
+        found[u, w] = ratio[tuple(nearest)]
+    return found
 
 
 def _content(drive: Drive) -> object:

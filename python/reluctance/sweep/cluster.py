@@ -13,8 +13,7 @@ from typing import Any
 import reluctance
 from reluctance.drive import Drive
 from reluctance.drive.compiled_law import core_fingerprint
-from reluctance.errors import ParameterError
-from reluctance.files import one_line
+from reluctance.errors import ParameterError, one_line
 from reluctance.load import drive_from
 from reluctance.run import Kpis
 from reluctance.run.simulate_all import finished

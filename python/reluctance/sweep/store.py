@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from reluctance.errors import ParameterError
-from reluctance.files import check_ending, one_line, write_whole
+from reluctance.errors import ParameterError, one_line
+from reluctance.files import check_ending, write_whole
 from reluctance.run import Kpis
 
 if TYPE_CHECKING:
