@@ -10,6 +10,7 @@ greatest torque, shaft power and efficiency of library machines over voltage, by
 
 import csv
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,38 +23,50 @@ from reluctance.pumping.sizing import Values
 
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "docs" / "pumping"
-MACHINES = {  # speed [rpm], dc-link voltages [V], end of the torques [N m]
-    "generic_1hp_8_6": (1500, (150.0, 300.0), 3.5),
-    "design_10_8": (2900, (150.0, 300.0), 9.0),
-    "design_12_8": (1500, (150.0, 300.0), 40.0),
-    "paper_6_4": (1500, (150.0, 300.0), 45.0),
+VOLTAGES = (75.0, 100.0), (150.0, 300.0)  # of the dc link, two for each loss map [V]
+MACHINES = {  # speed [rpm], end of the torques [N m]
+    "generic_1hp_8_6": (1500, 4.0),
+    "design_10_8": (2900, 12.0),
+    "design_12_8": (1500, 40.0),
+    "paper_6_4": (1500, 45.0),
 }
 
 
 def machine_rows() -> list[dict[str, object]]:
-    """Greatest torque and efficiency at it, at both voltages."""
+    """Greatest torque and efficiency at it, at each voltage."""
+    return [
+        row
+        for name, (rpm, tau_max) in MACHINES.items()
+        for ends in VOLTAGES
+        for row in machine_row(name, rpm, tau_max, ends)
+    ]
+
+
+def machine_row(
+    name: str, rpm: float, tau_max: float, ends: tuple[float, float]
+) -> list[dict[str, object]]:
+    """A row for each end of the voltages."""
+    omega = rpm * math.pi / 30
+    own = rl.load(
+        ROOT / "examples" / "village_drive.toml",
+        [f"machine={name}", f"reference.tau_Nm={0.5 * tau_max}", f"load.speed_rpm={rpm}"],
+    )
+    losses = loss_map(own, Box(ends, (0.5 * omega, omega), tau_max), shape=(2, 2, 5))
     rows: list[dict[str, object]] = []
-    for name, (rpm, voltages, tau_max) in MACHINES.items():
-        omega = rpm * math.pi / 30
-        own = rl.load(
-            ROOT / "examples" / "village_drive.toml",
-            [f"machine={name}", f"reference.tau_Nm={0.5 * tau_max}", f"load.speed_rpm={rpm}"],
+    for u in ends:
+        at = np.full(1, u), np.full(1, omega)
+        tau = losses.greatest_torque(*at)
+        p_in = float(losses.p_in(*at, tau)[0])
+        p_shaft = float(tau[0]) * omega
+        rows.append(
+            {
+                "case": f"{name} {u:.0f} V",
+                "speed_rpm": rpm,
+                "tau_Nm": f"{tau[0]:.5g}",
+                "p_shaft_W": f"{p_shaft:.5g}",
+                "eta_pct": f"{100 * p_shaft / p_in:.4g}",
+            }
         )
-        losses = loss_map(own, Box(voltages, (0.5 * omega, omega), tau_max), shape=(2, 2, 5))
-        for u in voltages:
-            at = np.full(1, u), np.full(1, omega)
-            tau = losses.greatest_torque(*at)
-            p_in = float(losses.p_in(*at, tau)[0])
-            p_shaft = float(tau[0]) * omega
-            rows.append(
-                {
-                    "case": f"{name} {u:.0f} V",
-                    "speed_rpm": rpm,
-                    "tau_Nm": f"{tau[0]:.5g}",
-                    "p_shaft_W": f"{p_shaft:.5g}",
-                    "eta_pct": f"{100 * p_shaft / p_in:.4g}",
-                }
-            )
     return rows
 
 
@@ -68,8 +81,13 @@ def written(name: str, rows: list[dict[str, object]]) -> None:
 def main() -> None:
     """Writes the four tables."""
     system = load_system(ROOT / "examples" / "sun_village.toml")
+    sharing = rl.load(
+        ROOT / "examples" / "village_drive.toml",
+        ["control.law=torque_sharing", "control.sharing=cubic", "control.i_band_A=0.5"],
+    )
     cases = {
         "village": system,
+        "sharing": replace(system, drive=sharing),
         "empty": system.with_values({"tank.start_m3": 0.0}),
     }
     found = {name: with_units(operate(case)) for name, case in cases.items()}
@@ -81,7 +99,7 @@ def main() -> None:
         ],
     )
     varied: list[tuple[Values, str]] = [
-        ({"array.n_series": [3, 4, 5, 6, 7]}, "village_sizes.csv"),
+        ({"array.n_series": [2, 3, 4, 5, 6, 7]}, "village_sizes.csv"),
         ({"tank.volume_m3": [0.0, 10.0, 20.0, 40.0]}, "village_tanks.csv"),
     ]
     for values, name in varied:

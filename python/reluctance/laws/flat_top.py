@@ -73,21 +73,32 @@ def _slope(point: OperatingPoint, at: FloatArray, i: FloatArray, u: FloatArray) 
 def least_copper_angles(point: OperatingPoint, tau: float) -> tuple[float, float]:
     """The turn-on and turn-off angle that give a mean torque for the least rms current.
 
-    Searched in steps of 5 deg among windows of at least a stroke, so that every rotor angle is
-    covered. Where none reaches the torque, those of the greatest torque.
+    Searched in steps of 15 deg among windows of at least a stroke, so that every rotor angle is
+    covered, and in steps of 5 deg around the best of them. Where none reaches the torque, those of
+    the greatest torque.
 
     Returns
     -------
     theta_on, theta_off : float
         Electrical [rad].
     """
-    degrees = np.arange(-60.0, 181.0, 5.0)
-    on, off = (pair.ravel() for pair in np.meshgrid(degrees, degrees))
-    stroke = 360 / point.n_phases
-    fits = (on <= 90) & (off >= 90) & (off - on >= stroke) & (off - on <= 180)
-    on, off = np.radians(on[fits]), np.radians(off[fits])
+    coarse = np.arange(-60.0, 181.0, 15.0)
+    on, off = _best_window(point, tau, coarse, coarse, steps=STEPS // 3)
+    near = np.arange(-10.0, 11.0, 5.0)
+    on, off = _best_window(point, tau, on + near, off + near, steps=STEPS)
+    return float(np.radians(on)), float(np.radians(off))
+
+
+def _best_window(
+    point: OperatingPoint, tau: float, on: FloatArray, off: FloatArray, *, steps: int
+) -> tuple[float, float]:
+    """The best pair of some angles [deg]."""
+    on, off = (pair.ravel() for pair in np.meshgrid(on, off))
+    fits = (on <= 90) & (off >= 90) & (off - on >= 360 / point.n_phases) & (off - on <= 180)
+    on, off = on[fits], off[fits]
     i = point.i_max * np.linspace(0, 1, TABLE_POINTS)[1:] ** 1.5
-    pulses = flat_top(point, on[:, None], off[:, None], i[None, :])
+    ends = np.radians(on)[:, None], np.radians(off)[:, None]
+    pulses = flat_top(point, *ends, i[None, :], steps=steps)
     i_rms = [
         np.interp(tau, np.maximum.accumulate(t), rms, left=rms[0], right=np.inf)
         for t, rms in zip(pulses.tau, pulses.i_rms, strict=True)
