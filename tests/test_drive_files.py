@@ -78,6 +78,11 @@ FAULTS = [
     ({"sensing__adc_bits": 12, "sensing__i_range_A": 100.0}, "i_range_A = 100, need at least"),
     ({"converter__dead_time_us": 20.0}, "dead_time_us = 20, need less than [control] T_s_us = 20"),
     ({"sensing__delay_samples": 2}, "[sensing] delay_samples = 2, need <= 1"),
+    ({"sensing__encoder_counts": 2**31}, "[sensing] encoder_counts = 2147483648, need <="),
+    (
+        {"source__kind": "battery", "source__R_ohm": 2e-8, "source__C_uF": 4700.0},
+        "equalise in less than 0.5 us, need R_ohm >= 0.000106",
+    ),
     ({"pumps__k": 1}, "unknown table `pumps`"),
 ]
 
@@ -88,6 +93,12 @@ def test_a_fault_is_named_on_one_line(changes, says):
         drive_from(tables(**changes))
     assert says in str(fault.value)
     assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize("value", ["[]", "{}", "3", "true"])
+def test_a_law_that_is_no_text_is_one_line(value):
+    with pytest.raises(rl.ParameterError, match="law"):
+        rl.load(EXAMPLES / "paper_rated.toml", [f"control.law={value}"])
 
 
 def test_a_missing_table_is_named():

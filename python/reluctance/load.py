@@ -303,7 +303,7 @@ def _keep_known(control: dict[str, Any]) -> None:
     """Drops the keys of [control] that its law does not have; those of a law of one's own are
     given after it."""
     law = control.get("law")
-    if law in LAWS or names_code(law):
+    if isinstance(law, str) and (law in LAWS or names_code(law)):
         for key in set(control) - set(table_of(law).model_fields):
             del control[key]
 

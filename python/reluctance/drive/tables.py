@@ -62,6 +62,9 @@ class Converter(SwitchingEnergies):
         return to_si(self.dead_time_us, "us")
 
 
+FASTEST_us = 0.5  # time constant of battery and capacitor: a shorter one makes the steps short
+
+
 class Source(OverTime):
     """What feeds the dc link. A stiff one and a battery have the nominal voltage of [converter], or
     a course in V; an array has irradiance and cell temperature at the times t_s."""
@@ -89,6 +92,12 @@ class Source(OverTime):
                 raise ValueError(f"kind = {self.kind!r} needs {key}")
         if any(u <= 0 for u in self.values):
             raise ValueError(f"values = {self.values}, need voltages > 0")
+        if self.kind == "battery" and (self.R_ohm or 0) * (self.C_uF or 0) < FASTEST_us:
+            raise ValueError(
+                f"R_ohm = {self.R_ohm:g} and C_uF = {self.C_uF:g} equalise in less than "
+                f"{FASTEST_us:g} us, need R_ohm >= {FASTEST_us / (self.C_uF or 1):.3g}, or "
+                "kind = 'stiff'"
+            )
         return self
 
     @model_validator(mode="after")
@@ -262,7 +271,7 @@ class Sensing(Section):
     i_gain: list[Annotated[float, Field(gt=0)]] = Field(default_factory=list)  # shown over true
     u_dc_noise_V: float = Field(0.0, ge=0)  # rms
     noise_seed: int = Field(1, ge=0, le=2**31 - 1)
-    encoder_counts: int = Field(0, ge=0)  # per revolution
+    encoder_counts: int = Field(0, ge=0, le=2**30)  # per revolution
     encoder_index: bool = False  # it counts from where it is switched on, until its index passes
     hall: bool = False  # one Hall sensor a phase
     hall_error_deg: float = Field(0.0, ge=-10, le=10)  # electrical: of the place of their edges
