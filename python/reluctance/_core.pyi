@@ -509,7 +509,7 @@ class Conduction:
     Turn-on and turn-off angle, electrical [rad]; the speed below which a window for starting replaces them [rad/s].
     """
 
-    def __init__(self, *, theta_on: float, theta_off: float, omega_start: float) -> None: ...
+    def __init__(self, *, theta_on: float, theta_off: float, brake_on: float, brake_off: float, omega_start: float) -> None: ...
 
 class TorqueBands:
     """Half widths of two torque bands [N m]."""
@@ -521,7 +521,7 @@ class MeanTorque:
     Current reference over the torque reference: 17 currents [A] for the torques 0..tau_max [N m].
     """
 
-    def __init__(self, *, tau_max: float, i_ref: Sequence[float]) -> None: ...
+    def __init__(self, *, tau_max: float, i_ref: Sequence[float], i_brake: Sequence[float]) -> None: ...
 
     @staticmethod
     def constant(i_ref: float) -> MeanTorque:

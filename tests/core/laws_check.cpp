@@ -52,7 +52,10 @@ Sharing<T> sharing_of(Shape shape, double on_deg, double ov_deg) {
 /// Laws with usual parameters for the paper's machine; current laws hold 80 A.
 template <Real T, int N>
 Conduction<T> conduction() {
-  return {.theta_on = rad<T>(-10), .theta_off = rad<T>(360.0 / N + 20)};
+  return {.theta_on = rad<T>(-10),
+          .theta_off = rad<T>(360.0 / N + 20),
+          .brake_on = rad<T>(340 - 360.0 / N),
+          .brake_off = rad<T>(200)};
 }
 template <Real T, int N>
 Angles<T, N> angles(AngleWatch watch, Leg chop) {

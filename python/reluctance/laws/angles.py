@@ -35,15 +35,15 @@ class Angles(PulseCurrent):
         return self.regulate == "current" and self.i_ref_A is None
 
     def controller(self, known: Known) -> _core.Controller:
-        window = self.window(known)
+        window, brake = self.window(known), self.brake_window(known)
         if self.regulate == "none":
             reference = _core.MeanTorque.constant(NEVER_REACHED)
         else:
-            reference = self.reference(known, window)
+            reference = self.reference(known, window, brake)
         i_band = BAND_PART * known.i_max if self.i_band_A is None else self.i_band_A
         return _core.angles(
             self.setting(known),
-            conduction=self.conduction(known, window),
+            conduction=self.conduction(known, window, brake),
             reference=reference,
             i_band=i_band,
             chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,

@@ -21,18 +21,21 @@ class ConductionAngles(Control):
 
     theta_on_deg: float | None = Field(None, ge=-180, lt=180)  # negative: ahead of unaligned
     theta_off_deg: float | None = Field(None, gt=-180, le=360)
+    brake_on_deg: float | None = Field(None, ge=0, lt=360)  # braking forwards: 180 is aligned
+    brake_off_deg: float | None = Field(None, gt=180, le=540)
     start_speed_rpm: float | None = Field(None, ge=0)  # below: a window centred on 90 deg
 
     @model_validator(mode="after")
     def angles_are_a_window(self) -> ConductionAngles:
-        on, off = self.theta_on_deg, self.theta_off_deg
-        if (on is None) != (off is None):
-            raise ValueError("needs both theta_on_deg and theta_off_deg, or neither")
-        if on is not None and off is not None and not on < off < on + 360:
-            raise ValueError(
-                f"theta_on_deg = {on:g}, theta_off_deg = {off:g}: need theta_off_deg above "
-                "theta_on_deg by less than 360"
-            )
+        for what in ("theta", "brake"):
+            on, off = getattr(self, f"{what}_on_deg"), getattr(self, f"{what}_off_deg")
+            if (on is None) != (off is None):
+                raise ValueError(f"needs both {what}_on_deg and {what}_off_deg, or neither")
+            if on is not None and off is not None and not on < off < on + 360:
+                raise ValueError(
+                    f"{what}_on_deg = {on:g}, {what}_off_deg = {off:g}: need {what}_off_deg above "
+                    f"{what}_on_deg by less than 360"
+                )
         return self
 
     def window(self, known: Known) -> tuple[float, float]:
@@ -41,12 +44,26 @@ class ConductionAngles(Control):
             return flat_top.least_copper_angles(self.point(known), known.tau_max)
         return float(np.radians(self.theta_on_deg)), float(np.radians(self.theta_off_deg))
 
-    def conduction(self, known: Known, window: tuple[float, float]) -> _core.Conduction:
-        """The window, and the speed below which it is replaced by one for starting."""
+    def brake_window(self, known: Known) -> tuple[float, float]:
+        """The same for braking in forward motion."""
+        if self.brake_on_deg is None or self.brake_off_deg is None:
+            return flat_top.least_copper_angles(self.point(known), -known.tau_max)
+        return float(np.radians(self.brake_on_deg)), float(np.radians(self.brake_off_deg))
+
+    def conduction(
+        self, known: Known, window: tuple[float, float], brake: tuple[float, float]
+    ) -> _core.Conduction:
+        """The windows, and the speed below which they are replaced by one for starting."""
         start = START_PART * known.omega_m
         if self.start_speed_rpm is not None:
             start = to_si(self.start_speed_rpm, "rpm")
-        return _core.Conduction(theta_on=window[0], theta_off=window[1], omega_start=start)
+        return _core.Conduction(
+            theta_on=window[0],
+            theta_off=window[1],
+            brake_on=2 * np.pi - brake[1],  # in the frame of positive torque
+            brake_off=2 * np.pi - brake[0],
+            omega_start=start,
+        )
 
     def point(self, known: Known) -> OperatingPoint:
         """Where the pulses are computed: at the working speed, and not at standstill, where a

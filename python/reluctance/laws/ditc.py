@@ -14,6 +14,7 @@ from reluctance.laws.conduction import ConductionAngles
 
 INNER_PART = 0.01  # of tau_max: default inner band
 OUTER_PART = 2.0  # of the inner band: default outer band
+BRAKE_OFF = 335.0  # electrical: turn-off when braking [deg]
 
 
 class Ditc(ConductionAngles):
@@ -46,7 +47,7 @@ class Ditc(ConductionAngles):
         outer = OUTER_PART * inner if self.tau_band_outer_Nm is None else self.tau_band_outer_Nm
         return _core.ditc(
             self.setting(known),
-            conduction=self.conduction(known, self._window(known)),
+            conduction=self.conduction(known, self._window(known), self.brake_window(known)),
             bands=_core.TorqueBands(inner=inner, outer=outer),
             i_max=known.i_max,
         )
@@ -57,12 +58,24 @@ class Ditc(ConductionAngles):
         window = self.window(known)
         if self.theta_on_deg is not None:
             return window
-        machine = known.machine
-        theta = window[1] - 2 * np.pi / machine.n_phases
-        i = np.linspace(0, machine.i_max_A, 500)
-        magnetics = _core.magnetics(machine.magnetics, i, np.full_like(i, theta))
-        alone = int(np.searchsorted(np.maximum.accumulate(magnetics[:, 2]), known.tau_max))
-        alone = min(alone, len(i) - 1)
-        u = max(known.u_dc - machine.R * i[alone] / 2, known.u_dc / 2)
-        rise = machine.N_r * known.omega_m * magnetics[alone, 0] / u
-        return float(min(window[0], theta - rise)), window[1]
+        return float(min(window[0], _turn_on(known, window[1], sign=1))), window[1]
+
+    def brake_window(self, known: Known) -> tuple[float, float]:
+        """The same from the other end: off when the torque of braking has nearly gone."""
+        if self.brake_on_deg is not None:
+            return super().brake_window(known)
+        off = float(np.radians(BRAKE_OFF))
+        return _turn_on(known, off, sign=-1), off
+
+
+def _turn_on(known: Known, theta_off: float, sign: int) -> float:
+    """From where flux rises so far by one stroke before theta_off that the phase then gives the
+    torque of this sign alone [rad]."""
+    machine = known.machine
+    theta = theta_off - 2 * np.pi / machine.n_phases
+    i = np.linspace(0, machine.i_max_A, 500)
+    magnetics = _core.magnetics(machine.magnetics, i, np.full_like(i, theta))
+    tau = np.maximum.accumulate(sign * magnetics[:, 2])
+    alone = min(int(np.searchsorted(tau, known.tau_max)), len(i) - 1)
+    u = max(known.u_dc - machine.R * i[alone] / 2, known.u_dc / 2)
+    return float(theta - machine.N_r * known.omega_m * magnetics[alone, 0] / u)

@@ -39,7 +39,10 @@ def flat_top(
     *,
     steps: int = STEPS,
 ) -> FlatTop:
-    """Mean torque and rms current of pulses from theta_on to theta_off (electrical) [rad, A]."""
+    """Mean torque and rms current of pulses from theta_on to theta_off (electrical) [rad, A].
+
+    Motion is forward: pulses before alignment, at pi, motor, pulses after it brake.
+    """
     theta_on, theta_off, i_ref = np.broadcast_arrays(
         *(np.asarray(v, float) for v in (theta_on, theta_off, i_ref))
     )
@@ -56,9 +59,13 @@ def flat_top(
         tau += here[:, 2]
         squared += i**2
         slope = _slope(point, here, i, u)
-        ahead = np.clip(i + dt * slope, 0, top)
+        least = i + dt * _slope(
+            point, here, i, np.full_like(i, -point.u_dc)
+        )  # the EMF may raise it
+        ahead = np.clip(i + dt * slope, 0, np.maximum(top, least))
         there = _core.magnetics(point.magnetics, ahead, on + (step + 1) * turn)
-        i = np.clip(i + dt * (slope + _slope(point, there, ahead, u)) / 2, 0, top)
+        mean = i + dt * (slope + _slope(point, there, ahead, u)) / 2
+        i = np.clip(mean, 0, np.maximum(top, least))
     return FlatTop(
         tau=(point.n_phases * tau / steps).reshape(shape),
         i_rms=np.sqrt(squared / steps).reshape(shape),
@@ -75,14 +82,14 @@ def least_copper_angles(point: OperatingPoint, tau: float) -> tuple[float, float
 
     Searched in steps of 15 deg among windows of at least a stroke, so that every rotor angle is
     covered, and in steps of 5 deg around the best of them. Where none reaches the torque, those of
-    the greatest torque.
+    the greatest torque. A negative torque brakes in forward motion.
 
     Returns
     -------
     theta_on, theta_off : float
         Electrical [rad].
     """
-    coarse = np.arange(-60.0, 181.0, 15.0)
+    coarse = np.arange(-60.0, 181.0, 15.0) + (180 if tau < 0 else 0)
     on, off = _best_window(point, tau, coarse, coarse, steps=STEPS // 3)
     near = np.arange(-10.0, 11.0, 5.0)
     on, off = _best_window(point, tau, on + near, off + near, steps=STEPS)
@@ -94,17 +101,29 @@ def _best_window(
 ) -> tuple[float, float]:
     """The best pair of some angles [deg]."""
     on, off = (pair.ravel() for pair in np.meshgrid(on, off))
-    fits = (on <= 90) & (off >= 90) & (off - on >= 360 / point.n_phases) & (off - on <= 180)
+    sign, middle = (-1, 270) if tau < 0 else (1, 90)
+    fits = (on <= middle) & (off >= middle)
+    fits &= (off - on >= 360 / point.n_phases) & (off - on <= 180)
     on, off = on[fits], off[fits]
     i = point.i_max * np.linspace(0, 1, TABLE_POINTS)[1:] ** 1.5
     ends = np.radians(on)[:, None], np.radians(off)[:, None]
     pulses = flat_top(point, *ends, i[None, :], steps=steps)
     i_rms = [
-        np.interp(tau, np.maximum.accumulate(t), rms, left=rms[0], right=np.inf)
+        np.interp(abs(tau), np.maximum.accumulate(sign * t), rms, left=rms[0], right=np.inf)
         for t, rms in zip(pulses.tau, pulses.i_rms, strict=True)
     ]
-    best = np.argmin(i_rms) if np.isfinite(i_rms).any() else np.argmax(pulses.tau.max(axis=1))
+    most = (sign * pulses.tau).max(axis=1)
+    best = np.argmin(i_rms) if np.isfinite(i_rms).any() else np.argmax(most)
     return float(on[best]), float(off[best])
+
+
+def braking_table(
+    point: OperatingPoint, theta_on: float, theta_off: float, tau_max: float
+) -> list[float]:
+    """The current references [A] for the mean torques 0..-tau_max in equal steps; past the greatest
+    torque of these angles that of i_max."""
+    i = point.i_max * np.linspace(0, 1, 8 * TABLE_POINTS) ** 1.5
+    return _inverse(-flat_top(point, theta_on, theta_off, i).tau, i, tau_max)
 
 
 def current_table(
@@ -126,6 +145,12 @@ def current_table(
             f"{from_si(point.omega_m, 'rpm'):.5g} rpm, need {tau_max:g}; change the angles, the "
             "speed or the torque"
         )
+    return _inverse(tau, i, tau_max)
+
+
+def _inverse(tau: FloatArray, i: FloatArray, tau_max: float) -> list[float]:
+    """The currents over the mean torques 0..tau_max in equal steps."""
+    tau = np.maximum.accumulate(tau)
     rising = np.flatnonzero(np.diff(tau, prepend=-1.0) > 0)
     wanted = np.linspace(0, tau_max, TABLE_POINTS)
     return [float(v) for v in np.interp(wanted, tau[rising], i[rising])]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
@@ -33,9 +34,23 @@ class PulseCurrent(ConductionAngles):
                 f"{known.i_max:g}; lower one or raise the other"
             )
 
-    def reference(self, known: Known, window: tuple[float, float]) -> _core.MeanTorque:
+    def reference(
+        self, known: Known, window: tuple[float, float], brake: tuple[float, float]
+    ) -> _core.MeanTorque:
         """The current over the torque reference."""
         if self.i_ref_A is not None:
             return _core.MeanTorque.constant(self.i_ref_A)
-        table = flat_top.current_table(self.point(known), *window, known.tau_max)
-        return _core.MeanTorque(tau_max=known.tau_max, i_ref=table)
+        point, tau_max = self.point(known), known.tau_max
+        return _core.MeanTorque(
+            tau_max=tau_max,
+            i_ref=flat_top.current_table(point, *window, tau_max),
+            i_brake=flat_top.braking_table(point, *brake, tau_max),
+        )
+
+    def brake_window(self, known: Known) -> tuple[float, float]:
+        """Where no torque is asked for, no angle has the least copper for it: the motoring window,
+        mirrored about the aligned angle and the one of most torque."""
+        if self.follows_torque or self.brake_on_deg is not None:
+            return super().brake_window(known)
+        on, off = self.window(known)
+        return on + np.pi, off + np.pi

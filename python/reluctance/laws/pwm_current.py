@@ -34,14 +34,14 @@ class PwmCurrent(PulseCurrent):
             )
 
     def controller(self, known: Known) -> _core.Controller:
-        window = self.window(known)
+        window, brake = self.window(known), self.brake_window(known)
         bandwidth = BANDWIDTH_PART / self.T_s
         if self.bandwidth_Hz is not None:
             bandwidth = 2 * np.pi * self.bandwidth_Hz
         return _core.pwm_current(
             self.setting(known),
-            conduction=self.conduction(known, window),
-            reference=self.reference(known, window),
+            conduction=self.conduction(known, window, brake),
+            reference=self.reference(known, window, brake),
             R=known.R,
             bandwidth=bandwidth,
             T_s=self.T_s,

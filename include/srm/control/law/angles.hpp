@@ -1,8 +1,9 @@
 // Conduction angles with hysteresis current control: the classic SRM drive.
 //
 // Between turn-on and turn-off the current is held in a band by the comparator; soft chopping
-// freewheels above the band, hard chopping demagnetizes. A current reference that is never reached
-// is single-pulse operation. T. J. E. Miller, Switched Reluctance Motors and Their Control, Oxford
+// freewheels above the band, hard chopping demagnetizes. Braking always chops hard: the EMF raises
+// the current of a phase that freewheels. A current reference that is never reached is single-pulse
+// operation. T. J. E. Miller, Switched Reluctance Motors and Their Control, Oxford
 // 1993, ch. 4; R. Krishnan, Switched Reluctance Motor Drives, CRC 2001, ch. 4.
 #pragma once
 
@@ -33,9 +34,10 @@ struct Angles {
 
   constexpr Command<T, N> step(State&, const Measurement<T, N>& y, T tau_ref) const {
     const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
-    const T i_ref = reference.current(tau_ref);
+    const bool braking = brakes(y.omega_m, tau_ref);
+    const T i_ref = reference.current(tau_ref, braking);
     return per_phase<T, N>([&](int k) {
-      PhaseCommand<T> command = regulate(i_ref, i_band, chop);
+      PhaseCommand<T> command = regulate(i_ref, i_band, braking ? Leg::demagnetize : chop);
       switch (watch) {
         case AngleWatch::compare:
           command.gate = Gate::window;

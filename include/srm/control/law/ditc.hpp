@@ -67,7 +67,7 @@ struct Ditc {
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
     const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
     const T dwell = wrap(window.theta_off - window.theta_on);
-    const bool braking = y.omega_m * tau_ref < T(0);  // the window is entered at its far end
+    const bool braking = brakes(y.omega_m, tau_ref);  // the window is entered at its far end
     std::array<T, N> past_on{};  // angle since turn-on; the newest phase has the least
     T newest = dwell;
     T excess = -abs(tau_ref);

@@ -37,7 +37,7 @@ struct PwmCurrent {
 
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
     const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
-    const T i_ref = reference.current(tau_ref);
+    const T i_ref = reference.current(tau_ref, brakes(y.omega_m, tau_ref));
     return per_phase<T, N>([&](int k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
       if (i_ref > T(0) && conducts(theta, window.theta_on, window.theta_off)) {
