@@ -527,6 +527,13 @@ class MeanTorque:
     def constant(i_ref: float) -> MeanTorque:
         """The same current [A] for every torque."""
 
+class FluxLead:
+    """
+    Flux of a braking phase ahead of its share: tables of 9 angles per flux by 9 torques.
+    """
+
+    def __init__(self, *, theta_start: float, tau_max: float, reach_max: float, psi_start: Sequence[float], x_end: Sequence[float]) -> None: ...
+
 class Sharing:
     """
     Torque sharing function. Turn-on and overlap angle, electrical [rad]; with Shape.table the rise at 33 equally spaced angles of the overlap.
@@ -550,7 +557,7 @@ def pwm_current(setting: Setting, *, R: float, conduction: Conduction, reference
     Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.
     """
 
-def torque_sharing(setting: Setting, *, sharing: Sharing, i_max: float, i_band: float, t_ahead: float, chop: Leg) -> Controller:
+def torque_sharing(setting: Setting, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, i_band: float, t_ahead: float, chop: Leg) -> Controller:
     """
     Shared torque as current references, for the instant t_ahead [s] after the sample.
     """
@@ -558,7 +565,7 @@ def torque_sharing(setting: Setting, *, sharing: Sharing, i_max: float, i_band: 
 def ditc(setting: Setting, *, conduction: Conduction, bands: TorqueBands, i_max: float) -> Controller:
     """Direct instantaneous torque control: the torque error picks the legs."""
 
-def deadbeat(setting: Setting, *, R: float, sharing: Sharing, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
+def deadbeat(setting: Setting, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
     """
     The duty cycle that brings each phase to its shared torque in one sample.
     """

@@ -12,6 +12,8 @@
 // tables over torque and 1/s, made offline from the machine and its sharing function.
 #pragma once
 
+#include <array>
+
 #include "srm/base/angle.hpp"
 #include "srm/base/fields.hpp"
 
