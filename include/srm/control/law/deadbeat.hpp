@@ -88,7 +88,8 @@ struct Deadbeat {
 
   /// Orders the duty cycle for a torque, or for the flux that more of it will need, and returns the
   /// torque that the phase will then have at theta, in the frame of positive torque.
-  T brake(T& duty, const Measurement<T, N>& y, int k, T tau, T theta, T tau_all) const {
+  [[gnu::noinline]] T brake(T& duty, const Measurement<T, N>& y, int k, T tau, T theta,
+                            T tau_all) const {
     const T i = max(y.i[k], T(0));
     const T omega_e = static_cast<T>(machine.N_r) * abs(y.omega_m);
     const T i_ref = current_for_torque(machine, tau, theta, i_max);

@@ -46,7 +46,7 @@ struct TorqueSharing {
   }
 
  private:
-  Command<T, N> brake(const Measurement<T, N>& y, T theta_e, T tau_ref) const {
+  [[gnu::noinline]] Command<T, N> brake(const Measurement<T, N>& y, T theta_e, T tau_ref) const {
     std::array<T, N> theta, tau;
     int first = 0;
     for (int k = 0; k < N; ++k) {
@@ -66,7 +66,7 @@ struct TorqueSharing {
   }
 
   /// The current of the flux that is to be there ahead of the share; 0 where none is.
-  T ahead(const Measurement<T, N>& y, int k, T theta, T tau_all) const {
+  [[gnu::noinline]] T ahead(const Measurement<T, N>& y, int k, T theta, T tau_all) const {
     const T omega_e = static_cast<T>(machine.N_r) * abs(y.omega_m);
     const T slope = (T(0.97) * y.u_dc - R * max(y.i[k], T(0))) / omega_e;  // a reserve of 3 %
     const T psi = lead.flux(theta, tau_all, slope);
