@@ -1,0 +1,109 @@
+"""Steps of the environments per second of processor time, on one core.
+
+    python bench/gym.py > bench/gym.csv
+
+A step is one control period of 20 us of one drive. Time within `step` alone is counted, without the
+policy; the best of five passes stands, since other work on the computer only adds to it. `random`
+draws each leg evenly: all phases carry current nearly always. `hysteresis` switches each phase as a
+current regulator does, and about half of the phases carry current.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reluctance.gym import DriveEnv, DriveVectorEnv
+
+PASSES = 5
+STEPS = 300_000  # of drives in a pass
+
+Policy = Callable[[NDArray[np.float32], np.random.Generator], NDArray[Any]]
+
+
+def random_legs(seen: NDArray[np.float32], rng: np.random.Generator) -> NDArray[Any]:
+    return rng.integers(0, 3, (len(seen), 3))
+
+
+def constant_legs(seen: NDArray[np.float32], rng: np.random.Generator) -> NDArray[Any]:
+    return np.tile([2, 1, 0], (len(seen), 1))
+
+
+def hysteresis(seen: NDArray[np.float32], rng: np.random.Generator) -> NDArray[Any]:
+    theta = np.arctan2(seen[:, 4], seen[:, 3])[:, None] - 2 * np.pi * np.arange(3) / 3
+    inside = (theta % (2 * np.pi)) < 2.5
+    return np.where(inside, np.where(seen[:, :3] < 0.2, 2, 1), 0)
+
+
+def currents(seen: NDArray[np.float32], rng: np.random.Generator) -> NDArray[Any]:
+    theta = np.arctan2(seen[:, 4], seen[:, 3])[:, None] - 2 * np.pi * np.arange(3) / 3
+    return np.where((theta % (2 * np.pi)) < 2.5, 0.2, 0.0)
+
+
+def duties(seen: NDArray[np.float32], rng: np.random.Generator) -> NDArray[Any]:
+    theta = np.arctan2(seen[:, 4], seen[:, 3])[:, None] - 2 * np.pi * np.arange(3) / 3
+    inside = (theta % (2 * np.pi)) < 2.5
+    return np.where(inside, np.clip(10 * (0.2 - seen[:, :3]), 0, 1), -1.0)
+
+
+def single(action: str, policy: Policy) -> float:
+    """Steps per second of one environment."""
+    env, rng, best = DriveEnv(action=action), np.random.default_rng(0), 0.0  # type: ignore[arg-type]
+    for _ in range(PASSES):
+        seen, _ = env.reset(seed=0)
+        spent, steps = 0.0, 20_000
+        for _ in range(steps // 1000):
+            chosen = [policy(seen[None], rng)[0] for _ in range(1000)]
+            start = time.process_time()
+            for one in chosen:
+                seen, _, tripped, over, _ = env.step(one)
+                if tripped or over:
+                    seen, _ = env.reset()
+            spent += time.process_time() - start
+        best = max(best, steps / spent)
+    return best
+
+
+def many(count: int, action: str, policy: Policy) -> float:
+    """The same of many at once."""
+    envs = DriveVectorEnv(count, action=action)  # type: ignore[arg-type]
+    rng, best = np.random.default_rng(0), 0.0
+    for _ in range(PASSES):
+        seen, _ = envs.reset(seed=0)
+        spent, rounds = 0.0, max(STEPS // count, 3)
+        for _ in range(rounds):
+            chosen = policy(seen, rng)
+            start = time.process_time()
+            seen, *_ = envs.step(chosen)
+            spent += time.process_time() - start
+        best = max(best, rounds * count / spent)
+    return best
+
+
+def main() -> None:
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow(["drives", "action", "policy", "steps_per_cpu_s"])
+    for action, policy in (("legs", hysteresis), ("currents", currents)):
+        writer.writerow([1, action, policy.__name__, f"{single(action, policy):.3g}"])
+        sys.stdout.flush()
+    for count, action, policy in (
+        (16, "legs", hysteresis),
+        (256, "legs", hysteresis),
+        (4096, "legs", hysteresis),
+        (256, "legs", constant_legs),
+        (256, "legs", random_legs),
+        (256, "duties", duties),
+        (256, "currents", currents),
+    ):
+        writer.writerow([count, action, policy.__name__, f"{many(count, action, policy):.3g}"])
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

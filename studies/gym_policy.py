@@ -1,0 +1,185 @@
+"""Question: can a small policy, learned in minutes, follow a torque as well as our laws do?
+
+    python studies/gym_policy.py [--learn]
+
+Plays the control laws of the examples and a learned policy in the same episodes of the environment
+reluctance/Torque-v0, all at the same control period, and writes docs/gymnasium/policies.csv.
+`--learn` learns the policy anew (docs/gymnasium/policy.json) by evolution strategies: T. Salimans
+et al., Evolution strategies as a scalable alternative to reinforcement learning, arXiv:1703.03864.
+
+The policy gives the current reference of a phase from its electrical angle and the torque
+reference: two Fourier series, one times the root of the reference, one times the reference. All
+phases share it. It sees neither current nor speed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import reluctance as rl
+from reluctance.gym import DriveEnv, DriveVectorEnv, LawPolicy, Played, played
+from reluctance.gym.law import summary
+
+ROOT = Path(__file__).parents[1]
+FOLDER = ROOT / "docs" / "gymnasium"
+EXAMPLE = ROOT / "examples" / "sharing_cubic.toml"
+JUDGED = range(1000, 1016)  # seeds of the episodes in the table; learning never sees them
+T_S_US = 20.0
+LAWS: dict[str, tuple[str, dict[str, Any]]] = {  # example, and what it changes
+    "single pulses with current control (angles)": (
+        "single_pulse",
+        {"load.speed_rpm": 1500, "control.regulate": "torque"},
+    ),
+    "pwm_current": ("pwm_current", {}),
+    "torque_sharing, cubic": ("sharing_cubic", {}),
+    "torque_sharing, optimal": ("sharing_cubic", {"control.sharing": "optimal"}),
+    "ditc": ("ditc", {}),
+    "deadbeat": ("deadbeat", {}),
+    "paper_mpc": ("paper_rated", {}),
+    "finite_set_mpc": ("finite_set_mpc", {}),
+    "edge_mpc": ("edge_mpc_fpga", {}),
+}
+HARMONICS = 6
+MEMBERS, EPISODES = 64, 6  # of a generation, in mirrored pairs; of each member
+GENERATIONS, SIGMA, RATE = 250, 0.03, 0.02
+LENGTH = 600  # control periods of an episode while learning
+
+
+def features(observations: NDArray[np.float32], n_phases: int) -> NDArray[np.float64]:
+    """Of each phase: (episodes, n_phases, 2 (2 HARMONICS + 1))."""
+    z = observations[:, n_phases] + 1j * observations[:, n_phases + 1]
+    shift = np.exp(-2j * np.pi * np.arange(n_phases) / n_phases)
+    powers = (z[:, None] * shift)[..., None] ** np.arange(HARMONICS + 1)
+    series = np.concatenate([powers.real, powers.imag[..., 1:]], axis=-1)
+    tau = np.maximum(observations[:, -1], 0.0)[:, None, None]
+    return np.concatenate([np.sqrt(tau) * series, tau * series], axis=-1)
+
+
+def actions(weights: NDArray[np.float64], observed: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Current references over the limit; weights (members, numbers), members in equal parts of the
+    rows."""
+    members = len(weights)
+    rows = observed.reshape(members, -1, observed.shape[-1])
+    return np.clip(rows @ weights[:, :, None], 0.0, 1.0).reshape(observed.shape[:2])
+
+
+def returns(many: DriveVectorEnv, weights: NDArray[np.float64], seeds: list[int]) -> Any:
+    """Mean reward of each member over the same episodes."""
+    n_phases = many.episodes.drive.machine.n_phases
+    observations, _ = many.reset(seed=seeds * len(weights))
+    sums, alive = np.zeros(many.num_envs), np.ones(many.num_envs, bool)
+    for _ in range(many.episodes.length):
+        chosen = actions(weights, features(observations, n_phases))
+        observations, rewards, tripped, _, _ = many.step(chosen)
+        sums += np.where(alive, rewards, 0.0)
+        alive &= ~tripped
+    return sums.reshape(len(weights), -1).mean(axis=1) / many.episodes.length
+
+
+def learn(drive: rl.Drive) -> tuple[NDArray[np.float64], dict[str, Any]]:
+    """Weights, and what they cost to find."""
+    many = DriveVectorEnv(MEMBERS * EPISODES, drive, action="currents", length=LENGTH)
+    rng = np.random.default_rng(0)
+    size = 2 * (2 * HARMONICS + 1)
+    centre = np.zeros(size)
+    centre[0], centre[1] = 0.15, -0.1  # some current, more of it on the rising side
+    mean, spread = np.zeros(size), np.zeros(size)  # of Adam
+    start, history = time.process_time(), []
+    for n in range(1, GENERATIONS + 1):
+        noise = rng.standard_normal((MEMBERS // 2, size))
+        noise = np.vstack([noise, -noise])
+        seeds = [int(s) for s in rng.integers(1 << 30, size=EPISODES)]
+        found = returns(many, centre + SIGMA * noise, seeds)
+        ranks = np.argsort(np.argsort(found)) / (MEMBERS - 1) - 0.5
+        slope = ranks @ noise / MEMBERS
+        mean = 0.9 * mean + 0.1 * slope
+        spread = 0.99 * spread + 0.01 * slope**2
+        step = (mean / (1 - 0.9**n)) / (np.sqrt(spread / (1 - 0.99**n)) + 1e-8)
+        centre = centre + RATE * (1 - n / (GENERATIONS + 1)) * step
+        history.append(float(found.mean()))
+        print(f"generation {n}: mean reward {history[-1]:.6f}", flush=True)
+    cost = {
+        "cpu_s": round(time.process_time() - start, 1),
+        "steps": GENERATIONS * MEMBERS * EPISODES * LENGTH,
+        "generations": GENERATIONS,
+    }
+    return centre, cost
+
+
+def learned(env: DriveEnv, weights: NDArray[np.float64], seeds: range) -> Played:
+    """Episodes under the policy."""
+    rewards, infos, trips = [], [], 0
+    for seed in seeds:
+        observation, _ = env.reset(seed=seed)
+        total, steps, ended = 0.0, 0, False
+        while not ended:
+            observed = features(observation[None], env.episodes.drive.machine.n_phases)
+            observation, reward, tripped, over, info = env.step(actions(weights[None], observed)[0])
+            total, steps, ended = total + reward, steps + 1, tripped or over
+        rewards.append(total / steps)
+        infos.append(info)
+        trips += tripped
+    return summary(rewards, infos, trips)
+
+
+def law_drive(name: str) -> rl.Drive:
+    """The drive of a law of the table, at the common control period."""
+    example, changes = LAWS[name]
+    drive = rl.load(ROOT / "examples" / f"{example}.toml")
+    return drive.with_values({"control.T_s_us": T_S_US, **changes})
+
+
+def environment() -> DriveEnv:
+    """Where all policies are judged."""
+    return DriveEnv(rl.load(EXAMPLE), task="torque", action="currents")
+
+
+def saved() -> NDArray[np.float64]:
+    """The weights of the policy that was learned."""
+    return np.array(json.loads((FOLDER / "policy.json").read_text())["weights"])
+
+
+def row(name: str, one: Played) -> list[str]:
+    return [
+        name,
+        f"{1e3 * one.reward:.3f}",
+        f"{100 * one.torque_error_rms:.2f}",
+        f"{one.p_cu:.0f}",
+        f"{one.f_switch / 1e3:.2f}",
+        str(one.tripped),
+    ]
+
+
+HEAD = ["policy", "reward_1e-3", "torque_error_rms_pct", "p_cu_W", "f_switch_kHz", "tripped"]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--learn", action="store_true")
+    FOLDER.mkdir(exist_ok=True)
+    if parser.parse_args().learn:
+        weights, cost = learn(rl.load(EXAMPLE))
+        found = {"weights": [round(float(w), 6) for w in weights], **cost}
+        (FOLDER / "policy.json").write_text(json.dumps(found, indent=1) + "\n")
+    env = environment()
+    rows = []
+    for name in LAWS:
+        rows.append(row(name, played(env, LawPolicy(law_drive(name)), JUDGED)))
+        print(*rows[-1], flush=True)
+    rows.append(row("learned, Fourier series of the angle", learned(env, saved(), JUDGED)))
+    print(*rows[-1], flush=True)
+    rows.sort(key=lambda r: -float(r[1]))
+    with (FOLDER / "policies.csv").open("w", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([HEAD, *rows])
+
+
+if __name__ == "__main__":
+    main()
