@@ -4,8 +4,8 @@
 
 Plays the control laws of the examples and a learned policy in the same episodes of the environment
 reluctance/Torque-v0, all at the same control period, and writes docs/gymnasium/policies.csv.
-`--learn` learns the policy anew (docs/gymnasium/policy.json) by evolution strategies: T. Salimans
-et al., Evolution strategies as a scalable alternative to reinforcement learning, arXiv:1703.03864.
+`--learn` learns the policy anew (docs/gymnasium/policy.json) by an evolution strategy that adapts
+the covariance of its members: N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772.
 
 The policy gives the current reference of a phase from its electrical angle and the torque
 reference: two Fourier series, one times the root of the reference, one times the reference. All
@@ -48,8 +48,8 @@ LAWS: dict[str, tuple[str, dict[str, Any]]] = {  # example, and what it changes
     "edge_mpc": ("edge_mpc_fpga", {}),
 }
 HARMONICS = 6
-MEMBERS, EPISODES = 64, 6  # of a generation, in mirrored pairs; of each member
-GENERATIONS, SIGMA, RATE = 250, 0.03, 0.02
+MEMBERS, EPISODES = 32, 12  # of a generation; of each member
+GENERATIONS, SIGMA = 200, 0.03
 LENGTH = 600  # control periods of an episode while learning
 
 
@@ -84,34 +84,84 @@ def returns(many: DriveVectorEnv, weights: NDArray[np.float64], seeds: list[int]
     return sums.reshape(len(weights), -1).mean(axis=1) / many.episodes.length
 
 
+def flat_pulse() -> NDArray[np.float64]:
+    """Where learning begins: half of the current limit from 0 to 150 degrees at full torque."""
+    theta = np.radians(np.arange(0.5, 360))
+    j = np.arange(1, HARMONICS + 1)[:, None]
+    pulse = np.where(theta < np.radians(150), 0.5, 0.0)
+    series = [
+        [pulse.mean()],
+        *(2 * (pulse * wave(j * theta)).mean(axis=1) for wave in (np.cos, np.sin)),
+    ]
+    return np.concatenate([*series, np.zeros(2 * HARMONICS + 1)])
+
+
+class Strategy:
+    """Where members are drawn; eq. numbers of the tutorial."""
+
+    def __init__(self, centre: NDArray[np.float64], sigma: float) -> None:
+        n = len(centre)
+        self.centre, self.sigma, self.C = centre, sigma, np.eye(n)
+        self.path_c, self.path_s, self.generation = np.zeros(n), np.zeros(n), 0
+        raw = np.log(MEMBERS / 2 + 0.5) - np.log(np.arange(1, MEMBERS // 2 + 1))
+        self.w = raw / raw.sum()
+        mu = 1 / (self.w**2).sum()
+        self.c_s = (mu + 2) / (n + mu + 5)
+        self.d_s = 1 + 2 * max(0.0, np.sqrt((mu - 1) / (n + 1)) - 1) + self.c_s
+        self.c_c = (4 + mu / n) / (n + 4 + 2 * mu / n)
+        self.c_1 = 2 / ((n + 1.3) ** 2 + mu)
+        self.c_mu = min(1 - self.c_1, 2 * (mu - 2 + 1 / mu) / ((n + 2) ** 2 + mu))
+        self.mu, self.norm = mu, np.sqrt(n) * (1 - 1 / (4 * n) + 1 / (21 * n**2))
+
+    def members(self, rng: np.random.Generator) -> NDArray[np.float64]:
+        scale, self.axes = np.linalg.eigh(self.C)
+        self.root = np.sqrt(np.maximum(scale, 1e-20))
+        y = (rng.standard_normal((MEMBERS, len(self.centre))) * self.root) @ self.axes.T
+        return self.centre + self.sigma * np.asarray(y)
+
+    def learn(self, members: NDArray[np.float64], found: NDArray[np.float64]) -> None:
+        """Eqs. 41 to 47 without negative weights."""
+        self.generation += 1
+        best = members[np.argsort(-found)[: len(self.w)]]
+        y = (best - self.centre) / self.sigma
+        step = self.w @ y
+        self.centre = self.centre + self.sigma * step
+        whitened = self.axes @ ((self.axes.T @ step) / self.root)
+        self.path_s = (1 - self.c_s) * self.path_s + np.sqrt(
+            self.c_s * (2 - self.c_s) * self.mu
+        ) * whitened
+        length = np.linalg.norm(self.path_s)
+        settled = np.sqrt(1 - (1 - self.c_s) ** (2 * self.generation))
+        h = 1.0 if length / settled < (1.4 + 2 / (len(step) + 1)) * self.norm else 0.0
+        gain = h * np.sqrt(self.c_c * (2 - self.c_c) * self.mu)
+        self.path_c = (1 - self.c_c) * self.path_c + gain * step
+        kept = 1 - self.c_1 - self.c_mu + (1 - h) * self.c_1 * self.c_c * (2 - self.c_c)
+        self.C = (
+            kept * self.C
+            + self.c_1 * np.outer(self.path_c, self.path_c)
+            + self.c_mu * (y.T * self.w) @ y
+        )
+        self.sigma *= float(np.exp(self.c_s / self.d_s * (length / self.norm - 1)))
+
+
 def learn(drive: rl.Drive) -> tuple[NDArray[np.float64], dict[str, Any]]:
     """Weights, and what they cost to find."""
     many = DriveVectorEnv(MEMBERS * EPISODES, drive, action="currents", length=LENGTH)
-    rng = np.random.default_rng(0)
-    size = 2 * (2 * HARMONICS + 1)
-    centre = np.zeros(size)
-    centre[0], centre[1] = 0.15, -0.1  # some current, more of it on the rising side
-    mean, spread = np.zeros(size), np.zeros(size)  # of Adam
-    start, history = time.process_time(), []
+    rng, strategy = np.random.default_rng(0), Strategy(flat_pulse(), SIGMA)
+    start = time.process_time()
     for n in range(1, GENERATIONS + 1):
-        noise = rng.standard_normal((MEMBERS // 2, size))
-        noise = np.vstack([noise, -noise])
+        members = strategy.members(rng)
         seeds = [int(s) for s in rng.integers(1 << 30, size=EPISODES)]
-        found = returns(many, centre + SIGMA * noise, seeds)
-        ranks = np.argsort(np.argsort(found)) / (MEMBERS - 1) - 0.5
-        slope = ranks @ noise / MEMBERS
-        mean = 0.9 * mean + 0.1 * slope
-        spread = 0.99 * spread + 0.01 * slope**2
-        step = (mean / (1 - 0.9**n)) / (np.sqrt(spread / (1 - 0.99**n)) + 1e-8)
-        centre = centre + RATE * (1 - n / (GENERATIONS + 1)) * step
-        history.append(float(found.mean()))
-        print(f"generation {n}: mean reward {history[-1]:.6f}", flush=True)
+        found = returns(many, members, seeds)
+        strategy.learn(members, found)
+        if n % 10 == 0:
+            print(f"generation {n}: mean reward {found.mean():.6f}", flush=True)
     cost = {
         "cpu_s": round(time.process_time() - start, 1),
         "steps": GENERATIONS * MEMBERS * EPISODES * LENGTH,
         "generations": GENERATIONS,
     }
-    return centre, cost
+    return strategy.centre, cost
 
 
 def learned(env: DriveEnv, weights: NDArray[np.float64], seeds: range) -> Played:

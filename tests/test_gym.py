@@ -250,7 +250,7 @@ def cells(line):
     return [cell.strip().strip("`") for cell in line.strip().strip("|").split("|")]
 
 
-@pytest.mark.parametrize("path", [FOLDER / "policies.csv", ROOT / "bench" / "gym.csv"])
+@pytest.mark.parametrize("path", [FOLDER / "policies.csv", ROOT / "bench" / "peers" / "gym_steps.csv"])
 def test_tables_of_the_page_are_those_of_the_files(path):
     rows = table(path)[1:]
     on_page = [cells(line) for line in PAGE.splitlines() if line.startswith("|")]

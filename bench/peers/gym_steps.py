@@ -1,23 +1,28 @@
-"""Steps of the environments per second of processor time, on one core.
+"""Steps of the environments per second of processor time on one core, and of a peer, in one run.
 
-    python bench/gym.py > bench/gym.csv
+    python bench/peers/gym_steps.py [FOLDER] > bench/peers/gym_steps.csv
 
-A step is one control period of 20 us of one drive. Time within `step` alone is counted, without the
-policy; the best of five passes stands, since other work on the computer only adds to it. `random`
-draws each leg evenly: all phases carry current nearly always. `hysteresis` switches each phase as a
-current regulator does, and about half of the phases carry current.
+A step of ours is one control period of 20 us of one drive. Time within `step` alone is counted,
+without the policy; the best of five passes stands, since other work on the computer only adds to
+it. `random` draws each leg evenly: all phases carry current nearly always. `hysteresis` switches
+each phase as a current regulator does, and about half of the phases carry current. The peer has no
+switched-reluctance motor: the row says what it steps. It is installed in FOLDER, by default a
+temporary one.
 """
 
 from __future__ import annotations
 
 import csv
 import sys
+import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from run import environment, measured
 
 from reluctance.gym import DriveEnv, DriveVectorEnv
 
@@ -27,12 +32,8 @@ STEPS = 300_000  # of drives in a pass
 Policy = Callable[[NDArray[np.float32], np.random.Generator], NDArray[Any]]
 
 
-def random_legs(seen: NDArray[np.float32], rng: np.random.Generator) -> NDArray[Any]:
+def random(seen: NDArray[np.float32], rng: np.random.Generator) -> NDArray[Any]:
     return rng.integers(0, 3, (len(seen), 3))
-
-
-def constant_legs(seen: NDArray[np.float32], rng: np.random.Generator) -> NDArray[Any]:
-    return np.tile([2, 1, 0], (len(seen), 1))
 
 
 def hysteresis(seen: NDArray[np.float32], rng: np.random.Generator) -> NDArray[Any]:
@@ -86,24 +87,40 @@ def many(count: int, action: str, policy: Policy) -> float:
     return best
 
 
-def main() -> None:
+def peer(folder: Path) -> float:
+    """Steps per second of gym-electric-motor."""
+    script, needs = "gem_steps.py", ["gym-electric-motor==3.0.3"]
+    (found,) = measured(environment(folder, script, "python3.11", needs), script)
+    return float(str(found["steps_per_cpu_s"]))
+
+
+def main(folder: Path) -> None:
     writer = csv.writer(sys.stdout, lineterminator="\n")
-    writer.writerow(["drives", "action", "policy", "steps_per_cpu_s"])
-    for action, policy in (("legs", hysteresis), ("currents", currents)):
-        writer.writerow([1, action, policy.__name__, f"{single(action, policy):.3g}"])
+    writer.writerow(["environment", "drives", "action", "policy", "steps_per_cpu_s"])
+
+    def tell(name: str, drives: int, action: str, policy: str, rate: float) -> None:
+        writer.writerow([name, drives, action, policy, f"{rate:.3g}"])
         sys.stdout.flush()
+
+    ours = "reluctance"
+    for action, policy in (("legs", hysteresis), ("currents", currents)):
+        tell(ours, 1, action, policy.__name__, single(action, policy))
     for count, action, policy in (
         (16, "legs", hysteresis),
         (256, "legs", hysteresis),
         (4096, "legs", hysteresis),
-        (256, "legs", constant_legs),
-        (256, "legs", random_legs),
+        (256, "legs", random),
         (256, "duties", duties),
         (256, "currents", currents),
     ):
-        writer.writerow([count, action, policy.__name__, f"{many(count, action, policy):.3g}"])
-        sys.stdout.flush()
+        tell(ours, count, action, policy.__name__, many(count, action, policy))
+    name = "gym-electric-motor 3.0.3, synchronous reluctance, 10 us"
+    tell(name, 1, "switches", "random", peer(folder))
 
 
 if __name__ == "__main__":
-    main()
+    if len(sys.argv) > 1:
+        main(Path(sys.argv[1]).absolute())
+    else:
+        with tempfile.TemporaryDirectory() as place:
+            main(Path(place))
