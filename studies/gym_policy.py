@@ -34,10 +34,6 @@ EXAMPLE = ROOT / "examples" / "sharing_cubic.toml"
 JUDGED = range(1000, 1016)  # seeds of the episodes in the table; learning never sees them
 T_S_US = 20.0
 LAWS: dict[str, tuple[str, dict[str, Any]]] = {  # example, and what it changes
-    "single pulses with current control (angles)": (
-        "single_pulse",
-        {"load.speed_rpm": 1500, "control.regulate": "torque"},
-    ),
     "pwm_current": ("pwm_current", {}),
     "torque_sharing, cubic": ("sharing_cubic", {}),
     "torque_sharing, optimal": ("sharing_cubic", {"control.sharing": "optimal"}),
@@ -217,8 +213,10 @@ def main() -> None:
     FOLDER.mkdir(exist_ok=True)
     if parser.parse_args().learn:
         weights, cost = learn(rl.load(EXAMPLE))
-        found = {"weights": [round(float(w), 6) for w in weights], **cost}
+        found = {"weights": [round(float(w), 6) for w in weights]}
         (FOLDER / "policy.json").write_text(json.dumps(found, indent=1) + "\n")
+        lines = [["policy", *cost], ["learned", *map(str, cost.values())]]
+        write(FOLDER / "learning.csv", lines)
     env = environment()
     rows = []
     for name in LAWS:
@@ -227,8 +225,12 @@ def main() -> None:
     rows.append(row("learned, Fourier series of the angle", learned(env, saved(), JUDGED)))
     print(*rows[-1], flush=True)
     rows.sort(key=lambda r: -float(r[1]))
-    with (FOLDER / "policies.csv").open("w", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerows([HEAD, *rows])
+    write(FOLDER / "policies.csv", [HEAD, *rows])
+
+
+def write(path: Path, lines: list[list[str]]) -> None:
+    with path.open("w", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(lines)
 
 
 if __name__ == "__main__":

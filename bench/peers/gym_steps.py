@@ -4,9 +4,9 @@
 
 A step of ours is one control period of 20 us of one drive. Time within `step` alone is counted,
 without the policy; the best of five passes stands, since other work on the computer only adds to
-it. `random` draws each leg evenly: all phases carry current nearly always. `hysteresis` switches
-each phase as a current regulator does, and about half of the phases carry current. The peer has no
-switched-reluctance motor: the row says what it steps. It is installed in FOLDER, by default a
+it. Legs are those of a current regulator, so that about half of the phases carry current, or drawn
+at random, so that nearly all do. The peer has no switched-reluctance motor: it steps a synchronous
+reluctance motor with random switches, 10 us a step. It is installed in FOLDER, by default a
 temporary one.
 """
 
@@ -96,26 +96,25 @@ def peer(folder: Path) -> float:
 
 def main(folder: Path) -> None:
     writer = csv.writer(sys.stdout, lineterminator="\n")
-    writer.writerow(["environment", "drives", "action", "policy", "steps_per_cpu_s"])
+    writer.writerow(["case", "steps_per_cpu_s"])
 
-    def tell(name: str, drives: int, action: str, policy: str, rate: float) -> None:
-        writer.writerow([name, drives, action, policy, f"{rate:.3g}"])
+    def tell(case: str, rate: float) -> None:
+        writer.writerow([case, f"{rate:.3g}"])
         sys.stdout.flush()
 
-    ours = "reluctance"
     for action, policy in (("legs", hysteresis), ("currents", currents)):
-        tell(ours, 1, action, policy.__name__, single(action, policy))
+        tell(f"1 drive, {action}", single(action, policy))
     for count, action, policy in (
         (16, "legs", hysteresis),
         (256, "legs", hysteresis),
         (4096, "legs", hysteresis),
-        (256, "legs", random),
-        (256, "duties", duties),
-        (256, "currents", currents),
+        (4096, "legs", random),
+        (4096, "duties", duties),
+        (4096, "currents", currents),
     ):
-        tell(ours, count, action, policy.__name__, many(count, action, policy))
-    name = "gym-electric-motor 3.0.3, synchronous reluctance, 10 us"
-    tell(name, 1, "switches", "random", peer(folder))
+        drawn = " at random" if policy is random else ""
+        tell(f"{count} drives, {action}{drawn}", many(count, action, policy))
+    tell("gym-electric-motor 3.0.3", peer(folder))
 
 
 if __name__ == "__main__":
