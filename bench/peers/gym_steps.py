@@ -99,7 +99,7 @@ def main(folder: Path) -> None:
     writer.writerow(["case", "steps_per_cpu_s"])
 
     def tell(case: str, rate: float) -> None:
-        writer.writerow([case, f"{rate:.3g}"])
+        writer.writerow([case, f"{float(f'{rate:.3g}'):.0f}"])
         sys.stdout.flush()
 
     for action, policy in (("legs", hysteresis), ("currents", currents)):
