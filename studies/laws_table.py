@@ -80,7 +80,7 @@ WRONG = tuple(
     (f"mismatch.flux_factor={flux}", f"mismatch.R_factor={R}", f"mismatch.angle_offset_deg={angle}")
     for flux, R, angle in product((0.9, 1.1), (0.8, 1.2), (-1, 1))
 )
-COARSE = ("angles", "pwm_current", "finite_set_short")  # that no error of the model can spoil
+COARSE = ("angles", "pwm_current", "finite_set_short")  # far from the limit with any model
 FOLLOWERS = [name for name in CONTENDERS if name not in COARSE]
 
 MARK = "<!-- From here on made by `python studies/laws_table.py`. -->\n"
@@ -132,10 +132,11 @@ def glance(found: dict[tuple[str, str], Comparison]) -> str:
     return f"""
 ## At a glance
 
-Rms torque error in percent of the reference, at equal switching frequency:
+*Rms torque error in percent of the reference, at equal switching frequency:
 {CLASSES[0].f_switch / 1e3:g} kHz per switch at 2 and 5 µs, {CLASSES[2].f_switch / 1e3:g} kHz at
-20 µs. Comparators are sampled with all other decisions, except under "analog". The tables below
-have the current and the losses that belong to each figure.
+20 µs. Comparators are sampled with all other decisions, except under "analog". Bold: the least of
+the column; \\*: the law cannot reach the frequency. The tables below have the current and the
+losses that belong to each figure.*
 
 {grid(columns, "torque_error_rms")}"""
 
@@ -152,9 +153,14 @@ def wrong_model() -> str:
     return f"""
 ## With a wrong model
 
-Rms torque ripple in percent of the mean torque. The controller's flux map is 10 % off, its
-resistance 20 %, its angle 1° electrical. The mean torque is about 10 % off with every law, since
-all laws compute it from the map.
+*Rms torque ripple in percent of the mean torque, at {found.point.load.speed_rpm:g} rpm and
+{found.bound.tau_ref:g} N m; every decision every 5 µs, sampled comparators, tuned to
+{FPGA.f_switch / 1e3:g} kHz per switch. The controller's flux map is 10 % off, its resistance 20 %,
+its angle 1° electrical. Bold: the least of the column; \\*: the law cannot reach the frequency.*
+
+The mean torque is about 10 % off with every law, since all laws compute it from the map. `angles`,
+`pwm_current` and `finite_set_short` are left out: their torque error or their current is large even
+with an exact model.
 
 `{command}`, and with the other signs.
 

@@ -31,7 +31,7 @@ PAGES = [page for page in PAGES if "generated" not in page.parts and "gallery" n
 BY_COMMAND = {"laws.md": "<!-- From here on made by"}  # where the hand-written part ends
 
 NUMBER = re.compile(r"[-−]?\d{1,3}(?: \d{3})+(?!\d)|[-−]?\d+(?:\.\d+)?(?:e[-−]?\d+)?")
-SINGLE = re.compile(r"<!-- (\S+\.(?:csv|md\S*)) (.+?) -->")
+SINGLE = re.compile(r"<!-- (\S+\.(?:csv|md\S*))\s+(.+?)\s+-->", re.S)
 COMMENT = re.compile(r"<!--.*?-->", re.S)
 TABLE = re.compile(r"<!-- from (\S+) by (\w+)(?: where (\S+))?: (.+) -->")
 
@@ -131,6 +131,16 @@ def test_a_wrong_number_is_found() -> None:
     table += "| a | b |\n|---|---|\n"
     assert wrong(table + "| `paper_rated` | 0.84 % |\n") == []
     assert len(wrong(table + "| `paper_rated` | 0.48 % |\n")) == 1
+
+
+def test_the_statuses_of_firmware_are_those_of_the_header() -> None:
+    header = (ROOT / "include/srm/control/frame/fault.hpp").read_text(encoding="utf-8")
+    number = dict(re.findall(r"^  (\w+) = (\d+)", header, flags=re.M))
+    texts = re.findall(r'case Status::(\w+):\s+return "(.*?)";', header)
+    page = (ROOT / "docs/firmware.md").read_text(encoding="utf-8")
+    table = re.search(r"^\| status \| meaning \|\n(?:\|.*\n)+", page, flags=re.M)[0]
+    shown = [cells(line) for line in table.splitlines()[2:]]
+    assert shown == [[number[name], text] for name, text in texts]
 
 
 @pytest.mark.parametrize("name", ["paper_rated", "deadbeat", "five_phases_losses"])

@@ -49,6 +49,23 @@ def test_a_year_prints_its_figures_and_writes_whole_files(tmp_path):
     assert 'src="data:image/png;base64,' in report and 'src="/' not in report
 
 
+def test_a_value_is_set_for_both_commands_as_if_the_file_had_it():
+    settings = (
+        "--set",
+        "array.n_series=6",
+        "--set",
+        "tank.volume_m3=",
+        "--set",
+        "tank.volume_m3=9",
+    )
+    done = reluctance("pump", VILLAGE, *settings, "--json")
+    pumped = json.loads(done.stdout)
+    sized = reluctance("size", VILLAGE, *settings[2:], "--vary", "array.n_series=6", "--json")
+    ((row,),) = json.loads(sized.stdout)
+    assert row["water_m3"] == pytest.approx(pumped["water_m3"])
+    assert pumped["array_kWp"] == pytest.approx(2.4, rel=1e-2) and pumped["level_end_m3"] <= 9
+
+
 def test_sizes_over_series_and_over_head(tmp_path):
     done = reluctance(
         "size", DAY, "--vary", "array.n_series=6:8", "--vary", "pipe.H_static_m=10:20:2", "--json"
@@ -85,6 +102,10 @@ def test_a_size_that_does_not_work_is_told_and_the_others_are_kept():
         (("size", DAY, "--vary", "array.n_series=-1:0"), "n_series = -1, need >= 1"),
         (("pump", DAY, "--out", DAY), "is a file, need a folder"),
         (("size", DAY, "--vary", "pipe.H_static_m=60"), "none of the 1 sizes works"),
+        (("pump", DAY, "--set", "array.n_serie=6"), "unknown key `n_serie` in [array]"),
+        (("pump", DAY, "--set", "array.n_series"), "need section.key=value"),
+        (("pump", DAY, "--set", "array.soiling="), "no such key to remove"),
+        (("size", DAY, "--set", "drive.file=x"), "`drive` is not a table"),
     ],
 )
 def test_a_fault_is_one_line_and_exit_code_2(arguments, message):
@@ -120,6 +141,9 @@ def test_sizes_of_a_village_mark_the_smallest_array_that_meets_the_demand(tmp_pa
     marked = [line for line in shown.splitlines() if line.endswith("*")]
     assert len(marked) == 1 and f"{min(enough):.4g}" in marked[0]
     assert "* smallest array that loses at most 2.0% of the demand" in shown
+    assert "no margin for cloudy days" in shown and "% of max. power" in shown
+    loss = 100 * rows[3]["loss_of_load_probability"]  # of 3 modules
+    assert any(line.split()[0] == "3" and f"{loss:.4g}" in line for line in shown.splitlines()[1:5])
     assert max(map(len, shown.splitlines())) <= 100  # readable where a size cannot work
     strict = reluctance("size", VILLAGE, "--vary", "array.n_series=2:3", "--llp", "0.001").stdout
     assert "no size of these" in strict

@@ -319,3 +319,26 @@ def test_the_table_of_the_converter_study_is_what_the_code_gives(day):
         values = {"kind": "dcdc", "u_V": 300.0, "efficiency": efficiency}
         found = operate(day.system.with_table("operation", values))
         assert found.water == pytest.approx(water, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("latitude", "azimuth", "tilt", "away"),
+    [
+        (-13.5, 180, 15, True),  # south of the equator the default faces away
+        (-13.5, 0, 15, False),
+        (-13.5, 90, 15, False),
+        (-13.5, 180, 5, False),  # nearly flat
+        (-1.3, 180, 15, False),  # near the equator
+        (13.5, 180, 15, False),
+        (13.5, 350, 15, True),
+    ],
+)
+def test_an_array_that_faces_away_from_the_equator_is_told(latitude, azimuth, tilt, away):
+    values = {
+        "site.latitude_deg": latitude,
+        "array.azimuth_deg": azimuth,
+        "array.tilt_deg": tilt,
+        "weather.step_min": 60,
+    }
+    found = operate(load_system(EXAMPLES / "sun_village.toml").with_values(values))
+    assert away == any("faces away from the equator" in line for line in remarks(found))

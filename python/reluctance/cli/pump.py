@@ -9,10 +9,19 @@ import typer
 from reluctance.cli.options import AsJson
 
 SystemFile = Annotated[Path, typer.Argument(metavar="SYSTEM.toml", help="Pumping system.")]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="SECTION.KEY=VALUE",
+        help="Replace a value of the system file; without VALUE, remove it.",
+    ),
+]
 
 
 def pump(
     system_file: SystemFile,
+    overrides: Overrides = None,
     as_json: AsJson = False,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of report, tables and figures.")
@@ -23,7 +32,7 @@ def pump(
     from reluctance.pumping import load_system, operate, remarks, with_units
     from reluctance.pumping.text import rows
 
-    system = load_system(system_file)
+    system = load_system(system_file, overrides or [])
     with progress_bar("simulating the drive's loss map", 1.0) as told:
         found = operate(system, progress=told)
     files: list[Path] = []
@@ -51,9 +60,15 @@ def size(
             "modules in series.",
         ),
     ] = None,
+    overrides: Overrides = None,
     llp: Annotated[
         float,
-        typer.Option(min=0, max=1, help="Loss of load allowed for the smallest array."),
+        typer.Option(
+            min=0,
+            max=1,
+            help="Loss of load probability (part of the demand that is not met) allowed for the "
+            "smallest array.",
+        ),
     ] = 0.02,
     as_json: AsJson = False,
     out: Annotated[
@@ -66,7 +81,7 @@ def size(
     from reluctance.pumping.sizing import Values, meets, parsed, smallest, usual, write_sizes
     from reluctance.pumping.text import size_table
 
-    system = load_system(system_file)
+    system = load_system(system_file, overrides or [])
     chosen: list[Values] = [dict(parsed(text, system) for text in vary)] if vary else usual(system)
     tables = []
     for values in chosen:
@@ -83,7 +98,7 @@ def size(
         best = meets(table, llp, system)
         print(size_table(table, list(values), best))
         if system.demand is not None:
-            print(smallest(table, best, llp))
+            print(smallest(table, best, llp, system))
         print()
     for path in files:
         print(path)

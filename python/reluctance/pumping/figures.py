@@ -9,6 +9,7 @@ from reluctance.drive.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.drive.single_diode import G_REF, FloatArray, power_point
 from reluctance.pumping.matching import Limit
 from reluctance.pumping.operate import Pumped
+from reluctance.pumping.system import System
 from reluctance.pumping.tank import Storage
 from reluctance.pumping.tank import store as storing
 
@@ -22,6 +23,7 @@ REMEDIES = {
     Limit.well: "the yield of the well; power is left unused, see [pipe] well_yield_m3ph",
 }
 LONG = 600.0  # intervals from here on hide clouds [s]
+TROPICS, FLAT = 5.0, 5.0  # up to this latitude, or this tilt, the azimuth matters little [deg]
 
 
 @dataclass(frozen=True)
@@ -153,7 +155,7 @@ def per(found: Pumped, rule: str) -> pd.DataFrame:
 
 def remarks(found: Pumped) -> list[str]:
     """What a reader of these figures must know, each on one line."""
-    told, s = [], found.samples
+    told, s = _of_the_azimuth(found.system), found.samples
     if found.step >= LONG and found.system.weather.kind != "clear":
         told.append(
             f"the weather is means over {found.step / 60:g} min: they overstate the water of "
@@ -186,6 +188,19 @@ def remarks(found: Pumped) -> list[str]:
             "capacitors of the converter must stand it on the coldest morning: set [limits] u_max_V"
         )
     return told
+
+
+def _of_the_azimuth(system: System) -> list[str]:
+    """Whether the array faces away from the equator."""
+    latitude, array = system.site.latitude_deg, system.array
+    equator = 180 if latitude > 0 else 0
+    away = abs((array.azimuth_deg - equator + 180) % 360 - 180)
+    if abs(latitude) <= TROPICS or array.tilt_deg <= FLAT or away <= 90:
+        return []
+    return [
+        f"the array faces away from the equator: azimuth_deg = {array.azimuth_deg:g} at latitude "
+        f"{latitude:g}; set [array] azimuth_deg = {equator}"
+    ]
 
 
 def _why_none(found: Pumped) -> str:

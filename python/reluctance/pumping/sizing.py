@@ -81,16 +81,22 @@ def meets(table: pd.DataFrame, llp: float, system: System) -> int | None:
     return int(good.sort_values(list(order), ascending=list(order.values())).index[0])
 
 
-def smallest(table: pd.DataFrame, row: int | None, llp: float) -> str:
-    """What `meets` found, as a sentence."""
+def smallest(table: pd.DataFrame, row: int | None, llp: float, system: System) -> str:
+    """What `meets` found, as a sentence; on a clear sky, what it does not know."""
     if row is None:
         return f"no size of these loses at most {llp:.1%} of the demand; vary larger arrays"
     chosen = table.loc[row]
     varied = [name for name in table if name not in (*FIGURES, "why")]
     what = ", ".join(f"{name} = {chosen[name]:g}" for name in varied)
-    return (
+    told = (
         f"* smallest array that loses at most {llp:.1%} of the demand: {what}, "
         f"{chosen['array_kWp']:.4g} kWp, {chosen['water_m3']:.4g} m3"
+    )
+    if system.weather.kind != "clear":
+        return told
+    return (
+        f"{told}\n  under a clear sky: it has no margin for cloudy days; take a larger one, and "
+        "check it with\n  a typical year ([weather] file)"
     )
 
 

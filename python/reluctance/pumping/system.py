@@ -1,6 +1,6 @@
 """A pumping system: from a TOML file to checked tables and a drive."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from reluctance.drive.hydraulics import Pipe
 from reluctance.drive.pump import Pump, pump_from
 from reluctance.drive.schema import Section, checked, did_you_mean
 from reluctance.errors import ParameterError
-from reluctance.files import read_toml
+from reluctance.files import read_toml, toml_value
 from reluctance.pumping.array import Array
 from reluctance.pumping.site import Site
 from reluctance.pumping.tank import Demand, Tank
@@ -130,9 +130,10 @@ TABLES: dict[str, type[Section]] = {
 OPTIONAL = {"operation", "limits", "tank", "demand"}
 
 
-def load_system(path: str | Path) -> System:
+def load_system(path: str | Path, overrides: Sequence[str] = ()) -> System:
     """A pumping system from a TOML file. Its `drive` is a drive file, its `pump` a pump of the
-    library or a file; paths are relative to the system file.
+    library or a file; paths are relative to the system file. `overrides` are `section.key=value`
+    with the value as in TOML; no value removes the key.
 
     Raises
     ------
@@ -142,10 +143,29 @@ def load_system(path: str | Path) -> System:
     path = Path(path)
     data = read_toml(path)
     try:
+        for text in overrides:
+            _put(data, text)
         return system_from(data, folder=path.parent, name=path.stem)
     except ParameterError as fault:
         text = str(fault)
         raise ParameterError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+
+
+def _put(data: dict[str, Any], text: str) -> None:
+    """Puts the value of `section.key=value` into the tables, or removes the key."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    *path, key = name.split(".")
+    if not equals or not key:
+        raise ParameterError(f"--set {text}: need section.key=value")
+    table = data
+    for part in path:
+        table = table.setdefault(part, {})
+        if not isinstance(table, dict):
+            raise ParameterError(f"--set {text}: `{part}` is not a table")
+    if value:
+        table[key] = toml_value(value)
+    elif table.pop(key, None) is None:
+        raise ParameterError(f"--set {text}: no such key to remove{did_you_mean(key, table)}")
 
 
 def system_from(data: dict[str, Any], *, folder: Path, name: str = "system") -> System:

@@ -56,13 +56,13 @@ SHOWN_IF = {key for key in LABELS if key.startswith("limited_") and key != "limi
 
 
 SIZE_HEADS = {
-    "array_kWp": "kWp",
-    "water_m3": "water m3",
-    "water_m3_per_kWp": "m3/kWp",
-    "pumping_h": "hours",
-    "used_of_mp": "used",
-    "eta": "efficiency",
-    "loss_of_load_probability": "loss of load",
+    "array_kWp": ("kWp", 1.0),
+    "water_m3": ("water m3", 1.0),
+    "water_m3_per_kWp": ("m3/kWp", 1.0),
+    "pumping_h": ("hours", 1.0),
+    "used_of_mp": ("% of max. power", 100.0),  # drawn, of the energy at the maximum power point
+    "eta": ("efficiency %", 100.0),
+    "loss_of_load_probability": ("loss of load %", 100.0),
 }
 
 
@@ -70,8 +70,10 @@ def size_table(table: pd.DataFrame, varied: list[str], best: int | None) -> str:
     """The rows of `sizes` under short heads; the best is marked, and why a size cannot work is
     told below by numbers."""
     why = list(dict.fromkeys(text for text in table["why"] if text))
-    heads = {key: head for key, head in SIZE_HEADS.items() if key in table}
-    shown = table[[*varied, *heads]].rename(columns=heads)
+    shown = table[varied].copy()
+    for key, (head, scale) in SIZE_HEADS.items():
+        if key in table:
+            shown[head] = scale * table[key]
     shown[""] = [
         f"[{why.index(text) + 1}]" if text else "*" if row == best else ""
         for row, text in table["why"].items()
