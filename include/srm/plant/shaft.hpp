@@ -32,10 +32,11 @@ inline double load_torque(const Shaft& s, double omega_m, Moment m) {
          more;
 }
 
-/// J domega/dt = tau - load (eq. 2.4 of the paper, corrected) [rad/s^2].
-inline double acceleration(const Shaft& s, double tau, double omega_m, Moment m) {
+/// J domega/dt = tau - load (eq. 2.4 of the paper, corrected) [rad/s^2]. Its rate is that of the
+/// machine's torque alone: the load changes with the speed, a thousand times more slowly.
+inline Moving acceleration(const Shaft& s, const Moving& tau, double omega_m, Moment m) {
   if (s.rotation == Rotation::locked) return s.omega.rate(m.start);
-  return (tau - load_torque(s, omega_m, m)) / s.J;
+  return 1 / s.J * (tau - load_torque(s, omega_m, m));
 }
 
 /// When load or held speed change their course next [s].
