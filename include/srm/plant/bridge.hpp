@@ -20,9 +20,9 @@ using AllLegs = std::array<Leg, N>;
 template <std::size_t N>
 using PerPhase = std::array<double, N>;
 
-/// What lies between the dc link and a winding of current i, where the currents of all phases add up
-/// to i_sum: u = level u_dc - v - R i - R_shared i_sum. Valid for i > 0, and for a magnetized leg at
-/// any current.
+/// What lies between the dc link and a winding of current i, where the currents of all phases add
+/// up to i_sum: u = level u_dc - v - R i - R_shared i_sum. Valid for i > 0, and for a magnetized
+/// leg at any current.
 struct Path {
   double level{}, v{}, R{};  // [1], [V], [ohm]
 };

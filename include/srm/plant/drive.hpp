@@ -91,8 +91,7 @@ void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<J
   for (int k = 0; k < N; ++k) {
     if (!circuit.flows[k]) continue;
     const Path& path = circuit.paths.phase[k];
-    r.v[k].rate =
-        path.level * r.u_dc.rate - (path.R + p.R) * r.i[k].rate - R_shared * i_sum_rate;
+    r.v[k].rate = path.level * r.u_dc.rate - (path.R + p.R) * r.i[k].rate - R_shared * i_sum_rate;
   }
   r.alpha = acceleration(p.shaft, r.tau, x.omega_m, now);
   r.omega_m = {x.omega_m, r.alpha.now};

@@ -64,7 +64,7 @@ struct Trial {
 
 // Corrections up to this part of the current scale are taken without another evaluation of the
 // machine: its derivatives tell the rest.
-inline constexpr double small_part = 1e-4;
+inline constexpr double small_part = 1e-5;
 
 /// A step of length h from `start`; with a guard, of the length that ends on it, near h and no
 /// longer than `longest`.
@@ -76,19 +76,23 @@ template <Machine M, int N>
   y.h = h;
   y.fine = y.landed = false;
   predict(start, s, h, end.x);
+  std::array<double, N> off{};
   for (int round = 0; round < 8; ++round) {
     const double theta_e = wrap(p.machine.N_r * end.x.theta_m);
     for (int k = 0; k < N; ++k) {
       if (!s.circuit.flows[k]) continue;
       end.jets[k] = p.machine.jet(end.x.i[k], phase_angle<N>(theta_e, k));
     }
-    std::array<double, N> d = corrections(p, start, end, s, y.h);
+    std::array<double, N> d = corrections(p, start, end, s, y.h, off);
     double most = 0, dh = 0;
-    for (int k = 0; k < N; ++k) most = max(most, abs(d[k]));
+    for (int k = 0; k < N; ++k) {
+      most = max(most, abs(d[k]));
+      off[k] += d[k];
+    }
     if (round == 0) y.spread = most / scale.i;
     if (g.direction != 0) {
       const auto rate = [&](int k) {
-        return start.rates.i[k].rate + y.h * s.d2i[k] + (round == 0 ? 3 / y.h * d[k] : 0);
+        return start.rates.i[k].rate + y.h * s.d2i[k] + 3 / y.h * off[k];
       };
       if (g.k >= 0) {
         dh = (g.value - end.x.i[g.k] - d[g.k]) / rate(g.k);

@@ -1,7 +1,7 @@
 // One integration step of the plant, with the integrals that the key figures need.
 //
-// Flux linkages, speed, angle and dc-link voltage at the end of a step of length h follow from their
-// rates f and the rates of those, at both ends (Hermite's rule, of order 4):
+// Flux linkages, speed, angle and dc-link voltage at the end of a step of length h follow from
+// their rates f and the rates of those, at both ends (Hermite's rule, of order 4):
 //
 //   y_1 = y_0 + h/2 (f_0 + f_1) + h^2/12 (f_0' - f_1')
 //
@@ -108,13 +108,15 @@ void predict(const Point<N>& from, const Settled<N>& s, double h, State<N>& x) {
   x.u_dc = from.x.u_dc + h * (du.now + h / 2 * du.rate);
 }
 
-/// What the flux linkages ask the currents to change by, of a trial `end` at time h.
+/// What the flux linkages ask the currents to change by, of a trial `end` at time h; so far they
+/// have been changed by `off` since their prediction.
 ///
 /// A prediction is off by a term in h^3, so its rate by three times that over h; with it, a change
 /// di of the current lowers the flux linkage of Hermite's rule by h R di/4.
 template <Machine M, int N>
 std::array<double, N> corrections(const Plant<M, N>& p, const Point<N>& start, const Point<N>& end,
-                                  const Settled<N>& s, double h) {
+                                  const Settled<N>& s, double h,
+                                  const std::type_identity_t<std::array<double, N>>& off) {
   const Rates<N>& r = start.rates;
   const Paths<N>& paths = s.circuit.paths;
   const Moving du{end.x.u_dc - start.x.u_dc, h * r.source.du_dc.rate};
@@ -126,11 +128,11 @@ std::array<double, N> corrections(const Plant<M, N>& p, const Point<N>& start, c
   for (int k = 0; k < N; ++k) {
     if (!s.circuit.flows[k]) continue;
     const double R = p.R + paths.phase[k].R;
-    const Moving di{end.x.i[k] - start.x.i[k], h * s.d2i[k]};
+    const Moving di{end.x.i[k] - start.x.i[k], h * s.d2i[k] + 3 / h * off[k]};
     const Moving v = r.v[k] + paths.phase[k].level * du - R * di - shared;
     const Jet<double>& m = end.jets[k];
-    const double off = start.jets[k].psi + integral(r.v[k], v, h) - m.psi;
-    const double change = off / (m.L_inc + h / 4 * R);
+    const double left = start.jets[k].psi + integral(r.v[k], v, h) - m.psi;
+    const double change = left / (m.L_inc + h / 4 * R);
     d[k] = change - change * change / 2 * m.L_i / m.L_inc;
   }
   return d;
