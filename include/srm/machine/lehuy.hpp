@@ -33,7 +33,7 @@ struct LeHuy {
   SRM_FIELDS(N_r, L_u, L_sat, A, B, i_sat)
 
   /// i >= 0 [A], theta_e in [0, 2 pi).
-  constexpr Magnetics<T> at(T i, T theta_e) const {
+  [[gnu::always_inline]] constexpr Magnetics<T> at(T i, T theta_e) const {
     T x = theta_e * (T(1) / pi<T>);
     T slope = T(N_r) * T(6) / pi<T>;  // df/dtheta_m = slope x (1 - x)
     if (x > T(1)) {                   // the half past alignment mirrors the half before it
