@@ -34,7 +34,7 @@ HYSTERESIS = [
     "control.regulate=current",
     "control.i_ref_A=60",
     "control.i_band_A=1",
-    "simulation.dt_max_us=10",
+    "simulation.dt_max_us=20",
 ]
 
 
@@ -62,7 +62,7 @@ CASES = {
     "edge_mpc, 20 us": Case("edge_mpc_mcu"),
     "angles and hysteresis, 100 us": Case("single_pulse", HYSTERESIS),
     "angles and hysteresis, 20 us": Case("single_pulse", [*HYSTERESIS, "control.T_s_us=20"]),
-    "single pulse, 3000 rpm": Case("single_pulse", ["simulation.dt_max_us=10"]),
+    "single pulse, 3000 rpm": Case("single_pulse", ["simulation.dt_max_us=20"]),
     "rated point, flux map": Case("paper_rated", as_map=True),
     "angles and hysteresis, 20 us, flux map": Case(
         "single_pulse", [*HYSTERESIS, "control.T_s_us=20"], as_map=True

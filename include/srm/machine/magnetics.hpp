@@ -23,14 +23,14 @@ struct Magnetics {
 /// order 2, and those of order 3 that a rate of change needs.
 template <Real T>
 struct Jet {
-  T psi;          // [Wb]
-  T tau;          // [N m]
-  T L_inc;        // [H]
-  T psi_theta;    // dpsi/dtheta_m [Wb/rad]
-  T tau_theta;    // dtau/dtheta_m [N m/rad]
-  T L_i;          // dL_inc/di [H/A]
-  T L_theta;      // dL_inc/dtheta_m [H/rad]
-  T psi_theta_2;  // d2psi/dtheta_m2 [Wb/rad^2]
+  T psi{};          // [Wb]
+  T tau{};          // [N m]
+  T L_inc{};        // [H]
+  T psi_theta{};    // dpsi/dtheta_m [Wb/rad]
+  T tau_theta{};    // dtau/dtheta_m [N m/rad]
+  T L_i{};          // dL_inc/di [H/A]
+  T L_theta{};      // dL_inc/dtheta_m [H/rad]
+  T psi_theta_2{};  // d2psi/dtheta_m2 [Wb/rad^2]
 };
 
 /// A machine is its magnetics: `at` is the single place where flux, torque, inductance and
