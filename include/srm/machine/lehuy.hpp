@@ -54,7 +54,7 @@ struct LeHuy {
 
   /// i >= 0 [A], theta_e in [0, 2 pi).
   constexpr Jet<T> jet(T i, T theta_e) const {
-    const T per_rad = T(N_r) / pi<T>;  // dx/dtheta_m
+    const T per_rad = T(N_r) * (T(1) / pi<T>);  // dx/dtheta_m
     T x = theta_e * (T(1) / pi<T>);
     T slope = T(6) * per_rad;
     if (x > T(1)) {

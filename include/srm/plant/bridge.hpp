@@ -54,6 +54,7 @@ struct Switchings {
 
   /// So many switches turn on (or off where negative) at current i.
   void count(int switches, double u_dc, double i) {
+    if (switches == 0) return;
     const double S = switches * u_dc * i;
     if (switches > 0) {
       turn_ons += switches;

@@ -17,7 +17,7 @@ namespace srm {
 /// takes a current or the voltage past zero sees the same equations.
 template <int N>
 struct Circuit {
-  Paths<N> paths;
+  Paths<N> paths;  // to the flux linkages
   std::array<bool, N> flows{};
   bool shorted{};
 };
@@ -77,7 +77,7 @@ void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<J
       continue;
     }
     const Path& path = circuit.paths.phase[k];
-    const double v = path.level * x.u_dc - path.v - v_shared - (path.R + p.R) * x.i[k];
+    const double v = path.level * x.u_dc - path.v - v_shared - path.R * x.i[k];
     const double i_rate = (v - x.omega_m * m[k].psi_theta) / m[k].L_inc;
     i_sum_rate += i_rate;
     r.v[k].now = v;
@@ -91,7 +91,7 @@ void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<J
   for (int k = 0; k < N; ++k) {
     if (!circuit.flows[k]) continue;
     const Path& path = circuit.paths.phase[k];
-    r.v[k].rate = path.level * r.u_dc.rate - (path.R + p.R) * r.i[k].rate - R_shared * i_sum_rate;
+    r.v[k].rate = path.level * r.u_dc.rate - path.R * r.i[k].rate - R_shared * i_sum_rate;
   }
   r.alpha = acceleration(p.shaft, r.tau, x.omega_m, now);
   r.omega_m = {x.omega_m, r.alpha.now};
@@ -106,11 +106,20 @@ Feed source_now(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& le
   return feed(p.source, x.u_dc, i_dc, {t, t});
 }
 
+/// The paths of these legs to the flux linkages.
+template <Machine M, int N>
+Paths<N> paths(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& legs) {
+  Paths<N> found = std::visit([&](const auto& b) { return b.paths(legs); }, p.bridge);
+  for (Path& path : found.phase) path.R += p.R;
+  return found;
+}
+
 /// What winding k sees [V].
-template <int N>
-double winding_voltage(const std::type_identity_t<Paths<N>>& paths, const State<N>& x, int k) {
-  const Path& path = paths.phase[k];
-  return path.level * x.u_dc - path.v - path.R * x.i[k] - paths.R_shared * sum<N>(x.i);
+template <Machine M, int N>
+double winding_voltage(const Plant<M, N>& p, const Circuit<N>& circuit, const State<N>& x, int k) {
+  const Path& path = circuit.paths.phase[k];
+  const double shared = circuit.paths.R_shared * sum<N>(x.i);
+  return path.level * x.u_dc - path.v - (path.R - p.R) * x.i[k] - shared;
 }
 
 /// Energy stored in the magnetic field of all phases [J].

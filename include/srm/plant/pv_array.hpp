@@ -55,6 +55,8 @@ struct PvArray {
     return {(v - scale * w - u) / R_s, slope};
   }
 
+  double current(double u, double G, double T_degC) const { return at(u, G, T_degC).i; }
+
   double start() const { return u_start; }
   Feed feed(double u, const Moving& i_dc, Moment m) const {
     const Point array = at(u + v_block, poa_global.at(m), temp_cell.at(m));

@@ -52,11 +52,9 @@ inline double arrival(double left, double rate, double second) {
   return t > 0 ? t : std::numeric_limits<double>::infinity();
 }
 
-/// The end of a step, and its length.
-template <int N>
+/// What a step came to.
 struct Trial {
-  Point<N> end;
-  double h;
+  double h;       // its length [s]
   double spread;  // of the first correction, in parts of the scale [1]
   bool fine;      // the corrections have become small
   bool landed;    // the end is on the guard that was asked for
@@ -66,15 +64,13 @@ struct Trial {
 // machine: its derivatives tell the rest.
 inline constexpr double small_part = 1e-5;
 
-/// A step of length h from `start`; with a guard, of the length that ends on it, near h and no
-/// longer than `longest`.
+/// A step of length h from `start` to `end`; with a guard, of the length that ends on it, near h
+/// and no longer than `longest`.
 template <Machine M, int N>
-[[gnu::flatten]] void step(const Plant<M, N>& p, const Point<N>& start, const Settled<N>& s,
-                           const Scale& scale, double h, const Guard& g, double longest,
-                           Trial<N>& y) {
-  Point<N>& end = y.end;
-  y.h = h;
-  y.fine = y.landed = false;
+[[gnu::flatten]] Trial step(const Plant<M, N>& p, const Point<N>& start, const Settled<N>& s,
+                            const Scale& scale, double h, const Guard& g, double longest,
+                            Point<N>& end) {
+  Trial y{.h = h, .spread = 0, .fine = false, .landed = false};
   predict(start, s, h, end.x);
   std::array<double, N> off{};
   for (int round = 0; round < 8; ++round) {
@@ -83,7 +79,7 @@ template <Machine M, int N>
       if (!s.circuit.flows[k]) continue;
       end.jets[k] = p.machine.jet(end.x.i[k], phase_angle<N>(theta_e, k));
     }
-    std::array<double, N> d = corrections(p, start, end, s, y.h, off);
+    std::array<double, N> d = corrections(start, end, s, y.h, off);
     double most = 0, dh = 0;
     for (int k = 0; k < N; ++k) {
       most = max(most, abs(d[k]));
@@ -101,7 +97,7 @@ template <Machine M, int N>
       } else {
         dh = (g.value - end.x.u_dc) / start.rates.source.du_dc.now;
       }
-      if (!(y.h + dh > 0 && y.h + dh <= longest)) return;
+      if (!(y.h + dh > 0 && y.h + dh <= longest)) return y;
       for (int k = 0; k < N; ++k) {
         if (!s.circuit.flows[k]) continue;
         d[k] += dh * rate(k);
@@ -120,12 +116,13 @@ template <Machine M, int N>
     }
     if (y.fine) break;
   }
-  if (!y.fine) return;
+  if (!y.fine) return y;
   if (g.direction != 0) watched(g, end.x) = g.value;
   rates(p, end.x, end.jets, s.circuit, {s.t + y.h, s.t}, end.rates);
   close(start, end, s.circuit, y.h);
   y.landed = g.direction != 0;
   if (y.landed) watched(g, end.x) = g.value;
+  return y;
 }
 
 /// The greatest or least value within a step of length h, where the cubic Hermite polynomial from

@@ -67,13 +67,13 @@ struct Extremes {
 
   /// A step of length h from a to b: its start, and what lies between.
   template <int N>
-  void include(const Point<N>& a, const Point<N>& b, double h) {
-    span(tau_min, tau_max, a.rates.tau, b.rates.tau, h);
-    span(omega_min, omega_max, a.rates.omega_m, b.rates.omega_m, h);
-    span(u_min, u_max, a.rates.u_dc, b.rates.u_dc, h);
+  void include(const Rates<N>& a, const Rates<N>& b, double h) {
+    span(tau_min, tau_max, a.tau, b.tau, h);
+    span(omega_min, omega_max, a.omega_m, b.omega_m, h);
+    span(u_min, u_max, a.u_dc, b.u_dc, h);
     for (int k = 0; k < N; ++k) {
-      double lowest = 0;
-      span(lowest, i_peak, a.rates.i[k], b.rates.i[k], h);
+      i_peak = max(i_peak, a.i[k].now);
+      if (a.i[k].rate > 0 && b.i[k].rate < 0) i_peak = max(i_peak, extreme(a.i[k], b.i[k], h));
     }
   }
 
@@ -81,10 +81,11 @@ struct Extremes {
   static void span(double& least, double& most, const Moving& a, const Moving& b, double h) {
     least = min(least, a.now);
     most = max(most, a.now);
-    if (!(a.rate * b.rate < 0)) return;
-    const double turn = extreme(a, b, h);
-    least = min(least, turn);
-    most = max(most, turn);
+    if (a.rate * b.rate < 0) {
+      const double turn = extreme(a, b, h);
+      least = min(least, turn);
+      most = max(most, turn);
+    }
   }
 };
 

@@ -30,19 +30,18 @@ struct Resolution {
 /// All that changes from step to step but the state of the controller: a plain value.
 template <int N>
 struct Loop {
-  Point<N> at;
+  std::array<Point<N>, 2> points;  // this one and the end of the step, in turns
+  int here = 0;
   Integrals<N> sums;
   Gates<N> gates;
-  AllLegs<N> legs;                  // what the windings see
-  Paths<N> paths;                   // through the legs
-  bool shorted = false;             // the diodes of the bridge hold the dc link at zero
-  std::array<bool, N> evaluated{};  // the jet of the phase is that of its current
-  bool rated = false;               // the rates are those of this point and these paths
-  bool prepared = false;            // what is due at this point is done
+  AllLegs<N> legs;  // what the windings see
+  Circuit<N> circuit;
+  bool rated = false;     // the rates are those of this point and circuit
+  bool prepared = false;  // what is due at this point is done
   double t = 0, t_sample = 0, t_course = 0, t_record = 0;  // now, and next [s]
   double theta_period = 0, theta_next = 0;  // next end of a period; next angle that matters [rad]
   int turns = 0;                            // direction in which theta_next is ahead; 0: unknown
-  double h_fine = 1e300;                    // step that was fine enough last [s]
+  double h_fine = 1e300;                    // what a step may be, from the ones before [s]
   double tau_ref = 0;
   long samples = 0, steps = 0;
   Switchings switchings;
@@ -67,11 +66,11 @@ class Simulation {
         reference_(std::move(reference)),
         resolution_(resolution) {
     if (!(resolution.record_every > 0)) now_.t_record = never<double>;
-    now_.at.x.theta_m = theta_m;
-    now_.at.x.omega_m = plant_.shaft.omega.at(0);
-    now_.at.x.u_dc = srm::start(plant_.source);
+    at().x.theta_m = theta_m;
+    at().x.omega_m = plant_.shaft.omega.at(0);
+    at().x.u_dc = srm::start(plant_.source);
     now_.legs.fill(Leg::demagnetize);
-    now_.paths = std::visit([&](const auto& b) { return b.paths(now_.legs); }, plant_.bridge);
+    now_.circuit.paths = paths(plant_, now_.legs);
     follow_courses();
     now_.theta_period = next_period();
   }
@@ -115,7 +114,7 @@ class Simulation {
     }
   }
 
-  const State<N>& state() const { return now_.at.x; }
+  const State<N>& state() const { return at().x; }
   double t() const { return now_.t; }
   /// Integration steps taken so far.
   long steps() const { return now_.steps; }
@@ -164,7 +163,7 @@ class Simulation {
       if (!conducts(now_.legs[k], x().i[k])) continue;
       const double theta_e = electrical_angle(plant_, x().theta_m, k);
       const Magnetics<double> m = plant_.machine.at(x().i[k], theta_e);
-      row.u[k] = winding_voltage(now_.paths, x(), k);
+      row.u[k] = winding_voltage(plant_, now_.circuit, x(), k);
       row.psi[k] = m.psi;
       row.tau_ph[k] = m.tau;
       row.tau += m.tau;
@@ -199,20 +198,23 @@ class Simulation {
 
  private:
   // A step is halved while its prediction is off by more than this part of the current scale.
-  static constexpr double spread_part = 3e-5;
+  static constexpr double spread_part = 1e-4;
   static constexpr double shortest = 1e-15;  // no halving below: the numbers are none any more [s]
 
   // Longest step in electrical angle [rad], for the magnetisation changes with the angle however
   // smooth the currents are. At 1500 rpm and four rotor poles the longest step stays 10 us.
-  static constexpr double longest_angle = 0.0131;
+  static constexpr double longest_angle = 0.0262;
 
   static constexpr long slice = 20000;  // steps of one call of `advance`; some ten milliseconds
 
-  const State<N>& x() const { return now_.at.x; }
+  Point<N>& at() { return now_.points[now_.here]; }
+  const Point<N>& at() const { return now_.points[now_.here]; }
+  Point<N>& end() { return now_.points[1 - now_.here]; }
+  const State<N>& x() const { return at().x; }
 
   /// Courses over time step, if at all, at their points.
   void follow_courses() {
-    State<N>& x = now_.at.x;
+    State<N>& x = at().x;
     x.u_dc = forced(plant_.source, x.u_dc, now_.t);
     x.omega_m = forced(plant_.shaft, x.omega_m, now_.t);
     now_.t_course = std::min(next_change(plant_.source, now_.t), next_change(plant_.shaft, now_.t));
@@ -267,7 +269,7 @@ class Simulation {
           const AllLegs<N> legs = bridge.legs(now_.gates.levels());
           bridge.count(now_.switchings, now_.legs, legs, x().u_dc, x().i);
           now_.legs = legs;
-          now_.paths = bridge.paths(legs);
+          now_.circuit.paths = paths(plant_, legs);
         },
         plant_.bridge);
     now_.rated = false;
@@ -336,7 +338,7 @@ class Simulation {
       first = g;
       h = t;
     };
-    const Rates<N>& r = now_.at.rates;
+    const Rates<N>& r = at().rates;
     for (int k = 0; k < N; ++k) {
       if (!s.circuit.flows[k]) continue;
       const bool falls = r.i[k].rate < 0;
@@ -350,8 +352,7 @@ class Simulation {
 
   /// The first guard that a step of length h to `end` meets, and about when; none has direction 0.
   /// A guard of `located` is left out: the step ends on it.
-  std::pair<Guard, double> met(const Spans& spans, const Settled<N>& s, const Point<N>& end,
-                               double h, int located) const {
+  std::pair<Guard, double> met(const Spans& spans, const Settled<N>& s, double h, int located) {
     Guard first;
     double soonest = 2;  // in parts of the step
     const auto consider = [&](const Guard& g, double now, double then) {
@@ -365,56 +366,61 @@ class Simulation {
     };
     for (int k = 0; k < N; ++k) {
       if (!s.circuit.flows[k] || k == located) continue;
-      const Moving &i0 = now_.at.rates.i[k], &i1 = end.rates.i[k];
-      const double turn = extreme(i0, i1, h);
-      const double least = std::min(i1.now, turn), most = std::max(i1.now, turn);
+      const Moving &i0 = at().rates.i[k], &i1 = end().rates.i[k];
+      double least = i1.now, most = i1.now;
+      if (i0.rate * i1.rate < 0) {
+        const double turn = extreme(i0, i1, h);
+        least = std::min(least, turn);
+        most = std::max(most, turn);
+      }
       if (least <= spans[k].below) consider({k, spans[k].below, -1}, i0.now, least);
       if (most >= spans[k].above) consider({k, spans[k].above, 1}, i0.now, most);
     }
     if (located != Guard::angle) {
-      consider({Guard::angle, now_.theta_next, direction()}, x().theta_m, end.x.theta_m);
+      consider({Guard::angle, now_.theta_next, direction()}, x().theta_m, end().x.theta_m);
     }
     if (located != Guard::link && !s.circuit.shorted) {
-      consider({Guard::link, 0, -1}, x().u_dc, end.x.u_dc);
+      consider({Guard::link, 0, -1}, x().u_dc, end().x.u_dc);
     }
     return {first, soonest * h};
   }
 
-  /// Makes a step of length h, that passes the guard, end on it.
-  void locate(const Guard& g, double guess, const Settled<N>& s, Trial<N>& y) const {
+  /// Makes a step, that passes the guard, end on it.
+  void locate(const Guard& g, double guess, const Settled<N>& s, Trial& y) {
     double lower = 0, upper = y.h;
     for (int round = 0; round < 60; ++round) {
       if (!(guess > lower && guess < upper)) guess = (lower + upper) / 2;
-      srm::step(plant_, now_.at, s, resolution_.scale, guess, g, upper, y);
+      y = srm::step(plant_, at(), s, resolution_.scale, guess, g, upper, end());
       if (y.landed) return;
-      srm::step(plant_, now_.at, s, resolution_.scale, guess, Guard{}, guess, y);
-      (distance(g, y.end.x) > 0 ? lower : upper) = guess;
+      y = srm::step(plant_, at(), s, resolution_.scale, guess, Guard{}, guess, end());
+      (distance(g, end().x) > 0 ? lower : upper) = guess;
       guess = 0;
     }
   }
 
   /// Magnetics and rates at the start of a step.
   Settled<N> settled() {
-    Settled<N> s{.circuit = {.paths = now_.paths}, .t = now_.t, .d2i = {}};
+    Circuit<N>& circuit = now_.circuit;
     for (int k = 0; k < N; ++k) {
-      s.circuit.flows[k] = conducts(now_.legs[k], x().i[k]);
-      if (s.circuit.flows[k] && !now_.evaluated[k]) {
-        now_.at.jets[k] = plant_.machine.jet(x().i[k], electrical_angle(plant_, x().theta_m, k));
+      const bool flows = conducts(now_.legs[k], x().i[k]);
+      if (flows == circuit.flows[k]) continue;
+      circuit.flows[k] = flows;
+      if (flows) {
+        at().jets[k] = plant_.machine.jet(x().i[k], electrical_angle(plant_, x().theta_m, k));
       }
-      if (s.circuit.flows[k] != now_.evaluated[k]) now_.rated = false;
-      now_.evaluated[k] = s.circuit.flows[k];
+      now_.rated = false;
     }
-    s.circuit.shorted = x().u_dc <= 0 && source_now(plant_, now_.legs, x(), now_.t).du_dc.now < 0;
-    if (s.circuit.shorted != now_.shorted) now_.rated = false;
-    now_.shorted = s.circuit.shorted;
+    const bool shorted = x().u_dc <= 0 && source_now(plant_, now_.legs, x(), now_.t).du_dc.now < 0;
+    if (shorted != circuit.shorted) now_.rated = false;
+    circuit.shorted = shorted;
     if (!now_.rated) {
-      rates(plant_, x(), now_.at.jets, s.circuit, {now_.t, now_.t}, now_.at.rates);
+      rates(plant_, x(), at().jets, circuit, {now_.t, now_.t}, at().rates);
       now_.rated = true;
     }
-    const Rates<N>& r = now_.at.rates;
+    Settled<N> s{.circuit = circuit, .t = now_.t, .d2i = {}};
+    const Rates<N>& r = at().rates;
     for (int k = 0; k < N; ++k) {
-      if (!s.circuit.flows[k]) continue;
-      s.d2i[k] = bend(now_.at.jets[k], r.i[k], r.v[k], r.omega_m);
+      if (circuit.flows[k]) s.d2i[k] = bend(at().jets[k], r.i[k], r.v[k], r.omega_m);
     }
     return s;
   }
@@ -434,30 +440,32 @@ class Simulation {
     }
 
     const double omega_e = plant_.machine.N_r * std::abs(x().omega_m);
-    const double h_max = std::min({t_limit - now_.t, resolution_.dt_max, longest_angle / omega_e});
+    const double h_max =
+        std::min({t_limit - now_.t, resolution_.dt_max, longest_angle / omega_e, now_.h_fine});
     const auto [target, h_first] = expected(spans, s, h_max);
     const Scale& scale = resolution_.scale;
-    Trial<N> y;
-    srm::step(plant_, now_.at, s, scale, h_first, target, h_max, y);
+    Trial y = srm::step(plant_, at(), s, scale, h_first, target, h_max, end());
     while (!y.fine || y.spread > spread_part) {
       const double h = y.h / 2;
       if (h < shortest) break;
-      srm::step(plant_, now_.at, s, scale, h, Guard{}, h, y);
+      now_.h_fine = h;
+      y = srm::step(plant_, at(), s, scale, h, Guard{}, h, end());
     }
+    if (y.h >= now_.h_fine / 2 && y.spread < spread_part / 16) now_.h_fine *= 2;
     Guard landed;
     if (y.landed) landed = target;
     // Each guard can be the first once; more often they are met only where numbers are none.
     for (int trials = 4 * N + 4; trials > 0; --trials) {
-      const auto [g, guess] = met(spans, s, y.end, y.h, landed.k);
+      const auto [g, guess] = met(spans, s, y.h, landed.k);
       if (g.direction == 0) break;
       locate(g, guess, s, y);
       landed = g;
     }
 
     const bool whole = landed.direction == 0 && y.h == t_limit - now_.t;
-    now_.extremes.include(now_.at, y.end, y.h);
-    add(now_.sums, now_.at.rates, y.end.rates, plant_.R, now_.tau_ref, y.h);
-    now_.at = y.end;
+    now_.extremes.include(at().rates, end().rates, y.h);
+    add(now_.sums, at().rates, end().rates, plant_.R, now_.tau_ref, y.h);
+    now_.here = 1 - now_.here;
     now_.t = whole ? t_limit : now_.t + y.h;
     now_.prepared = false;
     if (landed.direction != 0) act_on(landed);
@@ -476,7 +484,7 @@ class Simulation {
       return;
     }
     if (met.k == Guard::link) {  // the diodes of the bridge conduct
-      now_.at.x.u_dc = 0;
+      at().x.u_dc = 0;
       return;
     }
     const PhaseCommand<double>& c = command()[met.k];

@@ -49,7 +49,7 @@ void add(Integrals<N>& q, const Rates<N>& r0, const Rates<N>& r1, double R, doub
   q.error_squared += tau_squared - tau_ref * (2 * tau - h * tau_ref);
   for (int k = 0; k < N; ++k) {
     const Moving &i0 = r0.i[k], &i1 = r1.i[k];
-    if (i0.now == 0 && i1.now == 0) continue;
+    if (i1.now == 0 && i0.now == 0) continue;
     const double i_squared = integral(i0 * i0, i1 * i1, h);
     q.i_squared[k] += i_squared;
     q.E_winding += integral(r0.v[k] * i0, r1.v[k] * i1, h) + R * i_squared;
@@ -74,7 +74,7 @@ struct Point {
 /// What does not change within a step.
 template <int N>
 struct Settled {
-  Circuit<N> circuit;
+  const Circuit<N>& circuit;
   double t;                   // start of the step [s]
   std::array<double, N> d2i;  // second derivatives of the currents at the start [A/s^2]
 };
@@ -113,9 +113,9 @@ void predict(const Point<N>& from, const Settled<N>& s, double h, State<N>& x) {
 ///
 /// A prediction is off by a term in h^3, so its rate by three times that over h; with it, a change
 /// di of the current lowers the flux linkage of Hermite's rule by h R di/4.
-template <Machine M, int N>
-std::array<double, N> corrections(const Plant<M, N>& p, const Point<N>& start, const Point<N>& end,
-                                  const Settled<N>& s, double h,
+template <int N>
+std::array<double, N> corrections(const Point<N>& start, const Point<N>& end, const Settled<N>& s,
+                                  double h,
                                   const std::type_identity_t<std::array<double, N>>& off) {
   const Rates<N>& r = start.rates;
   const Paths<N>& paths = s.circuit.paths;
@@ -127,13 +127,14 @@ std::array<double, N> corrections(const Plant<M, N>& p, const Point<N>& start, c
   std::array<double, N> d{};
   for (int k = 0; k < N; ++k) {
     if (!s.circuit.flows[k]) continue;
-    const double R = p.R + paths.phase[k].R;
+    const double R = paths.phase[k].R;
     const Moving di{end.x.i[k] - start.x.i[k], h * s.d2i[k] + 3 / h * off[k]};
     const Moving v = r.v[k] + paths.phase[k].level * du - R * di - shared;
     const Jet<double>& m = end.jets[k];
     const double left = start.jets[k].psi + integral(r.v[k], v, h) - m.psi;
-    const double change = left / (m.L_inc + h / 4 * R);
-    d[k] = change - change * change / 2 * m.L_i / m.L_inc;
+    const double per_psi = 1 / (m.L_inc + h / 4 * R);
+    const double change = left * per_psi;
+    d[k] = change - change * change / 2 * m.L_i * per_psi;
   }
   return d;
 }
