@@ -63,7 +63,7 @@ struct PvArray {
     const bool blocks = !(array.i > 0);
     const double i_now = blocks ? 0 : array.i;
     const double du = (i_now - i_dc.now) / C;
-    const Moving i = blocks ? Moving{} : Moving{i_now, array.slope * du};  // sun and heat are slow
+    const Moving i = blocks ? Moving{} : Moving{i_now, array.slope * du + weather_rate(u, m)};
     return {1 / C * (i - i_dc), i, Moving{u + v_block, du} * i, v_block * i};
   }
   double stored(double u) const { return C * u * u / 2; }
@@ -74,6 +74,15 @@ struct PvArray {
   double forced(double u, double) const { return u; }
 
  private:
+  /// How the current changes at constant voltage, where irradiance or temperature do [A/s].
+  double weather_rate(double u, Moment m) const {
+    const Moving G = poa_global.moving(m), T = temp_cell.moving(m);
+    if (G.rate == 0 && T.rate == 0) return 0;
+    constexpr double dt = 1e-6;  // [s]
+    const double after = current(u + v_block, G.now + dt * G.rate, T.now + dt * T.rate);
+    return (after - current(u + v_block, G.now, T.now)) / dt;
+  }
+
   /// ln x near 1 by the series of the inverse hyperbolic tangent: to 3e-8 from 0.75 to 1.35.
   static double ln(double x) {
     const double y = (x - 1) / (x + 1), z = y * y;

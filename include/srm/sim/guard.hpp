@@ -119,7 +119,7 @@ template <Machine M, int N>
   if (!y.fine) return y;
   if (g.direction != 0) watched(g, end.x) = g.value;
   rates(p, end.x, end.jets, s.circuit, {s.t + y.h, s.t}, end.rates);
-  close(start, end, s.circuit, y.h);
+  close(p, start, end, s, y.h);
   y.landed = g.direction != 0;
   if (y.landed) watched(g, end.x) = g.value;
   return y;

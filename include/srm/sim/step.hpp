@@ -140,18 +140,25 @@ std::array<double, N> corrections(const Point<N>& start, const Point<N>& end, co
 }
 
 /// Takes what Hermite's rule says of a trial at the end of a step of length h.
-template <int N>
-void close(const Point<N>& start, Point<N>& end, const Circuit<N>& circuit, double h) {
+template <Machine M, int N>
+void close(const Plant<M, N>& p, const Point<N>& start, Point<N>& end, const Settled<N>& s,
+           double h) {
   const Rates<N>& r0 = start.rates;
   Rates<N>& r1 = end.rates;
-  end.x.omega_m = r1.omega_m.now = start.x.omega_m + integral(r0.alpha, r1.alpha, h);
+  if (p.shaft.rotation == Rotation::turning) {  // the load at the speed that the torque makes
+    const double omega = start.x.omega_m + integral(r0.alpha, r1.alpha, h);
+    r1.alpha = acceleration(p.shaft, r1.tau, omega, {s.t + h, s.t});
+    r1.omega_m = {omega, r1.alpha.now};
+  }
+  const double load = load_between(p.shaft, r0.tau, r0.omega_m, r1.tau, r1.omega_m, {s.t, s.t}, h);
+  end.x.omega_m = r1.omega_m.now = start.x.omega_m + integral(r0.alpha, r1.alpha, h) + load;
   end.x.theta_m = start.x.theta_m + integral(r0.omega_m, r1.omega_m, h);
   const double u_dc = start.x.u_dc + integral(r0.source.du_dc, r1.source.du_dc, h);
   const double du = u_dc - end.x.u_dc;
   end.x.u_dc = r1.u_dc.now = u_dc;
   for (int k = 0; k < N; ++k) {
-    if (!circuit.flows[k]) continue;
-    r1.v[k].now += circuit.paths.phase[k].level * du;
+    if (!s.circuit.flows[k]) continue;
+    r1.v[k].now += s.circuit.paths.phase[k].level * du;
     end.jets[k].psi = start.jets[k].psi + integral(r0.v[k], r1.v[k], h);
   }
 }
