@@ -34,8 +34,8 @@ constexpr double integral(const Moving& a, const Moving& b, double h) {
   return h / 2 * (a.now + b.now + h / 6 * (a.rate - b.rate));
 }
 
-/// The integral of the square: that of the cubic polynomial with these values and rates, which keeps
-/// its digits where the square of a small rest matters.
+/// The integral of the square, of the cubic polynomial with these values and rates: exact, so that
+/// what is left of it less its mean is too.
 constexpr double integral_of_square(const Moving& a, const Moving& b, double h) {
   const double s = h * a.rate, t = h * b.rate;
   const double ends = a.now * (156 * a.now + 108 * b.now + 44 * s - 26 * t) +
