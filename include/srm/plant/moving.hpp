@@ -34,4 +34,13 @@ constexpr double integral(const Moving& a, const Moving& b, double h) {
   return h / 2 * (a.now + b.now + h / 6 * (a.rate - b.rate));
 }
 
+/// The integral of the square, of the cubic polynomial with these values and rates: exact, so that
+/// what is left of it less its mean is too.
+constexpr double integral_of_square(const Moving& a, const Moving& b, double h) {
+  const double s = h * a.rate, t = h * b.rate;
+  const double ends = a.now * (156 * a.now + 108 * b.now + 44 * s - 26 * t) +
+                      b.now * (156 * b.now + 26 * s - 44 * t);
+  return h / 420 * (ends + 4 * (s * s + t * t) - 6 * s * t);
+}
+
 }  // namespace srm

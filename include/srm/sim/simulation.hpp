@@ -55,8 +55,7 @@ class Simulation {
   using Snapshot = Loop<N>;
 
   /// The dc link starts at the voltage of its source. Without a controller, orders come from
-  /// outside
-  /// (`obey`).
+  /// outside (`obey`).
   Simulation(Plant<M, N> plant, double t_dead, Sampling sampling, Controller<N> controller,
              Course reference, double theta_m, Resolution resolution)
       : plant_(std::move(plant)),

@@ -42,7 +42,7 @@ void add(Integrals<N>& q, const Rates<N>& r0, const Rates<N>& r1, double R, doub
   q.E_dc += integral(r0.u_dc * r0.i_dc, r1.u_dc * r1.i_dc, h);
   q.E_mech += integral(r0.tau * r0.omega_m, r1.tau * r1.omega_m, h);
   const double tau = integral(r0.tau, r1.tau, h);
-  const double tau_squared = integral(r0.tau * r0.tau, r1.tau * r1.tau, h);
+  const double tau_squared = integral_of_square(r0.tau, r1.tau, h);
   q.tau += tau;
   q.tau_squared += tau_squared;
   q.tau_ref += h * tau_ref;
