@@ -58,9 +58,10 @@ wasm:
 	@mkdir -p build
 	$(WASM_CXX) $(CXX_WASM) $(WASM_KINDS) -Iinclude web/reluctance.cpp -o build/reluctance.wasm
 
-# The page of `reluctance studio`: the core for its machines, and the drives with their limits.
-STUDIO_KINDS := -DSRM_LAWS=Angles,PwmCurrent,TorqueSharing,Ditc,Deadbeat,EdgeMpc -DSRM_PHASES=3,4 \
-  -DSRM_PRECISIONS=double -DSRM_MACHINES=LeHuy
+# The page of `reluctance studio`: the core for its machines, and the drives with their limits. All
+# laws and machine models with three phases; with four, what the page has.
+STUDIO_KINDS := -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double '-DSRM_TOGETHER(law,machine,phases)=( \
+  phases == 3 || (machine == "LeHuy" && (law == "TorqueSharing" || law == "Ditc")))'
 studio: $(VENV)/installed
 	$(WASM_CXX) $(CXX_WASM) $(STUDIO_KINDS) -Iinclude web/reluctance.cpp -o web/reluctance.wasm
 	$(BIN)/reluctance studio --data web/data

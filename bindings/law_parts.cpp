@@ -2,6 +2,7 @@
 #include "bind_struct.hpp"
 #include "srm/control/law/ditc.hpp"
 #include "srm/control/part/conduction.hpp"
+#include "srm/control/part/flux_lead.hpp"
 #include "srm/control/part/mean_torque.hpp"
 #include "srm/control/part/sharing.hpp"
 
@@ -19,6 +20,9 @@ void bind_law_parts(nb::module_& m) {
                           "torques 0..tau_max [N m].")
       .def_static("constant", &srm::constant_current<double>, nb::arg("i_ref"),
                   "The same current [A] for every torque.");
+  bind_struct<srm::FluxLead<double>>(m, "FluxLead",
+                                     "Flux of a braking phase ahead of its share: tables of 9 "
+                                     "angles per flux by 9 torques.");
   bind_struct<Sharing>(m, "Sharing",
                        "Torque sharing function. Turn-on and overlap angle, electrical [rad]; with "
                        "Shape.table the rise at 33 equally spaced angles of the overlap.")

@@ -87,4 +87,7 @@ class AnySimulation {
 /// Threads that run many loops; bound together with the loop.
 void bind_runs(nb::module_& m);
 
+/// Drives that are stepped together, for learning; likewise.
+void bind_environments(nb::module_& m);
+
 }  // namespace bound

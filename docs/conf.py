@@ -17,10 +17,11 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "numpydoc",
-    "equations",  # the last four are in docs/extensions
+    "equations",  # the last five are in docs/extensions
     "program",
     "gallery",
     "heads",
+    "studio",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["adr/README.md", "extensions", "generated"]

@@ -47,6 +47,12 @@ DRIVES = {
         ],
     ),
     "deadbeat": ("deadbeat", []),
+    "deadbeat_braking": ("deadbeat", ["reference.tau_Nm=-20"]),
+    "sharing_braking": ("sharing_cubic", ["reference.tau_Nm=-20"]),
+    "angles_braking": (
+        "hysteresis_200A",
+        ["control.i_ref_A=", "reference.kind=torque", "reference.tau_Nm=-20"],
+    ),
     "deadbeat_dead_time": ("deadbeat", ["converter.dead_time_us=1"]),
     "sharing_sampled": ("sharing_cubic", ["sensing.comparators=sampled"]),
     "pwm_current": ("pwm_current", []),

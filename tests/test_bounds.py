@@ -116,6 +116,13 @@ def test_the_estimate_is_below_what_a_run_keeps_and_not_far():
     assert waveform_bytes(drive, 0.02, 1e-5) == pytest.approx(8 * columns * grid.t.size, rel=0.01)
 
 
+def test_a_grid_finer_than_memory_is_refused_also_where_iron_loss_keeps_every_point():
+    drive = rl.load(RATED.with_name("five_phases_losses.toml"))
+    assert drive.machine.iron is not None
+    with pytest.raises(rl.ParameterError, match="GB"):
+        rl.simulate(drive, until=0.01, record=1e-15)
+
+
 def test_a_drive_file_without_end_is_one_line():
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     assert f"{MAX_TOML_BYTES / 1e6:g} MB" in refused("run", "/dev/zero")

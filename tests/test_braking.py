@@ -16,8 +16,10 @@ LAWS = {
     "angles": ("control.law=angles", "control.i_band_A=1"),
     "pwm_current": ("control.law=pwm_current", "control.T_s_us=50"),
     "ditc": ("control.law=ditc", "control.T_s_us=5"),
+    "deadbeat": ("control.law=deadbeat",),
+    "torque_sharing": (),
 }
-FINE = {True: ("control.T_s_us=20",), False: ()}
+FINE = {"pwm_current": ("control.T_s_us=20",), "torque_sharing": ("control.i_band_A=0.2",)}
 each_law = pytest.mark.parametrize("law", LAWS)
 
 
@@ -47,13 +49,29 @@ def test_braking_holds_its_mean_torque(law: str, speed: float, tau: float) -> No
 def test_so_do_other_machines(law: str, machine: str, speed: float, tau: float) -> None:
     """At 50 us a sample of the eight-pole rotors is 5 deg electrical, and PWM is 2 to 6 % short in
     both quadrants."""
-    own = (f"machine={machine}", "converter.u_dc_V=300", *FINE[law == "pwm_current"])
+    own = (f"machine={machine}", "converter.u_dc_V=300", *FINE.get(law, ()))
     error, _ = held(drive(law, speed, tau, *own), tau)
     assert abs(error) < 0.01
 
 
-def test_ditc_brakes_as_smoothly_as_it_motors() -> None:
-    assert held(drive("ditc", 1500, -20), -20)[1] < 0.02
+@pytest.mark.parametrize(("law", "most"), [("ditc", 0.02), ("deadbeat", 0.01), ("sharing", 0.02)])
+def test_laws_that_follow_the_torque_brake_as_smoothly_as_they_motor(law: str, most: float) -> None:
+    assert held(drive("torque_sharing" if law == "sharing" else law, 1500, -20), -20)[1] < most
+
+
+@pytest.mark.parametrize(
+    ("speed", "tau"), [(1500, -10), (1500, -41.3), (1500, -60), (2250, -41), (3000, -20)]
+)
+def test_deadbeat_brakes_smoothly_up_to_twice_the_speed(speed: float, tau: float) -> None:
+    error, rms = held(drive("deadbeat", speed, tau), tau)
+    assert abs(error) < 2e-3 and rms < 0.01
+
+
+def test_flux_ahead_of_the_share_never_asks_for_more_than_the_converter_can() -> None:
+    """One sample of delay, sensors with steps, and a link that gives 10 % less than nominal."""
+    real = ("sensing.delay_samples=1", "sensing.adc_bits=12", "sensing.i_range_A=200")
+    error, rms = held(drive("deadbeat", 1500, -20, *real, "converter.u_dc_V=216"), -20)
+    assert abs(error) < 0.01 and rms < 0.02
 
 
 def test_forward_and_backward_are_mirror_images() -> None:

@@ -6,6 +6,7 @@ import struct
 import subprocess
 from pathlib import Path
 
+import c_fuzz
 import numpy as np
 import pytest
 from c_library import TABLES, Unit, compiled, library
@@ -369,17 +370,13 @@ def test_a_blob_is_a_pure_function_of_the_drive():
 
 @pytest.mark.long
 def test_random_sequences_of_calls_are_answered(tmp_path):
-    """With address and undefined-behaviour sanitizers; 10^6 sequences by hand."""
-    program = tmp_path / "fuzz"
-    flags = "-std=c++20 -O1 -ffp-contract=off -fsanitize=address,undefined".split()
-    chosen = ["-DSRM_LAWS=TorqueSharing,Ditc", "-DSRM_MACHINES=LeHuy", "-DSRM_PHASES=3"]
-    chosen += ["-DSRM_PRECISIONS=double", "-fno-sanitize-recover=all", f"-I{ROOT / 'include'}"]
-    source = ROOT / "tests" / "c_interface" / "fuzz.cpp"
-    subprocess.run(["g++", *flags, *chosen, str(source), "-o", str(program)], check=True)
-    files = []
-    for j, drive in enumerate((DRIVES["sensors"], DRIVES["battery"], DRIVES["ditc"])):
-        files.append(tmp_path / f"{j}.srm")
-        files[-1].write_bytes(blob(drive, record=0.0))
-    done = subprocess.run([program, "1000", "1", *files], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[-3000:]
-    assert "1000 sequences" in done.stdout
+    """With address and undefined-behaviour sanitizers; `python tests/c_fuzz.py` runs 10^6."""
+    found = c_fuzz.fuzzed(c_fuzz.program(tmp_path), 1000, 1)
+    assert found["sequences"] == 1000 and found["calls"] > 20_000
+    assert {"0", "-2", "-9", "-10", "-11", "-13"} <= found.keys()
+
+
+def test_the_numbers_of_the_long_run_are_of_a_million_sequences():
+    rows = (ROOT / "bench" / "c_interface_fuzz.csv").read_text().splitlines()
+    found = dict(row.split(",") for row in rows[1:])
+    assert int(found["sequences"]) >= 1_000_000 < int(found["calls"])

@@ -17,7 +17,7 @@ FLOORS = (  # from the ground up; a part imports only from floors below, and fro
     {"load"},
     {"sweep"},
     {"efficiency"},
-    {"compare", "export", "paper", "pumping", "tune"},
+    {"compare", "export", "gym", "paper", "pumping", "tune"},
     {"studio"},
     {"cli"},
 )
@@ -38,7 +38,7 @@ ARGUED = {  # an arrow upwards, with the reason
 }
 HEAVY = (
     *("casadi", "scipy", "matplotlib", "typer", "rich", "pandas", "pyarrow"),
-    *("sqlite3", "dask", "optuna"),
+    *("sqlite3", "dask", "optuna", "gymnasium"),
 )
 
 

@@ -4,6 +4,7 @@
 import gzip
 import json
 import os
+import shlex
 import shutil
 import threading
 import tomllib
@@ -11,6 +12,7 @@ from functools import partial
 from http.server import ThreadingHTTPServer
 from pathlib import Path
 
+import numpy as np
 import pytest
 from c_library import WASM, compiled
 
@@ -21,7 +23,8 @@ from reluctance.studio.write import write_data
 
 WEB = Path(__file__).parents[1] / "web"
 CLANG, CHROMIUM = shutil.which("clang++-19"), shutil.which("chromium")
-LAWS = "Angles,PwmCurrent,TorqueSharing,Ditc,Deadbeat,EdgeMpc"
+KINDS = (Path(__file__).parents[1] / "Makefile").read_text().partition("STUDIO_KINDS := ")[2]
+KINDS = shlex.split(KINDS.partition("\nstudio:")[0].replace("\\\n", " "))
 SHOTS = os.environ.get("STUDIO_SHOTS")  # screenshots are left in this folder
 CI = os.environ.get("CI") == "true"
 pytestmark = [
@@ -42,8 +45,7 @@ def site(tmp_path_factory):
     place = tmp_path_factory.mktemp("studio") / "web"
     shutil.copytree(WEB, place)
     if not os.environ.get("STUDIO_BUILT"):
-        kinds = {"laws": LAWS, "machines": "LeHuy", "phases": "3,4", "precisions": "double"}
-        compiled(place / "reluctance.wasm", CLANG, WASM, **kinds)
+        compiled(place / "reluctance.wasm", CLANG, [*WASM, *KINDS])
         write_data(place / "data")
     return place
 
@@ -220,15 +222,40 @@ def test_a_link_holds_the_whole_state(page, browser, address):
     go(page, address, "drive=sharing")
     after(page, partial(slide, page, "load.speed_rpm", 3))
     after(page, lambda: page.select_option("#until", "0.05"))
+    for button in ("zoom-in", "pan-back", "zoom-in"):
+        before = page.get_attribute("body", "data-window")
+        page.click(f"#{button}")
+        page.wait_for_function("b => document.body.dataset.window !== b", arg=before)
+    before = page.inner_text("#reading")
+    page.click("#event-next")
+    page.wait_for_function("b => document.getElementById('reading').innerText !== b", arg=before)
+    page.select_option("#slow", "10000")
+    other = opened(page, link_of(page))
+    assert figures(other) == figures(page)
+    for shown in ("#reading", "#play"):
+        assert other.inner_text(shown) == page.inner_text(shown)
+    assert other.input_value("#slow") == "10000"
+    windows = [p.get_attribute("body", "data-window").split() for p in (page, other)]
+    assert np.array(windows[0], float) == pytest.approx(np.array(windows[1], float), rel=1e-8)
+    page.click("#play")
+    assert opened(page, link_of(page)).inner_text("#play") == "Pause"
+    page.click("#play")
+    after(page, lambda: page.click("#reset"))
+    assert "speed" not in page.url
+
+
+def link_of(page):
+    page.evaluate("() => { document.getElementById('status').textContent = ''; }")
     page.click("#link")
     page.wait_for_function("() => document.getElementById('status').textContent.includes('link')")
-    link, expected = page.evaluate("() => navigator.clipboard.readText()"), figures(page)
+    return page.evaluate("() => navigator.clipboard.readText()")
+
+
+def opened(page, link):
     other = page.context.new_page()
     other.goto(link)
     other.wait_for_selector("body[data-ran]")
-    assert figures(other) == expected
-    after(page, lambda: page.click("#reset"))
-    assert "speed" not in page.url
+    return other
 
 
 def test_a_drive_file_is_loaded_and_what_is_left_is_told(page, tmp_path):
@@ -264,6 +291,38 @@ def test_charts_of_100_000_points_fit_into_a_frame(page, address):
     }""")
     print(found)
     assert found["worker"] + found["draw"] < 1000 / 60
+
+
+def test_frames_keep_coming_while_charts_of_100_000_points_move(page, address):
+    """Frames a second while the window moves over the whole run, against the page at rest. The best
+    ten frames in a row count, since other programs only take frames away; the mean is printed."""
+    go(page, address, "drive=sharing&until=1")
+    assert int(page.inner_text("#status").split()[0].replace(",", "")) > 100_000
+    found = page.evaluate("""async () => {
+      const frames = async (length, each) => {
+        const begin = performance.now(), at = [];
+        while (performance.now() - begin < length) {
+          at.push(await new Promise(requestAnimationFrame));
+          each();
+        }
+        return at;
+      };
+      let pictures = 0, drawing = false;
+      const move = () => {
+        if (drawing) return;
+        drawing = true;
+        window.studio.look(0.1 * Math.random(), 1).then(() => { ++pictures; drawing = false; });
+      };
+      const moving = await frames(8000, move);
+      return { moving, rest: await frames(2000, () => {}), pictures: pictures / 8 };
+    }""")
+    best, mean = {}, {}
+    for name in ("moving", "rest"):
+        at = np.array(found[name])
+        best[name] = 1e4 / (at[10:] - at[:-10]).min()
+        mean[name] = 1e3 * (len(at) - 1) / (at[-1] - at[0])
+    print(f"frames a second, best and mean: {best}, {mean}; pictures {found['pictures']:.0f}")
+    assert best["moving"] > 0.85 * best["rest"]
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

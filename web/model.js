@@ -35,11 +35,17 @@ export function moved(drive, model) {
   return drive.controls.filter(control => control.values[model.at[control.key]] !== control.given);
 }
 
-/** As the part of a link after #. */
-export function toLink(drive, model) {
+/** As the part of a link after #. look: { from, to, t, slow, playing } of what is seen, or null. */
+export function toLink(drive, model, look) {
   const parts = [["drive", model.drive], ["until", model.until]];
   for (const control of moved(drive, model)) {
     parts.push([control.key, control.values[model.at[control.key]] ?? "none"]);
+  }
+  if (look) {
+    const short = v => Number(v.toPrecision(9));
+    parts.push(["from", short(look.from)], ["to", short(look.to)], ["at", short(look.t)]);
+    parts.push(["slow", look.slow]);
+    if (look.playing) parts.push(["play", 1]);
   }
   return new URLSearchParams(parts).toString();
 }
@@ -59,4 +65,12 @@ export function fromLink(text, drives) {
   const until = Number(given.get("until"));
   if (until > 0 && until <= 2) model.until = until;
   return model;
+}
+
+/** What is seen of the run, from a link; null where it does not say. */
+export function lookFromLink(text, until) {
+  const given = new URLSearchParams(text), number = key => Number(given.get(key) ?? NaN);
+  const from = number("from"), to = number("to"), t = number("at");
+  if (!(from >= 0 && to - from >= 1e-6 && to <= until * (1 + 1e-9))) return null;
+  return { from, to, t: t >= 0 && t <= until ? t : from, slow: given.get("slow"), playing: given.has("play") };
 }

@@ -5,6 +5,9 @@ const NAMES = {
   ditc: "direct torque control (DITC)", deadbeat: "deadbeat flux control",
   edge_mpc: "predictive (edge_mpc)", hysteresis_60kw: "hysteresis, fixed angles",
   four_sharing: "torque sharing", four_ditc: "direct torque control (DITC)",
+  paper_mpc: "predictive currents (source paper)", finite_set: "predictive, finite set of legs",
+  map_sharing: "torque sharing", map_mpc: "predictive currents (source paper)",
+  linear_sharing: "torque sharing",
 };
 
 export function lawName(drive) { return NAMES[drive.name] ?? drive.law; }

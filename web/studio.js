@@ -5,7 +5,7 @@ import { Core } from "./core.js";
 import { fromToml, toToml } from "./drivefile.js";
 import { LESSONS } from "./lessons.js";
 import { drawMachine } from "./machine.js";
-import { chosen, fromLink, moved, nearest, settings, toLink } from "./model.js";
+import { chosen, fromLink, lookFromLink, moved, nearest, settings, toLink } from "./model.js";
 import { lawName, options, showFigures, sliders } from "./panel.js";
 
 const $ = id => document.getElementById(id);
@@ -15,7 +15,7 @@ let ran = null; // answer of the last run
 let view = null; // window of time { from, to }
 let seen = null; // envelopes of the window
 let loop = null, here = null; // energy loop; values at the cursor
-let t = 0, playing = false, last = 0, asking = false;
+let t = 0, playing = false, last = 0, asking = false, remembering = 0;
 
 function tell(text, fault = false) {
   $("status").textContent = text;
@@ -24,7 +24,8 @@ function tell(text, fault = false) {
 
 // ---- what was chosen
 
-function choose(next, keepView = false) {
+/** look: what to see of the run, as a link has it. */
+function choose(next, look = null) {
   model = next;
   drive = drives.find(d => d.name === model.drive);
   const machines = [...new Set(drives.map(d => d.machine))];
@@ -39,11 +40,25 @@ function choose(next, keepView = false) {
     model.at[key] = j;
     simulate(true);
   });
-  return simulate(keepView);
+  if (look) play(false);
+  return simulate(false, look);
 }
 
-async function simulate(keepView) {
-  history.replaceState(null, "", `#${toLink(drive, model)}`);
+/** Puts what is chosen, and what is seen of it, into the address. */
+function remember(look = true) {
+  clearTimeout(remembering);
+  remembering = 0;
+  const seen = look && view ? { ...view, t, slow: $("slow").value, playing } : null;
+  history.replaceState(null, "", `#${toLink(drive, model, seen)}`);
+}
+
+/** The same soon: a browser refuses an address a frame. */
+function rememberSoon() {
+  if (!remembering) remembering = setTimeout(remember, 250);
+}
+
+async function simulate(keepView, look = null) {
+  remember(false);
   const off = moved(drive, model).filter(c => c.off_design);
   $("design").hidden = !off.length;
   $("design").textContent = off.length
@@ -60,8 +75,16 @@ async function simulate(keepView) {
     view = { from: ran.until - span, to: ran.until, drive: asked.name };
     t = view.from + 0.25 * span;
   }
+  if (look) {
+    view = { ...view, from: look.from, to: Math.min(look.to, ran.until) };
+    t = look.t;
+    if ([...$("slow").options].some(o => o.value === look.slow)) $("slow").value = look.slow;
+    play(look.playing);
+  }
   loop = await core.ask("loop", { period: ran.period });
   await refresh();
+  await point();
+  remember();
   tell(`${ran.points.toLocaleString("en")} points of ${ran.until} s in ${ran.wall.toFixed(2)} s; `
     + `key figures over ${ran.figures.periods} electrical periods`
     + (ran.figures.beyond_map > 0 ? "; the peak current lies beyond the flux map" : ""));
@@ -84,6 +107,12 @@ function limit() {
   return known && !elsewhere ? known : null;
 }
 
+/** What the address of the page says. */
+function fromAddress() {
+  const text = location.hash.slice(1), next = fromLink(text, drives);
+  return choose(next, lookFromLink(text, next.until));
+}
+
 // ---- pictures
 
 async function refresh() {
@@ -97,15 +126,16 @@ async function refresh() {
   drawCurrents($("currents"), seen, drive.n_phases, references);
   drawLegs($("legs"), seen, drive.n_phases);
   document.body.dataset.window = `${view.from} ${view.to}`;
-  const draw = performance.now() - start;
-  await point();
-  return { worker: seen.took, draw };
+  rememberSoon();
+  drawCursor($("cursor"), t, seen.from, seen.to);
+  return { worker: seen.took, draw: performance.now() - start };
 }
 
 async function point() {
   const answer = await core.ask("at", { t });
   if (!answer || !seen || !loop) return;
   here = { ...answer.values, most: Math.max(ran.figures.i_peak, 1e-6) };
+  if (!playing) rememberSoon();
   drawCursor($("cursor"), t, seen.from, seen.to);
   drawMachine($("section"), drive, here);
   drawLoop($("loop"), loop, drive.curves, here);
@@ -137,6 +167,7 @@ function play(on) {
   playing = on;
   $("play").textContent = on ? "Pause" : "Play";
   $("play").setAttribute("aria-pressed", String(on));
+  if (ran) rememberSoon();
   if (on) { last = performance.now(); requestAnimationFrame(step); }
 }
 
@@ -162,7 +193,7 @@ async function toEvent(forward) {
   t = answer.t;
   const width = view.to - view.from;
   if (t < view.from || t > view.to) await look(t - width / 2, t + width / 2);
-  else await point();
+  await point();
 }
 
 // ---- lessons, files, links
@@ -197,7 +228,8 @@ function connect() {
   $("law").onchange = () => choose(chosen(drives.find(d => d.name === $("law").value)));
   $("until").onchange = () => { model.until = Number($("until").value); simulate(false); };
   $("reset").onclick = () => choose(chosen(drive));
-  $("link").onclick = () => copied(location.href, "the link");
+  $("link").onclick = () => { remember(); copied(location.href, "the link"); };
+  $("slow").onchange = rememberSoon;
   $("copy").onclick = () => copied(toToml(drive, model), "the drive file");
   $("load").onclick = () => $("file").click();
   $("file").onchange = async () => {
@@ -246,9 +278,10 @@ function connect() {
     event.preventDefault();
     zoom(event.deltaY > 0 ? 1.25 : 0.8, timeAt(event));
   };
-  addEventListener("resize", () => refresh());
-  addEventListener("hashchange", () => choose(fromLink(location.hash.slice(1), drives)));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => refresh());
+  const redraw = async () => { await refresh(); await point(); };
+  addEventListener("resize", redraw);
+  addEventListener("hashchange", fromAddress);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 }
 
 try {
@@ -257,7 +290,7 @@ try {
   drives = await answer.json();
   connect();
   const first = teach(0);
-  await choose(location.hash.length > 1 ? fromLink(location.hash.slice(1), drives) : first);
+  if (location.hash.length > 1) await fromAddress(); else await choose(first);
 } catch (fault) {
   tell(String(fault.message ?? fault), true);
 }

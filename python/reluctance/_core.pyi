@@ -481,6 +481,74 @@ class Runs:
     def close(self) -> None:
         """Ends the threads; what has not been taken is lost."""
 
+class Task(enum.Enum):
+    torque = 0
+
+    current = 1
+
+    speed = 2
+
+class Action(enum.Enum):
+    legs = 0
+
+    duties = 1
+
+    currents = 2
+
+class Rules:
+    """
+    What is the same in all episodes of an environment: task and action, sensors, units of the observation, trip levels, prices. SI units.
+    """
+
+    def __init__(self, *, task: Task, action: Action, t_dead: float, sampling: Sampling, resolution: Resolution, comparators: Comparators, i_band: float, theta_on: float, theta_off: float, i_max: float, u_dc: float, omega_m: float, tau: float, i_trip: float, omega_trip: float, error_price: float, copper_price: float, switching_price: float, trip_price: float) -> None: ...
+
+class Batch:
+    """
+    Drives for learning that are stepped together, a control period at a time. Arrays have a row for each drive.
+    """
+
+    @property
+    def size(self) -> int:
+        """Drives."""
+
+    @property
+    def observed(self) -> int:
+        """Columns of the observations."""
+
+    @property
+    def held(self) -> bool:
+        """
+        True where legs are held from sample to sample and nothing else happens within one: then the plant is stepped without the loop.
+        """
+
+    def numbers(self) -> list[tuple[str, float]]:
+        """The numbers that an episode begins with, and their names."""
+
+    def start(self, drive: int, drawn: Sequence[float]) -> None:
+        """Begins an episode of a drive with a value for each name in `drawn`."""
+
+    def observe(self, observations: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C', device='cpu')]) -> None:
+        """Writes the observations."""
+
+    def step(self, actions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], waiting: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C', device='cpu')], observations: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C', device='cpu')], prices: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], tripped: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C', device='cpu')]) -> None:
+        """
+        One control period of all drives but those that wait; writes the last three.
+        """
+
+    def obey(self, orders: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], observations: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C', device='cpu')], prices: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], tripped: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order='C', device='cpu')]) -> None:
+        """The same with orders of control laws, the columns of each phase."""
+
+    def figures(self, drive: int) -> list[float]:
+        """
+        Since the start of an episode: duration [s]; integrals of torque, of its squared error, of copper loss, mechanical power and power of the dc link; turn-ons.
+        """
+
+    def sample(self, drive: int) -> list[float]:
+        """The columns of the last measurement, and the reference."""
+
+def batch(count: int, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, theta_m: float, reference: float, rules: Rules, drawn: Sequence[str]) -> Batch:
+    """Drives that share all but the numbers named in `drawn`."""
+
 def step_time(controller: Controller, samples: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, repeats: int) -> float:
     """
     Wall time of a control step [s], the least mean of `repeats` passes. samples: (n, n_phases + 4) phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s].
@@ -527,6 +595,13 @@ class MeanTorque:
     def constant(i_ref: float) -> MeanTorque:
         """The same current [A] for every torque."""
 
+class FluxLead:
+    """
+    Flux of a braking phase ahead of its share: tables of 9 angles per flux by 9 torques.
+    """
+
+    def __init__(self, *, theta_start: float, tau_max: float, reach_max: float, psi_start: Sequence[float], x_end: Sequence[float]) -> None: ...
+
 class Sharing:
     """
     Torque sharing function. Turn-on and overlap angle, electrical [rad]; with Shape.table the rise at 33 equally spaced angles of the overlap.
@@ -550,7 +625,7 @@ def pwm_current(setting: Setting, *, R: float, conduction: Conduction, reference
     Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.
     """
 
-def torque_sharing(setting: Setting, *, sharing: Sharing, i_max: float, i_band: float, t_ahead: float, chop: Leg) -> Controller:
+def torque_sharing(setting: Setting, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, i_band: float, t_ahead: float, chop: Leg) -> Controller:
     """
     Shared torque as current references, for the instant t_ahead [s] after the sample.
     """
@@ -558,7 +633,7 @@ def torque_sharing(setting: Setting, *, sharing: Sharing, i_max: float, i_band: 
 def ditc(setting: Setting, *, conduction: Conduction, bands: TorqueBands, i_max: float) -> Controller:
     """Direct instantaneous torque control: the torque error picks the legs."""
 
-def deadbeat(setting: Setting, *, R: float, sharing: Sharing, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
+def deadbeat(setting: Setting, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
     """
     The duty cycle that brings each phase to its shared torque in one sample.
     """

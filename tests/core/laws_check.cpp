@@ -77,7 +77,9 @@ PwmCurrent<LeHuy<T>, N> pwm_current() {
 template <Real T, int N>
 TorqueSharing<LeHuy<T>, N> torque_sharing(Shape shape) {
   return {.machine = paper_machine<T>(),
+          .R = T(0.72),
           .sharing = sharing_of<T>(shape, 10, 160 - 360.0 / N),
+          .lead = {},
           .i_max = T(200),
           .i_band = T(1)};
 }
@@ -93,6 +95,7 @@ Deadbeat<LeHuy<T>, N> deadbeat(int delay, Carriers carriers) {
   return {.machine = paper_machine<T>(),
           .R = T(0.72),
           .sharing = sharing_of<T>(Shape::cubic, 10, 160 - 360.0 / N),
+          .lead = {},
           .i_max = T(200),
           .T_s = T(20e-6),
           .delay = delay,

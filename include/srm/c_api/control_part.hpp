@@ -43,6 +43,7 @@ class ControlOf final : public ControlPart<Law::n_phases> {
   void read_parameters(Reader& reader) override { reader.read(control_, memory_); }
   void list_numbers(std::vector<Number>& found) override {
     add_numbers(control_, "control", found);
+    add_viewed_numbers(control_, "control", found);  // they lie in memory_
   }
   Fault unsound() const override { return fault(control_); }
 

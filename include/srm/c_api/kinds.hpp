@@ -5,7 +5,9 @@
 //   #define SRM_MACHINES FluxMap
 //   #define SRM_PHASES 4
 //   #define SRM_PRECISIONS double
-// A law from outside the tree has its header included before, and is named the same way.
+// A law from outside the tree has its header included before, and is named the same way. Not all of
+// them need to be there with each other:
+//   #define SRM_TOGETHER(law, machine, phases) (phases == 3 || law == "Ditc")
 #pragma once
 
 #include <memory>
@@ -35,6 +37,10 @@
 #define SRM_PRECISIONS float, double
 #endif
 
+#ifndef SRM_TOGETHER
+#define SRM_TOGETHER(law, machine, phases) true
+#endif
+
 namespace srm::c_api {
 
 /// Laws in one form: machine and number of phases.
@@ -53,7 +59,7 @@ using srm::TorqueSharing;
 
 /// The name of a template of which S is made: `TorqueSharing` of srm::TorqueSharing<...>.
 template <class S>
-std::string_view template_name() {
+constexpr std::string_view template_name() {
   std::string_view text = __PRETTY_FUNCTION__;
   text.remove_prefix(text.find("S = ") + 4);
   text = text.substr(0, text.find('<'));
@@ -72,10 +78,26 @@ struct Laws {
   template <class M, int N>
   static std::unique_ptr<ControlPart<N>> control(std::string_view name) {
     std::unique_ptr<ControlPart<N>> found;
-    ((template_name<Law<M, N>>() == name ? void(found = std::make_unique<ControlOf<Law<M, N>>>())
-                                         : void()),
-     ...);
+    const auto look = [&]<class One>() {
+      if constexpr (together<One, M, N>()) {
+        if (template_name<One>() == name) found = std::make_unique<ControlOf<One>>();
+      }
+    };
+    (look.template operator()<Law<M, N>>(), ...);
     return found;
+  }
+
+  template <class M, int N>
+  static constexpr bool any() {
+    return (together<Law<M, N>, M, N>() || ...);
+  }
+
+ private:
+  template <class One, class M, int N>
+  static constexpr bool together() {
+    [[maybe_unused]] constexpr std::string_view law = template_name<One>();
+    [[maybe_unused]] constexpr std::string_view machine = template_name<M>();
+    return SRM_TOGETHER(law, machine, N);
   }
 };
 
@@ -99,9 +121,11 @@ Made made(const Blob& blob, srm_part part, std::unique_ptr<ControlPart<N>> contr
 template <class L, int N, class T, template <class> class... M>
 void find_machine(const Blob& blob, srm_part part, Made& found) {
   const auto look = [&]<class Own, class Plants>() {
-    if (template_name<Own>() != blob.machine) return;
-    auto control = L::template control<Own, N>(blob.law);
-    if (control) found = made<Plants, N>(blob, part, std::move(control));
+    if constexpr (L::template any<Own, N>()) {
+      if (template_name<Own>() != blob.machine) return;
+      auto control = L::template control<Own, N>(blob.law);
+      if (control) found = made<Plants, N>(blob, part, std::move(control));
+    }
   };
   (look.template operator()<M<T>, M<double>>(), ...);
 }

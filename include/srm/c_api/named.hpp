@@ -78,11 +78,48 @@ void numbers(V& value, std::string& name, std::vector<Number>& found) {
   }
 }
 
+/// Most values of a table that have names of their own: one for each speed of a guide, not a map.
+inline constexpr int short_table = 8;
+
+template <class V>
+void viewed_below(Field<V>& field, std::string& name, std::vector<Number>& found);
+
+/// Adds the numbers of short tables that a value views. The memory behind them must belong to the
+/// value alone, and not be constant.
+template <class V>
+void viewed_numbers(V& value, std::string& name, std::vector<Number>& found) {
+  if constexpr (is_view<V>) {
+    for (int j = 0; value.size <= short_table && j < value.size; ++j) {
+      const std::size_t before = enter(name, std::size_t(j));
+      numbers(const_cast<typename V::Value&>(value.data[j]), name, found);
+      name.resize(before);
+    }
+  } else if constexpr (Listed<V>) {
+    fields_of(value, [&](auto... field) { (viewed_below(field, name, found), ...); });
+  }
+}
+
+template <class V>
+void viewed_below(Field<V>& field, std::string& name, std::vector<Number>& found) {
+  if constexpr (Listed<V> || is_view<V>) {
+    const std::size_t before = enter(name, field.name);
+    viewed_numbers(field.value, name, found);
+    name.resize(before);
+  }
+}
+
 /// The numbers of a value under the name `of`.
 template <class V>
 void add_numbers(V& value, const char* of, std::vector<Number>& found) {
   std::string name = of;
   numbers(value, name, found);
+}
+
+/// Those of the short tables that it views.
+template <class V>
+void add_viewed_numbers(V& value, const char* of, std::vector<Number>& found) {
+  std::string name = of;
+  viewed_numbers(value, name, found);
 }
 
 }  // namespace srm::c_api

@@ -95,6 +95,8 @@ class Simulation {
 
   const State<N>& state() const { return at_.x; }
   double t() const { return t_; }
+  const Integrals<N>& integrals() const { return at_.q; }
+  const Switchings& switchings() const { return switchings_; }
   /// Integration steps taken so far.
   long steps() const { return steps_; }
 

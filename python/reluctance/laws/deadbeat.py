@@ -6,6 +6,7 @@ from typing import Literal
 
 from reluctance import _core
 from reluctance.drive.known import Known
+from reluctance.laws.flux_lead import flux_lead
 from reluctance.laws.shared_torque import SharedTorque
 
 
@@ -17,9 +18,11 @@ class Deadbeat(SharedTorque):
     carriers: Literal["in_phase", "interleaved"] = "in_phase"
 
     def controller(self, known: Known) -> _core.Controller:
+        sharing = self.shares(known)
         return _core.deadbeat(
             self.setting(known),
-            sharing=self.shares(known),
+            sharing=sharing,
+            lead=flux_lead(known, sharing),
             R=known.R,
             i_max=known.i_max,
             T_s=self.T_s,

@@ -9,6 +9,7 @@ from pydantic import Field
 from reluctance import _core
 from reluctance.drive.control import BAND_PART
 from reluctance.drive.known import Known
+from reluctance.laws.flux_lead import flux_lead
 from reluctance.laws.shared_torque import SharedTorque
 
 
@@ -20,10 +21,12 @@ class TorqueSharing(SharedTorque):
     chop: Literal["soft", "hard"] = "soft"  # above the band: freewheel or demagnetize
 
     def controller(self, known: Known) -> _core.Controller:
-        machine = known.machine
+        machine, sharing = known.machine, self.shares(known)
         return _core.torque_sharing(
             self.setting(known),
-            sharing=self.shares(known),
+            R=known.R,
+            sharing=sharing,
+            lead=flux_lead(known, sharing),
             i_max=machine.i_max_A,
             i_band=BAND_PART * machine.i_max_A if self.i_band_A is None else self.i_band_A,
             t_ahead=self.T_s * (0.5 + known.delay),  # mid-sample

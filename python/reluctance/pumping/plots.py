@@ -68,7 +68,8 @@ def plot_heads(ax: Axes, found: Pumped) -> Axes:
         ax.annotate(f"{rpm:.0f} rpm", (0, H[0]), fontsize=7, va="bottom")
         power = curve.shaft_power(Q, np.full_like(Q, r))
         eta.plot(Q / M3PH, 100 * RHO * GRAVITY * Q * H / power, ":", color=GREEN, lw=0.8)
-    Q = np.linspace(0, max(1.2 * found.samples.Q.max(), 0.5 * flow(curve, pipe, most)), 100)
+    Q_max = max(1.2 * float(found.samples.Q.max()), 0.5 * float(flow(curve, pipe, most)))
+    Q = np.linspace(0, Q_max, 100)
     ax.plot(
         Q / M3PH, pipe.H_static_m + pipe.friction_head(Q), color=RED, label="static head + pipe"
     )

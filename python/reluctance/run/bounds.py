@@ -28,7 +28,9 @@ class Bounds:
         self.i = MOST_CURRENT * drive.machine.i_max_A
         self.u_dc = 10 * max(drive.source.points(drive.converter.u_dc_V)[1])
         self.whole = drive.machine.iron is not None  # its loss needs every point
-        self.rows = waveform_rows(drive, end, 0.0 if self.whole else record)
+        self.rows = waveform_rows(drive, end, record)
+        if self.whole:
+            self.rows = max(self.rows, waveform_rows(drive, end, 0.0))
         self.row_bytes = 8 * len(_core.waveform_columns(drive.machine.n_phases))
         if self.rows * self.row_bytes > MOST_BYTES:
             raise self._too_large(self.rows)

@@ -9,6 +9,7 @@ from reluctance.run.plant import loop_parts
 
 Numbers = dict[str, float | tuple[float, ...]]
 LONG = 16  # values of a table from here on have no names of their own here
+SHORT = 8  # up to here those of a table that a controller views have (c_api/named.hpp)
 
 
 def plant_parameters(drive: Drive) -> Numbers:
@@ -38,8 +39,8 @@ def _collect(node: Node, name: str, found: Numbers) -> None:
         _collect(node["value"], name, found)
     elif isinstance(node, list) or (isinstance(node, dict) and "table" in node):
         values = tuple(float(v) for v in (node if isinstance(node, list) else node["values"]))
-        # Tables that a controller only views cannot be set by name.
-        viewed = name.startswith("control.") or len(values) >= LONG
+        # Long tables cannot be set by name.
+        viewed = len(values) > SHORT if name.startswith("control.") else len(values) >= LONG
         if isinstance(node, dict) and viewed:
             found[name] = values
         else:

@@ -48,14 +48,26 @@ FOUR_PHASES = {
     "load.speed_rpm": 1000,
     "reference.tau_Nm": 1.5,
 }
+LINEAR = {
+    "machine": "guc_linear_6_4",
+    "converter.u_dc_V": 300,
+    "load.speed_rpm": 500,
+    "reference.tau_Nm": 2.0,
+    "control.i_band_A": 0.1,
+}
 STARTS = (
     Start("sharing", "sharing_cubic"),
     Start("single_pulse", "single_pulse"),
     Start("pwm", "pwm_current"),
     Start("ditc", "ditc"),
     Start("deadbeat", "deadbeat"),
+    Start("paper_mpc", "paper_rated"),
+    Start("finite_set", "finite_set_mpc"),
     Start("edge_mpc", "edge_mpc_mcu"),
     Start("hysteresis_60kw", "hysteresis_200A"),
     Start("four_sharing", "sharing_cubic", {**FOUR_PHASES, "control.i_band_A": 0.05}),
     Start("four_ditc", "ditc", FOUR_PHASES),
+    Start("map_sharing", "map_mpc", {"control.law": "torque_sharing", "control.T_s_us": 20}),
+    Start("map_mpc", "map_mpc"),
+    Start("linear_sharing", "sharing_cubic", LINEAR),
 )

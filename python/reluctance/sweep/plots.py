@@ -90,7 +90,7 @@ def _panels(drawn: Figure, count: int) -> list[Axes]:
     columns = 1 if count == 1 else 2
     rows = -(-count // columns)
     drawn.set_size_inches(5.2 * columns + 1, 3.4 * rows + 0.6)
-    axes = np.atleast_1d(drawn.subplots(rows, columns)).ravel().tolist()
+    axes: list[Axes] = list(drawn.subplots(rows, columns, squeeze=False).flat)
     for ax in axes[count:]:
         ax.remove()
     return axes[:count]
@@ -174,8 +174,8 @@ def _parallel(drawn: Figure, found: Sweep, names: list[str]) -> None:
     ax.add_collection(lines)
     for j, (column, texts) in enumerate(zip(columns, ticks, strict=True)):
         ax.axvline(j, color="0.3", lw=0.8)
-        places = np.linspace(0, 1, len(texts)) if len(texts) > 1 else np.zeros(len(texts))
-        for place, text in zip(places, texts, strict=True):
+        ends = np.linspace(0, 1, len(texts)) if len(texts) > 1 else np.zeros(len(texts))
+        for place, text in zip(ends.tolist(), texts, strict=True):
             ax.annotate(
                 text,
                 (j, place),

@@ -1,0 +1,45 @@
+"""The flux that a braking phase needs ahead of its share, as tables: see
+include/srm/control/part/flux_lead.hpp."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reluctance import _core
+from reluctance.drive.known import Known
+
+POINTS = 9  # of srm::FluxLead, each way
+CURRENTS, ANGLES = 120, 361
+FASTEST = 3.0  # times the working speed: where the tables end
+
+
+def flux_lead(known: Known, sharing: _core.Sharing) -> _core.FluxLead:
+    """The tables for a machine, its nominal dc-link voltage and a sharing function."""
+    theta = np.linspace(np.pi, 0, ANGLES)
+    share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])
+    first = max(int(np.argmax(share > 0)) - 1, 0)
+    theta, share = theta[first:], share[first:]
+    x = theta[0] - theta
+    i = known.i_max * np.linspace(0, 1, CURRENTS) ** 1.5
+    grid = np.broadcast_arrays(i[:, None], theta[None, :])
+    at = _core.magnetics(known.magnetics, *(np.ascontiguousarray(v).ravel() for v in grid))
+    psi, tau = at[:, 0].reshape(grid[0].shape), at[:, 2].reshape(grid[0].shape)
+    tau = np.maximum.accumulate(tau, axis=0)
+    torques = known.tau_max * np.linspace(0, 1, POINTS)
+    needed = np.array(
+        [
+            [np.interp(t * part, tau[:, n], psi[:, n]) for n, part in enumerate(share)]
+            for t in torques
+        ]
+    )
+    fastest = FASTEST * known.N_r * max(known.omega_m, 1.0)
+    reach = fastest / known.u_dc * np.linspace(0, 1, POINTS)
+    above = needed[None] - x / np.maximum(reach, 1e-9)[:, None, None]
+    most = above.argmax(axis=-1)
+    return _core.FluxLead(
+        theta_start=float(theta[0]),
+        tau_max=known.tau_max,
+        reach_max=float(reach[-1]),
+        psi_start=above.max(axis=-1).ravel().tolist(),
+        x_end=x[most].ravel().tolist(),
+    )
