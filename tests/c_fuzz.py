@@ -9,11 +9,14 @@ half an hour. Sequence j of seed s is the same whatever comes before it.
 """
 
 import csv
+import os
 import re
 import subprocess
 import sys
 import tempfile
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import reluctance as rl
@@ -72,11 +75,12 @@ def fuzzed(files: list[Path], sequences: int, seed: int) -> Counter[str]:
 
 def main(sequences: int, seed: int) -> None:
     found: Counter[str] = Counter()
-    with tempfile.TemporaryDirectory() as place:
+    whole, rest = divmod(sequences, CHUNK)
+    chunks = [CHUNK] * whole + [rest] * (rest > 0)
+    with tempfile.TemporaryDirectory() as place, ThreadPoolExecutor(os.cpu_count()) as threads:
         files = program(Path(place))
-        while found["sequences"] < sequences:
-            found += fuzzed(files, min(CHUNK, sequences - found["sequences"]), seed)
-            seed += 1
+        for one in threads.map(partial(fuzzed, files), chunks, range(seed, seed + len(chunks))):
+            found += one
             print(f"{found['sequences']} sequences, {found['calls']} calls", file=sys.stderr)
     writer = csv.writer(sys.stdout, lineterminator="\n")
     writer.writerow(["what", "count"])

@@ -41,7 +41,7 @@ def rows(source: str) -> list[dict[str, str]]:
     name, _, heading = source.partition("#")
     text = (ROOT / name).read_text(encoding="utf-8")
     if not heading:
-        return list(csv.DictReader(text.splitlines()))
+        return list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
     below = re.split(rf"^#+ {heading.replace('-', '[ -]')}$", text, flags=re.M | re.I)[1]
     lines = re.search(r"(?:^\|.*\n)+", below, flags=re.M)[0].splitlines()
     head = cells(lines[0])
