@@ -72,10 +72,19 @@ int main() {
   const srm::Sharing<double> sharing{
       .shape = srm::Shape::cubic, .theta_on = 0.17, .theta_ov = 0.7, .table = {}};
   run("sharing", machine,
-      srm::TorqueSharing<Machine, N>{
-          .machine = machine, .sharing = sharing, .i_max = 150, .i_band = 1, .t_ahead = 1e-5});
+      srm::TorqueSharing<Machine, N>{.machine = machine,
+                                     .R = 0.72,
+                                     .sharing = sharing,
+                                     .lead = {},
+                                     .i_max = 150,
+                                     .i_band = 1,
+                                     .t_ahead = 1e-5});
   run("deadbeat", machine,
-      srm::Deadbeat<Machine, N>{
-          .machine = machine, .R = 0.72, .sharing = sharing, .i_max = 150, .T_s = 20e-6});
+      srm::Deadbeat<Machine, N>{.machine = machine,
+                                .R = 0.72,
+                                .sharing = sharing,
+                                .lead = {},
+                                .i_max = 150,
+                                .T_s = 20e-6});
   return 0;
 }

@@ -113,7 +113,7 @@ def _from_runs(
     points = [(float(u), float(w)) for u, w in product(u_dc, omega)]
     rows: list[Row] = []
     with ThreadPoolExecutor(PROCESSES) as pool:
-        for row in pool.map(lambda point: _row(drive, *point, tau), points):
+        for row in pool.map(lambda uw: _row(drive, uw[0], uw[1], tau), points):
             rows.append(row)
             if progress is not None:
                 progress(len(rows) / len(points))
