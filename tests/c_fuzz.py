@@ -19,18 +19,13 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
+from c_library import SENSORS
+
 import reluctance as rl
 from reluctance.export.blob import blob
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-SENSORS = {
-    "sensing.adc_bits": 12,
-    "sensing.i_range_A": 200,
-    "sensing.encoder_counts": 4096,
-    "sensing.delay_samples": 1,
-    "converter.dead_time_us": 1.5,
-}
 CHUNK = 50_000  # sequences of one process
 FLAGS = (
     "-std=c++20 -O1 -ffp-contract=off -fsanitize=address,undefined -fno-sanitize-recover=all "

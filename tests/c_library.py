@@ -18,6 +18,15 @@ PARTS = {"drive": 0, "stage": 1, "controller": 2}
 TABLES = ("parameter", "input", "waveform", "period", "last_period", "measurement", "order", "leg")
 MORE = 1
 
+# Sensors with steps, a sample of delay and dead time: what a drive on a board has.
+SENSORS = {
+    "sensing.adc_bits": 12,
+    "sensing.i_range_A": 200,
+    "sensing.encoder_counts": 4096,
+    "sensing.delay_samples": 1,
+    "converter.dead_time_us": 1.5,
+}
+
 
 def compiled(out: Path, compiler="g++", flags=FLAGS, **kinds) -> Path:
     """The library of some kinds: laws="Ditc", machines="LeHuy", phases="3", precisions="double"."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import c_fuzz
 import numpy as np
 import pytest
-from c_library import TABLES, Unit, compiled, library
+from c_library import SENSORS, TABLES, Unit, compiled, library
 from command import command
 
 import reluctance as rl
@@ -21,13 +21,6 @@ from reluctance.run.plant import closed_loop
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 UNTIL = 0.012
-SENSORS = {
-    "sensing.adc_bits": 12,
-    "sensing.i_range_A": 200,
-    "sensing.encoder_counts": 4096,
-    "sensing.delay_samples": 1,
-    "converter.dead_time_us": 1.5,
-}
 DRIVES = {
     "sharing": rl.load(EXAMPLES / "sharing_cubic.toml"),
     "battery": rl.load(EXAMPLES / "battery.toml"),

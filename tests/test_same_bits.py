@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import ClassVar
 
 import pytest
-from c_library import MORE, WASM, Unit, compiled, library
+from c_library import MORE, SENSORS, WASM, Unit, compiled, library
 
 import reluctance as rl
 from reluctance.export.blob import blob
@@ -23,13 +23,6 @@ pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 UNTIL = 0.01
-SENSORS = {
-    "sensing.adc_bits": 12,
-    "sensing.i_range_A": 200,
-    "sensing.encoder_counts": 4096,
-    "sensing.delay_samples": 1,
-    "converter.dead_time_us": 1.5,
-}
 NAMES = (
     *("battery", "deadbeat", "ditc", "edge_mpc_mcu", "fan", "finite_set_mpc", "hysteresis_200A"),
     *("load_step", "map_mpc", "paper_pump", "paper_rated", "pwm_current", "shared_switch"),
