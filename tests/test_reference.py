@@ -145,8 +145,8 @@ class FirstPhaseOn(rl.Law):
 
 
 def test_error_falls_with_the_fourth_power_of_the_step() -> None:
-    """The order of the classical Runge-Kutta method, where no event cuts a step short: a current
-    that rises through saturation, against DOP853."""
+    """The order of Hermite's rule, where no event cuts a step short: a current that rises through
+    saturation, against DOP853."""
     plant, omega, until = Plant(R=0.72, psi_m=0.468, L_d=23.62e-3), 20 * np.pi, 2e-3
     exact = solve_ivp(
         lambda _, x: plant.rates(x, [240.0, None, None]),
@@ -157,7 +157,7 @@ def test_error_falls_with_the_fourth_power_of_the_step() -> None:
         atol=1e-13,
     ).y[0, -1]
     drive = rl.load(EXAMPLES / "single_pulse.toml", ["control.T_s_us=1000", "load.speed_rpm=600"])
-    steps = np.array([24.0, 12.0, 6.0, 3.0])
+    steps = np.array([20.0, 10.0, 5.0])
     errors = []
     for dt_us in steps:
         fine = drive.with_values({"simulation.dt_max_us": dt_us})
@@ -166,15 +166,15 @@ def test_error_falls_with_the_fourth_power_of_the_step() -> None:
         assert np.sort(np.diff(result.t))[2] > 0.9 * dt_us * 1e-6  # but for two slivers of rounding
         errors.append(abs(result.i[0, -1] - exact))
     order = np.diff(np.log(errors)) / np.diff(np.log(steps))
-    assert errors[0] > 1e3 * 1e-12 * exact  # above the rounding and the reference's tolerance
+    assert errors[-1] > 1e-13 * exact  # above the rounding
     np.testing.assert_allclose(order, 4.0, atol=0.25)
 
 
 @pytest.mark.parametrize("turning", [False, True], ids=["locked", "pump"])
 @pytest.mark.parametrize("rpm", [1000, 3000, 6000, 10000])
 def test_the_default_step_is_right_to_1e_6_at_any_speed(rpm: float, turning: bool) -> None:
-    """Of peak against DOP853 with dt_max = 10 us: the step follows the speed."""
-    overrides = [f"load.speed_rpm={rpm}", "simulation.dt_max_us=10"]
+    """Of peak against DOP853 with dt_max = 20 us: the step follows the speed."""
+    overrides = [f"load.speed_rpm={rpm}", "simulation.dt_max_us=20"]
     overrides += ["load.kind='pump'", "load.k_pump_Nms2=0.0015"] if turning else []
     drive = rl.load(EXAMPLES / "single_pulse.toml", overrides)
     omega = rpm * np.pi / 30

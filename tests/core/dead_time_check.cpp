@@ -19,6 +19,7 @@ struct Coil {
   Magnetics<double> at(double i, double) const {
     return {.psi = L * i, .W_c = L * i * i / 2, .tau = 0, .L_inc = L, .psi_theta = 0};
   }
+  Jet<double> jet(double i, double) const { return {.psi = L * i, .L_inc = L}; }
 };
 
 struct Outcome {

@@ -20,7 +20,12 @@ constexpr T wrap(T theta) {
 /// Electrical angle of phase k of N, given that of phase 0: phase k lags by k strokes.
 template <int N, Real T>
 constexpr T phase_angle(T theta_e, int k) {
-  return wrap(theta_e - static_cast<T>(k) * (two_pi<T> / static_cast<T>(N)));
+  const T theta = theta_e - static_cast<T>(k) * (two_pi<T> / static_cast<T>(N));
+  if (theta < T(0) && theta >= -two_pi<T>) {  // the same as `wrap` does, without its division
+    const T turned = theta + two_pi<T>;
+    return turned < two_pi<T> ? turned : T(0);
+  }
+  return wrap(theta);
 }
 
 /// True while theta_on <= theta_e < theta_off. Safe across the 2 pi wrap and for theta_on < 0.

@@ -83,6 +83,56 @@ struct FluxMap {
                 slope * (dw[1] + u * (T(2) * dw[2] + u * (T(3) * dw[3] + u * (T(4) * dw[4]))))};
   }
 
+  /// i >= 0 [A], theta_e in [0, 2 pi). The weights are those of `at`.
+  constexpr Jet<T> jet(T i, T theta_e) const {
+    T theta = theta_e;
+    T slope = T(N_r) * cells_per_rad;
+    if (theta > theta_span) {
+      theta = two_pi<T> - theta;
+      slope = -slope;
+    }
+    const T y = theta * cells_per_rad;
+    const int m = static_cast<int>(clamp(y, T(0), T(n_theta - 1)));
+    const T v = y - static_cast<T>(m);
+    const T v2 = v * v;
+    const T rest = T(1) - v;
+    const T b[4] = {rest * rest * rest * T(1.0 / 6), T(2.0 / 3) - v2 + v2 * v * T(0.5),
+                    T(1.0 / 6) + (v + v2 - v2 * v) * T(0.5), v2 * v * T(1.0 / 6)};
+    const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
+    const T d[4] = {d0, d1, -(d0 + d1 + d3), d3};
+    const T s[4] = {rest, T(3) * v - T(2), T(1) - T(3) * v, v};  // second derivatives
+
+    const int j = piece_of(i);
+    const T u = i - knot[j];
+    const T* c = coefficient.data + (j * (n_theta + 3) + m) * n_power;
+    T w[n_power]{}, dw[n_power]{}, sw[n_power]{};
+    for (int n = 0; n < 4; ++n) {
+      for (int p = 0; p < n_power; ++p) {
+        const T c_np = c[n * n_power + p];
+        w[p] += c_np * b[n];
+        dw[p] += c_np * d[n];
+        sw[p] += c_np * s[n];
+      }
+    }
+    const auto value = [u](const T(&a)[n_power]) {
+      return a[0] + u * (a[1] + u * (a[2] + u * (a[3] + u * a[4])));
+    };
+    const auto first = [u](const T(&a)[n_power]) {
+      return a[1] + u * (T(2) * a[2] + u * (T(3) * a[3] + u * (T(4) * a[4])));
+    };
+    const auto second = [u](const T(&a)[n_power]) {
+      return T(2) * a[2] + u * (T(6) * a[3] + u * (T(12) * a[4]));
+    };
+    return {.psi = first(w),
+            .tau = slope * value(dw),
+            .L_inc = second(w),
+            .psi_theta = slope * first(dw),
+            .tau_theta = slope * slope * value(sw),
+            .L_i = T(6) * w[3] + u * (T(24) * w[4]),
+            .L_theta = slope * second(dw),
+            .psi_theta_2 = slope * slope * first(sw)};
+  }
+
   /// Index of the piece that holds i. A slot has at most one knot inside, so one comparison settles
   /// it; NaN and negative currents give the first piece.
   constexpr int piece_of(T i) const {

@@ -33,7 +33,7 @@ struct LeHuy {
   SRM_FIELDS(N_r, L_u, L_sat, A, B, i_sat)
 
   /// i >= 0 [A], theta_e in [0, 2 pi).
-  constexpr Magnetics<T> at(T i, T theta_e) const {
+  [[gnu::always_inline]] constexpr Magnetics<T> at(T i, T theta_e) const {
     T x = theta_e * (T(1) / pi<T>);
     T slope = T(N_r) * T(6) / pi<T>;  // df/dtheta_m = slope x (1 - x)
     if (x > T(1)) {                   // the half past alignment mirrors the half before it
@@ -50,6 +50,33 @@ struct LeHuy {
             .tau = G * df,
             .L_inc = L_u + (L_sat - L_u + A * B * E) * f,
             .psi_theta = rise * df};
+  }
+
+  /// i >= 0 [A], theta_e in [0, 2 pi).
+  constexpr Jet<T> jet(T i, T theta_e) const {
+    const T per_rad = T(N_r) * (T(1) / pi<T>);  // dx/dtheta_m
+    T x = theta_e * (T(1) / pi<T>);
+    T slope = T(6) * per_rad;
+    if (x > T(1)) {
+      x = T(2) - x;
+      slope = -slope;
+    }
+    const T f = x * x * (T(3) - T(2) * x);
+    const T df = slope * x * (T(1) - x);
+    const T d2f = T(6) * per_rad * per_rad * (T(1) - T(2) * x);
+    const T E = exp(-B * i);
+    const T rise = (L_sat - L_u) * i + A * (T(1) - E);
+    const T G = (L_sat - L_u) * i * i * T(0.5) + A * (i - i_sat * (T(1) - E));
+    const T ABE = A * B * E;
+    const T rise_i = L_sat - L_u + ABE;
+    return {.psi = L_u * i + rise * f,
+            .tau = G * df,
+            .L_inc = L_u + rise_i * f,
+            .psi_theta = rise * df,
+            .tau_theta = G * d2f,
+            .L_i = -B * ABE * f,
+            .L_theta = rise_i * df,
+            .psi_theta_2 = rise * d2f};
   }
 };
 

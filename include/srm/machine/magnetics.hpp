@@ -19,6 +19,20 @@ struct Magnetics {
   T psi_theta;  // dpsi/dtheta_m [Wb/rad]
 };
 
+/// The same without the co-energy, and how it changes: all partial derivatives of the co-energy to
+/// order 2, and those of order 3 that a rate of change needs.
+template <Real T>
+struct Jet {
+  T psi{};          // [Wb]
+  T tau{};          // [N m]
+  T L_inc{};        // [H]
+  T psi_theta{};    // dpsi/dtheta_m [Wb/rad]
+  T tau_theta{};    // dtau/dtheta_m [N m/rad]
+  T L_i{};          // dL_inc/di [H/A]
+  T L_theta{};      // dL_inc/dtheta_m [H/rad]
+  T psi_theta_2{};  // d2psi/dtheta_m2 [Wb/rad^2]
+};
+
 /// A machine is its magnetics: `at` is the single place where flux, torque, inductance and
 /// back-EMF come from, so none of them can contradict another. The model covers currents >= 0 and
 /// every angle in [0, 2 pi).
@@ -27,6 +41,12 @@ concept Machine = requires(const M machine, typename M::Scalar i, typename M::Sc
   requires Real<typename M::Scalar>;
   { machine.N_r } -> std::convertible_to<int>;
   { machine.at(i, theta_e) } -> std::same_as<Magnetics<typename M::Scalar>>;
+};
+
+/// What the plant asks of a machine besides: `jet`, the derivatives of `at`.
+template <class M>
+concept Motor = Machine<M> && requires(const M machine, double i, double theta_e) {
+  { machine.jet(i, theta_e) } -> std::same_as<Jet<double>>;
 };
 
 }  // namespace srm

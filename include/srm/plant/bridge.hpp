@@ -1,13 +1,12 @@
 // Power converters: what the windings see of the switches, with the drops of switches and diodes.
 //
 // A bridge sees the legs that are ordered for all phases at once, so that phases may share
-// switches. To add one: a struct with these five functions, and its name in `Bridge` at the end of
+// switches. To add one: a struct with these four functions, and its name in `Bridge` at the end of
 // this file.
 #pragma once
 
 #include <array>
 #include <cstddef>
-#include <numeric>
 #include <variant>
 
 #include "srm/base/fields.hpp"
@@ -21,13 +20,28 @@ using AllLegs = std::array<Leg, N>;
 template <std::size_t N>
 using PerPhase = std::array<double, N>;
 
+/// What lies between the dc link and a winding of current i, where the currents of all phases add
+/// up to i_sum: u = level u_dc - v - R i - R_shared i_sum. Valid for i > 0, and for a magnetized
+/// leg at any current.
+struct Path {
+  double level{}, v{}, R{};  // [1], [V], [ohm]
+};
+template <std::size_t N>
+struct Paths {
+  std::array<Path, N> phase{};
+  double R_shared{};  // of a device that carries the currents of all phases [ohm]
+};
+
 /// On-state voltages: threshold [V] and slope [ohm] of a switch and of a diode.
 struct Devices {
   double v_switch{}, R_switch{}, v_diode{}, R_diode{};
   SRM_FIELDS(v_switch, R_switch, v_diode, R_diode)
 
-  double on(double i) const { return v_switch + R_switch * i; }
-  double diode(double i) const { return v_diode + R_diode * i; }
+  /// A path through so many of them.
+  Path path(Leg leg, int switches, int diodes) const {
+    return {static_cast<double>(leg), switches * v_switch + diodes * v_diode,
+            switches * R_switch + diodes * R_diode};
+  }
 };
 
 /// What the switches have done so far. A switching loss that is linear in current and voltage needs
@@ -40,6 +54,7 @@ struct Switchings {
 
   /// So many switches turn on (or off where negative) at current i.
   void count(int switches, double u_dc, double i) {
+    if (switches == 0) return;
     const double S = switches * u_dc * i;
     if (switches > 0) {
       turn_ons += switches;
@@ -63,25 +78,16 @@ struct AsymmetricBridge {
     return ordered;
   }
 
-  /// What the phases share at these legs and currents: nothing.
-  struct Shared {};
+  /// Magnetize puts two switches in the path, freewheel one switch and one diode, demagnetize two
+  /// diodes.
   template <std::size_t N>
-  Shared shared(const AllLegs<N>&, const PerPhase<N>&) const {
-    return {};
-  }
-
-  /// Voltage of one winding, valid for i > 0 and for a magnetized leg at any current. Magnetize
-  /// puts two switches in the path, freewheel one switch and one diode, demagnetize two diodes.
-  double voltage(Shared, Leg leg, double i, double u_dc) const {
-    switch (leg) {
-      case Leg::magnetize:
-        return u_dc - 2 * device.on(i);
-      case Leg::freewheel:
-        return -device.on(i) - device.diode(i);
-      case Leg::demagnetize:
-        return -u_dc - 2 * device.diode(i);
+  Paths<N> paths(const AllLegs<N>& legs) const {
+    Paths<N> p;
+    for (std::size_t k = 0; k < N; ++k) {
+      const int switches = 1 + static_cast<int>(legs[k]);
+      p.phase[k] = device.path(legs[k], switches, 2 - switches);
     }
-    return 0;
+    return p;
   }
 
   template <std::size_t N>
@@ -123,28 +129,19 @@ struct SharedSwitchBridge {
     return seen;
   }
 
-  /// The shared switch, or the shared diode while it is off, carries the currents of all phases.
-  struct Shared {
-    bool on;
-    double drop;  // [V]
-  };
+  /// The shared switch, or the shared diode while it is off, carries the currents of all phases. A
+  /// freewheeling current takes the own diode while the upper switch is on.
   template <std::size_t N>
-  Shared shared(const AllLegs<N>& leg, const PerPhase<N>& i) const {
-    const double sum = std::accumulate(i.begin(), i.end(), 0.0);
-    const bool on = upper_on<N>(leg);
-    return {on, on ? device.on(sum) : device.diode(sum)};
-  }
-
-  double voltage(const Shared& upper, Leg leg, double i, double u_dc) const {
-    switch (leg) {
-      case Leg::magnetize:
-        return u_dc - upper.drop - device.on(i);
-      case Leg::freewheel:  // through the own diode while the upper switch is on
-        return -upper.drop - (upper.on ? device.diode(i) : device.on(i));
-      case Leg::demagnetize:
-        return -u_dc - upper.drop - device.diode(i);
+  Paths<N> paths(const AllLegs<N>& legs) const {
+    const bool upper = upper_on<N>(legs);
+    Paths<N> p;
+    for (std::size_t k = 0; k < N; ++k) {
+      const int own = lower_on(legs[k], upper);
+      p.phase[k] = device.path(legs[k], own, 1 - own);
+      p.phase[k].v += upper ? device.v_switch : device.v_diode;
     }
-    return 0;
+    p.R_shared = upper ? device.R_switch : device.R_diode;
+    return p;
   }
 
   template <std::size_t N>

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "srm/base/fields.hpp"
+#include "srm/plant/moving.hpp"
 
 namespace srm {
 
@@ -29,6 +30,8 @@ struct Course {
     if (j == t.size()) return value.back();
     return value[j - 1] + slope(j) * (m.t - t[j - 1]);
   }
+
+  Moving moving(Moment m) const { return {at(m), rate(m.start)}; }
 
   /// Rate of change just after this time.
   double rate(double time) const {

@@ -12,12 +12,12 @@
 
 namespace srm {
 
-/// The circuit of a step: legs, which phases carry current, and whether the diodes of the bridge
-/// hold the dc link at zero. All are settled before the step, so that a stage which tries a current
-/// or the voltage past zero sees the same equations.
+/// The circuit of a step: what the legs connect, which phases carry current, and whether the diodes
+/// of the bridge hold the dc link at zero. All are settled before the step, so that a trial which
+/// takes a current or the voltage past zero sees the same equations.
 template <int N>
 struct Circuit {
-  AllLegs<N> leg{};
+  Paths<N> paths;  // to the flux linkages
   std::array<bool, N> flows{};
   bool shorted{};
 };
@@ -32,15 +32,21 @@ struct Plant {
   SRM_FIELDS(machine, R, source, bridge, shaft)
 };
 
-/// Rates of the state, and the powers whose integrals make the energy balance.
+/// The magnetics of the phases that carry current.
+template <int N>
+using Jets = std::array<Jet<double>, N>;
+
+/// How the state changes. A phase that does not flow has neither current nor voltage.
 template <int N>
 struct Rates {
-  State<N> dx;         // per second
-  double tau{};        // machine torque [N m]
-  double p_source{};   // delivered by the source [W]
-  double p_loss{};     // lost between the source and the dc link [W]
-  double p_dc{};       // drawn from the dc link by the bridge [W]
-  double p_winding{};  // into the winding terminals: p_dc less the device losses [W]
+  std::array<Moving, N> i{};  // phase currents [A]
+  std::array<Moving, N> v{};  // rates of the flux linkages, u - R i [V]
+  Moving tau;                 // machine torque [N m]
+  Moving omega_m;             // speed [rad/s]
+  Moving alpha;               // its rate [rad/s^2]
+  Moving i_dc;                // drawn from the dc link by the bridge [A]
+  Moving u_dc;                // dc-link voltage [V]
+  Feed source;
 };
 
 template <Machine M, int N>
@@ -48,34 +54,47 @@ double electrical_angle(const Plant<M, N>& p, double theta_m, int k) {
   return phase_angle<N>(wrap(p.machine.N_r * theta_m), k);
 }
 
-/// Per phase di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di); a blocked phase stays at zero.
+/// Sum of the currents that a shared device carries.
+template <int N>
+double sum(const std::array<double, N>& i) {
+  double all = 0;
+  for (const double i_k : i) all += i_k;
+  return all;
+}
+
+/// Per phase di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di); a blocked phase stays at zero. m: of
+/// the phases that flow.
 template <Machine M, int N>
-Rates<N> rates(const Plant<M, N>& p, const State<N>& x, const Circuit<N>& circuit, Moment now) {
-  Rates<N> r;
-  const double theta_e = wrap(p.machine.N_r * x.theta_m);
-  double i_dc = 0;
-  std::visit(
-      [&](const auto& bridge) {
-        const auto shared = bridge.shared(circuit.leg, x.i);
-        for (int k = 0; k < N; ++k) {
-          if (!circuit.flows[k]) continue;
-          const Magnetics<double> m = p.machine.at(x.i[k], phase_angle<N>(theta_e, k));
-          const double u = bridge.voltage(shared, circuit.leg[k], x.i[k], x.u_dc);
-          r.dx.i[k] = (u - p.R * x.i[k] - x.omega_m * m.psi_theta) / m.L_inc;
-          r.tau += m.tau;
-          i_dc += static_cast<int>(circuit.leg[k]) * x.i[k];
-          r.p_dc += static_cast<int>(circuit.leg[k]) * x.u_dc * x.i[k];
-          r.p_winding += u * x.i[k];
-        }
-      },
-      p.bridge);
-  const Feed source = feed(p.source, x.u_dc, i_dc, now);
-  r.dx.omega_m = acceleration(p.shaft, r.tau, x.omega_m, now);
-  r.dx.theta_m = x.omega_m;
-  r.dx.u_dc = circuit.shorted ? 0 : source.du_dc;
-  r.p_source = source.p;
-  r.p_loss = source.p_loss;
-  return r;
+void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<Jets<N>>& m,
+           const Circuit<N>& circuit, Moment now, Rates<N>& r) {
+  const double R_shared = circuit.paths.R_shared;
+  const double v_shared = R_shared == 0 ? 0 : R_shared * sum<N>(x.i);
+  double i_sum_rate = 0;
+  r.tau = r.i_dc = {};
+  for (int k = 0; k < N; ++k) {
+    if (!circuit.flows[k]) {
+      r.i[k] = r.v[k] = {};
+      continue;
+    }
+    const Path& path = circuit.paths.phase[k];
+    const double v = path.level * x.u_dc - path.v - v_shared - path.R * x.i[k];
+    const double i_rate = (v - x.omega_m * m[k].psi_theta) / m[k].L_inc;
+    i_sum_rate += i_rate;
+    r.v[k].now = v;
+    r.i[k] = {x.i[k], i_rate};
+    r.i_dc += path.level * r.i[k];
+    r.tau += {m[k].tau, m[k].psi_theta * i_rate + m[k].tau_theta * x.omega_m};
+  }
+  r.source = feed(p.source, x.u_dc, r.i_dc, now);
+  if (circuit.shorted) r.source.du_dc = 0;
+  r.u_dc = {x.u_dc, r.source.du_dc.now};
+  for (int k = 0; k < N; ++k) {
+    if (!circuit.flows[k]) continue;
+    const Path& path = circuit.paths.phase[k];
+    r.v[k].rate = path.level * r.u_dc.rate - path.R * r.i[k].rate - R_shared * i_sum_rate;
+  }
+  r.alpha = acceleration(p.shaft, r.tau, x.omega_m, now);
+  r.omega_m = {x.omega_m, r.alpha.now};
 }
 
 /// What the source does at time t, before a step.
@@ -87,15 +106,20 @@ Feed source_now(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& le
   return feed(p.source, x.u_dc, i_dc, {t, t});
 }
 
+/// The paths of these legs to the flux linkages.
+template <Machine M, int N>
+Paths<N> paths(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& legs) {
+  Paths<N> found = std::visit([&](const auto& b) { return b.paths(legs); }, p.bridge);
+  for (Path& path : found.phase) path.R += p.R;
+  return found;
+}
+
 /// What winding k sees [V].
 template <Machine M, int N>
-double winding_voltage(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& leg,
-                       const State<N>& x, int k) {
-  return std::visit(
-      [&](const auto& bridge) {
-        return bridge.voltage(bridge.shared(leg, x.i), leg[k], x.i[k], x.u_dc);
-      },
-      p.bridge);
+double winding_voltage(const Plant<M, N>& p, const Circuit<N>& circuit, const State<N>& x, int k) {
+  const Path& path = circuit.paths.phase[k];
+  const double shared = circuit.paths.R_shared * sum<N>(x.i);
+  return path.level * x.u_dc - path.v - (path.R - p.R) * x.i[k] - shared;
 }
 
 /// Energy stored in the magnetic field of all phases [J].

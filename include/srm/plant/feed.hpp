@@ -1,14 +1,16 @@
 // What a source does to the dc link at an instant.
 #pragma once
 
+#include "srm/plant/moving.hpp"
+
 namespace srm {
 
 /// Rate of the dc-link voltage, and the powers that the energy balance needs.
 struct Feed {
-  double du_dc;   // [V/s]
-  double i;       // into the dc link [A]
-  double p;       // delivered by the source [W]
-  double p_loss;  // lost between the source and the dc link [W]
+  Moving du_dc;   // [V/s]
+  Moving i;       // into the dc link [A]
+  Moving p;       // delivered by the source [W]
+  Moving p_loss;  // lost between the source and the dc link [W]
 };
 
 }  // namespace srm

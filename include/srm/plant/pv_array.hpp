@@ -34,9 +34,13 @@ struct PvArray {
   Course temp_cell;   // [degC]
   SRM_FIELDS(I_L, R_s, R_sh, a, alpha, v_block, C, u_start, ln_ref, poa_global, temp_cell)
 
-  /// The current of the array alone at voltage u of its terminals: negative above its open-circuit
-  /// voltage [A].
-  double current(double u, double G, double T_degC) const {
+  /// The array alone.
+  struct Point {
+    double i;      // negative above the open-circuit voltage [A]
+    double slope;  // di/du [A/V]
+  };
+  /// At voltage u of its terminals.
+  Point at(double u, double G, double T_degC) const {
     constexpr double T_ref = 298.15;                           // [K]
     constexpr double gap = 1.121 / (8.617333262e-05 * T_ref);  // of silicon, over k T_ref
     constexpr double gap_slope = -0.0002677;                   // [1/K]
@@ -46,14 +50,21 @@ struct PvArray {
     const double v = (u + R_s * g * (I_L + alpha * dT)) / shunted;
     // ln(R I_0/a), of which I_0 brings t^3 and a brings 1/t
     const double q = ln_ref + gap - gap * (1 + gap_slope * dT) / t + 2 * ln(t) - ln(shunted);
-    return (v - scale * wright_omega.at(v / scale + q) - u) / R_s;
+    const double w = wright_omega.at(v / scale + q);
+    const double slope = (1 / (shunted * (1 + w)) - 1) / R_s;  // di/du; dw/dq = w/(1 + w)
+    return {(v - scale * w - u) / R_s, slope};
   }
 
+  double current(double u, double G, double T_degC) const { return at(u, G, T_degC).i; }
+
   double start() const { return u_start; }
-  Feed feed(double u, double i_dc, Moment m) const {
-    const double found = current(u + v_block, poa_global.at(m), temp_cell.at(m));
-    const double i = found > 0 ? found : 0;
-    return {(i - i_dc) / C, i, (u + v_block) * i, v_block * i};
+  Feed feed(double u, const Moving& i_dc, Moment m) const {
+    const Point array = at(u + v_block, poa_global.at(m), temp_cell.at(m));
+    const bool blocks = !(array.i > 0);
+    const double i_now = blocks ? 0 : array.i;
+    const double du = (i_now - i_dc.now) / C;
+    const Moving i = blocks ? Moving{} : Moving{i_now, array.slope * du + weather_rate(u, m)};
+    return {1 / C * (i - i_dc), i, Moving{u + v_block, du} * i, v_block * i};
   }
   double stored(double u) const { return C * u * u / 2; }
   double next(double t) const {
@@ -63,6 +74,15 @@ struct PvArray {
   double forced(double u, double) const { return u; }
 
  private:
+  /// How the current changes at constant voltage, where irradiance or temperature do [A/s].
+  double weather_rate(double u, Moment m) const {
+    const Moving G = poa_global.moving(m), T = temp_cell.moving(m);
+    if (G.rate == 0 && T.rate == 0) return 0;
+    constexpr double dt = 1e-6;  // [s]
+    const double after = current(u + v_block, G.now + dt * G.rate, T.now + dt * T.rate);
+    return (after - current(u + v_block, G.now, T.now)) / dt;
+  }
+
   /// ln x near 1 by the series of the inverse hyperbolic tangent: to 3e-8 from 0.75 to 1.35.
   static double ln(double x) {
     const double y = (x - 1) / (x + 1), z = y * y;

@@ -32,10 +32,21 @@ inline double load_torque(const Shaft& s, double omega_m, Moment m) {
          more;
 }
 
-/// J domega/dt = tau - load (eq. 2.4 of the paper, corrected) [rad/s^2].
-inline double acceleration(const Shaft& s, double tau, double omega_m, Moment m) {
+/// J domega/dt = tau - load (eq. 2.4 of the paper, corrected) [rad/s^2]. Its rate is that of the
+/// machine's torque alone.
+inline Moving acceleration(const Shaft& s, const Moving& tau, double omega_m, Moment m) {
   if (s.rotation == Rotation::locked) return s.omega.rate(m.start);
-  return (tau - load_torque(s, omega_m, m)) / s.J;
+  return 1 / s.J * (tau - load_torque(s, omega_m, m));
+}
+
+/// What the load's part in the change of speed over a step of length h is more than by its mean at
+/// both ends: by Simpson's rule, for a load need not have a derivative [rad/s].
+inline double load_between(const Shaft& s, const Moving& tau0, const Moving& omega0,
+                           const Moving& tau1, const Moving& omega1, Moment start, double h) {
+  if (s.rotation == Rotation::locked) return 0;
+  const double ends = (tau0.now + tau1.now - s.J * (omega0.rate + omega1.rate)) / 2;
+  const double middle = (omega0.now + omega1.now) / 2 + h / 8 * (omega0.rate - omega1.rate);
+  return h * 2 / 3 / s.J * (ends - load_torque(s, middle, {start.t + h / 2, start.start}));
 }
 
 /// When load or held speed change their course next [s].

@@ -18,8 +18,9 @@ struct StiffSource {
   SRM_FIELDS(u_dc)
 
   double start() const { return u_dc.at(0); }
-  Feed feed(double u, double i_dc, Moment m) const {
-    return {u_dc.rate(m.start), i_dc, u * i_dc, 0};
+  Feed feed(double u, const Moving& i_dc, Moment m) const {
+    const double du = u_dc.rate(m.start);
+    return {du, i_dc, Moving{u, du} * i_dc, 0};
   }
   double stored(double) const { return 0; }
   double next(double t) const { return u_dc.next(t); }
@@ -36,10 +37,13 @@ struct Battery {
   SRM_FIELDS(E, R, C, one_way)
 
   double start() const { return E.at(0); }
-  Feed feed(double u, double i_dc, Moment m) const {
-    const double e = E.at(m);
-    const double i = one_way && u > e ? 0 : (e - u) / R;
-    return {(i - i_dc) / C, i, e * i, R * i * i};
+  Feed feed(double u, const Moving& i_dc, Moment m) const {
+    const Moving e = E.moving(m);
+    const bool blocks = one_way && u > e.now;
+    const double i_now = blocks ? 0 : (e.now - u) / R;
+    const double du = (i_now - i_dc.now) / C;
+    const Moving i = blocks ? Moving{} : Moving{i_now, (e.rate - du) / R};
+    return {1 / C * (i - i_dc), i, e * i, R * i * i};
   }
   double stored(double u) const { return C * u * u / 2; }
   double next(double t) const { return E.next(t); }
@@ -53,7 +57,7 @@ inline double start(const Source& s) {
 }
 
 /// At dc-link voltage u [V] and the current i_dc that the bridge draws [A].
-inline Feed feed(const Source& s, double u, double i_dc, Moment m) {
+inline Feed feed(const Source& s, double u, const Moving& i_dc, Moment m) {
   return std::visit([&](const auto& source) { return source.feed(u, i_dc, m); }, s);
 }
 

@@ -1,6 +1,8 @@
 // The border between the desk, which simulates in double, and a controller in its own precision.
 #pragma once
 
+#include <concepts>
+
 #include "srm/control/frame/drive_control.hpp"
 #include "srm/sim/controller.hpp"
 #include "srm/sim/tables.hpp"
@@ -19,6 +21,7 @@ Orders<Law::n_phases> step_on_desk(const DriveControl<Law>& control,
   assign(seen, y);
   seen.theta_e = wrap(seen.theta_e);
   const Command<T, N> command = control.step(state, seen, static_cast<T>(reference));
+  if constexpr (std::same_as<T, double>) return {command, state.tau_ref};
   Orders<N> orders;
   assign(orders.command, command);
   orders.tau_ref = state.tau_ref;

@@ -33,6 +33,15 @@ struct Scaled {
     m.psi_theta *= flux_factor;
     return m;
   }
+
+  constexpr Jet<double> jet(double i, double theta_e) const {
+    Jet<double> m = model.jet(i, theta_e);
+    for (double* each : {&m.psi, &m.tau, &m.L_inc, &m.psi_theta, &m.tau_theta, &m.L_i, &m.L_theta,
+                         &m.psi_theta_2}) {
+      *each *= flux_factor;
+    }
+    return m;
+  }
 };
 
 template <Machine M>
@@ -78,7 +87,7 @@ struct Rules {
 };
 
 /// A drive in the loop of the simulation: takes any order.
-template <Machine M, int N>
+template <Motor M, int N>
 class InTheLoop {
  public:
   InTheLoop(const Episode<M, N>& e, const Rules& r)
@@ -112,7 +121,7 @@ class InTheLoop {
 };
 
 /// A drive of which the legs are held from sample to sample: takes leg states alone.
-template <Machine M, int N>
+template <Motor M, int N>
 class HeldLegs {
  public:
   HeldLegs(const Episode<M, N>& e, const Rules&) : plant_(e.plant, e.theta_m) {}
@@ -120,14 +129,13 @@ class HeldLegs {
   void run(const Orders<N>& orders, const Rules& r, double t_end) {
     AllLegs<N> legs;
     for (int k = 0; k < N; ++k) legs[k] = orders.command[k].leg[0];
-    plant_.run(legs, orders.tau_ref, t_end,
-               {r.resolution.dt_max, spread_part * r.resolution.scale.i});
+    plant_.run(legs, orders.tau_ref, t_end, {r.resolution.dt_max, r.resolution.scale, spread_part});
     ++sample_;
   }
 
   Measurement<double, N> sense(const Rules& r) {
     const auto source = source_now(plant_.plant(), plant_.legs(), plant_.state(), plant_.t());
-    return measured(plant_.plant(), plant_.state(), source.i, r.sampling, sample_, rotor_);
+    return measured(plant_.plant(), plant_.state(), source.i.now, r.sampling, sample_, rotor_);
   }
   double t() const { return plant_.t(); }
   const State<N>& state() const { return plant_.state(); }
@@ -136,7 +144,7 @@ class HeldLegs {
 
  private:
   // As in the loop.
-  static constexpr double spread_part = 2e-5;
+  static constexpr double spread_part = 1e-4;
 
   HeldPlant<Scaled<M>, N> plant_;
   RotorSensor::State rotor_;

@@ -1,36 +1,17 @@
 // The gate drive of one phase: executes a PhaseCommand between two samples.
-//
-// Every switching instant is an event: a timer edge, a current that meets a comparator threshold,
-// an angle that meets a position compare, a current that reaches zero. This file says which event
-// comes next for a phase and what the leg does then; the loop locates the instant.
 #pragma once
+
+#include <limits>
 
 #include "srm/control/frame/comparator.hpp"
 
 namespace srm {
 
-/// A current threshold ahead of the phase, and the leg once it is met. direction: +1 the current
-/// meets it from below, -1 from above, 0 there is none.
-struct Crossing {
-  double i = 0;
-  int direction = 0;
-  Leg then = Leg::demagnetize;
+/// The currents between which a phase stays as it is.
+struct Span {
+  double below = -std::numeric_limits<double>::infinity();
+  double above = std::numeric_limits<double>::infinity();
 };
-
-/// What the comparator waits for: up to two thresholds, one above and one below the current.
-inline std::array<Crossing, 2> awaited(const PhaseCommand<double>& c, Leg leg) {
-  if (!(c.i_ref > 0)) return {};
-  switch (leg) {
-    case Leg::magnetize:
-      return {Crossing{c.i_upper, +1, c.chop}};
-    case Leg::freewheel:
-      return {Crossing{c.i_lower, -1, Leg::magnetize}, {c.i_runaway, +1, Leg::demagnetize}};
-    case Leg::demagnetize:
-      if (c.chop == Leg::freewheel) return {Crossing{c.i_centre, -1, Leg::freewheel}};
-      return {Crossing{c.i_lower, -1, Leg::magnetize}};
-  }
-  return {};
-}
 
 /// What the gate drive of a phase remembers between events.
 struct GateState {
@@ -54,11 +35,40 @@ inline Leg ordered(const PhaseCommand<double>& c, const GateState& gate, double 
   return Leg::demagnetize;
 }
 
-/// The currents the phase waits for: the comparator's thresholds while it is in charge.
-inline std::array<Crossing, 2> awaited(const PhaseCommand<double>& c, const GateState& gate) {
-  if (c.gate == Gate::off || c.gate == Gate::timer || (c.gate == Gate::window && !gate.inside))
-    return {};
-  return awaited(c, gate.leg);
+/// True while the comparator is in charge, and has a reference.
+inline bool compares(const PhaseCommand<double>& c, const GateState& gate) {
+  const bool open = c.gate == Gate::comparator || (c.gate == Gate::window && gate.inside);
+  return open && c.i_ref > 0;
+}
+
+/// The comparator's thresholds below and above the current.
+inline Span awaited(const PhaseCommand<double>& c, const GateState& gate) {
+  Span span;
+  if (!compares(c, gate)) return span;
+  switch (gate.leg) {
+    case Leg::magnetize:
+      span.above = c.i_upper;
+      break;
+    case Leg::freewheel:
+      span = {c.i_lower, c.i_runaway};
+      break;
+    case Leg::demagnetize:
+      span.below = c.chop == Leg::freewheel ? c.i_centre : c.i_lower;
+  }
+  return span;
+}
+
+/// The leg once the current meets the threshold below or above it.
+inline Leg after(const PhaseCommand<double>& c, const GateState& gate, bool above) {
+  switch (gate.leg) {
+    case Leg::magnetize:
+      return c.chop;
+    case Leg::freewheel:
+      return above ? Leg::demagnetize : Leg::magnetize;
+    case Leg::demagnetize:
+      return c.chop == Leg::freewheel ? Leg::freewheel : Leg::magnetize;
+  }
+  return Leg::demagnetize;
 }
 
 }  // namespace srm

@@ -1,5 +1,5 @@
-// Events of the plant: a guard is a state variable that meets a value, and its instant is located
-// by root finding on the length of the integration step.
+// Events of the plant: a guard is a state variable that meets a value. The instant is an unknown of
+// the step that ends on it.
 #pragma once
 
 #include <cmath>
@@ -13,17 +13,22 @@ namespace srm {
 /// `value`: from below (direction +1) or from above (-1). Direction 0: no guard.
 struct Guard {
   static constexpr int angle = -1;
+  static constexpr int nobody = -2;
   static constexpr int link = -3;
 
-  int k = angle;
+  int k = nobody;
   double value = 0;
   int direction = 0;
-  Leg then = Leg::demagnetize;  // a current guard sets the leg
 };
 
 /// What a guard watches, of a state or of its rates.
 template <int N>
 double watched(const Guard& g, const State<N>& x) {
+  if (g.k == Guard::angle) return x.theta_m;
+  return g.k == Guard::link ? x.u_dc : x.i[g.k];
+}
+template <int N>
+double& watched(const Guard& g, State<N>& x) {
   if (g.k == Guard::angle) return x.theta_m;
   return g.k == Guard::link ? x.u_dc : x.i[g.k];
 }
@@ -37,77 +42,101 @@ double distance(const Guard& g, const State<N>& x) {
 /// An angle closer than this to its value counts as met [rad].
 inline constexpr double angle_tolerance = 1e-9;
 
-/// How fast the distance changes, from the rates of a point.
-template <int N>
-double approach(const Guard& g, const Point<N>& rate) {
-  return -g.direction * watched(g, rate.x);
+/// When a quantity that has `left` to go, at its rate and the rate of that, gets there [s];
+/// infinity where it turns back before.
+inline double arrival(double left, double rate, double second) {
+  const double square = rate * rate + 2 * second * left;
+  if (!(square > 0)) return std::numeric_limits<double>::infinity();
+  const double root = std::sqrt(square);
+  const double t = 2 * left / (rate + (rate < 0 ? -root : root));
+  return t > 0 ? t : std::numeric_limits<double>::infinity();
 }
 
-/// The cubic Hermite polynomial of a step of length h from x0 to x1 with slopes r0 and r1, at the
-/// time s after its end (negative: before).
-inline double hermite_past_end(double x0, double r0, double x1, double r1, double h, double s) {
-  const double mean = (x1 - x0) / h, part = s / h;
-  const double cubic = r0 + r1 - 2 * mean;
-  return x1 + s * (r1 + part * (r1 - mean + cubic + part * cubic));
-}
+/// What a step came to.
+struct Trial {
+  double h;       // its length [s]
+  double spread;  // of the first correction, in parts of the scale [1]
+  bool fine;      // the corrections have become small
+  bool landed;    // the end is on the guard that was asked for
+};
 
-/// Moves the end of a step of length h by as little as it takes to end on the guard, along the
-/// cubic Hermite polynomial of the step (k1: slope at the start). Returns the new length; NaN, and
-/// `end` unchanged, where it would change by more than an eighth, or become longer than `longest`.
+// Corrections up to this part of the current scale are taken without another evaluation of the
+// machine: its derivatives tell the rest.
+inline constexpr double small_part = 1e-5;
+
+/// A step of length h from `start` to `end`; with a guard, of the length that ends on it, near h
+/// and no longer than `longest`.
 template <Machine M, int N>
-double land(const Plant<M, N>& p, const Point<N>& start, const Point<N>& k1,
-            const Settled<N>& settled, const Guard& g, double h, double longest, Point<N>& end) {
-  const Point<N> rate = slope(p, end.x, settled, h);
-  const double d0 = distance(g, start.x), d1 = distance(g, end.x);
-  const double v0 = approach(g, k1), v1 = approach(g, rate);
-  double s = -d1 / v1;
-  for (int trial = 0; trial < 2; ++trial) s -= hermite_past_end(d0, v0, d1, v1, h, s) / v1;
-  if (!(std::fabs(s) <= h / 8 && h + s <= longest)) {
-    return std::numeric_limits<double>::quiet_NaN();
+[[gnu::flatten]] Trial step(const Plant<M, N>& p, const Point<N>& start, const Settled<N>& s,
+                            const Scale& scale, double h, const Guard& g, double longest,
+                            Point<N>& end) {
+  Trial y{.h = h, .spread = 0, .fine = false, .landed = false};
+  predict(start, s, h, end.x);
+  std::array<double, N> off{};
+  for (int round = 0; round < 8; ++round) {
+    const double theta_e = wrap(p.machine.N_r * end.x.theta_m);
+    for (int k = 0; k < N; ++k) {
+      if (!s.circuit.flows[k]) continue;
+      end.jets[k] = p.machine.jet(end.x.i[k], phase_angle<N>(theta_e, k));
+    }
+    std::array<double, N> d = corrections(start, end, s, y.h, off);
+    double most = 0, dh = 0;
+    for (int k = 0; k < N; ++k) {
+      most = max(most, abs(d[k]));
+      off[k] += d[k];
+    }
+    if (round == 0) y.spread = most / scale.i;
+    if (g.direction != 0) {
+      const auto rate = [&](int k) {
+        return start.rates.i[k].rate + y.h * s.d2i[k] + 3 / y.h * off[k];
+      };
+      if (g.k >= 0) {
+        dh = (g.value - end.x.i[g.k] - d[g.k]) / rate(g.k);
+      } else if (g.k == Guard::angle) {
+        dh = (g.value - end.x.theta_m) / end.x.omega_m;
+      } else {
+        dh = (g.value - end.x.u_dc) / start.rates.source.du_dc.now;
+      }
+      if (!(y.h + dh > 0 && y.h + dh <= longest)) return y;
+      for (int k = 0; k < N; ++k) {
+        if (!s.circuit.flows[k]) continue;
+        d[k] += dh * rate(k);
+        most = max(most, abs(d[k]));
+      }
+      y.h += dh;
+      end.x.theta_m += dh * end.x.omega_m;
+      end.x.omega_m += dh * start.rates.alpha.now;
+      end.x.u_dc += dh * start.rates.source.du_dc.now;
+    }
+    y.fine = most <= small_part * scale.i;
+    for (int k = 0; k < N; ++k) {
+      if (!s.circuit.flows[k]) continue;
+      end.x.i[k] += d[k];
+      if (y.fine) move(end.jets[k], d[k], dh * end.x.omega_m);
+    }
+    if (y.fine) break;
   }
-  each([h, s](double x1, double x0, double r0,
-              double r1) { return hermite_past_end(x0, r0, x1, r1, h, s); },
-       end, end, start, k1, rate);
-  return h + s;
+  if (!y.fine) return y;
+  if (g.direction != 0) watched(g, end.x) = g.value;
+  rates(p, end.x, end.jets, s.circuit, {s.t + y.h, s.t}, end.rates);
+  close(p, start, end, s, y.h);
+  y.landed = g.direction != 0;
+  if (y.landed) watched(g, end.x) = g.value;
+  return y;
 }
 
-/// The part of a step at which a cubic Hermite polynomial falls through zero, from value d0 > 0 and
-/// slope to value d1 <= 0 and slope (slopes over the whole step); its error is of order 4.
-inline double hermite_root(double d0, double slope0, double d1, double slope1) {
-  double x = d0 / (d0 - d1);
-  const double c3 = 2 * (d0 - d1) + slope0 + slope1;
-  const double c2 = 3 * (d1 - d0) - 2 * slope0 - slope1;
-  for (int trial = 0; trial < 3; ++trial) {  // Newton from the secant's root
-    x -= (d0 + x * (slope0 + x * (c2 + x * c3))) / (slope0 + x * (2 * c2 + x * 3 * c3));
+/// The greatest or least value within a step of length h, where the cubic Hermite polynomial from
+/// a to b has one; else that at the end.
+inline double extreme(const Moving& a, const Moving& b, double h) {
+  if (!(a.rate * b.rate < 0)) return b.now;
+  const double slope0 = h * a.rate, slope1 = h * b.rate, rise = b.now - a.now;
+  const double c3 = slope0 + slope1 - 2 * rise, c2 = 3 * rise - 2 * slope0 - slope1;
+  double x = slope0 / (slope0 - slope1);
+  for (int round = 0; round < 2; ++round) {
+    const double curve = 2 * c2 + 6 * c3 * x;
+    if (curve != 0) x = clamp(x - (slope0 + x * (2 * c2 + x * 3 * c3)) / curve, 0.0, 1.0);
   }
-  return x;
-}
-
-/// Shortens the step from `start` of length h, which overshoots the guard, until it ends on it.
-/// `end` is replaced by the located point; returns the new length.
-///
-/// The first guess is the root of the Hermite polynomial, and nearly always close enough to land;
-/// if not, secant steps follow, bisected wherever they would leave the bracket.
-template <Machine M, int N>
-double locate(const Plant<M, N>& p, const Point<N>& start, const Point<N>& k1,
-              const Settled<N>& settled, const Scale& scale, const Guard& g, double h,
-              Point<N>& end) {
-  double d = distance(g, end.x);
-  double guess = h * hermite_root(distance(g, start.x), h * approach(g, k1), d,
-                                  h * approach(g, slope(p, end.x, settled, h)));
-  double lower = 0, upper = h, s = h;
-  for (int trial = 0; trial < 60; ++trial) {
-    const double previous = s, d_previous = d;
-    s = guess > lower && guess < upper ? guess : (lower + upper) / 2;
-    end = runge_kutta(p, start, k1, settled, scale, s).end;
-    const double landed = land(p, start, k1, settled, g, s, h, end);
-    if (landed > 0) return landed;
-    d = distance(g, end.x);
-    if (d == 0) return s;
-    (d > 0 ? lower : upper) = s;
-    guess = s - d * (s - previous) / (d - d_previous);
-  }
-  return s;  // the guard is met at a standstill: it is close enough
+  return a.now + x * (slope0 + x * (c2 + x * c3));
 }
 
 }  // namespace srm

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "srm/sim/columns.hpp"
-#include "srm/sim/step.hpp"
+#include "srm/sim/guard.hpp"
 
 namespace srm {
 
@@ -65,15 +65,27 @@ struct Extremes {
   double i_peak = 0;                             // [A]
   SRM_FIELDS(tau_min, tau_max, omega_min, omega_max, u_min, u_max, i_peak)
 
+  /// A step of length h from a to b: its start, and what lies between.
   template <int N>
-  void include(const State<N>& x, double tau) {
-    tau_min = min(tau_min, tau);
-    tau_max = max(tau_max, tau);
-    omega_min = min(omega_min, x.omega_m);
-    omega_max = max(omega_max, x.omega_m);
-    u_min = min(u_min, x.u_dc);
-    u_max = max(u_max, x.u_dc);
-    for (int k = 0; k < N; ++k) i_peak = max(i_peak, x.i[k]);
+  void include(const Rates<N>& a, const Rates<N>& b, double h) {
+    span(tau_min, tau_max, a.tau, b.tau, h);
+    span(omega_min, omega_max, a.omega_m, b.omega_m, h);
+    span(u_min, u_max, a.u_dc, b.u_dc, h);
+    for (int k = 0; k < N; ++k) {
+      i_peak = max(i_peak, a.i[k].now);
+      if (a.i[k].rate > 0 && b.i[k].rate < 0) i_peak = max(i_peak, extreme(a.i[k], b.i[k], h));
+    }
+  }
+
+ private:
+  static void span(double& least, double& most, const Moving& a, const Moving& b, double h) {
+    least = min(least, a.now);
+    most = max(most, a.now);
+    if (a.rate * b.rate < 0) {
+      const double turn = extreme(a, b, h);
+      least = min(least, turn);
+      most = max(most, turn);
+    }
   }
 };
 

@@ -1,9 +1,9 @@
 // The loop in which plant and control meet.
 //
-// Between two events the plant is smooth and integrated by Runge-Kutta steps. An event is a sample,
-// a timer edge or the end of a dead time (all known in time), a current that meets a comparator
-// threshold or zero, an angle that meets a window edge or the end of an electrical period (located
-// on the step). So no result depends on how the steps fall.
+// Between two events the plant is smooth and integrated by steps of Hermite's rule. An event is a
+// sample, a timer edge or the end of a dead time (all known in time), a current that meets a
+// comparator threshold or zero, an angle that meets a window edge or the end of an electrical
+// period (the step ends there). So no result depends on how the steps fall.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +11,8 @@
 #include <optional>
 #include <utility>
 
-#include "srm/plant/dead_time.hpp"
 #include "srm/sim/controller.hpp"
-#include "srm/sim/gate.hpp"
+#include "srm/sim/gates.hpp"
 #include "srm/sim/guard.hpp"
 #include "srm/sim/recorder.hpp"
 #include "srm/sim/sampling.hpp"
@@ -28,12 +27,35 @@ struct Resolution {
   SRM_FIELDS(dt_max, scale, record_every)
 };
 
-template <Machine M, int N>
+/// All that changes from step to step but the state of the controller: a plain value.
+template <int N>
+struct Loop {
+  std::array<Point<N>, 2> points;  // this one and the end of the step, in turns
+  int here = 0;
+  Integrals<N> sums;
+  Gates<N> gates;
+  AllLegs<N> legs;  // what the windings see
+  Circuit<N> circuit;
+  bool rated = false;     // the rates are those of this point and circuit
+  bool prepared = false;  // what is due at this point is done
+  double t = 0, t_sample = 0, t_course = 0, t_record = 0;  // now, and next [s]
+  double theta_period = 0, theta_next = 0;  // next end of a period; next angle that matters [rad]
+  int turns = 0;                            // direction in which theta_next is ahead; 0: unknown
+  double h_fine = 1e300;                    // what a step may be, from the ones before [s]
+  double tau_ref = 0;
+  long samples = 0, steps = 0;
+  Switchings switchings;
+  Extremes extremes;
+  RotorSensor::State rotor;
+};
+
+template <Motor M, int N>
 class Simulation {
  public:
+  using Snapshot = Loop<N>;
+
   /// The dc link starts at the voltage of its source. Without a controller, orders come from
-  /// outside
-  /// (`obey`).
+  /// outside (`obey`).
   Simulation(Plant<M, N> plant, double t_dead, Sampling sampling, Controller<N> controller,
              Course reference, double theta_m, Resolution resolution)
       : plant_(std::move(plant)),
@@ -41,148 +63,108 @@ class Simulation {
         sampling_(sampling),
         controller_(std::move(controller)),
         reference_(std::move(reference)),
-        resolution_(resolution),
-        t_record_(resolution.record_every > 0 ? 0 : never<double>) {
-    at_.x.theta_m = theta_m;
-    at_.x.omega_m = plant_.shaft.omega.at(0);
-    at_.x.u_dc = srm::start(plant_.source);
-    legs_.fill(Leg::demagnetize);
+        resolution_(resolution) {
+    if (!(resolution.record_every > 0)) now_.t_record = never<double>;
+    at().x.theta_m = theta_m;
+    at().x.omega_m = plant_.shaft.omega.at(0);
+    at().x.u_dc = srm::start(plant_.source);
+    now_.legs.fill(Leg::demagnetize);
+    now_.circuit.paths = paths(plant_, now_.legs);
     follow_courses();
-    theta_period_ = next_period();
+    now_.theta_period = next_period();
   }
 
   /// Runs until t_stop, or until a table is full or many steps are taken: then empty both and call
   /// again. Returns the time reached.
   double advance(double t_stop, Rows& waveforms, Rows& periods) {
-    const long last = steps_ + slice;
-    while (t_ < t_stop && !waveforms.full() && !periods.full() && steps_ < last) {
+    const long last = now_.steps + slice;
+    while (now_.t < t_stop && !waveforms.full() && !periods.full() && now_.steps < last) {
       prepare(waveforms, periods);
-      step(std::min({t_stop, t_sample_, t_record_, t_course_}));
-      ++steps_;
+      step(std::min({t_stop, now_.t_sample, now_.t_record, now_.t_course}));
     }
-    return t_;
+    return now_.t;
   }
 
   /// The same by the steps of a run that stops nowhere: the first step that would pass t_stop is
   /// not taken, and then t_stop is returned. `look` goes the rest of the way. So a result does not
   /// depend on where a run is interrupted.
   double advance_whole(double t_stop, Rows& waveforms, Rows& periods) {
-    const long last = steps_ + slice / 10;
-    while (t_ < t_stop && !waveforms.full() && !periods.full() && steps_ < last) {
+    const long last = now_.steps + slice / 10;
+    while (now_.t < t_stop && !waveforms.full() && !periods.full() && now_.steps < last) {
       prepare(waveforms, periods);
-      std::optional<Snapshot> before;
-      if (t_ + resolution_.dt_max > t_stop) before = snapshot();  // no step is longer
-      step(std::min({t_sample_, t_record_, t_course_}));
-      ++steps_;
-      if (t_ > t_stop) {
-        restore(*before);
+      const bool may_pass = now_.t + resolution_.dt_max > t_stop;  // no step is longer
+      const std::optional<Loop<N>> before = may_pass ? std::optional(now_) : std::nullopt;
+      step(std::min({now_.t_sample, now_.t_record, now_.t_course}));
+      if (now_.t > t_stop) {
+        now_ = *before;
         return t_stop;
       }
     }
-    return t_;
+    return now_.t;
   }
 
   /// To t_stop by a shorter step, after `advance_whole` has returned it: for what is seen there.
   /// Whoever wants to go on with whole steps restores the snapshot from before. Ends like `advance`
   /// where a step does not get on.
   void look(double t_stop) {
-    const long last = steps_ + slice;
-    while (t_ < t_stop && steps_ < last) {
-      step(std::min({t_stop, t_sample_, t_record_, t_course_}));
-      ++steps_;
+    const long last = now_.steps + slice;
+    while (now_.t < t_stop && now_.steps < last) {
+      step(std::min({t_stop, now_.t_sample, now_.t_record, now_.t_course}));
     }
   }
 
-  const State<N>& state() const { return at_.x; }
-  double t() const { return t_; }
-  const Integrals<N>& integrals() const { return at_.q; }
-  const Switchings& switchings() const { return switchings_; }
+  const State<N>& state() const { return at().x; }
+  double t() const { return now_.t; }
+  const Integrals<N>& integrals() const { return now_.sums; }
+  const Switchings& switchings() const { return now_.switchings; }
   /// Integration steps taken so far.
-  long steps() const { return steps_; }
+  long steps() const { return now_.steps; }
 
   /// What the sensors show now.
   Measurement<double, N> sense() {
-    if (t_ >= t_course_) follow_courses();
-    return measured(plant_, at_.x, source_now(plant_, legs_, at_.x, t_).i, sampling_, samples_,
-                    rotor_);
+    if (now_.t >= now_.t_course) follow_courses();
+    return measured(plant_, x(), source_now(plant_, now_.legs, x(), now_.t).i.now, sampling_,
+                    now_.samples, now_.rotor);
   }
 
   /// Orders from outside, at the instant of a sample. Instants within a billionth of a period of a
   /// multiple of it are that multiple, as in a loop with a controller.
   void obey(const Orders<N>& orders) {
-    if (t_ >= t_course_) follow_courses();
-    samples_ = static_cast<long>(t_ / sampling_.T_s + 1e-9);
+    if (now_.t >= now_.t_course) follow_courses();
+    now_.samples = static_cast<long>(now_.t / sampling_.T_s + 1e-9);
     take(orders);
     settle();
   }
 
   /// The orders in effect.
-  const Command<double, N>& command() const { return command_; }
+  const Command<double, N>& command() const { return now_.gates.command; }
 
   /// Lets `change` alter plant and reference from outside; courses are followed anew.
   template <class F>
   void change(const F& how) {
     how(plant_, reference_);
-    t_course_ = t_;
+    now_.t_course = now_.t;
+    now_.rated = false;
   }
 
-  /// All that changes from step to step but the state of the controller: a plain value.
-  struct Snapshot {
-    Point<N> at;
-    std::array<GateState, N> gates;
-    std::array<SwitchedLeg, N> switches;
-    AllLegs<N> legs;
-    bool shorted, prepared;
-    Command<double, N> command, pending;
-    double t, t_sample, t_course, t_orders, t_record, theta_period, tau_ref;
-    long samples, steps;
-    Switchings switchings;
-    Extremes extremes;
-    RotorSensor::State rotor;
-  };
-  Snapshot snapshot() const {
-    return {at_,      gates_,   switches_, legs_,       shorted_,  prepared_, command_,
-            pending_, t_,       t_sample_, t_course_,   t_orders_, t_record_, theta_period_,
-            tau_ref_, samples_, steps_,    switchings_, extremes_, rotor_};
-  }
-  void restore(const Snapshot& s) {
-    at_ = s.at;
-    gates_ = s.gates;
-    switches_ = s.switches;
-    legs_ = s.legs;
-    shorted_ = s.shorted;
-    prepared_ = s.prepared;
-    command_ = s.command;
-    pending_ = s.pending;
-    t_ = s.t;
-    t_sample_ = s.t_sample;
-    t_course_ = s.t_course;
-    t_orders_ = s.t_orders;
-    t_record_ = s.t_record;
-    theta_period_ = s.theta_period;
-    tau_ref_ = s.tau_ref;
-    samples_ = s.samples;
-    steps_ = s.steps;
-    switchings_ = s.switchings;
-    extremes_ = s.extremes;
-    rotor_ = s.rotor;
-  }
+  const Loop<N>& snapshot() const { return now_; }
+  void restore(const Loop<N>& s) { now_ = s; }
 
   /// The present instant as a row of the waveforms.
   Waveform<N> waveform() const {
-    Waveform<N> row{.t = t_,
-                    .theta_m = at_.x.theta_m,
-                    .omega_m = at_.x.omega_m,
-                    .u_dc = at_.x.u_dc,
-                    .tau_ref = tau_ref_,
-                    .i = at_.x.i};
+    Waveform<N> row{.t = now_.t,
+                    .theta_m = x().theta_m,
+                    .omega_m = x().omega_m,
+                    .u_dc = x().u_dc,
+                    .tau_ref = now_.tau_ref,
+                    .i = x().i};
     for (int k = 0; k < N; ++k) {
-      row.i_ref[k] = command_[k].i_ref;
-      row.leg[k] = static_cast<double>(legs_[k]);
-      if (!conducts(legs_[k], at_.x.i[k])) continue;
-      const double theta_e = electrical_angle(plant_, at_.x.theta_m, k);
-      const Magnetics<double> m = plant_.machine.at(at_.x.i[k], theta_e);
-      row.u[k] = winding_voltage(plant_, legs_, at_.x, k);
+      row.i_ref[k] = command()[k].i_ref;
+      row.leg[k] = static_cast<double>(now_.legs[k]);
+      if (!conducts(now_.legs[k], x().i[k])) continue;
+      const double theta_e = electrical_angle(plant_, x().theta_m, k);
+      const Magnetics<double> m = plant_.machine.at(x().i[k], theta_e);
+      row.u[k] = winding_voltage(plant_, now_.circuit, x(), k);
       row.psi[k] = m.psi;
       row.tau_ph[k] = m.tau;
       row.tau += m.tau;
@@ -194,309 +176,335 @@ class Simulation {
   void record(Rows& waveforms) {
     waveforms.add(waveform());
     const double interval = resolution_.record_every;
-    if (interval > 0) t_record_ = interval * std::round(t_ / interval + 1);
+    if (interval > 0) now_.t_record = interval * std::round(now_.t / interval + 1);
   }
 
   /// The integrals so far, and the extremes since the last `close_period`.
   Period<N> period() const {
-    return {.t = t_,
-            .theta_m = at_.x.theta_m,
-            .omega_m = at_.x.omega_m,
-            .W_f = field_energy(plant_, at_.x),
-            .W_dc = stored(plant_.source, at_.x.u_dc),
-            .switchings = switchings_,
-            .extremes = extremes_,
-            .integrals = at_.q};
+    return {.t = now_.t,
+            .theta_m = x().theta_m,
+            .omega_m = x().omega_m,
+            .W_f = field_energy(plant_, x()),
+            .W_dc = stored(plant_.source, x().u_dc),
+            .switchings = now_.switchings,
+            .extremes = now_.extremes,
+            .integrals = now_.sums};
   }
 
   /// Adds them to the periods.
   void close_period(Rows& periods) {
     periods.add(period());
-    extremes_ = {};
+    now_.extremes = {};
   }
 
  private:
-  // A step is halved while its midpoints are apart by more than this part of the current scale. At
-  // 2e-5 a single pulse that collapses near alignment (1.6e6 A/s into the knee) is right to 3e-6 of
-  // its peak with steps of 50 us, and the rated point costs 4 % more; at 6e-5, 5e-6 and 0.4 %.
-  static constexpr double spread_part = 2e-5;
+  // A step is halved while its prediction is off by more than this part of the current scale.
+  static constexpr double spread_part = 1e-4;
   static constexpr double shortest = 1e-15;  // no halving below: the numbers are none any more [s]
 
   // Longest step in electrical angle [rad], for the magnetisation changes with the angle however
-  // smooth the currents are. Single pulses from 500 to 10 000 rpm are right to 4e-7 of their peak
-  // at 10 us; at 0.0126, 8e-6. At 1500 rpm and four rotor poles the longest step stays 10 us.
-  static constexpr double longest_angle = 0.0065;
+  // smooth the currents are. At 1500 rpm and four rotor poles the longest step stays 10 us.
+  static constexpr double longest_angle = 0.0262;
 
   static constexpr long slice = 20000;  // steps of one call of `advance`; some ten milliseconds
 
+  Point<N>& at() { return now_.points[now_.here]; }
+  const Point<N>& at() const { return now_.points[now_.here]; }
+  Point<N>& end() { return now_.points[1 - now_.here]; }
+  const State<N>& x() const { return at().x; }
+
   /// Courses over time step, if at all, at their points.
   void follow_courses() {
-    at_.x.u_dc = forced(plant_.source, at_.x.u_dc, t_);
-    at_.x.omega_m = forced(plant_.shaft, at_.x.omega_m, t_);
-    t_course_ = std::min(next_change(plant_.source, t_), next_change(plant_.shaft, t_));
+    State<N>& x = at().x;
+    x.u_dc = forced(plant_.source, x.u_dc, now_.t);
+    x.omega_m = forced(plant_.shaft, x.omega_m, now_.t);
+    now_.t_course = std::min(next_change(plant_.source, now_.t), next_change(plant_.shaft, now_.t));
+    now_.rated = false;
   }
 
   /// What is due at a point before the step that begins there; once a point.
   void prepare(Rows& waveforms, Rows& periods) {
-    if (prepared_) return;
-    if (t_ >= t_course_) follow_courses();
-    if (t_ >= t_sample_) sample();
+    if (now_.prepared) return;
+    if (now_.t >= now_.t_course) follow_courses();
+    if (now_.t >= now_.t_sample) sample();
     settle();
-    if (resolution_.record_every == 0 || t_ >= t_record_) record(waveforms);
-    if (std::abs(at_.x.theta_m - theta_period_) <= angle_tolerance) {
+    if (resolution_.record_every == 0 || now_.t >= now_.t_record) record(waveforms);
+    if (std::abs(x().theta_m - now_.theta_period) <= angle_tolerance) {
       close_period(periods);
-      theta_period_ = next_period();
+      now_.theta_period = next_period();
+      now_.turns = 0;
     }
-    prepared_ = true;
+    now_.prepared = true;
   }
 
   void sample() {
     if (!controller_) {  // the orders of the last sample stay
-      t_sample_ = sampling_.T_s * static_cast<double>(++samples_);
+      now_.t_sample = sampling_.T_s * static_cast<double>(++now_.samples);
       return;
     }
-    const double i_source = source_now(plant_, legs_, at_.x, t_).i;
-    take(controller_(measured(plant_, at_.x, i_source, sampling_, samples_, rotor_),
-                     reference_.at(t_)));
+    const double i_source = source_now(plant_, now_.legs, x(), now_.t).i.now;
+    take(controller_(measured(plant_, x(), i_source, sampling_, now_.samples, now_.rotor),
+                     reference_.at(now_.t)));
   }
 
   void take(const Orders<N>& orders) {
-    tau_ref_ = orders.tau_ref;
-    command_ = sampling_.delay > 0 ? std::exchange(pending_, orders.command) : orders.command;
-    t_orders_ = t_;
-    t_sample_ = sampling_.T_s * static_cast<double>(++samples_);
-    for (int k = 0; k < N; ++k) {
-      gates_[k].edges = 0;
-      gates_[k].inside = inside_window(k);
-      follow_orders(k);
-    }
+    now_.tau_ref = orders.tau_ref;
+    now_.gates.take(orders.command, sampling_.delay > 0, now_.t);
+    now_.t_sample = sampling_.T_s * static_cast<double>(++now_.samples);
+    now_.turns = 0;
+    for (int k = 0; k < N; ++k) follow_window(k);
   }
 
-  /// Brings the leg of phase k to what the orders ask for now.
-  void follow_orders(int k) {
-    int& edges = gates_[k].edges;
-    while (edges < max_edges && t_orders_ + command_[k].t_edge[edges] <= t_) ++edges;
-    order(k, ordered(command_[k], gates_[k], at_.x.i[k]));
+  void follow_window(int k) {
+    if (command()[k].gate == Gate::window) now_.gates.gate[k].inside = inside_window(k);
+    follow(k);
   }
 
-  void order(int k, Leg leg) {
-    if (leg == gates_[k].leg) return;
-    delay_turn_on(switches_[k], gates_[k].leg, leg, t_ + t_dead_);
-    gates_[k].leg = leg;
-  }
+  void follow(int k) { now_.gates.follow(k, now_.t, x().i[k], t_dead_); }
 
-  /// The switches do what the gates order, as far as dead time lets them by now, and the bridge
-  /// makes of it what the windings see.
+  /// The switches do what they can by now, and the bridge makes of it what the windings see.
   void settle() {
-    bool changed = false;
-    for (int k = 0; k < N; ++k) {
-      if (!lags(k)) continue;
-      const Leg leg = reached(switches_[k], gates_[k].leg, t_);
-      changed = changed || leg != switches_[k].leg;
-      switches_[k].leg = leg;
-    }
-    if (!changed) return;
-    AllLegs<N> levels;
-    for (int k = 0; k < N; ++k) levels[k] = switches_[k].leg;
+    if (!now_.gates.settle(now_.t)) return;
     std::visit(
         [&](const auto& bridge) {
-          const AllLegs<N> legs = bridge.legs(levels);
-          bridge.count(switchings_, legs_, legs, at_.x.u_dc, at_.x.i);
-          legs_ = legs;
+          const AllLegs<N> legs = bridge.legs(now_.gates.levels());
+          bridge.count(now_.switchings, now_.legs, legs, x().u_dc, x().i);
+          now_.legs = legs;
+          now_.circuit.paths = paths(plant_, legs);
         },
         plant_.bridge);
+    now_.rated = false;
   }
 
-  /// True while a dead time of phase k runs.
-  bool lags(int k) const { return switches_[k].leg != gates_[k].leg; }
-
-  int direction() const { return at_.x.omega_m < 0 ? -1 : 1; }
+  int direction() const { return x().omega_m < 0 ? -1 : 1; }
 
   /// The electrical angle of phase k as the position compare sees it: by the same sensor.
   double sensed_angle(int k) const {
-    const double error = plant_.machine.N_r * rotor_.error + sampling_.angle_offset;
-    return wrap(electrical_angle(plant_, at_.x.theta_m, k) + error);
+    const double error = plant_.machine.N_r * now_.rotor.error + sampling_.angle_offset;
+    return wrap(electrical_angle(plant_, x().theta_m, k) + error);
   }
 
   /// An angle met within the tolerance counts as passed, in the direction of motion.
   bool inside_window(int k) const {
     const double theta_e = sensed_angle(k);
     return conducts(wrap(theta_e + direction() * 2 * plant_.machine.N_r * angle_tolerance),
-                    command_[k].theta_on, command_[k].theta_off);
+                    command()[k].theta_on, command()[k].theta_off);
   }
 
   double next_period() const {
     const double pitch = two_pi<double> / plant_.machine.N_r;
-    const double passed = std::round(at_.x.theta_m / pitch);
-    const bool near = std::abs(at_.x.theta_m - passed * pitch) <= angle_tolerance;
-    const double periods = near ? passed : at_.x.theta_m / pitch;
+    const double passed = std::round(x().theta_m / pitch);
+    const bool near = std::abs(x().theta_m - passed * pitch) <= angle_tolerance;
+    const double periods = near ? passed : x().theta_m / pitch;
     return pitch * (direction() < 0 ? std::ceil(periods) - 1 : std::floor(periods) + 1);
   }
 
   /// Nearest angle ahead that matters: the end of the period or an edge of a window.
   double next_angle() const {
     const double pitch = two_pi<double> / plant_.machine.N_r;
-    double ahead = std::abs(theta_period_ - at_.x.theta_m);
+    double ahead = std::abs(now_.theta_period - x().theta_m);
     for (int k = 0; k < N; ++k) {
-      if (command_[k].gate != Gate::window) continue;
+      if (command()[k].gate != Gate::window) continue;
       const double theta_e = sensed_angle(k);
-      for (const double edge : {command_[k].theta_on, command_[k].theta_off}) {
+      for (const double edge : {command()[k].theta_on, command()[k].theta_off}) {
         const double gap = wrap(direction() * (edge - theta_e)) / plant_.machine.N_r;
         ahead = std::min(ahead, gap > angle_tolerance ? gap : pitch);
       }
     }
-    return at_.x.theta_m + direction() * ahead;
+    return x().theta_m + direction() * ahead;
   }
 
-  /// Calls consider(guard) for each guard that is waited for. A guard of `located` is left out.
-  template <class F>
-  void for_guards(double theta_next, int located, const F& consider) const {
-    for (int k = 0; k < N; ++k) {
-      const Leg leg = legs_[k];
-      if (k == located || !conducts(leg, at_.x.i[k])) continue;
-      if (leg != Leg::magnetize) consider(Guard{k, 0, -1, gates_[k].leg});
-      for (const Crossing& c : awaited(command_[k], gates_[k])) {
-        if (c.direction != 0) consider(Guard{k, c.i, c.direction, c.then});
-      }
-      if constexpr (requires { i_last(plant_.machine); }) {  // the inductance has a kink there
-        const double last = i_last(plant_.machine), gap = last - at_.x.i[k];
-        if (std::abs(gap) > kink_part * last) {
-          consider(Guard{k, last, gap > 0 ? 1 : -1, gates_[k].leg});
-        }
-      }
+  using Spans = std::array<Span, N>;
+
+  /// The currents between which nothing happens to phase k.
+  Span span(int k) const {
+    Span s = awaited(command()[k], now_.gates.gate[k]);
+    if (now_.legs[k] != Leg::magnetize) s.below = std::max(s.below, 0.0);
+    if constexpr (requires { i_last(plant_.machine); }) {  // the inductance has a kink there
+      const double last = i_last(plant_.machine), gap = last - x().i[k];
+      if (gap > kink_part * last) s.above = std::min(s.above, last);
+      if (-gap > kink_part * last) s.below = std::max(s.below, last);
     }
-    if (located != Guard::angle) consider(Guard{Guard::angle, theta_next, direction()});
-    if (located != Guard::link && !shorted_) consider(Guard{Guard::link, 0, -1});
+    return s;
   }
 
-  /// The first guard that a step to `end` meets, by linear estimate; none has direction 0. A guard
-  /// of `located` is left out: the step ends on it.
-  Guard first_met(const State<N>& end, double theta_next, int located) const {
+  /// The first guard that the present rates lead to within a time h, and when.
+  std::pair<Guard, double> expected(const Spans& spans, const Settled<N>& s, double h) const {
+    Guard first;
+    const auto consider = [&](const Guard& g, double left, double rate, double second) {
+      const double reach = h * (std::abs(rate) + h * std::abs(second));
+      if (!(std::abs(left) < reach && left * g.direction > 0)) return;
+      const double t = arrival(left, rate, second);
+      if (!(t < h)) return;
+      first = g;
+      h = t;
+    };
+    const Rates<N>& r = at().rates;
+    for (int k = 0; k < N; ++k) {
+      if (!s.circuit.flows[k]) continue;
+      const bool falls = r.i[k].rate < 0;
+      const Guard g{k, falls ? spans[k].below : spans[k].above, falls ? -1 : 1};
+      consider(g, g.value - x().i[k], r.i[k].rate, s.d2i[k]);
+    }
+    consider({Guard::angle, now_.theta_next, direction()}, now_.theta_next - x().theta_m,
+             x().omega_m, r.alpha.now);
+    return {first, h};
+  }
+
+  /// The first guard that a step of length h to `end` meets, and about when; none has direction 0.
+  /// A guard of `located` is left out: the step ends on it.
+  std::pair<Guard, double> met(const Spans& spans, const Settled<N>& s, double h, int located) {
     Guard first;
     double soonest = 2;  // in parts of the step
-    for_guards(theta_next, located, [&](const Guard& g) {
-      const double before = distance(g, at_.x), after = distance(g, end);
+    const auto consider = [&](const Guard& g, double now, double then) {
+      const double before = g.direction * (g.value - now), after = g.direction * (g.value - then);
       if (after > 0 || after > before) return;
       const double when = before > 0 ? before / (before - after) : 0;
       if (when < soonest) {
         first = g;
         soonest = when;
       }
-    });
-    return first;
+    };
+    for (int k = 0; k < N; ++k) {
+      if (!s.circuit.flows[k] || k == located) continue;
+      const Moving &i0 = at().rates.i[k], &i1 = end().rates.i[k];
+      double least = i1.now, most = i1.now;
+      if (i0.rate * i1.rate < 0) {
+        const double turn = extreme(i0, i1, h);
+        least = std::min(least, turn);
+        most = std::max(most, turn);
+      }
+      if (least <= spans[k].below) consider({k, spans[k].below, -1}, i0.now, least);
+      if (most >= spans[k].above) consider({k, spans[k].above, 1}, i0.now, most);
+    }
+    if (located != Guard::angle) {
+      consider({Guard::angle, now_.theta_next, direction()}, x().theta_m, end().x.theta_m);
+    }
+    if (located != Guard::link && !s.circuit.shorted) {
+      consider({Guard::link, 0, -1}, x().u_dc, end().x.u_dc);
+    }
+    return {first, soonest * h};
   }
 
-  /// The first guard that the present slope k1 leads to, and when; none has direction 0.
-  std::pair<Guard, double> ahead(const Point<N>& k1, double theta_next) const {
-    Guard first;
-    double soonest = 1e300;  // [s]
-    for_guards(theta_next, nobody, [&](const Guard& g) {
-      const double left = distance(g, at_.x), v = approach(g, k1);
-      if (left <= 0 || v >= 0 || left >= -v * soonest) return;
-      first = g;
-      soonest = -left / v;
-    });
-    return {first, soonest};
+  /// Makes a step, that passes the guard, end on it.
+  void locate(const Guard& g, double guess, const Settled<N>& s, Trial& y) {
+    double lower = 0, upper = y.h;
+    for (int round = 0; round < 60; ++round) {
+      if (!(guess > lower && guess < upper)) guess = (lower + upper) / 2;
+      y = srm::step(plant_, at(), s, resolution_.scale, guess, g, upper, end());
+      if (y.landed) return;
+      y = srm::step(plant_, at(), s, resolution_.scale, guess, Guard{}, guess, end());
+      (distance(g, end().x) > 0 ? lower : upper) = guess;
+      guess = 0;
+    }
+  }
+
+  /// Magnetics and rates at the start of a step.
+  Settled<N> settled() {
+    Circuit<N>& circuit = now_.circuit;
+    for (int k = 0; k < N; ++k) {
+      const bool flows = conducts(now_.legs[k], x().i[k]);
+      if (flows == circuit.flows[k]) continue;
+      circuit.flows[k] = flows;
+      if (flows) {
+        at().jets[k] = plant_.machine.jet(x().i[k], electrical_angle(plant_, x().theta_m, k));
+      }
+      now_.rated = false;
+    }
+    const bool shorted = x().u_dc <= 0 && source_now(plant_, now_.legs, x(), now_.t).du_dc.now < 0;
+    if (shorted != circuit.shorted) now_.rated = false;
+    circuit.shorted = shorted;
+    if (!now_.rated) {
+      rates(plant_, x(), at().jets, circuit, {now_.t, now_.t}, at().rates);
+      now_.rated = true;
+    }
+    Settled<N> s{.circuit = circuit, .t = now_.t, .d2i = {}};
+    const Rates<N>& r = at().rates;
+    for (int k = 0; k < N; ++k) {
+      if (circuit.flows[k]) s.d2i[k] = bend(at().jets[k], r.i[k], r.v[k], r.omega_m);
+    }
+    return s;
   }
 
   /// One step towards t_limit, cut short at the first event.
   void step(double t_limit) {
-    Settled<N> settled{.circuit = {.leg = legs_}, .tau_ref = tau_ref_, .t = t_};
-    for (int k = 0; k < N; ++k) {
-      settled.circuit.flows[k] = conducts(legs_[k], at_.x.i[k]);
-      if (lags(k)) t_limit = std::min(t_limit, next_rise(switches_[k]));
-      const int edges = gates_[k].edges;
-      if (command_[k].gate == Gate::timer && edges < max_edges) {
-        t_limit = std::min(t_limit, t_orders_ + command_[k].t_edge[edges]);
-      }
+    ++now_.steps;
+    for (int k = 0; k < N; ++k) t_limit = std::min(t_limit, now_.gates.next_instant(k));
+    const Settled<N> s = settled();
+    if (now_.turns != direction()) {
+      now_.theta_next = next_angle();
+      now_.turns = direction();
     }
-    shorted_ = at_.x.u_dc <= 0 && source_now(plant_, legs_, at_.x, t_).du_dc < 0;
-    settled.circuit.shorted = shorted_;
-    const Point<N> k1 = slope(plant_, at_.x, settled, 0);
-    extremes_.include(at_.x, k1.q.tau);
+    Spans spans;
+    for (int k = 0; k < N; ++k) {
+      if (s.circuit.flows[k]) spans[k] = span(k);
+    }
 
+    const double omega_e = plant_.machine.N_r * std::abs(x().omega_m);
+    const double h_max =
+        std::min({t_limit - now_.t, resolution_.dt_max, longest_angle / omega_e, now_.h_fine});
+    const auto [target, h_first] = expected(spans, s, h_max);
     const Scale& scale = resolution_.scale;
-    const double theta_next = next_angle();
-    const double omega_e = plant_.machine.N_r * std::abs(at_.x.omega_m);
-    const double h_max = std::min({t_limit - t_, resolution_.dt_max, longest_angle / omega_e});
-    const auto [expected, when] = ahead(k1, theta_next);
-    const bool expects = expected.direction != 0 && when < h_max;
-    double h = expects ? when : h_max;
-    Trial<N> trial = runge_kutta(plant_, at_, k1, settled, scale, h);
-    while (trial.spread > spread_part && h > shortest) {
-      h /= 2;
-      trial = runge_kutta(plant_, at_, k1, settled, scale, h);
+    Trial y = srm::step(plant_, at(), s, scale, h_first, target, h_max, end());
+    while (!y.fine || y.spread > spread_part) {
+      const double h = y.h / 2;
+      if (h < shortest) break;
+      now_.h_fine = h;
+      y = srm::step(plant_, at(), s, scale, h, Guard{}, h, end());
     }
-    Point<N>& end = trial.end;
-    double t_end = h == t_limit - t_ ? t_limit : t_ + h;
-    Guard met;
-    if (expects && h == when) {  // most events: the step ends on what its slope leads to
-      const double landed = land(plant_, at_, k1, settled, expected, h, h_max, end);
-      if (landed > 0) {
-        h = landed;
-        t_end = t_ + h;
-        met = expected;
-      }
-    }
+    if (y.h >= now_.h_fine / 2 && y.spread < spread_part / 16) now_.h_fine *= 2;
+    Guard landed;
+    if (y.landed) landed = target;
     // Each guard can be the first once; more often they are met only where numbers are none.
-    int trials = 4 * N + 4;
-    for (Guard g = first_met(end.x, theta_next, met.direction != 0 ? met.k : nobody);
-         g.direction != 0 && trials > 0; g = first_met(end.x, theta_next, g.k), --trials) {
-      h = locate(plant_, at_, k1, settled, scale, g, h, end);
-      t_end = t_ + h;
-      met = g;
+    for (int trials = 4 * N + 4; trials > 0; --trials) {
+      const auto [g, guess] = met(spans, s, y.h, landed.k);
+      if (g.direction == 0) break;
+      locate(g, guess, s, y);
+      landed = g;
     }
-    at_ = end;
-    t_ = t_end;
-    prepared_ = false;
-    if (met.direction != 0) act_on(met);
+
+    const bool whole = landed.direction == 0 && y.h == t_limit - now_.t;
+    now_.extremes.include(at().rates, end().rates, y.h);
+    add(now_.sums, at().rates, end().rates, plant_.R, now_.tau_ref, y.h);
+    now_.here = 1 - now_.here;
+    now_.t = whole ? t_limit : now_.t + y.h;
+    now_.prepared = false;
+    if (landed.direction != 0) act_on(landed);
     for (int k = 0; k < N; ++k) {
-      if (command_[k].gate == Gate::timer) follow_orders(k);
+      if (command()[k].gate == Gate::timer) follow(k);
     }
     settle();
   }
 
   void act_on(const Guard& met) {
     if (met.k == Guard::angle) {
+      now_.turns = 0;
       for (int k = 0; k < N; ++k) {
-        if (command_[k].gate != Gate::window) continue;
-        gates_[k].inside = inside_window(k);
-        follow_orders(k);
+        if (command()[k].gate == Gate::window) follow_window(k);
       }
       return;
     }
-    if (met.k == Guard::link) {
-      at_.x.u_dc = 0;  // the diodes of the bridge conduct
+    if (met.k == Guard::link) {  // the diodes of the bridge conduct
+      at().x.u_dc = 0;
       return;
     }
-    if (met.value == 0) at_.x.i[met.k] = 0;  // the diodes block
-    order(met.k, met.then);
+    const PhaseCommand<double>& c = command()[met.k];
+    const GateState& gate = now_.gates.gate[met.k];
+    const Span span = awaited(c, gate);
+    const bool above = met.direction > 0;
+    if (met.value != (above ? span.above : span.below)) return;  // no current, or the table's end
+    now_.gates.order(met.k, after(c, gate, above), now_.t + t_dead_);
   }
 
-  static constexpr int nobody = -2;
   static constexpr double kink_part = 1e-7;  // of the table: a current this near its end is on it
 
   Plant<M, N> plant_;
   double t_dead_;  // of the switches [s]
   Sampling sampling_;
-  RotorSensor::State rotor_;
   Controller<N> controller_;
   Course reference_;
   Resolution resolution_;
-
-  Point<N> at_;
-  std::array<GateState, N> gates_;
-  std::array<SwitchedLeg, N> switches_;
-  AllLegs<N> legs_;        // what the windings see
-  bool shorted_ = false;   // the diodes of the bridge hold the dc link at zero
-  bool prepared_ = false;  // what is due at this point is done
-  Command<double, N> command_, pending_;
-  double t_ = 0, t_sample_ = 0, t_course_ = 0, t_orders_ = 0, t_record_;
-  double theta_period_ = 0;
-  long samples_ = 0, steps_ = 0;
-  double tau_ref_ = 0;
-  Switchings switchings_;
-  Extremes extremes_;
+  Loop<N> now_;
 };
 
 }  // namespace srm

@@ -1,12 +1,22 @@
 // One integration step of the plant, with the integrals that the key figures need.
+//
+// Flux linkages, speed, angle and dc-link voltage at the end of a step of length h follow from
+// their rates f and the rates of those, at both ends (Hermite's rule, of order 4):
+//
+//   y_1 = y_0 + h/2 (f_0 + f_1) + h^2/12 (f_0' - f_1')
+//
+// For a flux linkage f = u - R i, of which R i is the only part that is not exact. A Taylor
+// polynomial predicts the currents at the end to order 3, the machine is evaluated there once, and
+// Newton's method corrects the currents to the flux linkages. The next step starts from the same
+// evaluation. Where a correction is not small, the machine is evaluated again.
+// E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, ch. V.3 (Obreshkov).
 #pragma once
 
 #include "srm/plant/drive.hpp"
 
 namespace srm {
 
-/// Running integrals over time. They are advanced by the same Runge-Kutta weights as the state, so
-/// the energy balance closes to the integrator's error.
+/// Running integrals over time, by the same rule as the state.
 template <int N>
 struct Integrals {
   double E_source{};                  // delivered by the source [J]
@@ -23,41 +33,27 @@ struct Integrals {
              i_squared)
 };
 
-/// State and integrals; their rates have the same form.
+/// Adds a step of length h from rates r0 to r1; R: of a phase.
 template <int N>
-struct Point {
-  State<N> x;
-  Integrals<N> q;
-  SRM_FIELDS(x, q)
-};
-
-/// What does not change within a step.
-template <int N>
-struct Settled {
-  Circuit<N> circuit;
-  double tau_ref;  // [N m]
-  double t;        // start of the step [s]
-};
-
-/// Rates of a point, `since` the start of the step [s].
-// flatten: inlining the plant drops what the rates do not need of it; a fifth of the run.
-template <Machine M, int N>
-[[gnu::flatten]] Point<N> slope(const Plant<M, N>& p, const State<N>& x, const Settled<N>& s,
-                                double since) {
-  const Rates<N> r = rates(p, x, s.circuit, {s.t + since, s.t});
-  const double error = r.tau - s.tau_ref;
-  Point<N> d{.x = r.dx,
-             .q = {.E_source = r.p_source,
-                   .E_loss = r.p_loss,
-                   .E_dc = r.p_dc,
-                   .E_winding = r.p_winding,
-                   .E_mech = r.tau * x.omega_m,
-                   .tau = r.tau,
-                   .tau_squared = r.tau * r.tau,
-                   .tau_ref = s.tau_ref,
-                   .error_squared = error * error}};
-  for (int k = 0; k < N; ++k) d.q.i_squared[k] = x.i[k] * x.i[k];
-  return d;
+void add(Integrals<N>& q, const Rates<N>& r0, const Rates<N>& r1, double R, double tau_ref,
+         double h) {
+  q.E_source += integral(r0.source.p, r1.source.p, h);
+  q.E_loss += integral(r0.source.p_loss, r1.source.p_loss, h);
+  q.E_dc += integral(r0.u_dc * r0.i_dc, r1.u_dc * r1.i_dc, h);
+  q.E_mech += integral(r0.tau * r0.omega_m, r1.tau * r1.omega_m, h);
+  const double tau = integral(r0.tau, r1.tau, h);
+  const double tau_squared = integral_of_square(r0.tau, r1.tau, h);
+  q.tau += tau;
+  q.tau_squared += tau_squared;
+  q.tau_ref += h * tau_ref;
+  q.error_squared += tau_squared - tau_ref * (2 * tau - h * tau_ref);
+  for (int k = 0; k < N; ++k) {
+    const Moving &i0 = r0.i[k], &i1 = r1.i[k];
+    if (i1.now == 0 && i0.now == 0) continue;
+    const double i_squared = integral(i0 * i0, i1 * i1, h);
+    q.i_squared[k] += i_squared;
+    q.E_winding += integral(r0.v[k] * i0, r1.v[k] * i1, h) + R * i_squared;
+  }
 }
 
 /// The size of currents and voltages that matter: a small part of it is resolved.
@@ -67,36 +63,104 @@ struct Scale {
   SRM_FIELDS(i, u_dc)
 };
 
-/// How far the two midpoints of a step are apart, in parts of the scale. They agree to order 3, so
-/// this tells where a step is too long for what it crosses.
+/// State, with the magnetics of the phases that carry current, and the rates of all.
 template <int N>
-double spread(const State<N>& k2, const State<N>& k3, double h, const Scale& scale) {
-  double most = abs(k3.u_dc - k2.u_dc) / scale.u_dc;
-  for (int k = 0; k < N; ++k) most = max(most, abs(k3.i[k] - k2.i[k]) / scale.i);
-  return h / 2 * most;
-}
-
-/// The end of a step, and the spread of its midpoints [1].
-template <int N>
-struct Trial {
-  Point<N> end;
-  double spread;
+struct Point {
+  State<N> x;
+  Jets<N> jets;
+  Rates<N> rates;
 };
 
-/// The classic fourth-order Runge-Kutta step of length h; `k1` is the slope at the start, which
-/// several trial steps from one point share.
+/// What does not change within a step.
+template <int N>
+struct Settled {
+  const Circuit<N>& circuit;
+  double t;                   // start of the step [s]
+  std::array<double, N> d2i;  // second derivatives of the currents at the start [A/s^2]
+};
+
+/// Second derivative of a current, from the rate of L di/dt = v - omega dpsi/dtheta.
+inline double bend(const Jet<double>& m, const Moving& i, const Moving& v, const Moving& omega) {
+  const double psi_theta_rate = 2 * m.L_theta * i.rate + m.psi_theta_2 * omega.now;
+  return (v.rate - m.L_i * i.rate * i.rate - omega.rate * m.psi_theta -
+          omega.now * psi_theta_rate) /
+         m.L_inc;
+}
+
+/// The magnetics at a current and an angle that are a little farther on.
+inline void move(Jet<double>& m, double di, double dtheta) {
+  m.tau += di * (m.psi_theta + di / 2 * m.L_theta) + dtheta * m.tau_theta;
+  m.L_inc += di * m.L_i + dtheta * m.L_theta;
+  m.psi_theta += di * m.L_theta + dtheta * m.psi_theta_2;
+  m.tau_theta += di * m.psi_theta_2;
+}
+
+/// The state at time h after a point, by its Taylor polynomial.
+template <int N>
+void predict(const Point<N>& from, const Settled<N>& s, double h, State<N>& x) {
+  const Rates<N>& r = from.rates;
+  const Moving& du = r.source.du_dc;
+  for (int k = 0; k < N; ++k) {
+    x.i[k] = s.circuit.flows[k] ? from.x.i[k] + h * (r.i[k].rate + h / 2 * s.d2i[k]) : 0;
+  }
+  x.theta_m = from.x.theta_m + h * (from.x.omega_m + h / 2 * (r.alpha.now + h / 3 * r.alpha.rate));
+  x.omega_m = from.x.omega_m + h * (r.alpha.now + h / 2 * r.alpha.rate);
+  x.u_dc = from.x.u_dc + h * (du.now + h / 2 * du.rate);
+}
+
+/// What the flux linkages ask the currents to change by, of a trial `end` at time h; so far they
+/// have been changed by `off` since their prediction.
+///
+/// A prediction is off by a term in h^3, so its rate by three times that over h; with it, a change
+/// di of the current lowers the flux linkage of Hermite's rule by h R di/4.
+template <int N>
+std::array<double, N> corrections(const Point<N>& start, const Point<N>& end, const Settled<N>& s,
+                                  double h,
+                                  const std::type_identity_t<std::array<double, N>>& off) {
+  const Rates<N>& r = start.rates;
+  const Paths<N>& paths = s.circuit.paths;
+  const Moving du{end.x.u_dc - start.x.u_dc, h * r.source.du_dc.rate};
+  Moving shared;
+  if (paths.R_shared != 0) {
+    shared = paths.R_shared * Moving{sum<N>(end.x.i) - sum<N>(start.x.i), h * sum<N>(s.d2i)};
+  }
+  std::array<double, N> d{};
+  for (int k = 0; k < N; ++k) {
+    if (!s.circuit.flows[k]) continue;
+    const double R = paths.phase[k].R;
+    const Moving di{end.x.i[k] - start.x.i[k], h * s.d2i[k] + 3 / h * off[k]};
+    const Moving v = r.v[k] + paths.phase[k].level * du - R * di - shared;
+    const Jet<double>& m = end.jets[k];
+    const double left = start.jets[k].psi + integral(r.v[k], v, h) - m.psi;
+    const double per_psi = 1 / (m.L_inc + h / 4 * R);
+    const double change = left * per_psi;
+    d[k] = change - change * change / 2 * m.L_i * per_psi;
+  }
+  return d;
+}
+
+/// Takes what Hermite's rule says of a trial at the end of a step of length h.
 template <Machine M, int N>
-Trial<N> runge_kutta(const Plant<M, N>& p, const Point<N>& start, const Point<N>& k1,
-                     const Settled<N>& s, const Scale& scale, double h) {
-  const State<N>& x = start.x;
-  const Point<N> k2 = slope(p, moved(x, k1.x, h / 2), s, h / 2);
-  const Point<N> k3 = slope(p, moved(x, k2.x, h / 2), s, h / 2);
-  const Point<N> k4 = slope(p, moved(x, k3.x, h), s, h);
-  Point<N> end;
-  each([h](double a, double r1, double r2, double r3,
-           double r4) { return a + h / 6 * (r1 + 2 * (r2 + r3) + r4); },
-       end, start, k1, k2, k3, k4);
-  return {end, spread(k2.x, k3.x, h, scale)};
+void close(const Plant<M, N>& p, const Point<N>& start, Point<N>& end, const Settled<N>& s,
+           double h) {
+  const Rates<N>& r0 = start.rates;
+  Rates<N>& r1 = end.rates;
+  if (p.shaft.rotation == Rotation::turning) {  // the load at the speed that the torque makes
+    const double omega = start.x.omega_m + integral(r0.alpha, r1.alpha, h);
+    r1.alpha = acceleration(p.shaft, r1.tau, omega, {s.t + h, s.t});
+    r1.omega_m = {omega, r1.alpha.now};
+  }
+  const double load = load_between(p.shaft, r0.tau, r0.omega_m, r1.tau, r1.omega_m, {s.t, s.t}, h);
+  end.x.omega_m = r1.omega_m.now = start.x.omega_m + integral(r0.alpha, r1.alpha, h) + load;
+  end.x.theta_m = start.x.theta_m + integral(r0.omega_m, r1.omega_m, h);
+  const double u_dc = start.x.u_dc + integral(r0.source.du_dc, r1.source.du_dc, h);
+  const double du = u_dc - end.x.u_dc;
+  end.x.u_dc = r1.u_dc.now = u_dc;
+  for (int k = 0; k < N; ++k) {
+    if (!s.circuit.flows[k]) continue;
+    r1.v[k].now += s.circuit.paths.phase[k].level * du;
+    end.jets[k].psi = start.jets[k].psi + integral(r0.v[k], r1.v[k], h);
+  }
 }
 
 }  // namespace srm

@@ -349,5 +349,5 @@ class SimulationSettings(Section):
     """How long, how fine."""
 
     until_s: float = Field(gt=0)
-    dt_max_us: float = Field(10.0, gt=0, le=1000)  # largest integration step
+    dt_max_us: float = Field(20.0, gt=0, le=1000)  # largest integration step
     theta_start_deg: float = 0.0  # mechanical rotor angle at the start

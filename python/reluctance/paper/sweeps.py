@@ -100,7 +100,7 @@ def controlled(point: Point, u_dc: float, theta_deg: float, *overrides: str) -> 
     drive = point.drive(
         f"converter.u_dc_V={u_dc}", f"simulation.theta_start_deg={theta_deg}", *overrides
     )
-    return response_time(simulate(drive, until=HORIZON))
+    return response_time(simulate(drive, until=HORIZON, record=5e-6))  # read by straight lines
 
 
 def _controllers_least_voltage(point: Point, guess: float, theta_deg: FloatArray) -> float:

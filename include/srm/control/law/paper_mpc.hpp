@@ -53,9 +53,16 @@ struct PaperMpc {
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     using std::integral_constant;
-    if (N_p != Np_max || N_c != Nc_max) return plan(state, y, tau_ref, N_p, N_c);
-    return plan(state, y, tau_ref, integral_constant<int, Np_max>{},
-                integral_constant<int, Nc_max>{});
+    if (N_p == Np_max && N_c == Nc_max) {
+      return plan(state, y, tau_ref, integral_constant<int, Np_max>{},
+                  integral_constant<int, Nc_max>{});
+    }
+    if constexpr (Np_max > 3 && Nc_max > 2) {  // the horizons of most drives, loops written out
+      if (N_p == 3 && N_c == 2) {
+        return plan(state, y, tau_ref, integral_constant<int, 3>{}, integral_constant<int, 2>{});
+      }
+    }
+    return plan(state, y, tau_ref, N_p, N_c);
   }
 
  private:
