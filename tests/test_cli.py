@@ -152,7 +152,7 @@ def test_interrupting_a_run_leaves_no_file(tmp_path):
 
 
 def test_a_long_run_shows_progress_on_a_terminal_only():
-    arguments = ["run", RATED, "--until", "15", "--json"]
+    arguments = ["run", RATED, "--until", "40", "--json"]
     assert "simulating" not in reluctance(*arguments).stderr
     parent, child = pty.openpty()
     process = subprocess.Popen(

@@ -199,7 +199,7 @@ class Simulation {
 
  private:
   // A step is halved while its prediction is off by more than this part of the current scale.
-  static constexpr double spread_part = 1e-4;
+  static constexpr double spread_part = 3e-5;
   static constexpr double shortest = 1e-15;  // no halving below: the numbers are none any more [s]
 
   // Longest step in electrical angle [rad], for the magnetisation changes with the angle however
