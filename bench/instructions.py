@@ -21,7 +21,7 @@ from reluctance.export.blob import blob
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-FLAGS = "-std=c++20 -O3 -ffp-contract=off".split()
+FLAGS = "-std=c++20 -O3 -ffp-contract=off -fno-math-errno -fno-trapping-math".split()
 KINDS = {
     "LAWS": "Angles,TorqueSharing,PaperMpc,EdgeMpc",
     "MACHINES": "LeHuy,FluxMap",
@@ -62,6 +62,7 @@ CASES = {
     "edge_mpc at 20 us": Case("edge_mpc_mcu"),
     "hysteresis at 100 us": Case("single_pulse", HYSTERESIS),
     "hysteresis at 20 us": Case("single_pulse", [*HYSTERESIS, "control.T_s_us=20"]),
+    "hysteresis_200A (500 rpm)": Case("hysteresis_200A"),
     "single pulse at 3000 rpm": Case("single_pulse", ["simulation.dt_max_us=20"]),
     "rated point on a flux map": Case("paper_rated", as_map=True),
     "hysteresis on a flux map": Case(

@@ -199,7 +199,7 @@ class Simulation {
 
  private:
   // A step is halved while its prediction is off by more than this part of the current scale.
-  static constexpr double spread_part = 3e-5;
+  static constexpr double spread_part = 4e-5;
   static constexpr double shortest = 1e-15;  // no halving below: the numbers are none any more [s]
 
   // Longest step in electrical angle [rad], for the magnetisation changes with the angle however
@@ -452,7 +452,7 @@ class Simulation {
       now_.h_fine = h;
       y = srm::step(plant_, at(), s, scale, h, Guard{}, h, end());
     }
-    if (y.h >= now_.h_fine / 2 && y.spread < spread_part / 16) now_.h_fine *= 2;
+    if (y.h >= now_.h_fine / 2 && y.spread < spread_part / 8) now_.h_fine *= 2;
     Guard landed;
     if (y.landed) landed = target;
     // Each guard can be the first once; more often they are met only where numbers are none.
