@@ -11,7 +11,7 @@ from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.run.columns import Rows
 from reluctance.run.losses import switching_loss
-from reluctance.run.plant import bridge
+from reluctance.run.plant import bridge, has_drops
 from reluctance.units import from_si
 
 NOT_HELD = 0.05  # deviation of the mean torque from its reference that is worth a remark
@@ -209,7 +209,7 @@ def kpis(rows: Rows, drive: Drive, *, p_fe: float | None, wall_s_per_sim_s: floa
         i_rms=float(np.sqrt(squared.max() / duration)),
         i_peak=i_peak,
         p_cu=E_cu / duration,
-        p_dev=(E_dc - E_winding) / duration,
+        p_dev=(E_dc - E_winding) / duration if has_drops(drive.converter) else 0.0,
         p_fe=p_fe,
         p_sw=p_sw,
         p_mech=mean["E_mech"],
