@@ -43,25 +43,28 @@ docs: $(VENV)/installed-docs
 
 # The C interface with everything in it (docs/c_interface.md). KINDS="-DSRM_PHASES=3" holds less.
 KINDS ?=
-CXX_SHARED := -std=c++20 -O2 -ffp-contract=off -fPIC -shared -fvisibility=hidden
+CXX_SHARED := -std=c++20 -O2 -ffp-contract=off -fno-math-errno -fno-trapping-math -fPIC -shared \
+  -fvisibility=hidden
 c-library:
 	@mkdir -p build
 	$(CXX) $(CXX_SHARED) $(KINDS) -Iinclude web/reluctance.cpp -o build/libreluctance.so
 
 # The same for browsers and Node: double precision, machines of three and four phases.
 WASM_CXX ?= clang++-19
+WASM_FAST := -mllvm -inline-threshold=1000
 WASM_KINDS ?= -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double
 CXX_WASM := --target=wasm32-wasi -std=c++20 -O2 -ffp-contract=off -fno-exceptions -fno-rtti \
-  -fno-threadsafe-statics -mexec-model=reactor -Wl,--strip-all -Wl,--export-dynamic \
+  -fno-threadsafe-statics -fno-math-errno -fno-trapping-math -mbulk-memory -msign-ext \
+  -mnontrapping-fptoint -mexec-model=reactor -Wl,--strip-all -Wl,--export-dynamic \
   -Wl,--export=malloc -Wl,--export=free
 wasm:
 	@mkdir -p build
-	$(WASM_CXX) $(CXX_WASM) $(WASM_KINDS) -Iinclude web/reluctance.cpp -o build/reluctance.wasm
+	$(WASM_CXX) $(CXX_WASM) $(WASM_FAST) $(WASM_KINDS) -Iinclude web/reluctance.cpp -o build/reluctance.wasm
 
 # The page of `reluctance studio`: the core for its machines, and the drives with their limits. All
 # laws and machine models with three phases; with four, what the page has.
-# -Os: a page that loads at once; the laws alone are 400 kB with -O2.
-STUDIO_KINDS := -Os -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double '-DSRM_TOGETHER(law,machine,phases)=( \
+# Little is written out in place: a page that loads at once.
+STUDIO_KINDS := -mllvm -inline-threshold=50 -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double '-DSRM_TOGETHER(law,machine,phases)=( \
   phases == 3 || (machine == "LeHuy" && (law == "TorqueSharing" || law == "Ditc")))'
 studio: $(VENV)/installed
 	$(WASM_CXX) $(CXX_WASM) $(STUDIO_KINDS) -Iinclude web/reluctance.cpp -o web/reluctance.wasm

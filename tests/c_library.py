@@ -11,7 +11,8 @@ ROOT = Path(__file__).parents[1]
 FLAGS = "-std=c++20 -O2 -ffp-contract=off -fPIC -shared -fvisibility=hidden".split()
 WASM = (
     "--target=wasm32-wasi -std=c++20 -O2 -ffp-contract=off -fno-exceptions -fno-rtti "
-    "-fno-threadsafe-statics -mexec-model=reactor -Wl,--strip-all -Wl,--export-dynamic "
+    "-fno-threadsafe-statics -fno-math-errno -fno-trapping-math -mbulk-memory -msign-ext "
+    "-mnontrapping-fptoint -mexec-model=reactor -Wl,--strip-all -Wl,--export-dynamic "
     "-Wl,--export=malloc -Wl,--export=free"
 ).split()
 PARTS = {"drive": 0, "stage": 1, "controller": 2}

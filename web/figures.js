@@ -17,6 +17,7 @@ export function figures(rows, names, drive) {
   const p_in = mean("E_dc"), p_mech = mean("E_mech");
   const omega = mean("theta_m");
   const error = mean("error_squared");
+  const lost = rise("E_dc") - rise("E_winding");
   return {
     tau_mean: tau,
     tau_ref_mean: tau_ref,
@@ -26,7 +27,7 @@ export function figures(rows, names, drive) {
     i_rms: Math.sqrt(Math.max(...squared) / duration),
     i_peak: most("i_peak"),
     p_cu,
-    p_dev: (rise("E_dc") - rise("E_winding")) / duration,
+    p_dev: Math.abs(lost) > 1e-10 * Math.abs(rise("E_dc")) ? lost / duration : 0,  // else rounding
     p_mech,
     p_in,
     efficiency: p_mech > 0 && p_in > 0 ? p_mech / p_in : p_mech < 0 && p_in < 0 ? p_in / p_mech : null,

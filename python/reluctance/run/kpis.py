@@ -11,10 +11,11 @@ from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.run.columns import Rows
 from reluctance.run.losses import switching_loss
-from reluctance.run.plant import bridge, has_drops
+from reluctance.run.plant import bridge
 from reluctance.units import from_si
 
 NOT_HELD = 0.05  # deviation of the mean torque from its reference that is worth a remark
+ROUNDING = 1e-10  # of the energy from the dc link: less is lost by no device
 MEANS_NOTHING = 100.0  # a ripple of 10 000 %: the mean that it is held against is about zero
 FEW_SAMPLES = 10.0  # of the controller in an electrical period: below, a remark
 DRIFTS = 0.02  # of the mean torque, by a period: above, the drive has not settled
@@ -196,6 +197,7 @@ def kpis(rows: Rows, drive: Drive, *, p_fe: float | None, wall_s_per_sim_s: floa
     omega_span = float(inside["omega_max"].max() - inside["omega_min"].min())
     link = window.rise("E_source") - window.rise("E_loss") - window.rise("W_dc") - E_dc
     left_open = abs(link) + abs(E_winding - E_cu - E_mech - window.rise("W_f"))
+    lost = E_dc - E_winding
     n_switches = _core.n_switches(bridge(drive.converter), machine.n_phases)
     lengths = np.diff(window["t"])
     whole = lengths > lengths.max() / 2  # not the instant between two rows of one end
@@ -209,7 +211,7 @@ def kpis(rows: Rows, drive: Drive, *, p_fe: float | None, wall_s_per_sim_s: floa
         i_rms=float(np.sqrt(squared.max() / duration)),
         i_peak=i_peak,
         p_cu=E_cu / duration,
-        p_dev=(E_dc - E_winding) / duration if has_drops(drive.converter) else 0.0,
+        p_dev=lost / duration if abs(lost) > ROUNDING * abs(E_dc) else 0.0,
         p_fe=p_fe,
         p_sw=p_sw,
         p_mech=mean["E_mech"],

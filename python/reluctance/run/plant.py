@@ -73,11 +73,6 @@ def bridge(converter: Converter) -> _core.AsymmetricBridge | _core.SharedSwitchB
     return _core.SharedSwitchBridge(device=devices)
 
 
-def has_drops(converter: Converter) -> bool:
-    """True where switches or diodes have an on-state voltage."""
-    return any(converter.si[name] > 0 for name in DEVICES)
-
-
 def shaft(load: Load, *, J: float, B: float) -> _core.Shaft:
     """The shaft and its load: J of rotor and load [kg m^2], B of the machine [N m s]."""
     held = load.kind == "locked"

@@ -65,6 +65,7 @@ def periods(given: Any) -> Sequence[Value]:
     return sorted({v for v in (2, 5, 10, 20, 50, 100) if given <= 4 * v <= 20 * given} | {given})
 
 
+MANY = 50  # parameters that one control sets at most
 CONTROLS = (
     Control("load.speed_rpm", "Speed", "rpm", around(0.1, 2.0), off_design=True),
     Control("reference.tau_Nm", "Torque reference", "N m", around(0.1, 1.5), off_design=True),
@@ -145,13 +146,19 @@ def _of_law(drives: Mapping[Value, Drive], given: Value) -> dict[Value, Numbers]
     return found
 
 
+def _whole(name: str, of: Numbers) -> bool:
+    """True for what is no single number."""
+    return isinstance(of[name], tuple) or name.endswith("|kind")
+
+
 def tables(numbers: Mapping[Value, Numbers], given: Value) -> Tables | None:
-    """The parameters that differ, over the values; None where more than single numbers differ."""
+    """The parameters that differ, over the values; None where more than single numbers differ, or
+    so many that they would weigh a quarter of the page."""
     base = numbers[given]
     if any(one.keys() != base.keys() for one in numbers.values()):
         return None
     names = [name for name in base if any(one[name] != base[name] for one in numbers.values())]
-    if any(isinstance(base[name], tuple) or name.endswith("|kind") for name in names):
+    if len(names) > MANY or any(_whole(name, base) for name in names):
         return None
     return {name: {value: one[name] for value, one in numbers.items()} for name in names}
 
