@@ -45,7 +45,12 @@ def native(lib: ctypes.CDLL, file: Path, until: float) -> float:
 
 def webassembly(file: Path, until: float) -> float:
     """Processor seconds in Node."""
-    command = ["node", ROOT / "web" / "run.mjs", ROOT / "build" / "reluctance.wasm", str(until)]
+    command: list[str | Path] = [
+        "node",
+        ROOT / "web" / "run.mjs",
+        ROOT / "build" / "reluctance.wasm",
+        str(until),
+    ]
     return float(subprocess.check_output([*command, file], text=True).split()[2])
 
 

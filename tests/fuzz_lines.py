@@ -27,7 +27,7 @@ GUIDED = {"edge_mpc", "paper_mpc", "deadbeat", "torque_sharing", "ditc", "finite
 def until(data):
     """An end of the run that keeps it short, or None where its numbers say nothing."""
     steps = []
-    for section, key, usual in (("control", "T_s_us", 20.0), ("simulation", "dt_max_us", 10.0)):
+    for section, key, usual in (("control", "T_s_us", 20.0), ("simulation", "dt_max_us", 20.0)):
         table = data.get(section)
         value = table.get(key, usual) if isinstance(table, dict) else usual
         if isinstance(value, int | float) and 0 < value < 1e9:

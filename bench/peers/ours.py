@@ -12,7 +12,7 @@ SAME = [
     "control.regulate=current",
     "control.i_ref_A=60",
     "control.i_band_A=1",
-    "simulation.dt_max_us=10",
+    "simulation.dt_max_us=20",
 ]
 
 
