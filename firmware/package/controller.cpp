@@ -84,10 +84,7 @@ void order_all_off(reluctance_command* command) {
 void watch(State& x, Measurement y, reluctance_command* command) {
   order_all_off(command);
   y.u_dc = srm::max(y.u_dc, protection.u_dc_min);
-  if constexpr (control.motion == srm::Motion::tracked) {
-    control.tracker.step(x.law.tracker, y.theta_e);
-    y.omega_m = control.tracker.omega_m(x.law.tracker);
-  }
+  control.follow(x.law, y, 0.0F);
   if (protection.admits(x.guard, y, 0.0F)) {
     protection.remember(x.guard, y, srm::all_off<float, N>());
   }
