@@ -18,7 +18,8 @@ from reluctance import _core
 from reluctance.drive.known import Known
 
 RAMP_PART = 0.95  # of tau_max: the rest holds the speed on the ramp
-QUIET = 6.0  # large over small bandwidth of the observer
+QUIET = 6.0  # large over small bandwidth of the observer: 4 to 8 differ little
+AT_ONCE = 1.5  # bandwidth times the time of a step; at 2 the loop swings at 10 samples a step time
 PV_BANDWIDTH_Hz = 20.0  # of the speed loop on an array: a faster one would fight the voltage loop
 TRACKER_BANDWIDTH_Hz = 80.0  # of an observer that is told no torque
 UNLIMITED = 1e30  # rate of the reference [rad/s^2]
@@ -42,6 +43,11 @@ def torque_time(known: Known) -> float:
 def torque_lag(known: Known) -> float:
     """Mean time from a sample to the torque that it leads to [s]."""
     return known.T_s * (0.5 + known.delay) + torque_time(known) / 2
+
+
+def step_time(known: Known) -> float:
+    """Time in which tau_max turns the rotor by one step of the angle: sooner no torque shows [s]."""
+    return float(np.sqrt(2 * known.angle_step * known.J / known.tau_max))
 
 
 @dataclass(frozen=True)
@@ -78,9 +84,8 @@ class Observer:
 def observer(known: Known) -> Observer:
     """The observer of a speed loop, or of a counted angle.
 
-    A torque tau_max that the observer does not know of turns the rotor by one step of the angle in
-    t = sqrt(2 step J/tau_max). Sooner nothing shows; 1/t is the bandwidth, but no more than the
-    torque can follow.
+    Its bandwidth is the inverse of what the torque takes to follow, or of what a counted angle takes
+    to show a torque.
     """
     given = known.tracker_bandwidth
     if known.reference != "speed":
@@ -88,19 +93,15 @@ def observer(known: Known) -> Observer:
         return Observer(bandwidth, bandwidth, with_load=False)
     if given is not None:
         return Observer(given, given)
-    most = 1 / torque_lag(known)
-    if known.angle_step == 0:
-        return Observer(most, most)
-    beyond = min(most, float(np.sqrt(known.tau_max / known.J / (2 * known.angle_step))))
-    return Observer(beyond / QUIET, beyond)
+    bandwidth = 1 / max(torque_lag(known), step_time(known) / AT_ONCE)
+    return Observer(bandwidth / QUIET if known.angle_step > 0 else bandwidth, bandwidth)
 
 
 def proportional_gain(known: Known) -> float:
     """By the symmetrical optimum [N m s/rad]."""
-    T_sum = torque_lag(known)
-    if known.angle_step > 0:
-        T_sum += 1 / observer(known).beyond
-    return known.J / (2 * T_sum)
+    given = known.tracker_bandwidth
+    seen = step_time(known) if given is None or known.angle_step == 0 else 1 / given
+    return known.J / (2 * (torque_lag(known) + seen))
 
 
 def ramp(known: Known, *, rate: float | None, torque_limited: bool) -> _core.SpeedRamp:
