@@ -46,7 +46,7 @@ def torque_lag(known: Known) -> float:
 
 
 def step_time(known: Known) -> float:
-    """Time in which tau_max turns the rotor by one step of the angle: sooner no torque shows [s]."""
+    """Time in which tau_max turns the rotor by a step of the angle: sooner no torque shows [s]."""
     return float(np.sqrt(2 * known.angle_step * known.J / known.tau_max))
 
 
@@ -84,8 +84,8 @@ class Observer:
 def observer(known: Known) -> Observer:
     """The observer of a speed loop, or of a counted angle.
 
-    Its bandwidth is the inverse of what the torque takes to follow, or of what a counted angle takes
-    to show a torque.
+    Its bandwidth is the inverse of the time that the torque takes to follow, or a counted angle
+    to show a torque, whichever is longer.
     """
     given = known.tracker_bandwidth
     if known.reference != "speed":
