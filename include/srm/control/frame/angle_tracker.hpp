@@ -59,7 +59,8 @@ struct AngleTracker {
 
   /// The sample's estimate replaces the state. theta_e: counted electrical angle in [0, 2 pi); tau:
   /// torque since the last sample [N m].
-  constexpr void step(State& x, T theta_e, T tau) const {
+  // noinline: the target calls it in two places.
+  [[gnu::noinline]] constexpr void step(State& x, T theta_e, T tau) const {
     const T a = acceleration * (tau - x.tau_load);
     const T ahead = wrap(x.theta_e + (x.omega_e + a * T_s / T(2)) * T_s);
     const T d = wrap(theta_e - ahead + pi<T>) - pi<T>;

@@ -24,6 +24,11 @@ enum class Motion : std::int8_t { measured, tracked };
 /// What holds the load torque in the speed loop: the integral, or the observer's estimate.
 enum class LoadTorque : std::int8_t { integral, observer };
 
+/// What a controller uses; what it does not is left out of a target's code.
+struct Uses {
+  bool pv = true, speed = true, observer = true;
+};
+
 template <ControlLaw Law>
 struct DriveControl {
   using Scalar = typename Law::Scalar;
@@ -57,20 +62,28 @@ struct DriveControl {
     std::array<Leg, n_phases> leg = all_demagnetized<n_phases>();  // ordered last
   };
 
-  /// reference: as `outer` says; torque [N m] or speed [rad/s]. may_pv: false leaves the code of
-  /// Outer::pv out, for a target whose `outer` is known.
-  template <bool may_pv = true>
+  /// What these parameters use.
+  constexpr Uses uses() const {
+    return {.pv = outer == Outer::pv,
+            .speed = outer == Outer::speed,
+            .observer = motion == Motion::tracked || load == LoadTorque::observer};
+  }
+
+  /// reference: as `outer` says; torque [N m] or speed [rad/s].
+  template <Uses used = Uses{}>
   Command<T, n_phases> step(State& state, Measurement<T, n_phases> y, T reference) const {
     for (T& i : y.i) i = max(i, T(0));  // noise and offset: a phase current is never negative
-    follow(state, y, delay > 0 ? state.tau_before : state.tau_ref);
+    if constexpr (used.observer) {
+      follow(state, y, delay > 0 ? state.tau_before : state.tau_ref);
+    }
     if (motion == Motion::tracked) y.theta_e = state.tracker.theta_e;
-    const T asked = folded(asked_torque<may_pv>(state, y, reference), y);
+    const T asked = folded(asked_torque<used>(state, y, reference), y);
     state.tau_before = state.tau_ref;
     state.tau_ref = outer == Outer::none ? T(0) : asked;
     Command<T, n_phases> orders = law.step(state.law, y, asked);
     set_thresholds<T, n_phases>(orders, comparators);
     if (comparators == Comparators::sampled) compare_now<T, n_phases>(orders, y, state.leg);
-    if constexpr (may_pv) {
+    if constexpr (used.pv) {
       if (outer == Outer::pv) pv.template remember<n_phases>(state.pv, y, orders);
     }
     if (t_dead > T(0)) lead_turn_on<T, n_phases>(orders, t_dead);
@@ -102,12 +115,15 @@ struct DriveControl {
     return asked * clamp((u_brake_none - y.u_dc) / (u_brake_none - u_brake_full), T(0), T(1));
   }
 
-  template <bool may_pv>
+  template <Uses used>
   T asked_torque(State& state, const Measurement<T, n_phases>& y, T reference) const {
-    if constexpr (may_pv) {
+    if constexpr (used.pv) {
       if (outer == Outer::pv) return pv.step(state.pv, y, speed, state.speed, reference);
     }
-    return outer == Outer::speed ? speed_torque(state, y.omega_m, reference) : reference;
+    if constexpr (used.speed) {
+      if (outer == Outer::speed) return speed_torque(state, y.omega_m, reference);
+    }
+    return reference;
   }
 
   T speed_torque(State& x, T omega_m, T omega_asked) const {
