@@ -4,7 +4,7 @@
 
 Three drives with other machines, inertias, periods and delays, each with an ideal angle and with
 encoders, under `edge_mpc`. The load comes when the drive has settled, and so does the reversal, at
-ten rotor angles of a stroke; the table has the worst of them. `20 Hz` is the loop with
+ten rotor angles of a stroke; the table has the worst of them. `pi_20Hz` is the loop with
 `speed_bandwidth_Hz = 20` and `tracker_bandwidth_Hz = 80`: a PI controller, its reference as given.
 """
 
@@ -77,7 +77,7 @@ CASES = (
 )
 COUNTS = (0, 16384, 4096, 1024)
 BEFORE = ("control.speed_bandwidth_Hz=20", "sensing.tracker_bandwidth_Hz=80")
-LOOPS = {"by rule": (), "20 Hz": BEFORE}
+LOOPS = {"rule": (), "pi_20Hz": BEFORE}
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,9 @@ class Row:
     reversal_least_ms: float  # at tau_max throughout, without friction
 
 
-def load_step(case: Case, counts: int, theta_deg: float, *more: str) -> Result:
+def load_step_drive(case: Case, counts: int, theta_deg: float, *more: str) -> rl.Drive:
     """The load comes at T_STEP."""
-    drive = case.drive(
+    return case.drive(
         counts,
         f"control.tau_max_Nm={case.tau_max_Nm}",
         f"load.speed_rpm={case.rpm}",
@@ -108,6 +108,11 @@ def load_step(case: Case, counts: int, theta_deg: float, *more: str) -> Result:
         f"simulation.theta_start_deg={theta_deg}",
         *more,
     )
+
+
+def load_step(case: Case, counts: int, theta_deg: float, *more: str) -> Result:
+    """A run of it."""
+    drive = load_step_drive(case, counts, theta_deg, *more)
     return rl.simulate(drive, until=T_STEP + AFTER, record=RECORD)
 
 
@@ -116,9 +121,9 @@ def least_time(case: Case, drive: rl.Drive) -> float:
     return 2 * case.reversal_rpm * RPM * drive.J / case.tau_reversal_Nm
 
 
-def reversal(case: Case, counts: int, theta_deg: float, *more: str) -> Result:
+def reversal_drive(case: Case, counts: int, theta_deg: float, *more: str) -> rl.Drive:
     """The reference changes its sign at T_STEP."""
-    drive = case.drive(
+    return case.drive(
         counts,
         f"control.tau_max_Nm={case.tau_reversal_Nm}",
         f"load.speed_rpm={case.reversal_rpm}",
@@ -127,6 +132,11 @@ def reversal(case: Case, counts: int, theta_deg: float, *more: str) -> Result:
         f"simulation.theta_start_deg={theta_deg}",
         *more,
     )
+
+
+def reversal(case: Case, counts: int, theta_deg: float, *more: str) -> Result:
+    """A run of it."""
+    drive = reversal_drive(case, counts, theta_deg, *more)
     return rl.simulate(drive, until=T_STEP + 3 * least_time(case, drive), record=RECORD)
 
 
@@ -170,8 +180,8 @@ def measured(task: tuple[Case, str, int]) -> Row:
 
 def tasks() -> list[tuple[Case, str, int]]:
     """All cases by rule; the first one with the loop as it was too."""
-    by_rule = [(case, "by rule", counts) for case in CASES for counts in COUNTS]
-    return [*by_rule, *((CASES[0], "20 Hz", counts) for counts in (0, 4096))]
+    by_rule = [(case, "rule", counts) for case in CASES for counts in COUNTS]
+    return [*by_rule, *((CASES[0], "pi_20Hz", counts) for counts in (0, 4096))]
 
 
 def plot() -> Figure:

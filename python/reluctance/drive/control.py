@@ -87,7 +87,7 @@ class Control(Section):
             ramp=speed_loop.ramp(known, rate=self.si["speed_rate"], torque_limited=observed),
             load=_core.LoadTorque.observer if observed else _core.LoadTorque.integral,
             motion=_core.Motion.tracked if counted else _core.Motion.measured,
-            tracker=speed_loop.observer(known).core(known) if counted or observed else None,
+            tracker=speed_loop.observer(known).core(known),
             delay=known.delay,
             comparators=getattr(_core.Comparators, known.comparators),
             t_dead=known.t_dead,

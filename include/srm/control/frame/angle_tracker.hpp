@@ -49,12 +49,13 @@ struct AngleTracker {
     T omega_e{};         // electrical speed [rad/s]
     T tau_load{};        // [N m]
     int n = 0;           // samples that the line was fitted to
-    bool found = false;  // the line has been found; the gains hold
+    bool near = false;   // the line is known to some steps over as many samples
+    bool found = false;  // the line is as good as the gains keep it, and they hold
   };
 
   /// Starts at a speed that is known [rad/s].
   constexpr void start(State& x, T theta_e, T omega_m) const {
-    x = {.theta_e = theta_e, .omega_e = static_cast<T>(N_r) * omega_m, .found = true};
+    x = {.theta_e = theta_e, .omega_e = static_cast<T>(N_r) * omega_m, .near = true, .found = true};
   }
 
   /// The sample's estimate replaces the state. theta_e: counted electrical angle in [0, 2 pi); tau:
@@ -64,26 +65,29 @@ struct AngleTracker {
     const T a = acceleration * (tau - x.tau_load);
     const T ahead = wrap(x.theta_e + (x.omega_e + a * T_s / T(2)) * T_s);
     const T d = wrap(theta_e - ahead + pi<T>) - pi<T>;
-    const T near = clamp(d, -half_step, half_step);
-    const T far = d - near;
-    T angle = within.angle * near + beyond.angle * far;
-    T speed = within.speed * near + beyond.speed * far;
+    const T inside = clamp(d, -half_step, half_step);
+    const T outside = d - inside;
+    T angle = within.angle * inside + beyond.angle * outside;
+    T speed = within.speed * inside + beyond.speed * outside;
     if (!x.found) {
       x.n = x.n + 1;
       const T n = static_cast<T>(x.n);
       const T line = T(6) / (n * (n + T(1)) * T_s);
+      x.near = line < T(16) * beyond.speed;  // a quarter of the samples
       x.found = line < beyond.speed;
       angle = (T(4) * n - T(2)) / (n * (n + T(1))) * d;
       speed = x.n > 1 ? line * d : T(0);
     } else {
-      x.tau_load = x.tau_load - (within.load * near + beyond.load * far);
+      x.tau_load = x.tau_load - (within.load * inside + beyond.load * outside);
     }
     x.theta_e = wrap(ahead + angle);
     x.omega_e = x.omega_e + a * T_s + speed;
   }
 
-  /// Mechanical speed [rad/s].
-  constexpr T omega_m(const State& x) const { return x.omega_e / static_cast<T>(N_r); }
+  /// Mechanical speed; 0 while two counted angles would be all that is known of it [rad/s].
+  constexpr T omega_m(const State& x) const {
+    return x.near ? x.omega_e / static_cast<T>(N_r) : T(0);
+  }
 };
 
 }  // namespace srm
