@@ -1,9 +1,9 @@
 """Load step.
 
 The speed loop holds the paper's machine at 1000 rpm. At 0.15 s the load torque rises from 5 to
-30 N m, at 0.3 s it falls back. The speed dips until the speed loop has taken up the load. By default
-an observer finds the load torque, and the gain follows from the lags of the drive. The other curve
-is a proportional and integral controller of 20 Hz, set by `speed_bandwidth_Hz`.
+30 N m, at 0.3 s it falls back. The speed dips until the speed loop has taken up the load. By
+default an observer finds the load torque, and the gain follows from the lags of the drive. The
+other curve is a proportional and integral controller of 20 Hz, set by `speed_bandwidth_Hz`.
 """
 
 from pathlib import Path
