@@ -65,35 +65,39 @@ struct Setting {
   bool single;  // float, as on the target; else double
   srm::Outer outer;
   srm::SpeedPi<double> speed;
-  double tracker_bandwidth;  // [rad/s]; 0: angle and speed are used as measured
+  srm::SpeedRamp<double> ramp;
+  srm::LoadTorque load;
+  srm::Motion motion;
+  srm::AngleTracker<double> tracker;
+  int delay;  // samples from measurement to effect
   srm::Comparators comparators;
   double t_dead;              // of the converter [s]
   srm::PvControl<double> pv;  // used with Outer::pv
   srm::EdgeLimits<double> edges;
   double u_brake_full, u_brake_none;  // [V]
-
-  int N_r() const {
-    return std::visit([](const auto& m) { return m.value.N_r; }, machine);
-  }
 };
 
 /// The law with all that stands around it.
 template <class Law>
 srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
   using T = typename Law::Scalar;
-  srm::DriveControl<Law> control{
-      .law = law,
-      .outer = s.outer,
-      .speed = {},
-      .pv = {},
-      .motion = s.tracker_bandwidth > 0 ? srm::Motion::tracked : srm::Motion::measured,
-      .tracker = {T(s.speed.T_s), T(s.tracker_bandwidth), s.N_r()},
-      .comparators = s.comparators,
-      .t_dead = T(s.t_dead),
-      .edges = {},
-      .u_brake_full = T(s.u_brake_full),
-      .u_brake_none = T(s.u_brake_none)};
+  srm::DriveControl<Law> control{.law = law,
+                                 .outer = s.outer,
+                                 .speed = {},
+                                 .ramp = {},
+                                 .load = s.load,
+                                 .pv = {},
+                                 .motion = s.motion,
+                                 .tracker = {},
+                                 .delay = s.delay,
+                                 .comparators = s.comparators,
+                                 .t_dead = T(s.t_dead),
+                                 .edges = {},
+                                 .u_brake_full = T(s.u_brake_full),
+                                 .u_brake_none = T(s.u_brake_none)};
   srm::assign(control.speed, s.speed);
+  srm::assign(control.ramp, s.ramp);
+  srm::assign(control.tracker, s.tracker);
   srm::assign(control.pv, s.pv);
   srm::assign(control.edges, s.edges);
   return control;

@@ -73,13 +73,21 @@ void bind_controller(nb::module_& m) {
   bind_struct<srm::PvControl<double>>(m, "PvControl",
                                       "Voltage control and tracking of a drive on a photovoltaic "
                                       "array. SI units.");
+  bind_struct<srm::SpeedRamp<double>>(m, "SpeedRamp",
+                                      "The speed reference that the torque can follow. SI units.");
+  bind_struct<srm::TrackerGains<double>>(m, "TrackerGains",
+                                         "Of angle [1], speed [1/s] and load torque [N m/rad].");
+  bind_struct<srm::AngleTracker<double>>(
+      m, "AngleTracker", "Observer of angle, speed and load torque on the angle. SI units.");
   nb::class_<AnyController>(m, "Controller", "A complete controller, ready to be sampled.");
   nb::class_<Setting>(m, "Setting", "What every control law is given beside its own parameters.")
       .def(
           "__init__",
           [](Setting* self, const AnyMachine& machine, int n_phases, bool single, srm::Outer outer,
              double K_p, double K_i, double tau_min, double tau_max, double T_s,
-             double tracker_bandwidth, srm::Comparators comparators, double t_dead,
+             const std::optional<srm::SpeedRamp<double>>& ramp, srm::LoadTorque load,
+             srm::Motion motion, const std::optional<srm::AngleTracker<double>>& tracker, int delay,
+             srm::Comparators comparators, double t_dead,
              const std::optional<srm::PvControl<double>>& pv, double t_min, double t_blank,
              double u_brake_full, double u_brake_none) {
             if (outer == srm::Outer::pv && !pv) throw std::invalid_argument("Outer.pv needs pv");
@@ -88,7 +96,11 @@ void bind_controller(nb::module_& m) {
                                single,
                                outer,
                                {K_p, K_i, tau_min, tau_max, T_s},
-                               tracker_bandwidth,
+                               ramp.value_or(srm::SpeedRamp<double>{}),
+                               load,
+                               motion,
+                               tracker.value_or(srm::AngleTracker<double>{}),
+                               delay,
                                comparators,
                                t_dead,
                                pv.value_or(srm::PvControl<double>{}),
@@ -98,10 +110,11 @@ void bind_controller(nb::module_& m) {
           },
           nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"),
           nb::arg("outer"), nb::arg("K_p"), nb::arg("K_i"), nb::arg("tau_min"), nb::arg("tau_max"),
-          nb::arg("T_s"), nb::arg("tracker_bandwidth") = 0.0,
-          nb::arg("comparators") = srm::Comparators::analog, nb::arg("t_dead") = 0.0,
-          nb::arg("pv") = nb::none(), nb::arg("t_min") = 0.0, nb::arg("t_blank") = 0.0,
-          nb::arg("u_brake_full") = srm::never<double>,
+          nb::arg("T_s"), nb::arg("ramp") = nb::none(), nb::arg("load") = srm::LoadTorque::integral,
+          nb::arg("motion") = srm::Motion::measured, nb::arg("tracker") = nb::none(),
+          nb::arg("delay") = 0, nb::arg("comparators") = srm::Comparators::analog,
+          nb::arg("t_dead") = 0.0, nb::arg("pv") = nb::none(), nb::arg("t_min") = 0.0,
+          nb::arg("t_blank") = 0.0, nb::arg("u_brake_full") = srm::never<double>,
           nb::arg("u_brake_none") = 2 * srm::never<double>);
   m.attr("ORDER_COLUMNS") = nb::cast(srm::column_names(Order{}));
   m.def("step", &step, nb::arg("controller"), nb::arg("i"), nb::kw_only(), nb::arg("theta_e"),

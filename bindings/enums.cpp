@@ -33,6 +33,12 @@ void bind_enums(nb::module_& m) {
       .value("speed", srm::Outer::speed)
       .value("none", srm::Outer::none)
       .value("pv", srm::Outer::pv);
+  nb::enum_<srm::Motion>(m, "Motion")
+      .value("measured", srm::Motion::measured)
+      .value("tracked", srm::Motion::tracked);
+  nb::enum_<srm::LoadTorque>(m, "LoadTorque")
+      .value("integral", srm::LoadTorque::integral)
+      .value("observer", srm::LoadTorque::observer);
   nb::enum_<srm::Actuator>(m, "Actuator")
       .value("torque", srm::Actuator::torque)
       .value("speed", srm::Actuator::speed);

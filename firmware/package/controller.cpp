@@ -72,8 +72,8 @@ void order_all_off(reluctance_command* command) {
                                                 reluctance_command* command) {
   const Measurement& y = judged<control.motion>(given, x);
   if (protection.admits(x.guard, y, reference)) {
-    const Command& orders = *::new (command) Command(
-        control.step<control.outer == srm::Outer::pv>(x.law, given, reference));
+    const Command& orders =
+        *::new (command) Command(control.step<control.uses()>(x.law, given, reference));
     protection.remember(x.guard, y, orders);
   } else {
     order_all_off(command);
@@ -84,10 +84,7 @@ void order_all_off(reluctance_command* command) {
 void watch(State& x, Measurement y, reluctance_command* command) {
   order_all_off(command);
   y.u_dc = srm::max(y.u_dc, protection.u_dc_min);
-  if constexpr (control.motion == srm::Motion::tracked) {
-    control.tracker.step(x.law.tracker, y.theta_e);
-    y.omega_m = control.tracker.omega_m(x.law.tracker);
-  }
+  if constexpr (control.uses().observer) control.follow(x.law, y, 0.0F);
   if (protection.admits(x.guard, y, 0.0F)) {
     protection.remember(x.guard, y, srm::all_off<float, N>());
   }

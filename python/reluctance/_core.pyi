@@ -55,6 +55,16 @@ class Outer(enum.Enum):
 
     pv = 3
 
+class Motion(enum.Enum):
+    measured = 0
+
+    tracked = 1
+
+class LoadTorque(enum.Enum):
+    integral = 0
+
+    observer = 1
+
 class Actuator(enum.Enum):
     torque = 0
 
@@ -185,13 +195,28 @@ class PvControl:
 
     def __init__(self, *, actuator: Actuator, current: ArrayCurrent, link: LimitedPi, tracker: PowerTracker, mean: WholePeriods, ripple: StrokeRipple, C: float, delay: int, acceleration: float, omega_lead: float, u_stop: float, u_full: float, u_wake: float, t_wake: float, p_sleep: float, t_sleep: float, k_dry: float, omega_dry: float, t_dry: float, t_rest: float) -> None: ...
 
+class SpeedRamp:
+    """The speed reference that the torque can follow. SI units."""
+
+    def __init__(self, *, J: float, tau: float, rate: float, T_s: float) -> None: ...
+
+class TrackerGains:
+    """Of angle [1], speed [1/s] and load torque [N m/rad]."""
+
+    def __init__(self, *, angle: float, speed: float, load: float) -> None: ...
+
+class AngleTracker:
+    """Observer of angle, speed and load torque on the angle. SI units."""
+
+    def __init__(self, *, T_s: float, half_step: float, acceleration: float, within: TrackerGains, beyond: TrackerGains, N_r: int) -> None: ...
+
 class Controller:
     """A complete controller, ready to be sampled."""
 
 class Setting:
     """What every control law is given beside its own parameters."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, tracker_bandwidth: float = 0.0, comparators: Comparators = Comparators.analog, t_dead: float = 0.0, pv: PvControl | None = None, t_min: float = 0.0, t_blank: float = 0.0, u_brake_full: float = 1e+30, u_brake_none: float = 2e+30) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, ramp: SpeedRamp | None = None, load: LoadTorque = LoadTorque.integral, motion: Motion = Motion.measured, tracker: AngleTracker | None = None, delay: int = 0, comparators: Comparators = Comparators.analog, t_dead: float = 0.0, pv: PvControl | None = None, t_min: float = 0.0, t_blank: float = 0.0, u_brake_full: float = 1e+30, u_brake_none: float = 2e+30) -> None: ...
 
 ORDER_COLUMNS: list = ...
 

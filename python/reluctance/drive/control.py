@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from reluctance import _core
+from reluctance.drive import speed_loop
 from reluctance.drive.known import Known
 from reluctance.drive.schema import Section
 
@@ -22,9 +23,10 @@ class Control(Section):
     T_s_us: float = Field(gt=0)
     precision: Literal["double", "float"] = "double"  # float is what the target computes in
     tau_max_Nm: float | None = Field(None, gt=0)  # limit of the speed loop, top of the tables
-    K_p_Nms: float | None = Field(None, ge=0)  # speed loop; by default from speed_bandwidth_Hz
-    K_i_Nm: float | None = Field(None, ge=0)
-    speed_bandwidth_Hz: float = Field(20.0, gt=0)
+    K_p_Nms: float | None = Field(None, ge=0)  # speed loop: given, by speed_bandwidth_Hz, by rule
+    K_i_Nm: float | None = Field(None, ge=0)  # in place of the load torque observer
+    speed_bandwidth_Hz: float | None = Field(None, gt=0)
+    speed_rate_rpmps: float | None = Field(None, gt=0)  # greatest, of the speed reference
 
     @property
     def T_s(self) -> float:
@@ -54,22 +56,39 @@ class Control(Section):
         """The law, its speed loop and its state, ready to be sampled."""
         raise NotImplementedError
 
-    def setting(self, known: Known) -> _core.Setting:
-        """What the core needs of every law. Default gains of the speed loop: the proportional one
-        gives the bandwidth on inertia alone, the integral one acts half as fast."""
-        bandwidth = 2 * np.pi * self.speed_bandwidth_Hz
+    def gains(self, known: Known) -> tuple[float, float | None]:
+        """Of the speed loop [N m s/rad, N m/rad]; no integral one: the load torque is observed."""
+        given = self.speed_bandwidth_Hz
+        if given is None and known.reference == "pv":
+            given = speed_loop.PV_BANDWIDTH_Hz
+        if given is None:
+            K_p = speed_loop.proportional_gain(known) if known.reference == "speed" else 0.0
+            return (K_p if self.K_p_Nms is None else self.K_p_Nms), self.K_i_Nm
+        bandwidth = 2 * np.pi * given
         K_p = bandwidth * known.J if self.K_p_Nms is None else self.K_p_Nms
+        return K_p, K_p * bandwidth / 2 if self.K_i_Nm is None else self.K_i_Nm
+
+    def setting(self, known: Known) -> _core.Setting:
+        """What the core needs of every law. A given bandwidth of the speed loop sets the
+        proportional gain on inertia alone; the integral one acts half as fast."""
+        K_p, K_i = self.gains(known)
+        observed = known.reference == "speed" and K_i is None
+        counted = known.angle_step > 0
         return _core.Setting(
             machine=known.magnetics,
             n_phases=known.n_phases,
             single=self.precision == "float",
             outer=getattr(_core.Outer, known.reference),
             K_p=K_p,
-            K_i=K_p * bandwidth / 2 if self.K_i_Nm is None else self.K_i_Nm,
+            K_i=K_i or 0.0,
             tau_min=-known.tau_max,
             tau_max=known.tau_max,
             T_s=known.T_s,
-            tracker_bandwidth=known.tracker_bandwidth,
+            ramp=speed_loop.ramp(known, rate=self.si["speed_rate"], torque_limited=observed),
+            load=_core.LoadTorque.observer if observed else _core.LoadTorque.integral,
+            motion=_core.Motion.tracked if counted else _core.Motion.measured,
+            tracker=speed_loop.observer(known).core(known),
+            delay=known.delay,
             comparators=getattr(_core.Comparators, known.comparators),
             t_dead=known.t_dead,
             pv=known.pv,

@@ -95,6 +95,7 @@ class Drive:
             T_s=self.control.T_s,
             delay=self.sensing.delay_samples,
             t_dead=self.converter.t_dead,
+            angle_step=self.sensing.angle_step(self.machine.n_phases, self.machine.N_r),
             tracker_bandwidth=self.sensing.tracker_bandwidth,
             comparators=self.sensing.comparators,
             pv=self._pv_control() if self.reference.kind == "pv" else None,

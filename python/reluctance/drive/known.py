@@ -24,7 +24,8 @@ class Known:
     T_s: float  # control period [s]
     delay: int  # samples from the measurement to the order
     t_dead: float  # from the order to turn on until a switch is on [s]
-    tracker_bandwidth: float  # of the observer on a counted angle; 0 with an ideal sensor [rad/s]
+    angle_step: float  # of the angle sensor, mechanical; 0 of an ideal one [rad]
+    tracker_bandwidth: float | None  # of the observer, where the drive file gives it [rad/s]
     comparators: Literal["analog", "sampled", "two_level"]  # who keeps a current in its band
     pv: _core.PvControl | None = None  # of a drive on a photovoltaic array
     t_min: float = 0.0  # shortest leg state [s]

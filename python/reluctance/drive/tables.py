@@ -275,7 +275,7 @@ class Sensing(Section):
     encoder_index: bool = False  # it counts from where it is switched on, until its index passes
     hall: bool = False  # one Hall sensor a phase
     hall_error_deg: float = Field(0.0, ge=-10, le=10)  # electrical: of the place of their edges
-    tracker_bandwidth_Hz: float = Field(80.0, gt=0)  # of the observer on a counted angle
+    tracker_bandwidth_Hz: float | None = Field(None, gt=0)  # of the observer on a counted angle
     # at any instant; at the samples only; at any instant with a lower and an upper threshold only
     comparators: Literal["analog", "sampled", "two_level"] = "analog"
     blank_us: float = Field(0.0, ge=0)  # before a sample, without edges of timer orders
@@ -309,15 +309,22 @@ class Sensing(Section):
         """Noise of the currents, rms [A]."""
         return self.i_noise_LSB * self.i_step
 
+    def angle_step(self, n_phases: int, N_r: int) -> float:
+        """Of the angle, mechanical; 0 with an ideal sensor [rad]."""
+        if self.encoder_counts > 0:
+            return 2 * np.pi / self.encoder_counts
+        return np.pi / (n_phases * N_r) if self.hall else 0.0
+
     @property
     def counted_angle(self) -> bool:
         """True where the angle comes in steps, and an observer tracks it."""
         return self.encoder_counts > 0 or self.hall
 
     @property
-    def tracker_bandwidth(self) -> float:
-        """Of the observer on a counted angle; 0 with an ideal sensor [rad/s]."""
-        return 2 * np.pi * self.tracker_bandwidth_Hz if self.counted_angle else 0.0
+    def tracker_bandwidth(self) -> float | None:
+        """Of the observer, where it is given [rad/s]."""
+        given = self.tracker_bandwidth_Hz
+        return None if given is None else 2 * np.pi * given
 
     @model_validator(mode="after")
     def keys_belong_together(self) -> Sensing:

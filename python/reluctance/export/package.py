@@ -258,7 +258,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "u_dc_min_V": f"{levels.u_dc_min:g}",
         "u_dc_max_V": f"{levels.u_dc_max:g}",
         "speed": "ignored: the controller tracks it on the angle"
-        if drive.sensing.tracker_bandwidth > 0
+        if drive.sensing.counted_angle
         else "from more than the last two angles",
         "speed_max_rpm": f"{from_si(levels.omega_max, 'rpm'):.6g}",
         "speed_limit_rpm": f"{speed_limit_rpm(drive, levels):.6g}",

@@ -10,6 +10,7 @@ from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.drive.drive import OVER_VOLTAGE
 from reluctance.drive.pv_source import cold_voltage
+from reluctance.drive.speed_loop import observer
 from reluctance.errors import ParameterError
 from reluctance.units import from_si, to_si
 
@@ -133,16 +134,20 @@ def angle_step(drive: Drive) -> float:
 
 
 def _slack(drive: Drive, step: float) -> float:
-    """Default of angle_slack_deg: steps of the sensor, what the observer lags at the greatest
-    acceleration (2 a/bandwidth, control/frame/angle_tracker.hpp), and the correction that Hall
-    edges and index make after the start."""
+    """Default of angle_slack_deg: steps of the sensor, what the observer's speed adds up to less
+    than the rotor turns, and the correction that Hall edges and index make after the start.
+
+    With all poles at -w, the observer's speed lags 2 a/w behind an acceleration a while it lasts.
+    With the load torque in the observer it lags a exp(-w t) (t + w t^2) at t after it began, which
+    adds up to 3 a/w^2 (control/frame/angle_tracker.hpp)."""
     sensing = drive.sensing
     slack = max(ENCODER_STEPS * step, SMALLEST_SLACK_DEG)
-    if sensing.tracker_bandwidth > 0:
-        tau = drive.tau_max + abs(drive.load.torque(drive.omega_nominal))
-        lag = 2 * tau / drive.J / sensing.tracker_bandwidth  # [rad/s]
-        travel = MEMORY * drive.control.T_s * drive.machine.N_r * lag
-        slack += LAG_MARGIN * float(np.degrees(travel))
+    if sensing.counted_angle:
+        a = (drive.tau_max + abs(drive.load.torque(drive.omega_nominal))) / drive.J
+        tracker = observer(drive.known())
+        w = tracker.beyond
+        lag = 3 * a / w**2 if tracker.with_load else MEMORY * drive.control.T_s * 2 * a / w  # [rad]
+        slack += LAG_MARGIN * float(np.degrees(drive.machine.N_r * lag))
     if sensing.encoder_index:
         slack += 90 / drive.machine.n_phases + abs(sensing.hall_error_deg)
     return min(slack, MOST_SLACK_DEG)
@@ -186,5 +191,6 @@ def _given(value: float | None, default: float) -> float:
 
 
 def _settle(drive: Drive) -> int:
-    bandwidth = drive.sensing.tracker_bandwidth
-    return int(np.ceil(SETTLE / (bandwidth * drive.control.T_s))) if bandwidth > 0 else 0
+    if not drive.sensing.counted_angle:
+        return 0
+    return int(np.ceil(SETTLE / (observer(drive.known()).beyond * drive.control.T_s)))

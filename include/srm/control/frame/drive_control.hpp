@@ -10,6 +10,7 @@
 #include "srm/control/frame/interface.hpp"
 #include "srm/control/frame/pv_control.hpp"
 #include "srm/control/frame/speed_pi.hpp"
+#include "srm/control/frame/speed_ramp.hpp"
 
 namespace srm {
 
@@ -20,6 +21,14 @@ enum class Outer : std::int8_t { torque, speed, none, pv };
 /// Where angle and speed come from: as measured, or tracked on the measured angle.
 enum class Motion : std::int8_t { measured, tracked };
 
+/// What holds the load torque in the speed loop: the integral, or the observer's estimate.
+enum class LoadTorque : std::int8_t { integral, observer };
+
+/// What a controller uses; what it does not is left out of a target's code.
+struct Uses {
+  bool pv = true, speed = true, observer = true;
+};
+
 template <ControlLaw Law>
 struct DriveControl {
   using Scalar = typename Law::Scalar;
@@ -28,42 +37,53 @@ struct DriveControl {
 
   Law law;
   Outer outer;
-  SpeedPi<T> speed;  // used with Outer::speed and pv
-  PvControl<T> pv;   // used with Outer::pv
+  SpeedPi<T> speed;   // used with Outer::speed and pv
+  SpeedRamp<T> ramp;  // used with Outer::speed
+  LoadTorque load;    // used with Outer::speed
+  PvControl<T> pv;    // used with Outer::pv
   Motion motion;
-  AngleTracker<T> tracker;  // used with Motion::tracked
+  AngleTracker<T> tracker;  // used with Motion::tracked and LoadTorque::observer
+  int delay;                // samples from measurement to effect, 0 or 1
   Comparators comparators;
   T t_dead;  // of the converter: dead_time_compensation.hpp [s]
   EdgeLimits<T> edges;
   T u_brake_full, u_brake_none;  // braking torque: all of it up to, none from this dc voltage [V]
-  SRM_FIELDS(law, outer, speed, pv, motion, tracker, comparators, t_dead, edges, u_brake_full,
-             u_brake_none)
+  SRM_FIELDS(law, outer, speed, ramp, load, pv, motion, tracker, delay, comparators, t_dead, edges,
+             u_brake_full, u_brake_none)
 
   struct State {
     typename Law::State law;
     typename SpeedPi<T>::State speed;
+    typename SpeedRamp<T>::State ramp;
     typename PvControl<T>::template State<n_phases> pv;
     typename AngleTracker<T>::State tracker;
-    T tau_ref{};  // the torque reference of the last step; 0 where there is none [N m]
+    T tau_ref{};     // the torque reference of the last step; 0 where there is none [N m]
+    T tau_before{};  // and of the one before it [N m]
     std::array<Leg, n_phases> leg = all_demagnetized<n_phases>();  // ordered last
   };
 
-  /// reference: as `outer` says; torque [N m] or speed [rad/s]. may_pv: false leaves the code of
-  /// Outer::pv out, for a target whose `outer` is known.
-  template <bool may_pv = true>
+  /// What these parameters use.
+  constexpr Uses uses() const {
+    return {.pv = outer == Outer::pv,
+            .speed = outer == Outer::speed,
+            .observer = motion == Motion::tracked || load == LoadTorque::observer};
+  }
+
+  /// reference: as `outer` says; torque [N m] or speed [rad/s].
+  template <Uses used = Uses{}>
   Command<T, n_phases> step(State& state, Measurement<T, n_phases> y, T reference) const {
     for (T& i : y.i) i = max(i, T(0));  // noise and offset: a phase current is never negative
-    if (motion == Motion::tracked) {
-      tracker.step(state.tracker, y.theta_e);
-      y.theta_e = state.tracker.theta_e;
-      y.omega_m = tracker.omega_m(state.tracker);
+    if constexpr (used.observer) {
+      follow(state, y, delay > 0 ? state.tau_before : state.tau_ref);
     }
-    const T asked = folded(asked_torque<may_pv>(state, y, reference), y);
+    if (motion == Motion::tracked) y.theta_e = state.tracker.theta_e;
+    const T asked = folded(asked_torque<used>(state, y, reference), y);
+    state.tau_before = state.tau_ref;
     state.tau_ref = outer == Outer::none ? T(0) : asked;
     Command<T, n_phases> orders = law.step(state.law, y, asked);
     set_thresholds<T, n_phases>(orders, comparators);
     if (comparators == Comparators::sampled) compare_now<T, n_phases>(orders, y, state.leg);
-    if constexpr (may_pv) {
+    if constexpr (used.pv) {
       if (outer == Outer::pv) pv.template remember<n_phases>(state.pv, y, orders);
     }
     if (t_dead > T(0)) lead_turn_on<T, n_phases>(orders, t_dead);
@@ -73,6 +93,21 @@ struct DriveControl {
     return orders;
   }
 
+  /// The observer goes on, also while the law does not run. tau: torque since the last sample [N
+  /// m]. The speed in y becomes the one that control and protection use.
+  void follow(State& state, Measurement<T, n_phases>& y, T tau) const {
+    if (motion == Motion::tracked) {
+      tracker.step(state.tracker, y.theta_e, tau);
+      y.omega_m = tracker.omega_m(state.tracker);
+    } else if (load == LoadTorque::observer) {
+      if (state.tracker.found) {
+        tracker.step(state.tracker, y.theta_e, tau);
+      } else {
+        tracker.start(state.tracker, y.theta_e, y.omega_m);
+      }
+    }
+  }
+
  private:
   /// Braking feeds the dc link: less of it, the higher the voltage already is.
   constexpr T folded(T asked, const Measurement<T, n_phases>& y) const {
@@ -80,12 +115,24 @@ struct DriveControl {
     return asked * clamp((u_brake_none - y.u_dc) / (u_brake_none - u_brake_full), T(0), T(1));
   }
 
-  template <bool may_pv>
+  template <Uses used>
   T asked_torque(State& state, const Measurement<T, n_phases>& y, T reference) const {
-    if constexpr (may_pv) {
+    if constexpr (used.pv) {
       if (outer == Outer::pv) return pv.step(state.pv, y, speed, state.speed, reference);
     }
-    return outer == Outer::speed ? speed.step(state.speed, reference, y.omega_m) : reference;
+    if constexpr (used.speed) {
+      if (outer == Outer::speed) return speed_torque(state, y.omega_m, reference);
+    }
+    return reference;
+  }
+
+  T speed_torque(State& x, T omega_m, T omega_asked) const {
+    const bool observed = load == LoadTorque::observer;
+    if (observed && !x.tracker.found) x.ramp.running = false;  // the speed is not known yet
+    const T tau_load = observed ? x.tracker.tau_load : x.speed.tau_integral;
+    const T tau_ramp = ramp.step(x.ramp, omega_asked, omega_m, tau_load);
+    const T tau_ahead = observed ? tau_ramp + tau_load : tau_ramp;
+    return speed.step(x.speed, x.ramp.omega_ref, omega_m, tau_ahead);
   }
 };
 
