@@ -189,7 +189,8 @@ def assert_as_run(drive, file, step_us, folder):
     for name, value in found.with_units().items():
         if name != "wall_s_per_sim_s":
             want = expected.with_units()[name]
-            exact = value == want if want is None else value == pytest.approx(want, 1e-9, 1e-12)
+            near = 1e-11 if name == "energy_residual" else 1e-12  # a difference, in parts of energy
+            exact = value == want if want is None else value == pytest.approx(want, 1e-9, near)
             assert exact, (name, value, want)
 
 
