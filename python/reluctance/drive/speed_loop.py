@@ -18,7 +18,7 @@ from reluctance import _core
 from reluctance.drive.known import Known
 
 RAMP_PART = 0.95  # of tau_max: the rest holds the speed on the ramp
-QUIET = 6.0  # large over small bandwidth of the observer: 4 to 8 differ little
+QUIET = 6.0  # large over small bandwidth of the observer
 AT_ONCE = 1.5  # bandwidth times the time of a step; at 2 the loop swings at 10 samples a step time
 PV_BANDWIDTH_Hz = 20.0  # of the speed loop on an array: a faster one would fight the voltage loop
 TRACKER_BANDWIDTH_Hz = 80.0  # of an observer that is told no torque

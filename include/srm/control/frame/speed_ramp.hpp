@@ -26,7 +26,8 @@ struct SpeedRamp {
   };
 
   /// The reference of this sample is in the state. Returns the torque of its acceleration [N m].
-  constexpr T step(State& x, T omega_asked, T omega_m, T tau_load) const {
+  // noinline: one copy for all laws in a library that has them.
+  [[gnu::noinline]] constexpr T step(State& x, T omega_asked, T omega_m, T tau_load) const {
     if (!(tau > T(0))) {
       x.omega_ref = omega_asked;
       return T(0);
