@@ -175,10 +175,10 @@ def _parallel(drawn: Figure, found: Sweep, names: list[str]) -> None:
     for j, (column, texts) in enumerate(zip(columns, ticks, strict=True)):
         ax.axvline(j, color="0.3", lw=0.8)
         ends = np.linspace(0, 1, len(texts)) if len(texts) > 1 else np.zeros(len(texts))
-        for place, text in zip(ends.tolist(), texts, strict=True):
+        for height, text in zip(ends.tolist(), texts, strict=True):
             ax.annotate(
                 text,
-                (j, place),
+                (j, height),
                 xytext=(3, 0),
                 textcoords="offset points",
                 fontsize=7,
