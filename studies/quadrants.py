@@ -57,8 +57,8 @@ SPEEDS = (0.1, 0.5, 1.0, 1.5, 2.0, 3.0)  # of base speed
 TORQUES = (0.2, 0.5, 0.8)  # of the limit
 BOUNDS = {0.2: 0.02, 0.5: 0.01, 0.8: 0.02}  # of the mean; none is promised at 20 %
 FULL = 0.95  # of the torque at standstill: base speed has it
-RUN = 4  # electrical periods, the second half of which counts ...
-SHORTEST = 0.03  # ... and the shortest run [s]
+RUN = 16  # electrical periods, the second half of which counts ...
+SHORTEST = 0.05  # ... and the shortest run [s]
 
 
 @dataclass(frozen=True)

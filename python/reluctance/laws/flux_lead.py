@@ -1,25 +1,41 @@
-"""The flux that a braking phase needs ahead of its share, as tables: see
+"""The flux that a phase needs ahead of its share, as tables: see
 include/srm/control/part/flux_lead.hpp."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive.known import Known
 
-POINTS = 9  # of srm::FluxLead, each way
+FloatArray = NDArray[np.float64]
+
+POINTS = 9  # of srm::LeadLines, each way
 CURRENTS, ANGLES = 120, 361
 FASTEST = 3.0  # times the working speed: where the tables end
 
 
 def flux_lead(known: Known, sharing: _core.Sharing) -> _core.FluxLead:
     """The tables for a machine, its nominal dc-link voltage and a sharing function."""
-    theta = np.linspace(np.pi, 0, ANGLES)
+    fastest = FASTEST * known.N_r * max(known.omega_m, 1.0)
+    reach = fastest / known.u_dc * np.linspace(0, 1, POINTS)
+    return _core.FluxLead(
+        motoring=_lines(known, sharing, reach, np.linspace(0, np.pi, ANGLES)),
+        braking=_lines(known, sharing, reach, np.linspace(np.pi, 0, ANGLES)),
+        tau_max=known.tau_max,
+        reach_max=float(reach[-1]),
+    )
+
+
+def _lines(
+    known: Known, sharing: _core.Sharing, reach: FloatArray, theta: FloatArray
+) -> _core.LeadLines:
+    """The lowest lines above the flux of the share; theta (n,) in the order of the motion."""
     share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])
     first = max(int(np.argmax(share > 0)) - 1, 0)
     theta, share = theta[first:], share[first:]
-    x = theta[0] - theta
+    x = np.abs(theta - theta[0])
     i = known.i_max * np.linspace(0, 1, CURRENTS) ** 1.5
     grid = np.broadcast_arrays(i[:, None], theta[None, :])
     at = _core.magnetics(known.magnetics, *(np.ascontiguousarray(v).ravel() for v in grid))
@@ -32,14 +48,10 @@ def flux_lead(known: Known, sharing: _core.Sharing) -> _core.FluxLead:
             for t in torques
         ]
     )
-    fastest = FASTEST * known.N_r * max(known.omega_m, 1.0)
-    reach = fastest / known.u_dc * np.linspace(0, 1, POINTS)
     above = needed[None] - x / np.maximum(reach, 1e-9)[:, None, None]
     most = above.argmax(axis=-1)
-    return _core.FluxLead(
+    return _core.LeadLines(
         theta_start=float(theta[0]),
-        tau_max=known.tau_max,
-        reach_max=float(reach[-1]),
         psi_start=above.max(axis=-1).ravel().tolist(),
         x_end=x[most].ravel().tolist(),
     )
