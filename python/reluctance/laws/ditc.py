@@ -22,6 +22,7 @@ OUTER_PART = 2.0  # of the inner band: default outer band
 # to base speed: the rms error is flat within 5 deg of these.
 OFF, BRAKE_OFF = 150.0, 337.0
 OVERLAP_MAX = 150.0  # widest window without lead [deg]
+WEAK = 0.5  # of the torque: with less at i_max when its predecessor leaves, a phase starts earlier
 TORQUES = 9  # of srm::TurnOn
 
 
@@ -87,7 +88,7 @@ def _stroke(known: Known, off_deg: float, sign: int) -> tuple[float, float]:
     stroke = 2 * np.pi / known.n_phases
     off = float(np.radians(off_deg))
     tau, _ = _alone(known, off - stroke, sign)
-    wide = min(2 * stroke, np.radians(OVERLAP_MAX)) if tau[-1] < known.tau_max else stroke
+    wide = min(2 * stroke, np.radians(OVERLAP_MAX)) if tau[-1] < WEAK * known.tau_max else stroke
     return off - float(wide), off
 
 

@@ -21,6 +21,12 @@ FloatArray = NDArray[np.float64]
 
 STEPS = 360  # of an electrical period; halving them moves the mean torque by less than 0.5 %
 TABLE_POINTS = 17  # of srm::MeanTorque
+TURNS = 12  # at most, until a current that does not return to zero repeats itself ...
+SETTLED = 1e-3  # ... to this part of i_max
+WIDE = 180.0  # dwell up to which every current returns to zero [deg]
+WIDEST = 255.0  # dwell that is tried where none of those gives the torque [deg]
+TABLE_END = 1.5  # times the greatest torque: what the feedback of the mean may ask for
+ROOM = 1.1  # over the torque: what a window has to reach, for losses that the pulse leaves out
 
 
 @dataclass(frozen=True)
@@ -51,21 +57,25 @@ def flat_top(
     turn = 2 * np.pi / steps
     dt = turn / (point.N_r * point.omega_m)
     i = np.zeros_like(on)
-    tau, squared = np.zeros_like(on), np.zeros_like(on)
-    for step in range(steps):
-        magnetized = np.clip(dwell / turn - step, 0, 1)  # part of the step
-        u = point.u_dc * (2 * magnetized - 1)
-        here = _core.magnetics(point.magnetics, i, on + step * turn)
-        tau += here[:, 2]
-        squared += i**2
-        slope = _slope(point, here, i, u)
-        least = i + dt * _slope(
-            point, here, i, np.full_like(i, -point.u_dc)
-        )  # the EMF may raise it
-        ahead = np.clip(i + dt * slope, 0, np.maximum(top, least))
-        there = _core.magnetics(point.magnetics, ahead, on + (step + 1) * turn)
-        mean = i + dt * (slope + _slope(point, there, ahead, u)) / 2
-        i = np.clip(mean, 0, np.maximum(top, least))
+    for _ in range(TURNS):
+        start = i
+        tau, squared = np.zeros_like(on), np.zeros_like(on)
+        for step in range(steps):
+            magnetized = np.clip(dwell / turn - step, 0, 1)  # part of the step
+            u = point.u_dc * (2 * magnetized - 1)
+            here = _core.magnetics(point.magnetics, i, on + step * turn)
+            tau += here[:, 2]
+            squared += i**2
+            slope = _slope(point, here, i, u)
+            least = i + dt * _slope(
+                point, here, i, np.full_like(i, -point.u_dc)
+            )  # the EMF may raise it
+            ahead = np.clip(i + dt * slope, 0, np.maximum(top, least))
+            there = _core.magnetics(point.magnetics, ahead, on + (step + 1) * turn)
+            mean = i + dt * (slope + _slope(point, there, ahead, u)) / 2
+            i = np.clip(mean, 0, np.maximum(top, least))
+        if np.all(np.abs(i - start) <= SETTLED * point.i_max):
+            break
     return FlatTop(
         tau=(point.n_phases * tau / steps).reshape(shape),
         i_rms=np.sqrt(squared / steps).reshape(shape),
@@ -90,20 +100,27 @@ def least_copper_angles(point: OperatingPoint, tau: float) -> tuple[float, float
         Electrical [rad].
     """
     coarse = np.arange(-60.0, 181.0, 15.0) + (180 if tau < 0 else 0)
-    on, off = _best_window(point, tau, coarse, coarse, steps=STEPS // 3)
     near = np.arange(-10.0, 11.0, 5.0)
-    on, off = _best_window(point, tau, on + near, off + near, steps=STEPS)
+    on, off, reaches = _best_window(point, ROOM * tau, coarse, coarse, WIDE, steps=STEPS // 3)
+    widest = WIDE if reaches else WIDEST
+    if not reaches:
+        early, late = np.arange(-120.0, 91.0, 15.0), np.arange(90.0, 241.0, 15.0)
+        aside = 180 if tau < 0 else 0
+        on, off, _ = _best_window(
+            point, ROOM * tau, early + aside, late + aside, widest, steps=STEPS // 3
+        )
+    on, off, _ = _best_window(point, ROOM * tau, on + near, off + near, widest, steps=STEPS)
     return float(np.radians(on)), float(np.radians(off))
 
 
 def _best_window(
-    point: OperatingPoint, tau: float, on: FloatArray, off: FloatArray, *, steps: int
-) -> tuple[float, float]:
-    """The best pair of some angles [deg]."""
+    point: OperatingPoint, tau: float, on: FloatArray, off: FloatArray, widest: float, *, steps: int
+) -> tuple[float, float, bool]:
+    """The best pair of some angles [deg], and whether it reaches the torque."""
     on, off = (pair.ravel() for pair in np.meshgrid(on, off))
     sign, middle = (-1, 270) if tau < 0 else (1, 90)
     fits = (on <= middle) & (off >= middle)
-    fits &= (off - on >= 360 / point.n_phases) & (off - on <= 180)
+    fits &= (off - on >= 360 / point.n_phases) & (off - on <= widest)
     on, off = on[fits], off[fits]
     i = point.i_max * np.linspace(0, 1, TABLE_POINTS)[1:] ** 1.5
     ends = np.radians(on)[:, None], np.radians(off)[:, None]
@@ -114,38 +131,34 @@ def _best_window(
     ]
     most = (sign * pulses.tau).max(axis=1)
     best = np.argmin(i_rms) if np.isfinite(i_rms).any() else np.argmax(most)
-    return float(on[best]), float(off[best])
+    return float(on[best]), float(off[best]), bool(np.isfinite(i_rms).any())
 
 
-def braking_table(
-    point: OperatingPoint, theta_on: float, theta_off: float, tau_max: float
-) -> list[float]:
-    """The current references [A] for the mean torques 0..-tau_max in equal steps; past the greatest
-    torque of these angles that of i_max."""
-    i = point.i_max * np.linspace(0, 1, 8 * TABLE_POINTS) ** 1.5
-    return _inverse(-flat_top(point, theta_on, theta_off, i).tau, i, tau_max)
-
-
-def current_table(
-    point: OperatingPoint, theta_on: float, theta_off: float, tau_max: float
-) -> list[float]:
-    """The current references [A] for the mean torques 0..tau_max in equal steps.
+def current_tables(
+    point: OperatingPoint,
+    window: tuple[float, float],
+    brake: tuple[float, float],
+    tau_max: float,
+) -> tuple[list[float], list[float]]:
+    """The current references [A] for the mean torques 0..tau_max in equal steps, motoring and
+    braking; past the greatest torque of the angles that of i_max.
 
     Raises
     ------
     ParameterError
-        If these angles do not reach tau_max at i_max.
+        If neither pair of angles reaches tau_max at i_max.
     """
     i = point.i_max * np.linspace(0, 1, 8 * TABLE_POINTS) ** 1.5
-    tau = np.maximum.accumulate(flat_top(point, theta_on, theta_off, i).tau)
-    if tau[-1] < tau_max:
+    tau, braking = flat_top(point, *window, i).tau, -flat_top(point, *brake, i).tau
+    most = max(tau.max(), braking.max())
+    if most < tau_max:
         raise ParameterError(
-            f"[control] angles {np.degrees(theta_on):g} to {np.degrees(theta_off):g} deg give a "
-            f"mean torque of at most {tau[-1]:.4g} N m at i_max_A = {point.i_max:g} and "
+            f"[control] angles {np.degrees(window[0]):g} to {np.degrees(window[1]):g} deg give a "
+            f"mean torque of at most {most:.4g} N m at i_max_A = {point.i_max:g} and "
             f"{from_si(point.omega_m, 'rpm'):.5g} rpm, need {tau_max:g}; change the angles, the "
             "speed or the torque"
         )
-    return _inverse(tau, i, tau_max)
+    return _inverse(tau, i, TABLE_END * tau_max), _inverse(braking, i, TABLE_END * tau_max)
 
 
 def _inverse(tau: FloatArray, i: FloatArray, tau_max: float) -> list[float]:

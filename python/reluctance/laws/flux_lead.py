@@ -20,18 +20,22 @@ def flux_lead(known: Known, sharing: _core.Sharing) -> _core.FluxLead:
     """The tables for a machine, its nominal dc-link voltage and a sharing function."""
     fastest = FASTEST * known.N_r * max(known.omega_m, 1.0)
     reach = fastest / known.u_dc * np.linspace(0, 1, POINTS)
+    motoring, i_motoring = _lines(known, sharing, reach, np.linspace(0, np.pi, ANGLES))
+    braking, i_braking = _lines(known, sharing, reach, np.linspace(np.pi, 0, ANGLES))
     return _core.FluxLead(
-        motoring=_lines(known, sharing, reach, np.linspace(0, np.pi, ANGLES)),
-        braking=_lines(known, sharing, reach, np.linspace(np.pi, 0, ANGLES)),
+        motoring=motoring,
+        braking=braking,
         tau_max=known.tau_max,
         reach_max=float(reach[-1]),
+        drop=known.R * max(i_motoring, i_braking),
     )
 
 
 def _lines(
     known: Known, sharing: _core.Sharing, reach: FloatArray, theta: FloatArray
-) -> _core.LeadLines:
-    """The lowest lines above the flux of the share; theta (n,) in the order of the motion."""
+) -> tuple[_core.LeadLines, float]:
+    """The lowest lines above the flux of the share, and the greatest current of a share [A]; theta
+    (n,) in the order of the motion."""
     share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])
     first = max(int(np.argmax(share > 0)) - 1, 0)
     theta, share = theta[first:], share[first:]
@@ -50,8 +54,10 @@ def _lines(
     )
     above = needed[None] - x / np.maximum(reach, 1e-9)[:, None, None]
     most = above.argmax(axis=-1)
-    return _core.LeadLines(
+    lines = _core.LeadLines(
         theta_start=float(theta[0]),
         psi_start=above.max(axis=-1).ravel().tolist(),
         x_end=x[most].ravel().tolist(),
     )
+    top = [np.interp(known.tau_max * part, tau[:, n], i) for n, part in enumerate(share)]
+    return lines, float(np.max(top))

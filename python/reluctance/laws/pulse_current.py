@@ -41,10 +41,9 @@ class PulseCurrent(ConductionAngles):
         if self.i_ref_A is not None:
             return _core.MeanTorque.constant(self.i_ref_A)
         point, tau_max = self.point(known), known.tau_max
+        i_ref, i_brake = flat_top.current_tables(point, window, brake, tau_max)
         return _core.MeanTorque(
-            tau_max=tau_max,
-            i_ref=flat_top.current_table(point, *window, tau_max),
-            i_brake=flat_top.braking_table(point, *brake, tau_max),
+            tau_max=flat_top.TABLE_END * tau_max, i_ref=i_ref, i_brake=i_brake
         )
 
     def brake_window(self, known: Known) -> tuple[float, float]:

@@ -75,11 +75,12 @@ struct Deadbeat {
       if (share[k] > share[first]) first = k;
       if (!(share[k] > T(0))) order(k, T(0));
     }
+    left = min(left, most_shared<T> * asked);
     const T shared = left;  // what the phases without a share leave
     for (int k = 0; k < N; ++k) {
       if (k != first && share[k] > T(0)) order(k, share[k] * shared);
     }
-    order(first, left);
+    order(first, min(left, most_shared<T> * asked));
     return per_phase<T, N>(
         [&](int k) { return modulate(x.duty[k], T_s, pulse_centre<N, T>(carriers, k)); });
   }
@@ -98,7 +99,7 @@ struct Deadbeat {
     const T i_ref = current_for_torque(machine, tau, theta, i_max);
     const T psi_share = i_ref > T(0) ? machine.at(i_ref, theta).psi : T(0);
     const T omega_e = static_cast<T>(machine.N_r) * abs(y.omega_m);
-    const T slope = (T(0.97) * y.u_dc - R * i) / omega_e;  // a reserve of 3 %
+    const T slope = lead.slope(y.u_dc, asked, omega_e);
     const T psi_ref = max(psi_share, lead.flux(theta, asked, slope, braking));
     const T i_mean = psi_ref > psi_share ? i : (i + i_ref) / T(2);
     const T u = (psi_ref - psi) / T_s + R * i_mean;

@@ -61,14 +61,15 @@ struct TorqueSharing {
     for (int k = 0; k < N; ++k) {
       if (!(share[k] > T(0))) shared = shared - tau[k];
     }
-    shared = max(shared, T(0));
+    const T most = most_shared<T> * asked;
+    shared = clamp(shared, T(0), most);
     T left = shared;  // for the first
     for (int k = 0; k < N; ++k) {
       if (k != first && share[k] > T(0)) left = left - tau[k];
     }
     const Leg above = braking ? Leg::demagnetize : chop;
     return per_phase<T, N>([&](int k) {
-      const T tau_ph = k == first ? left : share[k] * shared;
+      const T tau_ph = k == first ? min(left, most) : share[k] * shared;
       const T i_share = current_for_torque(machine, tau_ph, theta[k], i_max);
       return regulate(max(i_share, ahead(y, k, theta[k], asked, braking)), i_band, above);
     });
@@ -79,7 +80,7 @@ struct TorqueSharing {
   [[gnu::noinline]] T ahead(const Measurement<T, N>& y, int k, T theta, T asked,
                             bool braking) const {
     const T omega_e = static_cast<T>(machine.N_r) * abs(y.omega_m);
-    const T slope = (T(0.97) * y.u_dc - R * max(y.i[k], T(0))) / omega_e;  // a reserve of 3 %
+    const T slope = lead.slope(y.u_dc, asked, omega_e);
     const T psi = lead.flux(theta, asked, slope, braking);
     if (!(psi > T(0))) return T(0);
     T i = max(y.i[k], T(0));

@@ -35,7 +35,16 @@ struct FluxLead {
   LeadLines<T> motoring, braking;
   T tau_max;    // last torque of the tables [N m]
   T reach_max;  // last angle per flux, 1/s, of the tables [rad/Wb]
-  SRM_FIELDS(motoring, braking, tau_max, reach_max)
+  T drop;       // of the resistance at the greatest current of tau_max [V]
+  SRM_FIELDS(motoring, braking, tau_max, reach_max, drop)
+
+  /// What flux grows by in a radian at full voltage, less a reserve of 3 %, at a torque [Wb/rad].
+  /// The resistance takes what the torque needs, not what the phase has: a phase with too much
+  /// current would otherwise lead more, and get more.
+  constexpr T slope(T u_dc, T tau, T omega_e) const {
+    const T part = clamp(tau / tau_max, T(0), T(1));
+    return (T(0.97) * u_dc - drop * sqrt(part)) / omega_e;
+  }
 
   /// Least flux at theta for a torque tau > 0, in the frame of positive torque, in which a braking
   /// rotor turns towards smaller angles; 0 where the share decides. slope: of flux at full voltage

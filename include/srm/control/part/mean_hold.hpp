@@ -21,7 +21,7 @@ namespace srm {
 template <Real T>
 struct MeanHold {
   static constexpr T gain = T(0.06);     // [1/rad]: an error decays by a third in a period
-  static constexpr T part_max = T(0.5);  // past it the torque is out of reach
+  static constexpr T part_max = T(1);  // past it the torque is out of reach
 
   std::array<T, 2> part{};  // asked over tau_ref, less one: motoring, braking [1]
 

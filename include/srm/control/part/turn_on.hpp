@@ -24,7 +24,7 @@ struct TurnOn {
   /// A window, entered earlier. omega_e: electrical speed [rad/s]; braking, the window is entered
   /// at theta_off.
   constexpr Window<T> ahead(Window<T> window, T tau, T omega_e, T u_dc, bool braking) const {
-    constexpr T widest = T(1.9) * pi<T>;
+    constexpr T widest = T(1.05) * pi<T>;
     if (!(tau_max > T(0) && u_dc > T(0))) return window;
     const T lead = abs(omega_e) * interpolate(braking ? psi_brake : psi, tau / tau_max) / u_dc;
     const T room = max(widest - (window.theta_off - window.theta_on), T(0));
