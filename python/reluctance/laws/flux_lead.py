@@ -13,6 +13,7 @@ FloatArray = NDArray[np.float64]
 
 POINTS = 9  # of srm::LeadLines, each way
 CURRENTS, ANGLES = 120, 361
+NO_SHARE = 1e-6  # of the torque: less is none
 FASTEST = 3.0  # times the working speed: where the tables end
 
 
@@ -46,12 +47,10 @@ def _lines(
     psi, tau = at[:, 0].reshape(grid[0].shape), at[:, 2].reshape(grid[0].shape)
     tau = np.maximum.accumulate(tau, axis=0)
     torques = known.tau_max * np.linspace(0, 1, POINTS)
-    needed = np.array(
-        [
-            [np.interp(t * part, tau[:, n], psi[:, n]) for n, part in enumerate(share)]
-            for t in torques
-        ]
-    )
+    needed = np.zeros((POINTS, len(share)))
+    for n in np.flatnonzero(share > NO_SHARE):
+        needed[:, n] = np.interp(torques * share[n], tau[:, n], psi[:, n])
+    needed[0] = 0
     above = needed[None] - x / np.maximum(reach, 1e-9)[:, None, None]
     most = above.argmax(axis=-1)
     lines = _core.LeadLines(
@@ -59,5 +58,6 @@ def _lines(
         psi_start=above.max(axis=-1).ravel().tolist(),
         x_end=x[most].ravel().tolist(),
     )
-    top = [np.interp(known.tau_max * part, tau[:, n], i) for n, part in enumerate(share)]
+    having = np.flatnonzero(share > NO_SHARE)
+    top = [np.interp(known.tau_max * share[n], tau[:, n], i) for n in having]
     return lines, float(np.max(top))
