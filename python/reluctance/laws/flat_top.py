@@ -1,8 +1,8 @@
 """Flat-top current pulses at one speed: the mean torque and the copper of fixed angles, offline.
 
 One phase is integrated over an electrical period from turn-on: +u_dc until the current meets its
-reference, held there as far as +-u_dc can, -u_dc from turn-off on. Neither ripple of the current
-band nor sampling is in it.
+reference, held there as far as +-u_dc can or chopped in a band about it, -u_dc from turn-off on.
+Sampling is not in it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ TURNS = 12  # at most, until a current that does not return to zero repeats itse
 SETTLED = 1e-3  # ... to this part of i_max
 WIDE = 180.0  # dwell up to which every current returns to zero [deg]
 WIDEST = 255.0  # dwell that is tried where none of those gives the torque [deg]
-TABLE_END = 1.5  # times the greatest torque: what the feedback of the mean may ask for
 ROOM = 1.1  # over the torque: what a window has to reach, for losses that the pulse leaves out
 
 
@@ -37,6 +36,35 @@ class FlatTop:
     i_rms: FloatArray  # of one phase [A]
 
 
+@dataclass(frozen=True)
+class Band:
+    """A comparator (include/srm/control/frame/comparator.hpp)."""
+
+    half: float  # width [A]
+    hard: bool  # above the band: demagnetize instead of freewheel
+
+    def thresholds(self, i_ref: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper one [A]."""
+        half = np.minimum(self.half, i_ref / 2)
+        return i_ref - half, i_ref + half
+
+    def crossed(
+        self, i: FloatArray, leg: FloatArray, i_ref: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The threshold that was crossed before a current i [A], NaN where none was, and the leg
+        from there on: 1 magnetize, 0 freewheel, -1 demagnetize."""
+        low, high = self.thresholds(i_ref)
+        away = 2 * high - i_ref
+        which = [
+            (leg == 1) & (i > high),
+            (leg < 1) & (i < low),
+            (leg == 0) & (i > away),
+            (leg == -1) & (i <= i_ref) & (not self.hard),
+        ]
+        chosen = np.select(which, [-1.0 if self.hard else 0.0, 1.0, -1.0, 0.0], leg)
+        return np.select(which, [high, low, away, i_ref], np.nan), chosen
+
+
 def flat_top(
     point: OperatingPoint,
     theta_on: ArrayLike,
@@ -44,10 +72,12 @@ def flat_top(
     i_ref: ArrayLike,
     *,
     steps: int = STEPS,
+    band: Band | None = None,
 ) -> FlatTop:
     """Mean torque and rms current of pulses from theta_on to theta_off (electrical) [rad, A].
 
-    Motion is forward: pulses before alignment, at pi, motor, pulses after it brake.
+    Motion is forward: pulses before alignment, at pi, motor, pulses after it brake. Without a band
+    the current is held at its reference.
     """
     theta_on, theta_off, i_ref = np.broadcast_arrays(
         *(np.asarray(v, float) for v in (theta_on, theta_off, i_ref))
@@ -56,13 +86,14 @@ def flat_top(
     on, dwell, top = theta_on.ravel(), (theta_off - theta_on).ravel(), i_ref.ravel()
     turn = 2 * np.pi / steps
     dt = turn / (point.N_r * point.omega_m)
-    i = np.zeros_like(on)
+    i, leg = np.zeros_like(on), np.ones_like(on)
     for _ in range(TURNS):
         start = i
         tau, squared = np.zeros_like(on), np.zeros_like(on)
+        leg[:] = 1
         for step in range(steps):
             magnetized = np.clip(dwell / turn - step, 0, 1)  # part of the step
-            u = point.u_dc * (2 * magnetized - 1)
+            u = point.u_dc * (magnetized * (leg + 1) - 1)
             here = _core.magnetics(point.magnetics, i, on + step * turn)
             tau += here[:, 2]
             squared += i**2
@@ -70,10 +101,20 @@ def flat_top(
             least = i + dt * _slope(
                 point, here, i, np.full_like(i, -point.u_dc)
             )  # the EMF may raise it
-            ahead = np.clip(i + dt * slope, 0, np.maximum(top, least))
+            most = np.maximum(top, least) if band is None else np.inf
+            before = i
+            ahead = np.clip(i + dt * slope, 0, most)
             there = _core.magnetics(point.magnetics, ahead, on + (step + 1) * turn)
             mean = i + dt * (slope + _slope(point, there, ahead, u)) / 2
-            i = np.clip(mean, 0, np.maximum(top, least))
+            i = np.clip(mean, 0, most)
+            if band is not None:
+                at, chosen = band.crossed(i, leg, top)
+                turned = (magnetized == 1) & np.isfinite(at)
+                rest = np.clip((i - at) / np.where(i == before, 1, i - before), 0, 1)  # of the step
+                after = at + rest * dt * _slope(point, there, at, point.u_dc * chosen)
+                low, high = band.thresholds(top)  # at low speed it turns more than once
+                i = np.where(turned, np.clip(after, low, np.maximum(high, at)), i)
+                leg = np.where(turned, chosen, leg)
         if np.all(np.abs(i - start) <= SETTLED * point.i_max):
             break
     return FlatTop(
@@ -139,9 +180,14 @@ def current_tables(
     window: tuple[float, float],
     brake: tuple[float, float],
     tau_max: float,
+    *,
+    tau_end: float,
+    band: float = 0.0,
+    hard: bool = False,
 ) -> tuple[list[float], list[float]]:
-    """The current references [A] for the mean torques 0..tau_max in equal steps, motoring and
-    braking; past the greatest torque of the angles that of i_max.
+    """The current references [A] for the mean torques 0..tau_end in equal steps, motoring and
+    braking; past the greatest torque of the angles that of i_max. In a band of that half
+    width [A] the current is chopped, hard when braking; without, it is held.
 
     Raises
     ------
@@ -149,7 +195,8 @@ def current_tables(
         If neither pair of angles reaches tau_max at i_max.
     """
     i = point.i_max * np.linspace(0, 1, 8 * TABLE_POINTS) ** 1.5
-    tau, braking = flat_top(point, *window, i).tau, -flat_top(point, *brake, i).tau
+    tau = flat_top(point, *window, i, band=Band(band, hard) if band else None).tau
+    braking = -flat_top(point, *brake, i, band=Band(band, True) if band else None).tau
     most = max(tau.max(), braking.max())
     if most < tau_max:
         raise ParameterError(
@@ -158,7 +205,7 @@ def current_tables(
             f"{from_si(point.omega_m, 'rpm'):.5g} rpm, need {tau_max:g}; change the angles, the "
             "speed or the torque"
         )
-    return _inverse(tau, i, TABLE_END * tau_max), _inverse(braking, i, TABLE_END * tau_max)
+    return _inverse(tau, i, tau_end), _inverse(braking, i, tau_end)
 
 
 def _inverse(tau: FloatArray, i: FloatArray, tau_max: float) -> list[float]:
