@@ -18,11 +18,10 @@ FloatArray = NDArray[np.float64]
 INNER_PART = 0.01  # of tau_max: default inner band
 OUTER_PART = 2.0  # of the inner band: default outer band
 # Turn-off angles, electrical [deg]: late enough that the outgoing phase fills what the incoming one
-# lacks, early enough that its flux is gone in time. Found on the machines of studies/quadrants.py up
-# to base speed: the rms error is flat within 5 deg of these.
+# lacks, early enough that its flux is gone in time. Found on the machines of studies/quadrants.py
+# up to base speed: the rms error is flat within 5 deg of these.
 OFF, BRAKE_OFF = 150.0, 337.0
-OVERLAP_MAX = 150.0  # widest window without lead [deg]
-WEAK = 0.5  # of the torque: with less at i_max when its predecessor leaves, a phase starts earlier
+WIDE = float(np.radians(130))  # the widest window, without the angle in which flux is built up
 TORQUES = 9  # of srm::TurnOn
 
 
@@ -73,23 +72,29 @@ class Ditc(ConductionAngles):
         """By default a stroke, entered as much earlier as flux needs to be built up."""
         if self.theta_on_deg is not None:
             return super().window(known)
-        return _stroke(known, OFF, 1)
+        off = float(np.radians(OFF))
+        return off - _dwell(known, off), off
 
     def brake_window(self, known: Known) -> tuple[float, float]:
         """The same: off when the torque of braking has nearly gone."""
         if self.brake_on_deg is not None:
             return super().brake_window(known)
-        return _stroke(known, BRAKE_OFF, -1)
+        off = float(np.radians(BRAKE_OFF))
+        return off - 2 * np.pi / known.n_phases, off
 
 
-def _stroke(known: Known, off_deg: float, sign: int) -> tuple[float, float]:
-    """A window of a stroke that ends at off_deg; of two strokes where one phase alone does not give
-    the torque [rad]."""
-    stroke = 2 * np.pi / known.n_phases
-    off = float(np.radians(off_deg))
-    tau, _ = _alone(known, off - stroke, sign)
-    wide = min(2 * stroke, np.radians(OVERLAP_MAX)) if tau[-1] < WEAK * known.tau_max else stroke
-    return off - float(wide), off
+def _dwell(known: Known, off: float) -> float:
+    """A stroke; more where phases that conduct for a stroke do not give the torque at i_max in the
+    mean over the angle [rad]. Braking, the EMF holds their current up past the window."""
+    stroke = dwell = 2 * np.pi / known.n_phases
+    while dwell < WIDE:
+        theta = np.linspace(off - dwell, off, 61)
+        i = np.full_like(theta, known.i_max)
+        tau = _core.magnetics(known.magnetics, i, theta)[:, 2].mean() * dwell / stroke
+        if tau > known.tau_max:
+            break
+        dwell += stroke / 12
+    return float(dwell)
 
 
 def _alone(known: Known, theta: float, sign: int) -> tuple[FloatArray, FloatArray]:

@@ -24,9 +24,9 @@ struct TurnOn {
   /// A window, entered earlier. omega_e: electrical speed [rad/s]; braking, the window is entered
   /// at theta_off.
   constexpr Window<T> ahead(Window<T> window, T tau, T omega_e, T u_dc, bool braking) const {
-    constexpr T widest = T(1.05) * pi<T>;
     if (!(tau_max > T(0) && u_dc > T(0))) return window;
     const T lead = abs(omega_e) * interpolate(braking ? psi_brake : psi, tau / tau_max) / u_dc;
+    const T widest = (braking ? T(1.45) : T(1.05)) * pi<T>;
     const T room = max(widest - (window.theta_off - window.theta_on), T(0));
     if (braking) {
       window.theta_off = window.theta_off + min(lead, room);
