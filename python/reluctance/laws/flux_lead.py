@@ -55,7 +55,7 @@ def _lines(
     most = above.argmax(axis=-1)
     lines = _core.LeadLines(
         theta_start=float(theta[0]),
-        psi_start=above.max(axis=-1).ravel().tolist(),
+        psi_end=np.take_along_axis(needed, most.T, axis=1).T.ravel().tolist(),
         x_end=x[most].ravel().tolist(),
     )
     having = np.flatnonzero(share > NO_SHARE)

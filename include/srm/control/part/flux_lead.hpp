@@ -5,11 +5,12 @@
 // it grows by at most s = (u - R i)/omega_e. So the phase must follow a line of that slope
 // beforehand, the lowest one that nowhere passes below the flux of its share,
 //
-//   psi(x) = c + s x,  c = max over x >= 0 of psi_share(x) - s x,
+//   psi(x) = psi_end - s (x_end - x),  x_end where psi_share(x) - s x is greatest over x >= 0,
 //
-// with x the angle travelled since the share starts. The line begins at -c/s, where the phase may
-// still give torque of the wrong sign, and ends where it meets the flux of the share. c and the end
-// are tables over torque and 1/s, made offline from the machine and its sharing function.
+// with x the angle travelled since the share starts. The line begins where it is zero, where the
+// phase may still give torque of the wrong sign, and ends where it meets the flux of the share. The
+// end is in tables over torque and 1/s, made offline from the machine and its sharing function; an
+// end between two entries lies near the flux of the share too.
 #pragma once
 
 #include <array>
@@ -25,9 +26,9 @@ struct LeadLines {
   static constexpr int points = 9;  // of the torques, and of the angles per flux
 
   T theta_start;  // where the share starts, in the frame of positive torque [rad]
-  std::array<T, points * points> psi_start;  // c, for each angle per flux over the torques [Wb]
-  std::array<T, points * points> x_end;      // where the line meets the share [rad]
-  SRM_FIELDS(theta_start, psi_start, x_end)
+  std::array<T, points * points> psi_end;  // for each angle per flux over the torques [Wb]
+  std::array<T, points * points> x_end;    // where the line meets the share [rad]
+  SRM_FIELDS(theta_start, psi_end, x_end)
 };
 
 template <Real T>
@@ -57,8 +58,9 @@ struct FluxLead {
     const T column = clamp(tau / tau_max, T(0), T(1)) * T(last);
     const T past = brakes ? lines.theta_start - theta : theta - lines.theta_start;
     const T x = wrap(past + pi<T>) - pi<T>;
-    if (x >= between(lines.x_end, row, column)) return T(0);
-    return max(between(lines.psi_start, row, column) + slope * x, T(0));
+    const T x_end = between(lines.x_end, row, column);
+    if (x >= x_end) return T(0);
+    return max(between(lines.psi_end, row, column) - slope * (x_end - x), T(0));
   }
 
  private:
