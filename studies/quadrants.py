@@ -58,7 +58,7 @@ TORQUES = (0.2, 0.5, 0.8)  # of the limit
 BOUNDS = {0.2: 0.02, 0.5: 0.01, 0.8: 0.02}  # of the mean; none is promised at 20 %
 FULL = 0.95  # of the torque at standstill: base speed has it
 RUN = 16  # electrical periods, the second half of which counts ...
-SHORTEST = 0.05  # ... and the shortest run [s]
+SHORTEST = 0.2  # ... and the shortest run [s]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@
 // zero torque ripple at this dc-link voltage, computed offline and stored over torque and angle.
 // The prediction is linearised along the currents that lead from here to the guide as fast as the
 // dc link allows, and among equal torques the guide's currents are preferred (weight w_i). So the
-// guide decides turn-on and turn-off, and the torque error is what the optimiser removes.
+// guide decides turn-on and turn-off, and the torque error is what the optimiser removes. What the
+// regulator's band leaves of a mean error is held by feedback (mean_hold.hpp).
 // docs/control/paper_mpc.md has the reasons in full.
 #pragma once
 
@@ -23,6 +24,8 @@
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/guide.hpp"
 #include "srm/control/part/level_programme.hpp"
+#include "srm/control/part/mean_hold.hpp"
+#include "srm/control/part/mirror.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -50,6 +53,7 @@ struct PaperMpc {
   struct State {
     std::array<T, N> u{};                                   // last references [A]
     std::array<std::array<std::int8_t, Nc_max>, N> side{};  // bounds that acted last
+    MeanHold<T> mean;
   };
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
@@ -72,9 +76,16 @@ struct PaperMpc {
                      Moves n_moves) const {
     // A negative torque is the positive one of the mirrored machine.
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
-    const T demand = sense * tau_ref;
-    const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;  // electrical, per sample
+    T given = T(0);
+    for (int k = 0; k < N; ++k) {
+      if (y.i[k] > T(0)) {
+        given = given + machine.at(y.i[k], drive_angle<N>(y.theta_e, k, tau_ref)).tau;
+      }
+    }
+    const bool braking = brakes(y.omega_m, tau_ref);
+    const T demand = state.mean.asked(sense * tau_ref, given, turn, braking);
+    const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
 
     // Of the phases that may carry current; an idle one that nobody asks for is left out.
     LevelProgramme<T, N, Np_max, Nc_max, Samples, Moves> programme;
@@ -144,7 +155,7 @@ struct PaperMpc {
     }
 
     // Braking, the EMF raises the current of a phase that freewheels.
-    const Leg chop = brakes(y.omega_m, tau_ref) ? Leg::demagnetize : Leg::freewheel;
+    const Leg chop = braking ? Leg::demagnetize : Leg::freewheel;
     Command<T, N> command;
     for (int k = 0; k < N; ++k) {
       const T least = i_band / T(4);  // a smaller reference is off
