@@ -1,6 +1,6 @@
 """Question: which law holds its torque where, motoring and braking, up to three times base speed?
 
-    python studies/quadrants.py [--out FILE] [--machine NAME] [--law NAME] [--drive DRIVE.toml]
+    python studies/quadrants.py [--out DIR] [--machine NAME] [--law NAME] [--drive DRIVE.toml]
 
 At 0.1 to 3 times base speed each law is asked for 20, 50 and 80 % of the greatest torque without
 ripple at that speed (`reluctance limit`), of either sign. Base speed is the greatest at which that
@@ -12,7 +12,10 @@ figures are the same with both signs changed (`tests/test_quadrants.py`).
 
 Writes quadrants.csv, one row a run: error of the mean over the torque asked for, rms ripple over
 the mean, rms current over the limit's (the least for this torque without ripple), switching
-frequency. `bound` is what |mean_error| must stay within, `holds` whether it does.
+frequency. `limit_conducts` is the part of the period in which the limit's phase has current: 1 says
+that torque without ripple needs a current that never ends. `bound` is what |mean_error| must stay
+within, `holds` whether it does. Writes quadrants_summary.csv, one row for each law and speed, and
+quadrants.png.
 """
 
 from __future__ import annotations
@@ -24,14 +27,20 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance.drive import Drive
 from reluctance.drive.plausible import corner_speed
 from reluctance.errors import ParameterError
 from reluctance.limit import best_profile, torque_speed_envelope
+from reluctance.run.kpis import definite
+from reluctance.units import from_si
 
 ROOT = Path(__file__).parents[1]
 SEED = 2026  # of the machine that nobody tuned
@@ -57,6 +66,7 @@ SPEEDS = (0.1, 0.5, 1.0, 1.5, 2.0, 3.0)  # of base speed
 TORQUES = (0.2, 0.5, 0.8)  # of the limit
 BOUNDS = {0.2: 0.02, 0.5: 0.01, 0.8: 0.02}  # of the mean; none is promised at 20 %
 FULL = 0.95  # of the torque at standstill: base speed has it
+CONDUCTS = 0.01  # of the peak: less is no current
 RUN = 16  # electrical periods, the second half of which counts ...
 SHORTEST = 0.2  # ... and the shortest run [s]
 
@@ -75,10 +85,56 @@ class Row:
     mean_error: float
     ripple_rms: float
     i_over_limit: float
+    limit_conducts: float
     f_switch_Hz: float
     efficiency: float
     bound: float
     holds: int
+
+
+@dataclass(frozen=True)
+class Point:
+    """A run of the study before it is made."""
+
+    drive: Drive
+    machine: str
+    law: str
+    quadrant: str
+    speed_part: float
+    torque_part: float
+    i_limit: float  # [A]
+    limit_conducts: float
+
+    @property
+    def length(self) -> float:
+        """Of the run [s]."""
+        period = 2 * np.pi / (self.drive.machine.N_r * self.drive.omega_nominal)
+        return float(max(RUN * period, SHORTEST))
+
+    def row(self, k: rl.Kpis | ParameterError) -> Row:
+        """What it gave."""
+        if not isinstance(k, rl.Kpis):
+            raise RuntimeError(f"{self.machine}, {self.law}: {k}")
+        tau = float(self.drive.reference.course[1][0])
+        error = k.tau_mean / tau - 1
+        bound = BOUNDS[self.torque_part]
+        return Row(
+            machine=self.machine,
+            law=self.law,
+            quadrant=self.quadrant,
+            speed_part=self.speed_part,
+            torque_part=self.torque_part,
+            speed_rpm=from_si(self.drive.omega_nominal, "rpm"),
+            tau_ref_Nm=tau,
+            mean_error=error,
+            ripple_rms=definite(k.torque_ripple_rms),
+            i_over_limit=k.i_rms / self.i_limit,
+            limit_conducts=self.limit_conducts,
+            f_switch_Hz=k.f_switch,
+            efficiency=float("nan") if k.efficiency is None else k.efficiency,
+            bound=bound,
+            holds=int(abs(error) <= bound),
+        )
 
 
 @dataclass(frozen=True)
@@ -164,7 +220,7 @@ def bench(name: str, folder: Path) -> Bench:
     return Bench(name, (f"machine={machine}", f"converter.u_dc_V={u_dc}", "reference.tau_Nm=0.01"))
 
 
-def limits(drive: Drive, omega: list[float], direction: int) -> list[float]:
+def limits(drive: Drive, omega: list[float], direction: Literal[1, -1]) -> list[float]:
     """Greatest torque without ripple at speeds [N m]."""
     points = 60 * drive.machine.n_phases
     found = torque_speed_envelope(drive.at(0.0), omega, n_points=points, direction=direction)
@@ -181,81 +237,42 @@ def base_speed(drive: Drive) -> float:
     return float(round(part, 2) * corner)
 
 
-def points(at: Bench, laws: list[str]) -> Iterator[tuple[Drive, dict[str, float | str]]]:
-    """The drives of the study on a machine, and what is known of each before it runs."""
+def points(at: Bench, laws: list[str]) -> Iterator[Point]:
+    """The runs on a machine."""
     rest = at.at_rest()
     omega = base_speed(rest)
-    for quadrant, sign in (("motoring", 1), ("braking", -1)):
-        most = limits(rest, [part * omega for part in SPEEDS], sign)
+    directions: dict[str, Literal[1, -1]] = {"motoring": 1, "braking": -1}
+    for quadrant, direction in directions.items():
+        most = limits(rest, [part * omega for part in SPEEDS], direction)
         for speed, tau_limit in zip(SPEEDS, most, strict=True):
-            rpm = speed * omega * 30 / np.pi
+            rpm = float(f"{from_si(speed * omega, 'rpm'):.6g}")
+            top = float(f"{max(TORQUES) * abs(tau_limit):.5g}")
             for part in TORQUES:
                 tau = float(f"{tau_limit * part:.5g}")
                 count = 60 * rest.machine.n_phases
                 best = best_profile(rest.at(speed * omega), tau, n_points=count)
                 for law in laws:
-                    top = float(f"{max(TORQUES) * abs(tau_limit):.5g}")
-                    yield (
-                        at.drive(law, float(f"{rpm:.6g}"), tau, top),
-                        {
-                            "machine": at.name,
-                            "law": law,
-                            "quadrant": quadrant,
-                            "speed_part": speed,
-                            "torque_part": part,
-                            "i_limit": best.i_rms,
-                        },
+                    yield Point(
+                        drive=at.drive(law, rpm, tau, top),
+                        machine=at.name,
+                        law=law,
+                        quadrant=quadrant,
+                        speed_part=speed,
+                        torque_part=part,
+                        i_limit=best.i_rms,
+                        limit_conducts=float(np.mean(best.i > CONDUCTS * best.i_peak)),
                     )
-
-
-def length(drive: Drive) -> float:
-    """Of a run [s]."""
-    period = 2 * np.pi / (drive.machine.N_r * drive.omega_nominal)
-    return float(max(RUN * period, SHORTEST))
 
 
 def study(at: Bench, laws: list[str]) -> list[Row]:
     """All rows of a machine."""
     listed = list(points(at, laws))
-    runs: list[rl.Kpis | ParameterError | None] = [None] * len(listed)
-    for until in sorted({length(drive) for drive, _ in listed}):
-        those = [n for n, (drive, _) in enumerate(listed) if length(drive) == until]
-        found = rl.simulate_all((listed[n][0] for n in those), until=until)
-        for n, figures in zip(those, found, strict=True):
-            runs[n] = figures
-    return [_row(drive, known, k) for (drive, known), k in zip(listed, runs, strict=True)]
-
-
-def _row(drive: Drive, known: dict[str, float | str], k: rl.Kpis | ParameterError | None) -> Row:
-    tau = float(drive.reference.course[1][0])
-    i_limit = float(known.pop("i_limit"))
-    bound = BOUNDS[float(known["torque_part"])]
-    figures = [np.nan] * 5
-    if isinstance(k, rl.Kpis):
-        nan = float("nan")
-        figures = [
-            k.tau_mean / tau - 1,
-            nan if k.torque_ripple_rms is None else k.torque_ripple_rms,
-            k.i_rms / i_limit,
-            k.f_switch,
-            nan if k.efficiency is None else k.efficiency,
-        ]
-    else:
-        print(known, k)
-    return Row(
-        **known,
-        speed_rpm=drive.omega_nominal * 30 / np.pi,
-        tau_ref_Nm=tau,
-        **dict(
-            zip(
-                ("mean_error", "ripple_rms", "i_over_limit", "f_switch_Hz", "efficiency"),
-                figures,
-                strict=True,
-            )
-        ),
-        bound=bound,
-        holds=int(abs(figures[0]) <= bound),
-    )
+    found: dict[int, Row] = {}
+    for until in sorted({point.length for point in listed}):
+        those = [n for n, point in enumerate(listed) if point.length == until]
+        runs = rl.simulate_all((listed[n].drive for n in those), until=until)
+        found |= {n: listed[n].row(k) for n, k in zip(those, runs, strict=True)}
+    return [found[n] for n in range(len(listed))]
 
 
 def summary(rows: list[Row]) -> Iterator[str]:
@@ -277,9 +294,66 @@ def summary(rows: list[Row]) -> Iterator[str]:
             yield f"{'':15s} {'ripple':>8s} | " + " | ".join(cells)
 
 
+def summed(rows: list[Row]) -> list[dict[str, float | str]]:
+    """A row for each law and speed, over machines, quadrants and torques."""
+    found: list[dict[str, float | str]] = []
+    for law in dict.fromkeys(row.law for row in rows):
+        for speed in SPEEDS:
+            here = [r for r in rows if (r.law, r.speed_part) == (law, speed)]
+            half = [r for r in here if r.torque_part == 0.5]
+            promised = [r for r in here if r.torque_part > 0.2]
+            found.append(
+                {
+                    "law": law,
+                    "speed_part": speed,
+                    "points": len(promised),
+                    "missed": sum(not r.holds for r in promised),
+                    "worst_50": max(abs(r.mean_error) for r in half),
+                    "ripple_50": float(np.median([r.ripple_rms for r in half])),
+                    "i_over_limit_50": float(np.median([r.i_over_limit for r in half])),
+                    "f_switch_50_Hz": float(np.median([r.f_switch_Hz for r in half])),
+                }
+            )
+    return found
+
+
+def plot(rows: list[Row]) -> Figure:
+    """The ripple of every run; a cross where the mean is past its bound."""
+    machines, laws = (list(dict.fromkeys(getattr(r, k) for r in rows)) for k in ("machine", "law"))
+    figure = Figure(figsize=(11, 0.5 + 0.36 * len(laws) * len(machines)), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(len(machines), 1, squeeze=False)[:, 0]
+    for ax, machine in zip(axes, machines, strict=True):
+        mine = [r for r in rows if r.machine == machine]
+        ripple = np.array([[100 * r.ripple_rms for r in mine if r.law == law] for law in laws])
+        missed = np.array([[not r.holds for r in mine if r.law == law] for law in laws])
+        image = ax.pcolormesh(ripple, norm=LogNorm(0.2, 100), cmap="viridis_r", edgecolors="w")
+        y, x = np.nonzero(missed)
+        ax.plot(x + 0.5, y + 0.5, "x", color="crimson", ms=5)
+        ax.set_yticks(np.arange(len(laws)) + 0.5, laws)
+        labels = [f"{speed:g}" for _ in range(2) for speed in SPEEDS]
+        ax.set_xticks(np.arange(len(labels)) * 3 + 1.5, labels)
+        ax.axvline(len(labels) * 1.5, color="k")
+        ax.set_title(f"{machine}: motoring (left), braking (right)", fontsize=9)
+        ax.invert_yaxis()
+    axes[-1].set_xlabel("speed over base speed; at each 20, 50 and 80 % of the limit's torque")
+    figure.colorbar(image, ax=axes, label="rms torque ripple (%)")
+    return figure
+
+
+def written(path: Path, rows: list[dict[str, float | str]]) -> None:
+    """A table of four digits."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            values = {k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()}
+            writer.writerow(values)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "control" / "quadrants.csv")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "control")
     parser.add_argument("--machine", choices=[*MACHINES], action="append")
     parser.add_argument("--law", choices=[*PERIODS], action="append")
     parser.add_argument("--drive", type=Path, help="a drive file instead of the study's machines")
@@ -287,9 +361,8 @@ def main() -> None:
     rows: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:
         if arguments.drive is not None:
-            law = str(rl.load(arguments.drive).control.law)
-            own = Bench(arguments.drive.stem, (), arguments.drive, own_law=True)
-            benches, laws = [own], [law]
+            law = str(getattr(rl.load(arguments.drive).control, "law"))  # noqa: B009
+            benches, laws = [Bench(arguments.drive.stem, (), arguments.drive, own_law=True)], [law]
         else:
             benches = [bench(name, Path(folder)) for name in arguments.machine or MACHINES]
             laws = arguments.law or [*PERIODS]
@@ -298,15 +371,11 @@ def main() -> None:
             print(f"{at.name}: base speed {found[6 * len(laws)].speed_rpm:.0f} rpm")
             print("\n".join(summary(found)), flush=True)
             rows += found
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    with arguments.out.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(asdict(rows[0])), lineterminator="\n")
-        writer.writeheader()
-        for row in rows:
-            values = asdict(row)
-            writer.writerow(
-                {k: f"{v:.4g}" if isinstance(v, float) else v for k, v in values.items()}
-            )
+    out: Path = arguments.out
+    out.mkdir(parents=True, exist_ok=True)
+    written(out / "quadrants.csv", [asdict(row) for row in rows])
+    written(out / "quadrants_summary.csv", summed(rows))
+    plot(rows).savefig(out / "quadrants.png", dpi=80, metadata={"Software": None})
     missed = sum(not row.holds for row in rows)
     print(f"{len(rows)} points, {missed} past their bound")
 

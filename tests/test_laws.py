@@ -78,7 +78,8 @@ def test_least_copper_angles_have_no_better_neighbour() -> None:
 
 def test_current_table_rises_from_nothing() -> None:
     drive = rl.load(PWM)
-    table = flat_top.current_table(drive.control.point(drive.known()), 0.35, 2.5, 41.339)
+    point, window, brake = drive.control.point(drive.known()), (0.35, 2.5), (2.8, 5.6)
+    table, _ = flat_top.current_tables(point, window, brake, 41.339, tau_end=41.339)
     assert table[0] == 0.0
     assert all(a < b for a, b in pairwise(table))
 

@@ -20,6 +20,7 @@ from reluctance.units import from_si
 FloatArray = NDArray[np.float64]
 
 STEPS = 360  # of an electrical period; halving them moves the mean torque by less than 0.5 %
+CHOPPED = 4  # times as many where the current is chopped: its saw teeth are to be met to 0.5 %
 TABLE_POINTS = 17  # of srm::MeanTorque
 TURNS = 12  # at most, until a current that does not return to zero repeats itself ...
 SETTLED = 1e-3  # ... to this part of i_max
@@ -41,7 +42,7 @@ class Band:
     """A comparator (include/srm/control/frame/comparator.hpp)."""
 
     half: float  # width [A]
-    hard: bool  # above the band: demagnetize instead of freewheel
+    hard: NDArray[np.bool_]  # above the band: demagnetize instead of freewheel; for each pulse
 
     def thresholds(self, i_ref: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Lower and upper one [A]."""
@@ -59,9 +60,9 @@ class Band:
             (leg == 1) & (i > high),
             (leg < 1) & (i < low),
             (leg == 0) & (i > away),
-            (leg == -1) & (i <= i_ref) & (not self.hard),
+            (leg == -1) & (i <= i_ref) & ~self.hard,
         ]
-        chosen = np.select(which, [-1.0 if self.hard else 0.0, 1.0, -1.0, 0.0], leg)
+        chosen = np.select(which, [np.where(self.hard, -1.0, 0.0), 1.0, -1.0, 0.0], leg)
         return np.select(which, [high, low, away, i_ref], np.nan), chosen
 
 
@@ -182,6 +183,7 @@ def current_tables(
     tau_max: float,
     *,
     tau_end: float,
+    own: bool = False,
     band: float = 0.0,
     hard: bool = False,
 ) -> tuple[list[float], list[float]]:
@@ -192,12 +194,16 @@ def current_tables(
     Raises
     ------
     ParameterError
-        If neither pair of angles reaches tau_max at i_max.
+        If neither pair of angles reaches tau_max at i_max, or those of motoring are the user's own
+        and do not.
     """
     i = point.i_max * np.linspace(0, 1, 8 * TABLE_POINTS) ** 1.5
-    tau = flat_top(point, *window, i, band=Band(band, hard) if band else None).tau
-    braking = -flat_top(point, *brake, i, band=Band(band, True) if band else None).tau
-    most = max(tau.max(), braking.max())
+    on, off = np.transpose([window, brake])[:, :, None]
+    chops = Band(band, np.repeat([hard, True], len(i))) if band else None
+    steps = CHOPPED * STEPS if band else STEPS
+    tau, braking = flat_top(point, on, off, i, steps=steps, band=chops).tau
+    braking = -braking
+    most = tau.max() if own else max(tau.max(), braking.max())
     if most < tau_max:
         raise ParameterError(
             f"[control] angles {np.degrees(window[0]):g} to {np.degrees(window[1]):g} deg give a "

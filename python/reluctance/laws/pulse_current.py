@@ -56,6 +56,7 @@ class PulseCurrent(ConductionAngles):
             brake,
             known.tau_max,
             tau_end=tau_end,
+            own=self.theta_on_deg is not None,
             band=band,
             hard=hard,
         )
