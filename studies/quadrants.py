@@ -39,7 +39,6 @@ from reluctance.drive import Drive
 from reluctance.drive.plausible import corner_speed
 from reluctance.errors import ParameterError
 from reluctance.limit import best_profile, torque_speed_envelope
-from reluctance.run.kpis import definite
 from reluctance.units import from_si
 
 ROOT = Path(__file__).parents[1]
@@ -92,6 +91,11 @@ class Row:
     holds: int
 
 
+def number(figure: float | None) -> float:
+    """A key figure; NaN where it has no meaning."""
+    return float("nan") if figure is None else figure
+
+
 @dataclass(frozen=True)
 class Point:
     """A run of the study before it is made."""
@@ -127,11 +131,11 @@ class Point:
             speed_rpm=from_si(self.drive.omega_nominal, "rpm"),
             tau_ref_Nm=tau,
             mean_error=error,
-            ripple_rms=definite(k.torque_ripple_rms),
+            ripple_rms=number(k.torque_ripple_rms),
             i_over_limit=k.i_rms / self.i_limit,
             limit_conducts=self.limit_conducts,
             f_switch_Hz=k.f_switch,
-            efficiency=float("nan") if k.efficiency is None else k.efficiency,
+            efficiency=number(k.efficiency),
             bound=bound,
             holds=int(abs(error) <= bound),
         )
