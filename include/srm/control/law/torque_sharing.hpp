@@ -45,7 +45,7 @@ struct TorqueSharing {
     const bool braking = brakes(y.omega_m, tau_ref);
     const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
     const T theta_e = wrap(y.theta_e + omega_e * t_ahead);
-    std::array<T, N> theta, share, tau{};  // tau: with the present currents
+    std::array<T, N> theta, share, i_ref{};
     T given = T(0);
     int first = 0;
     for (int k = 0; k < N; ++k) {
@@ -54,25 +54,28 @@ struct TorqueSharing {
       if (share[k] > share[first]) first = k;
       if (!(y.i[k] > T(0))) continue;
       given = given + machine.at(y.i[k], drive_angle<N>(y.theta_e, k, tau_ref)).tau;
-      tau[k] = machine.at(y.i[k], theta[k]).tau;
     }
     const T asked = x.mean.asked(abs(tau_ref), given, omega_e * T_s, braking);
-    T shared = asked;  // what the phases without a share leave
+    T left = asked;
+    const auto order = [&](int k, T tau) {
+      const T i_share = current_for_torque(machine, tau, theta[k], i_max);
+      i_ref[k] = max(i_share, ahead(y, k, theta[k], asked, braking));
+      // In its band a current is as good as at its reference; outside, the voltage is short.
+      const T i = abs(y.i[k] - i_ref[k]) > T(2) * i_band ? y.i[k] : i_ref[k];
+      if (i > T(0)) left = left - machine.at(i, theta[k]).tau;
+    };
     for (int k = 0; k < N; ++k) {
-      if (!(share[k] > T(0))) shared = shared - tau[k];
+      if (!(share[k] > T(0))) order(k, T(0));
     }
-    const T most = most_shared<T> * asked;
-    shared = clamp(shared, T(0), most);
-    T left = shared;  // for the first
+    const T shared =
+        clamp(left, T(0), most_shared<T> * asked);  // what phases without a share leave
+    left = shared;
     for (int k = 0; k < N; ++k) {
-      if (k != first && share[k] > T(0)) left = left - tau[k];
+      if (k != first && share[k] > T(0)) order(k, share[k] * shared);
     }
+    order(first, min(left, most_shared<T> * asked));
     const Leg above = braking ? Leg::demagnetize : chop;
-    return per_phase<T, N>([&](int k) {
-      const T tau_ph = k == first ? min(left, most) : share[k] * shared;
-      const T i_share = current_for_torque(machine, tau_ph, theta[k], i_max);
-      return regulate(max(i_share, ahead(y, k, theta[k], asked, braking)), i_band, above);
-    });
+    return per_phase<T, N>([&](int k) { return regulate(i_ref[k], i_band, above); });
   }
 
  private:
