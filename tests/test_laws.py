@@ -78,7 +78,8 @@ def test_least_copper_angles_have_no_better_neighbour() -> None:
 
 def test_current_table_rises_from_nothing() -> None:
     drive = rl.load(PWM)
-    table = flat_top.current_table(drive.control.point(drive.known()), 0.35, 2.5, 41.339)
+    point, window, brake = drive.control.point(drive.known()), (0.35, 2.5), (2.8, 5.6)
+    table, _ = flat_top.current_tables(point, window, brake, 41.339, tau_end=41.339)
     assert table[0] == 0.0
     assert all(a < b for a, b in pairwise(table))
 
@@ -227,6 +228,8 @@ def test_optimised_sharing_is_smoother_than_cubic_for_no_more_current() -> None:
         rl.simulate(rl.load(path, overrides), until=0.06, record=None).kpis
         for overrides in ([], ["control.sharing=optimal"])
     )
-    assert optimal.torque_error_rms < 0.8 * cubic.torque_error_rms
+    # 0.89 and 1.08 %: 0.8 of it until cubic sharing was led by the voltage too (1.28 % before).
+    assert optimal.torque_error_rms < 0.85 * cubic.torque_error_rms
+    assert optimal.torque_error_rms < 0.0095
     assert optimal.i_rms < cubic.i_rms
     assert optimal.f_switch < 1.05 * cubic.f_switch

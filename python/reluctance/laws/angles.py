@@ -36,11 +36,11 @@ class Angles(PulseCurrent):
 
     def controller(self, known: Known) -> _core.Controller:
         window, brake = self.window(known), self.brake_window(known)
+        i_band = BAND_PART * known.i_max if self.i_band_A is None else self.i_band_A
         if self.regulate == "none":
             reference = _core.MeanTorque.constant(NEVER_REACHED)
         else:
-            reference = self.reference(known, window, brake)
-        i_band = BAND_PART * known.i_max if self.i_band_A is None else self.i_band_A
+            reference = self.reference(known, window, brake, band=i_band, hard=self.chop == "hard")
         return _core.angles(
             self.setting(known),
             conduction=self.conduction(known, window, brake),

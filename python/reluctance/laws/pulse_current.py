@@ -11,6 +11,8 @@ from reluctance.errors import ParameterError
 from reluctance.laws import flat_top
 from reluctance.laws.conduction import ConductionAngles
 
+FEEDBACK = 1.5  # of the torque: what the feedback of the mean may ask for
+
 
 class PulseCurrent(ConductionAngles):
     """`i_ref_A` fixes the current; without it a table made at set-up gives it from the torque."""
@@ -35,17 +37,30 @@ class PulseCurrent(ConductionAngles):
             )
 
     def reference(
-        self, known: Known, window: tuple[float, float], brake: tuple[float, float]
+        self,
+        known: Known,
+        window: tuple[float, float],
+        brake: tuple[float, float],
+        *,
+        band: float = 0.0,
+        hard: bool = False,
     ) -> _core.MeanTorque:
-        """The current over the torque reference."""
+        """The current over the torque reference; held, or chopped in a band of that half width
+        [A]."""
         if self.i_ref_A is not None:
             return _core.MeanTorque.constant(self.i_ref_A)
-        point, tau_max = self.point(known), known.tau_max
-        return _core.MeanTorque(
-            tau_max=tau_max,
-            i_ref=flat_top.current_table(point, *window, tau_max),
-            i_brake=flat_top.braking_table(point, *brake, tau_max),
+        tau_end = known.tau_max if band else FEEDBACK * known.tau_max
+        i_ref, i_brake = flat_top.current_tables(
+            self.point(known),
+            window,
+            brake,
+            known.tau_max,
+            tau_end=tau_end,
+            own=self.theta_on_deg is not None,
+            band=band,
+            hard=hard,
         )
+        return _core.MeanTorque(tau_max=tau_end, i_ref=i_ref, i_brake=i_brake)
 
     def brake_window(self, known: Known) -> tuple[float, float]:
         """Where no torque is asked for, no angle has the least copper for it: the motoring window,

@@ -12,9 +12,9 @@ from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
 from reluctance.laws.pulse_current import PulseCurrent
 
-# Bandwidth times control period: half of it leaves a phase margin of about 60 deg, with the half
-# sample of the PWM and one sample of delay taken from 90 deg at 57 deg per radian.
-BANDWIDTH_PART = 0.3
+# Bandwidth times the dead time of the loop: half a sample of the PWM, and what the orders are late.
+# It leaves a phase margin of about 64 deg: 90 deg less 57 deg per radian.
+BANDWIDTH_PART = 0.45
 
 
 class PwmCurrent(PulseCurrent):
@@ -22,7 +22,7 @@ class PwmCurrent(PulseCurrent):
     carrier's period is the control period."""
 
     law: Literal["pwm_current"]
-    bandwidth_Hz: float | None = Field(None, gt=0)  # of the current loop; by default 0.3/T_s rad/s
+    bandwidth_Hz: float | None = Field(None, gt=0)  # of the current loop; by default see above
 
     def check(self, known: Known) -> None:
         super().check(known)
@@ -35,7 +35,7 @@ class PwmCurrent(PulseCurrent):
 
     def controller(self, known: Known) -> _core.Controller:
         window, brake = self.window(known), self.brake_window(known)
-        bandwidth = BANDWIDTH_PART / self.T_s
+        bandwidth = BANDWIDTH_PART / ((0.5 + known.delay) * self.T_s)
         if self.bandwidth_Hz is not None:
             bandwidth = 2 * np.pi * self.bandwidth_Hz
         return _core.pwm_current(

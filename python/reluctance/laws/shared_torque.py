@@ -69,9 +69,15 @@ class SharedTorque(Control):
         if self.sharing == "optimal":
             return _optimal(known)
         if self.theta_on_deg is None or self.theta_ov_deg is None:
-            free = 180 - 360 / known.n_phases
-            return self._sharing((1 - OVERLAP_PART) / 2 * free, OVERLAP_PART * free)
+            usual = self._overlapping(known, OVERLAP_PART)
+            full = self._overlapping(known, 1.0)
+            return min((usual, full), key=lambda sharing: max(_load(known, sharing), 1.0))
         return self._sharing(self.theta_on_deg, self.theta_ov_deg)
+
+    def _overlapping(self, known: Known, part: float) -> _core.Sharing:
+        """An overlap that is this part of the angle free for it, the rest at both ends."""
+        free = 180 - 360 / known.n_phases
+        return self._sharing((1 - part) / 2 * free, part * free)
 
     def _sharing(self, on_deg: float, ov_deg: float) -> _core.Sharing:
         return _core.Sharing(
@@ -80,6 +86,15 @@ class SharedTorque(Control):
             theta_ov=np.radians(ov_deg),
             table=self.share_table or [0.0] * TABLE_POINTS,
         )
+
+
+def _load(known: Known, sharing: _core.Sharing) -> float:
+    """The greatest share of the greatest torque, over what a phase gives at i_max [1]."""
+    theta = np.linspace(0, np.pi, 181)[1:-1]
+    share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])
+    most = _core.magnetics(known.magnetics, np.full_like(theta, known.i_max), theta)[:, 2]
+    middle = np.abs(theta - np.pi / 2) < np.pi / known.n_phases  # outside it others can help
+    return float(np.max((share * known.tau_max / most)[middle]))
 
 
 def _optimal(known: Known) -> _core.Sharing:

@@ -11,13 +11,16 @@
 //   outgoing phase     magnetize     freewheel     keep       demagnetize   demagnetize
 //
 // (1) but a demagnetizing phase freewheels once the torque is back within. Phases outside their
-// window demagnetize; one above i_max is not magnetized.
+// window demagnetize; one above i_max is not magnetized. The window opens as early as flux needs to
+// be built up (turn_on.hpp); the mean is held by feedback (mean_hold.hpp).
 #pragma once
 
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
+#include "srm/control/part/mean_hold.hpp"
 #include "srm/control/part/mirror.hpp"
 #include "srm/control/part/per_phase.hpp"
+#include "srm/control/part/turn_on.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -56,29 +59,35 @@ struct Ditc {
   static constexpr int n_phases = N;
   struct State {
     std::array<Leg, N> leg{};
+    MeanHold<T> mean;
   };
 
   M machine;
-  Conduction<T> conduction;  // the dwell exceeds a stroke by the overlap
+  Conduction<T> conduction;  // the dwell is at least a stroke
+  TurnOn<T> turn_on;
   TorqueBands<T> bands;
   T i_max;  // [A]
-  SRM_FIELDS(machine, conduction, bands, i_max)
+  T T_s;    // control period [s]
+  SRM_FIELDS(machine, conduction, turn_on, bands, i_max, T_s)
 
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
-    const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
-    const T dwell = wrap(window.theta_off - window.theta_on);
     const bool braking = brakes(y.omega_m, tau_ref);  // the window is entered at its far end
+    const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
+    const Window<T> window = turn_on.ahead(conduction.template window<N>(y.omega_m, tau_ref),
+                                           abs(tau_ref), omega_e, y.u_dc, braking);
+    const T dwell = wrap(window.theta_off - window.theta_on);
     std::array<T, N> past_on{};  // angle since turn-on; the newest phase has the least
     T newest = dwell;
-    T excess = -abs(tau_ref);
+    T given = T(0);
     int active = 0;
     for (int k = 0; k < N; ++k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
       past_on[k] = wrap(braking ? window.theta_off - theta : theta - window.theta_on);
       if (past_on[k] < dwell) ++active;
       newest = min(newest, past_on[k]);
-      if (y.i[k] > T(0)) excess = excess + machine.at(y.i[k], theta).tau;
+      if (y.i[k] > T(0)) given = given + machine.at(y.i[k], theta).tau;
     }
+    const T excess = given - x.mean.asked(abs(tau_ref), given, omega_e * T_s, braking);
     return per_phase<T, N>([&](int k) {
       Leg leg = Leg::demagnetize;
       if (past_on[k] < dwell && tau_ref != T(0)) {

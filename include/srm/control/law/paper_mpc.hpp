@@ -20,6 +20,7 @@
 
 #include "srm/base/fields.hpp"
 #include "srm/control/frame/interface.hpp"
+#include "srm/control/part/conduction.hpp"
 #include "srm/control/part/guide.hpp"
 #include "srm/control/part/level_programme.hpp"
 #include "srm/machine/magnetics.hpp"
@@ -142,12 +143,12 @@ struct PaperMpc {
       state.side[k] = programme.channels[j].side;
     }
 
+    // Braking, the EMF raises the current of a phase that freewheels.
+    const Leg chop = brakes(y.omega_m, tau_ref) ? Leg::demagnetize : Leg::freewheel;
     Command<T, N> command;
     for (int k = 0; k < N; ++k) {
       const T least = i_band / T(4);  // a smaller reference is off
-      command[k].gate = Gate::comparator;
-      command[k].i_ref = state.u[k] > least ? state.u[k] : T(0);
-      command[k].i_band = i_band;
+      command[k] = regulate(state.u[k] > least ? state.u[k] : T(0), i_band, chop);
     }
     return command;
   }

@@ -6,10 +6,14 @@
 // the voltage is at its limit. F. Blaabjerg, P. C. Kjaer, P. O. Rasmussen, C. Cossar, "Improved
 // digital current control methods in switched reluctance motor drives", IEEE Trans. Power Electron.
 // 14(3), 1999.
+//
+// A loop of that bandwidth lags where a pulse has few samples: the mean torque is held by feedback
+// (mean_hold.hpp).
 #pragma once
 
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
+#include "srm/control/part/mean_hold.hpp"
 #include "srm/control/part/mean_torque.hpp"
 #include "srm/control/part/mirror.hpp"
 #include "srm/control/part/modulator.hpp"
@@ -25,6 +29,7 @@ struct PwmCurrent {
   static constexpr int n_phases = N;
   struct State {
     std::array<T, N> u_integral{};  // [V]
+    MeanHold<T> mean;
   };
 
   M machine;
@@ -37,7 +42,15 @@ struct PwmCurrent {
 
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
     const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
-    const T i_ref = reference.current(tau_ref, brakes(y.omega_m, tau_ref));
+    const bool braking = brakes(y.omega_m, tau_ref);
+    T given = T(0);
+    for (int k = 0; k < N; ++k) {
+      if (y.i[k] > T(0)) {
+        given = given + machine.at(y.i[k], drive_angle<N>(y.theta_e, k, tau_ref)).tau;
+      }
+    }
+    const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;
+    const T i_ref = reference.current(x.mean.asked(abs(tau_ref), given, turn, braking), braking);
     return per_phase<T, N>([&](int k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
       if (i_ref > T(0) && conducts(theta, window.theta_on, window.theta_off)) {

@@ -1,0 +1,47 @@
+// Mean torque by feedback: what a law asks of its phases, so that the torque that they give has the
+// mean of the reference.
+//
+// Where the voltage no longer follows the references, at high speed, the mean is off by what was
+// missed, and no table made beforehand knows all of it. The machine model knows what torque the
+// measured currents give. Its error is integrated over the angle, not over time,
+//
+//   d part/d theta_e = gain (1 - given/tau_ref),     asked = tau_ref (1 + part),
+//
+// so that ripple, which repeats with the angle, averages out at every speed, and at standstill
+// nothing winds up. While the reference moves nothing is integrated: the torque follows a step
+// within about two radians, and what it lacks until then is no error of the mean. Motoring and
+// braking have a part each.
+#pragma once
+
+#include <array>
+
+#include "srm/base/angle.hpp"
+
+namespace srm {
+
+/// What a law remembers; all zeros after reset.
+template <Real T>
+struct MeanHold {
+  static constexpr T gain = T(0.06);   // [1/rad]: an error decays by a third in a period
+  static constexpr T part_max = T(1);  // past it the torque is out of reach
+  static constexpr T moves = T(0.1);   // off its mean over the last radian: the reference moves [1]
+
+  std::array<T, 2> part{};  // asked over tau_ref, less one: motoring, braking [1]
+  T tau_before{};           // the reference, smoothed over a radian [N m]
+
+  /// The torque to ask for. given: by the measured currents [N m], in the frame of positive torque;
+  /// turn: electrical angle since the last sample [rad].
+  constexpr T asked(T tau, T given, T turn, bool braking) {
+    const T angle = abs(turn);
+    tau_before = tau_before + min(angle, T(1)) * (tau - tau_before);
+    if (!(tau > T(0))) return T(0);
+    T& own = part[braking ? 1 : 0];
+    if (abs(tau - tau_before) < moves * tau) {
+      const T error = clamp(T(1) - given / tau, T(-2), T(2));
+      own = clamp(own + gain * angle * error, T(-0.95), part_max);
+    }
+    return tau * (T(1) + own);
+  }
+};
+
+}  // namespace srm
