@@ -86,9 +86,9 @@ struct PaperMpc {
     const bool braking = brakes(y.omega_m, tau_ref);
     // The guide ends at its greatest torque: past it the horizon is too short to find a way.
     const T wanted = sense * tau_ref;
-    const T most = max(wanted, min(T(1.05) * wanted, guide.first.level_max));
+    const T wanted_most = max(wanted, min(T(1.05) * wanted, guide.first.level_max));
     const T asked = state.mean.asked(wanted, given, turn, braking);
-    const T demand = clamp(asked, T(0.95) * wanted, most);
+    const T demand = clamp(asked, T(0.95) * wanted, wanted_most);
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
 
     // Of the phases that may carry current; an idle one that nobody asks for is left out.
