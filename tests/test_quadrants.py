@@ -82,8 +82,12 @@ def test_the_table_says_what_holds() -> None:
 def test_a_torque_out_of_reach_leaves_nothing_behind(tmp_path: Path) -> None:
     """The feedback of the mean is bounded: ten periods after the torque is possible again it is
     held."""
-    drive = quadrants.bench("paper_6_4", tmp_path).drive("deadbeat", 3000.0, 20.0, 120.0)
-    course = {"reference.tau_Nm": [120.0, 20.0], "reference.t_s": [0.0, 0.1]}
+    drive = quadrants.bench("paper_6_4", tmp_path).drive("deadbeat", 3000.0, 20.0, 95.0)
+    course = {
+        "reference.tau_Nm": None,
+        "reference.values": [95.0, 95.0, 20.0],
+        "reference.t_s": [0.0, 0.1, 0.101],
+    }
     kpis = rl.simulate(drive.with_values(course), until=0.4, record=None).kpis
     assert kpis.tau_mean == pytest.approx(20, rel=0.002)
 

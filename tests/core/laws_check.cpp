@@ -137,7 +137,9 @@ double worst_shared_torque() {
     for (int a = 0; a < 720; ++a) {
       for (double tau_ref : {-60.0, -20.0, -0.5, 0.5, 5.0, 20.0, 41.3, 60.0}) {
         Measurement<T, N> y{.theta_e = rad<T>(a / 2.0)};
-        const Command<T, N> command = law.step(state, y, static_cast<T>(tau_ref));
+        Command<T, N> command = law.step(state, y, static_cast<T>(tau_ref));
+        for (int k = 0; k < N; ++k) y.i[k] = command[k].i_ref;  // none misses what it is asked for
+        command = law.step(state, y, static_cast<T>(tau_ref));
         double tau = 0;
         bool limited = false;
         for (int k = 0; k < N; ++k) {
@@ -318,8 +320,17 @@ double worst_float_difference() {
     TorqueSharing<LeHuy<double>, 3>::State state_d;
     for (int a = 0; a < 3600; ++a) {
       const float theta = rad<float>(a / 10.0);
-      const auto c_f = law_f.step(state_f, {.theta_e = theta}, 41.3F);
-      const auto c_d = law_d.step(state_d, {.theta_e = double(theta)}, double(41.3F));
+      Measurement<float, 3> y_f{.theta_e = theta};
+      Measurement<double, 3> y_d{.theta_e = double(theta)};
+      auto c_d = law_d.step(state_d, y_d, double(41.3F));
+      for (int turn = 0; turn < 2; ++turn) {  // until none misses what it is asked for
+        for (int k = 0; k < 3; ++k) {
+          y_d.i[k] = c_d[k].i_ref;
+          y_f.i[k] = static_cast<float>(c_d[k].i_ref);
+        }
+        c_d = law_d.step(state_d, y_d, double(41.3F));
+      }
+      const auto c_f = law_f.step(state_f, y_f, 41.3F);
       for (int k = 0; k < 3; ++k) {
         worst = std::fmax(worst, std::fabs(double(c_f[k].i_ref) - c_d[k].i_ref) / law_d.i_max);
       }

@@ -199,8 +199,13 @@ def current_tables(
     """
     i = point.i_max * np.linspace(0, 1, 8 * TABLE_POINTS) ** 1.5
     on, off = np.transpose([window, brake])[:, :, None]
-    chops = Band(band, np.repeat([hard, True], len(i))) if band else None
-    steps = CHOPPED * STEPS if band else STEPS
+    steps = CHOPPED * STEPS
+    dt = 2 * np.pi / steps / (point.N_r * point.omega_m)
+    middle = _core.magnetics(point.magnetics, np.array([point.i_max]), np.array([np.pi / 2]))
+    crossing = 2 * band * float(middle[0, 0]) / point.i_max / point.u_dc  # of the band [s]
+    chops: Band | None = Band(band, np.repeat([hard, True], len(i)))
+    if dt > crossing:  # slow enough that the mean of the saw teeth is the reference; or no band
+        chops, steps = None, STEPS
     tau, braking = flat_top(point, on, off, i, steps=steps, band=chops).tau
     braking = -braking
     most = tau.max() if own else max(tau.max(), braking.max())
