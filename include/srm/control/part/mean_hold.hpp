@@ -10,9 +10,9 @@
 //
 // so that ripple, which repeats with the angle, averages out at every speed, and at standstill
 // nothing winds up. A miss below half a percent is left alone: samples of a current that chops say
-// no more, and where the voltage suffices the law is as it is without feedback. While the reference moves nothing is integrated: the torque follows a step
-// within about two radians, and what it lacks until then is no error of the mean. Motoring and
-// braking have a part each.
+// no more, and where the voltage suffices the law is as it is without feedback. While the reference
+// moves nothing is integrated: the torque follows a step within about two radians, and what it
+// lacks until then is no error of the mean. Motoring and braking have a part each.
 #pragma once
 
 #include <array>
