@@ -123,11 +123,11 @@ def test_optuna_searches_and_goes_on_from_its_store(drive: rl.Drive, tmp_path: P
     first = tune(drive, BAND, "torque_error_rms", budget=12, study=study, **options)  # type: ignore[arg-type]
     assert len(first.tried) == 12 and first.best.kept
     tune(drive, BAND, "torque_error_rms", budget=4, study=study, **options)  # type: ignore[arg-type]
-    kept = optuna.load_study(
-        study_name=optuna.get_all_study_names(f"sqlite:///{study}")[0],
-        storage=f"sqlite:///{study}",
-    )
-    assert len(kept.trials) >= 16
+    storage = optuna.storages.RDBStorage(f"sqlite:///{study}")
+    (name,) = optuna.get_all_study_names(storage)
+    assert len(optuna.load_study(study_name=name, storage=storage).trials) >= 16
+    storage.remove_session()
+    storage.engine.dispose()
 
 
 def test_what_cannot_be_meant_is_one_line() -> None:

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from dataclasses import fields
+from inspect import cleandoc
 from pathlib import Path
 
 import numpy as np
@@ -110,9 +111,9 @@ def test_key_figures_have_one_name(result: rl.Result) -> None:
         unit = key.removeprefix(name).removeprefix("_") or None
         own = getattr(result.kpis, name)
         assert (value is own is None) or value == pytest.approx(from_si(own, unit), rel=1e-15)
-        assert f"    {name} : " in (rl.Kpis.__doc__ or "")
+        assert f"\n{name} : " in cleandoc(rl.Kpis.__doc__ or "")
     for field in fields(result):
-        assert f"    {field.name} : " in (rl.Result.__doc__ or "")
+        assert f"\n{field.name} : " in cleandoc(rl.Result.__doc__ or "")
 
 
 def test_key_figures_are_plain(result: rl.Result) -> None:

@@ -53,8 +53,17 @@ class Store:
             write_whole(path, lambda temporary: temporary.write_bytes(_empty()))
         with self._told("read"):
             self.base: Connection = sqlite3.connect(path, timeout=PATIENCE)
+        try:
+            self._join()
+        except BaseException:
+            self.base.close()
+            raise
+
+    def _join(self) -> None:
+        """Makes sure that the file is a store, with a column for every figure."""
+        with self._told("read"):
             if self.base.execute("PRAGMA application_id").fetchone()[0] != MARK:
-                raise ParameterError(f"{path} is no store of a sweep; choose another --out")
+                raise ParameterError(f"{self.path} is no store of a sweep; choose another --out")
         with self._told("write"), self.base:
             there = {row[1] for row in self.base.execute("PRAGMA table_info(runs)")}
             for name in Kpis.border_names():

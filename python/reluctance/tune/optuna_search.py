@@ -31,12 +31,27 @@ def search(trials: Trials, store: str | Path | None = None) -> None:
             "the search by Optuna needs it; `pip install 'reluctance[tune]'`, or leave it out"
         ) from None
     optuna.logging.set_verbosity(optuna.logging.WARNING)
+    storage: Any = None
+    if store is not None:
+        storage = optuna.storages.RDBStorage(f"sqlite:///{Path(store).absolute()}")
     study: Any = optuna.create_study(
         study_name=f"{trials.drive.name}: {trials.goal}",
-        storage=None if store is None else f"sqlite:///{Path(store).absolute()}",
+        storage=storage,
         load_if_exists=True,
         sampler=optuna.samplers.TPESampler(seed=SEED, multivariate=False),
     )
+    try:
+        _ask(study, trials)
+    finally:
+        if storage is not None:
+            storage.remove_session()
+            storage.engine.dispose()
+
+
+def _ask(study: Any, trials: Trials) -> None:
+    """Asks for points and tells what they are worth, until the runs are spent."""
+    import optuna
+
     while trials.left > 0:
         asked = [study.ask() for _ in range(min(AT_ONCE, trials.left))]
         places = [_values(trials, one) for one in asked]
