@@ -129,7 +129,7 @@ def test_held_legs_are_those_of_the_loop(task, law):
     assert np.abs(currents - expected).max() < 2e-6 * drive.machine.i_max_A
     assert rewards == pytest.approx(prices, rel=1e-4, abs=2e-5)
     for one, other in zip(held.batch.figures(0), loop.batch.figures(0), strict=True):
-        assert one == pytest.approx(other, rel=2e-5)  # the square of the torque error, at 20 us
+        assert one == pytest.approx(other, rel=1e-5)
 
 
 def test_the_price_is_that_of_the_key_figures():

@@ -129,7 +129,7 @@ class HeldLegs {
   void run(const Orders<N>& orders, const Rules& r, double t_end) {
     AllLegs<N> legs;
     for (int k = 0; k < N; ++k) legs[k] = orders.command[k].leg[0];
-    plant_.run(legs, orders.tau_ref, t_end, {r.resolution.dt_max, r.resolution.scale, spread_part});
+    plant_.run(legs, orders.tau_ref, t_end, {r.resolution.dt_max, r.resolution.scale});
     ++sample_;
   }
 
@@ -143,9 +143,6 @@ class HeldLegs {
   const Sums& sums() const { return plant_.sums(); }
 
  private:
-  // As in the loop.
-  static constexpr double spread_part = 1e-4;
-
   HeldPlant<Scaled<M>, N> plant_;
   RotorSensor::State rotor_;
   long sample_ = 0;

@@ -36,9 +36,8 @@ void add(Sums& q, const Rates<N>& r0, const Rates<N>& r1, double tau_ref, double
 
 /// How a held plant is stepped.
 struct HeldStep {
-  double dt_max;       // longest step [s]
-  Scale scale;         // currents and voltages are resolved to a small part of this
-  double spread_part;  // of the current scale: a step is halved while its prediction is off by more
+  double dt_max;  // longest step [s]
+  Scale scale;    // currents and voltages are resolved to a small part of this
 };
 
 template <Motor M, int N>
@@ -74,8 +73,7 @@ class HeldPlant {
   const AllLegs<N>& legs() const { return legs_; }
 
  private:
-  static constexpr double shortest = 1e-15;        // [s]
-  static constexpr double longest_angle = 0.0262;  // electrical, as in the loop [rad]
+  static constexpr double shortest = 1e-15;  // [s]
 
   Point<N>& at() { return points_[here_]; }
   Point<N>& end() { return points_[1 - here_]; }
@@ -133,7 +131,7 @@ class HeldPlant {
       when = t;
     }
     Trial y = srm::step(plant_, at(), s, how.scale, when, zero, h, end());
-    while ((!y.fine || y.spread > how.spread_part) && y.h > shortest) {
+    while ((!y.fine || y.spread > spread_part) && y.h > shortest) {
       zero = {};
       y = srm::step(plant_, at(), s, how.scale, y.h / 2, zero, y.h / 2, end());
     }

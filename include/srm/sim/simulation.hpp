@@ -198,13 +198,7 @@ class Simulation {
   }
 
  private:
-  // A step is halved while its prediction is off by more than this part of the current scale.
-  static constexpr double spread_part = 4e-5;
   static constexpr double shortest = 1e-15;  // no halving below: the numbers are none any more [s]
-
-  // Longest step in electrical angle [rad], for the magnetisation changes with the angle however
-  // smooth the currents are. At 1500 rpm and four rotor poles the longest step stays 10 us.
-  static constexpr double longest_angle = 0.0262;
 
   static constexpr long slice = 20000;  // steps of one call of `advance`; some ten milliseconds
 
