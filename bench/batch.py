@@ -22,7 +22,7 @@ OVERRIDES = [
     "control.regulate=current",
     "control.i_ref_A=60",
     "control.i_band_A=1",
-    "simulation.dt_max_us=20",
+    "simulation.dt_max_us=100",
 ]
 THETA_ON, THETA_OFF, CURRENTS = range(-40, 61, 5), range(90, 156, 5), range(10, 131, 5)
 UNTIL = 0.1  # ten electrical periods [s]

@@ -53,11 +53,12 @@ def cells(line: str) -> list[str]:
 
 
 def value(source: str, keys: dict[str, str], column: str) -> float:
-    """The one number that a citation means."""
+    """The one number that a citation means: a column, a sum of columns, times or over a factor."""
     name, scale, factor = re.fullmatch(r"(.+?)(?:([*/])(\d+))?", column.strip()).groups()
     found = [row for row in rows(source) if all(same(row[k], v) for k, v in keys.items())]
     assert len(found) == 1, f"{source}: {len(found)} rows with {keys}"
-    number = float(NUMBER.search(found[0][name].replace("−", "-"))[0])
+    cells = [found[0][part].replace("−", "-") for part in name.split("+")]
+    number = sum(float(NUMBER.search(cell)[0]) for cell in cells)
     return number * float(factor) if scale == "*" else number / float(factor or 1)
 
 

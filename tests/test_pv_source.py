@@ -1,5 +1,6 @@
 """The photovoltaic array on the dc link: its curve, its capacitor, its energy."""
 
+import importlib.metadata
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.optimize import brentq
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.drive.pv_module import cec_module
 from reluctance.drive.pv_source import cold_voltage, pv_array
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -209,3 +211,14 @@ def test_an_array_that_cannot_be_meant_is_refused(override: str, says: str | Non
         return
     with pytest.raises(rl.ParameterError, match=says):
         rl.simulate(drive(override), until=0.001, record=None)
+
+
+def test_without_pvlib_a_module_by_name_is_one_line_with_the_remedy(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def missing(name: str) -> str:
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(importlib.metadata, "version", missing)
+    with pytest.raises(rl.ParameterError, match=r"pip install 'reluctance\[sun\]'"):
+        cec_module("Any_Module", "source")

@@ -12,6 +12,7 @@ from reluctance import _core
 from reluctance.drive import speed_loop
 from reluctance.drive.known import Known
 from reluctance.drive.schema import Section
+from reluctance.units import to_si
 
 BAND_PART = 0.02  # of the current limit: default half width of a current band
 NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage; no waveform [A]
@@ -68,6 +69,12 @@ class Control(Section):
         K_p = bandwidth * known.J if self.K_p_Nms is None else self.K_p_Nms
         return K_p, K_p * bandwidth / 2 if self.K_i_Nm is None else self.K_i_Nm
 
+    @property
+    def speed_rate(self) -> float | None:
+        """Greatest rate of the speed reference; None where there is none [rad/s^2]."""
+        given = self.speed_rate_rpmps
+        return None if given is None else to_si(given, "rpmps")
+
     def setting(self, known: Known) -> _core.Setting:
         """What the core needs of every law. A given bandwidth of the speed loop sets the
         proportional gain on inertia alone; the integral one acts half as fast."""
@@ -84,7 +91,7 @@ class Control(Section):
             tau_min=-known.tau_max,
             tau_max=known.tau_max,
             T_s=known.T_s,
-            ramp=speed_loop.ramp(known, rate=self.si["speed_rate"], torque_limited=observed),
+            ramp=speed_loop.ramp(known, rate=self.speed_rate, torque_limited=observed),
             load=_core.LoadTorque.observer if observed else _core.LoadTorque.integral,
             motion=_core.Motion.tracked if counted else _core.Motion.measured,
             tracker=speed_loop.observer(known).core(known),

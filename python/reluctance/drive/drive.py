@@ -99,8 +99,8 @@ class Drive:
             tracker_bandwidth=self.sensing.tracker_bandwidth,
             comparators=self.sensing.comparators,
             pv=self._pv_control() if self.reference.kind == "pv" else None,
-            t_min=self.converter.si["min_pulse"],
-            t_blank=self.sensing.si["blank"],
+            t_min=self.converter.t_min,
+            t_blank=self.sensing.t_blank,
             u_brake=self.u_brake,
         )
 

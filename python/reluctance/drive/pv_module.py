@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-from difflib import get_close_matches
 from functools import lru_cache
-from importlib.metadata import version  # of pvlib, whose import takes a second
 from typing import Any
 
 from pydantic import Field
@@ -69,9 +67,8 @@ def cec_module(name: str, table: str) -> Cell:
         If pvlib is missing, the name is unknown, or the row has a short-circuit current that falls
         with temperature (223 of 21 535 rows): its hot modules would give too little current.
     """
-    cell = cached(
-        Cell, ["CEC module", name, version("pvlib")], lambda: _cec_row(name, table), algorithm=1
-    )
+    inputs = ["CEC module", name, _version(table)]
+    cell = cached(Cell, inputs, lambda: _cec_row(name, table), algorithm=1)
     if cell.alpha_sc < 0:
         raise ParameterError(
             f"[{table}] module = {name!r}: its row of the CEC table has alpha_sc = "
@@ -79,6 +76,19 @@ def cec_module(name: str, table: str) -> Cell:
             f"numbers in [{table}.cell]"
         )
     return cell
+
+
+def _version(table: str) -> str:
+    """Of pvlib, without its import, which takes a second."""
+    from importlib.metadata import PackageNotFoundError, version  # a tenth of the start-up time
+
+    try:
+        return version("pvlib")
+    except PackageNotFoundError:
+        raise ParameterError(
+            f"[{table}] module needs the CEC table of pvlib, which is not installed; "
+            f"`pip install 'reluctance[sun]'`, or give the module's numbers in [{table}.cell]"
+        ) from None
 
 
 def _cec_row(name: str, table: str) -> Cell:
@@ -103,6 +113,8 @@ def _cec_row(name: str, table: str) -> Cell:
 
 def _nearest(name: str, modules: Any) -> list[str]:
     """Names that are spelt alike; else those with its words or numbers in them, or of its power."""
+    from difflib import get_close_matches
+
     near = get_close_matches(name, modules.columns, n=3)
     if near:
         return near

@@ -1,7 +1,6 @@
 """Strict tables: every unknown key, wrong type or value out of range becomes one clear line."""
 
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 from typing import Any, Self, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -84,6 +83,8 @@ def checked(section: type[S], table: object, where: str) -> S:
 
 def did_you_mean(word: str, words: Iterable[str]) -> str:
     """The ending of an error about a mistyped word: the nearest known one, or all of them."""
+    from difflib import get_close_matches  # for mistakes only
+
     known = {w.lower(): w for w in sorted(words)}
     longer = [w for low, w in known.items() if low.startswith(word.lower() + "_")]
     near = longer or [known[m] for m in get_close_matches(word.lower(), known, n=1)]

@@ -61,6 +61,11 @@ class Converter(SwitchingEnergies):
         """From the order to turn on until a switch is on [s]."""
         return to_si(self.dead_time_us, "us")
 
+    @property
+    def t_min(self) -> float:
+        """The shortest leg state that is ordered [s]."""
+        return to_si(self.min_pulse_us, "us")
+
 
 FASTEST_us = 0.5  # time constant of battery and capacitor: a shorter one makes the steps short
 
@@ -295,7 +300,7 @@ class Sensing(Section):
                 counts=self.encoder_counts,
                 index=self.encoder_index,
                 hall=self.hall,
-                hall_error=self.si["hall_error"] / N_r,
+                hall_error=to_si(self.hall_error_deg, "deg") / N_r,
             ),
         }
 
@@ -303,6 +308,11 @@ class Sensing(Section):
     def i_step(self) -> float:
         """One step of the current converter; 0 of an ideal one [A]."""
         return self.i_range_A / 2**self.adc_bits if self.adc_bits > 0 else 0.0
+
+    @property
+    def t_blank(self) -> float:
+        """Before a sample, without edges of timer orders [s]."""
+        return to_si(self.blank_us, "us")
 
     @property
     def i_noise(self) -> float:

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from reluctance import _core
 from reluctance.drive.operating_point import OperatingPoint
-from reluctance.limit import Table
+
+if TYPE_CHECKING:
+    from reluctance.limit import Table
 
 FULL_VOLTAGE = 0.98  # of the dc link: above, a leg is held
 LEAST_RESERVE = 0.2  # that weights are made for; the least that was tried is 0.25

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, field_validator
 
-from reluctance import limit
 from reluctance.drive.control import Control
 from reluctance.drive.known import Known
 from reluctance.laws.flux_guide import FluxGuide
 from reluctance.units import to_si
+
+if TYPE_CHECKING:
+    from reluctance import limit
 
 LEVELS = 19  # torques in a guide, zero included
 CURRENT_POINTS = 180  # angles of a current guide, over one electrical period
@@ -52,6 +54,8 @@ class Guided(Control):
         RuntimeError
             If no profile is found.
         """
+        from reluctance import limit  # a tenth of the start-up time
+
         speeds = self.guide_speed_rpm
         omega = [known.omega_m] if speeds is None else [to_si(rpm, "rpm") for rpm in speeds]
         return [

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from reluctance import _core, limit
+from reluctance import _core
 from reluctance.drive.control import Control
 from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
@@ -85,6 +85,8 @@ class SharedTorque(Control):
 def _optimal(known: Known) -> _core.Sharing:
     """The share that a phase has while it takes over in the least-copper profile without ripple
     (`reluctance.limit`): optimised offline for this machine, torque, speed and dc-link voltage."""
+    from reluctance import limit  # a tenth of the start-up time
+
     machine = known.machine
     profile = limit.best_profile(known.at(known.omega_m), known.tau_max)
     free = np.pi - 2 * np.pi / machine.n_phases

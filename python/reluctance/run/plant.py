@@ -11,8 +11,6 @@ from reluctance.drive.pv_source import pv_array
 from reluctance.drive.tables import Converter, Load, Source
 from reluctance.units import to_si
 
-DEVICES = ("v_switch", "R_switch", "v_diode", "R_diode")
-
 
 def closed_loop(
     drive: Drive, controller: _core.Controller, record_every: float
@@ -66,8 +64,12 @@ def source(table: Source, u_dc: float) -> _core.StiffSource | _core.Battery | _c
 
 def bridge(converter: Converter) -> _core.AsymmetricBridge | _core.SharedSwitchBridge:
     """The power converter."""
-    values = converter.si
-    devices = _core.Devices(**{name: values[name] for name in DEVICES})
+    devices = _core.Devices(
+        v_switch=converter.v_switch_V,
+        R_switch=converter.R_switch_ohm,
+        v_diode=converter.v_diode_V,
+        R_diode=converter.R_diode_ohm,
+    )
     if converter.bridge == "asymmetric":
         return _core.AsymmetricBridge(device=devices)
     return _core.SharedSwitchBridge(device=devices)

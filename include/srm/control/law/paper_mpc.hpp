@@ -23,6 +23,7 @@
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/guide.hpp"
 #include "srm/control/part/level_programme.hpp"
+#include "srm/control/part/per_phase.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -145,12 +146,9 @@ struct PaperMpc {
 
     // Braking, the EMF raises the current of a phase that freewheels.
     const Leg chop = brakes(y.omega_m, tau_ref) ? Leg::demagnetize : Leg::freewheel;
-    Command<T, N> command;
-    for (int k = 0; k < N; ++k) {
-      const T least = i_band / T(4);  // a smaller reference is off
-      command[k] = regulate(state.u[k] > least ? state.u[k] : T(0), i_band, chop);
-    }
-    return command;
+    const T least = i_band / T(4);  // a smaller reference is off
+    return per_phase<T, N>(
+        [&](int k) { return regulate(state.u[k] > least ? state.u[k] : T(0), i_band, chop); });
   }
 };
 
