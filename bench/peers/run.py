@@ -18,6 +18,8 @@ from pathlib import Path
 HERE = Path(__file__).parent
 PEERS = {  # script: interpreter, and what it needs
     "numba_rk4.py": ("python3.11", ["numba==0.61.2", "numpy==2.2.6"]),
+    "motulator_drive.py": ("python3.11", ["motulator==0.5.0", "numpy==2.2.6", "scipy==1.15.3"]),
+    "gem_steps.py": ("python3.11", ["gym-electric-motor==3.0.3"]),
 }
 LIMIT = 900  # of one installation or measurement [s]
 
