@@ -81,11 +81,19 @@ export function frame({ g, w, h }, colours, [from, to], [low, high], valueTicks 
   return { x, y };
 }
 
-/** An envelope as one area, at least a line's width high; dashed by leaving columns out. */
+/** An envelope, at least a line's width high; dashed by leaving columns out. A dense one is drawn
+ * column by column on whole pixels: the outline of many peaks takes the browser several frames. */
 export function trace(g, one, y, colour, { dashed = false, width = 1.5 } = {}) {
   g.fillStyle = colour;
-  g.beginPath();
   const columns = one.length / 2, half = width / 2;
+  if (!dashed && isDense(one, y)) {
+    for (let c = 0; c < columns; ++c) {
+      const top = Math.round(y(one[2 * c + 1]) - half), bottom = Math.round(y(one[2 * c]) + half);
+      g.fillRect(LEFT + c, top, 1, bottom - top);
+    }
+    return;
+  }
+  g.beginPath();
   const area = (start, end) => {
     for (let c = start; c < end; ++c) g.lineTo(LEFT + c + 0.5, y(one[2 * c + 1]) - half);
     for (let c = end - 1; c >= start; --c) g.lineTo(LEFT + c + 0.5, y(one[2 * c]) + half);
@@ -97,6 +105,13 @@ export function trace(g, one, y, colour, { dashed = false, width = 1.5 } = {}) {
     area(c, Math.min(c + 4, columns));
   }
   g.fill();
+}
+
+/** True where an envelope is higher than a line in most of its columns. */
+function isDense(one, y) {
+  let tall = 0;
+  for (let c = 0; c < one.length; c += 2) if (y(one[c]) - y(one[c + 1]) > 3) ++tall;
+  return tall > one.length / 4;
 }
 
 /** Pixel columns of a canvas's frame. */

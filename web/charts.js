@@ -37,13 +37,12 @@ export function drawLegs(canvas, seen, n_phases) {
     const one = seen.series[`leg_${k}`], middle = TOP + each * (k + 0.5), half = 0.38 * each;
     g.fillStyle = colours.phases[k];
     g.fillText(LETTERS[k], LEFT - 14, middle + 4);
-    g.beginPath();
-    g.rect(LEFT, middle - 0.5, on.w - LEFT - RIGHT, 1);
+    g.fillRect(LEFT, Math.round(middle), on.w - LEFT - RIGHT, 1);
     for (let c = 0; c < one.length / 2; ++c) {
       const top = Math.max(one[2 * c + 1], 0), bottom = Math.min(one[2 * c], 0);
-      if (top > bottom) g.rect(LEFT + c, middle - half * top, 1, half * (top - bottom));
+      const from = Math.round(middle - half * top), to = Math.round(middle - half * bottom);
+      if (to > from) g.fillRect(LEFT + c, from, 1, to - from);
     }
-    g.fill();
   }
 }
 
