@@ -85,29 +85,24 @@ class Runs {
     return nb::make_tuple(job.tag, job.t, job.wall, numpy(std::move(job.periods), {rows, columns}));
   }
 
-  /// Ends the threads within a slice of a run. What has not been taken is lost.
+  /// Ends the threads within a slice of a run. What has not been taken is lost. Called with the
+  /// interpreter lock held.
   void close() {
     {
       const std::lock_guard lock(mutex_);
       closed_ = true;
     }
     work_.notify_all();
-    if (PyGILState_Check() != 0) {
+    {
       const nb::gil_scoped_release unlocked;
-      join();
-    } else {
-      join();
+      for (std::thread& thread : threads_) thread.join();
     }
+    threads_.clear();
     left_.clear();
     done_.clear();
   }
 
  private:
-  void join() {
-    for (std::thread& thread : threads_) thread.join();
-    threads_.clear();
-  }
-
   bool wait_for(Job& job) {
     std::unique_lock lock(mutex_);
     if (unfinished_ == 0) throw std::invalid_argument("no run is left to take");
