@@ -4,8 +4,10 @@ After an intended change: `python tests/test_surface.py` writes both references 
 """
 
 import json
+import re
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 import typer.main
@@ -55,6 +57,20 @@ def test_every_command_prints_its_help() -> None:
         arguments = [sys.executable, "-m", "reluctance.cli", *name.split()[1:], "--help"]
         done = subprocess.run(arguments, capture_output=True, text=True)
         assert (done.returncode, done.stderr) == (0, ""), name
+
+
+def test_bindings_use_the_stable_abi_alone() -> None:
+    """One wheel serves Python 3.12 and later: what the bindings call themselves must be declared
+    where Python.h is limited to the stable interface."""
+    used = set()
+    for file in sorted((ROOT / "bindings").glob("*.[ch]pp")):
+        used |= set(re.findall(r"\bPy[A-Z]\w*(?=\()|\bPy_\w+(?=\()", file.read_text()))
+    assert "PyErr_CheckSignals" in used
+    source = "#define Py_LIMITED_API 0x030B0000\n#include <Python.h>\n"
+    command = ["g++", "-E", "-x", "c++", "-I", sysconfig.get_path("include"), "-"]
+    declared = subprocess.run(command, input=source, capture_output=True, text=True, check=True)
+    names = set(re.findall(r"\bPy\w+", declared.stdout))
+    assert used <= names, used - names
 
 
 if __name__ == "__main__":
