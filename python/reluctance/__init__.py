@@ -1,6 +1,7 @@
 """Switched-reluctance motor drives: simulate, control, find the physical limit, flash."""
 
 from reluctance._core import Gate, Leg, Measurement, Order
+from reluctance.commission import commission
 from reluctance.drive import Drive
 from reluctance.drive.known import Known
 from reluctance.drive.own_law import Law
@@ -21,6 +22,7 @@ __all__ = [
     "ParameterError",
     "Result",
     "Sweep",
+    "commission",
     "load",
     "simulate",
     "simulate_all",
