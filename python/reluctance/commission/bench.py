@@ -176,7 +176,16 @@ def commission(
 
 
 def write_pulses(path: str | Path, recordings: Sequence[Found], drive: Drive) -> None:
-    """Write the recordings of `pulses` as `reluctance map identify` reads them."""
+    """Write the recordings of `pulses` as `reluctance map identify` reads them.
+
+    Raises
+    ------
+    ParameterError
+        If one was not completed.
+    """
+    for found in recordings:
+        if not found.done:
+            raise ParameterError(f"a recording was not completed: {found.text}")
     with Path(path).open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["t_s", "u_mean_V", "i_A", "theta_m_deg"])

@@ -13,7 +13,6 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.errors import ParameterError
 from reluctance.export.trip_levels import current_error, limits
 
 DETECT = 0.05  # of i_max: a current that is one
@@ -57,22 +56,12 @@ class Levels:
 
 
 def levels(drive: Drive) -> Levels:
-    """The default levels of a drive.
-
-    Raises
-    ------
-    ParameterError
-        If the dc link cannot drive the largest current through the winding.
-    """
+    """The default levels of a drive."""
     machine, u_dc, T_s = drive.machine, drive.converter.u_dc_V, drive.control.T_s
     i_max = machine.i_max_A
     L_min, _, psi_max = _extremes(drive, i_max)
-    duty = max(STEP * i_max * L_min / (u_dc * T_s), REACH * machine.R * i_max / u_dc)
-    if duty > 1 and REACH * machine.R * i_max > u_dc:
-        raise ParameterError(
-            f"[converter] u_dc_V = {u_dc:g}, need {REACH * machine.R * i_max:.3g} V to drive "
-            f"i_max_A = {i_max:g} through R_ohm = {machine.R:g}; lower i_max_A"
-        )
+    i_top = min(i_max, u_dc / (REACH * machine.R))  # more does not flow
+    duty = max(STEP * i_max * L_min / (u_dc * T_s), REACH * machine.R * i_top / u_dc)
     duty = min(duty, 1.0)
     step = 0.0
     if drive.sensing.counted_angle:
@@ -84,7 +73,7 @@ def levels(drive: Drive) -> Levels:
         i_low=LOW * HOLD * i_max,
         i_1=R_CURRENTS[0] * i_max,
         i_2=R_CURRENTS[1] * i_max,
-        i_top=i_max,
+        i_top=i_top,
         slack=max(SLACK_STEPS * step, float(np.radians(SLACK_DEG))),
         t_rest=REST_TIME,
         t_wait=WAIT_TIME,

@@ -25,6 +25,9 @@ BINS = 120  # of s at an angle: ten times as wide as the noise of a 12-bit senso
 CELLS = 40  # of the spline over s
 SAME_ANGLE = 0.01  # of a half period: pulses nearer than this are of one clamped position
 STEEPEST = 0.95  # slope beyond which the weight of a sample does not grow
+LEVELS = np.linspace(0.3, 0.8, 6)  # of a pulse's top: where rise and fall are compared
+NEAR = 0.1  # of the top: samples nearer to a level than this tell its flux linkage
+FEWEST = 3  # of them
 R_DISAGREES = 0.05  # between the resistance that closes the pulses and the given one: a note
 R_REFUSED = 0.5  # likewise: one of the two is wrong
 
@@ -200,22 +203,31 @@ def _smoothed(basis: Array, penalty: Array, row: Array) -> Array:
 
 def _closing(traces: list[Trace]) -> float | None:
     """R with which psi is the same at a current while it rises and while it falls [ohm]."""
-    dU, dQ = [], []
+    rises: list[float] = []
+    charges: list[float] = []
     for t in traces:
         top = int(t.i.argmax())
-        up, down = slice(0, top + 1), slice(top, None)
-        if len(t.i) - top < 4 or top < 3:
-            continue
-        levels = np.linspace(0.3, 0.8, 6) * t.i[top]
-        rise = np.maximum.accumulate(t.i[up])
-        fall = np.minimum.accumulate(t.i[down])[::-1]
-        if fall[0] > levels[0]:
-            continue
-        for sums, into in ((t.volt_seconds, dU), (t.charge, dQ)):
-            into.append(
-                np.interp(levels, fall, sums[down][::-1]) - np.interp(levels, rise, sums[up])
-            )
-    if not dU:
+        up, down = slice(0, top), slice(top + 1, None)
+        for level in LEVELS * t.i[top]:
+            both = [_at(t, part, level, NEAR * t.i[top]) for part in (up, down)]
+            if both[0] is not None and both[1] is not None:
+                rises.append(both[1][0] - both[0][0])
+                charges.append(both[1][1] - both[0][1])
+    if not rises:
         return None
-    U, Q = np.concatenate(dU), np.concatenate(dQ)
-    return float((U * Q).sum() / (Q * Q).sum())
+    return float(np.dot(rises, charges) / np.dot(charges, charges))
+
+
+def _at(t: Trace, part: slice, level: float, near: float) -> tuple[float, float] | None:
+    """Volt-seconds and charge at a current, by a straight line through the samples near it."""
+    i = t.i[part] - level
+    close = np.abs(i) < near
+    if close.sum() < FEWEST or np.ptp(i[close]) < near / 2:
+        return None
+    i = i[close]
+    share = (i - i.mean()) / ((i - i.mean()) ** 2).sum()
+    values = (
+        float(x.mean() - i.mean() * (share @ x))
+        for x in (t.volt_seconds[part][close], t.charge[part][close])
+    )
+    return next(values), next(values)
