@@ -14,7 +14,7 @@ import numpy as np
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.commission import Wires, write_pulses
+from reluctance.commission import Wires, commission, write_pulses
 from reluctance.maps import identify, read_pulses, surface
 
 ROOT = Path(__file__).parents[1]
@@ -74,9 +74,9 @@ class MapFound:
 
 def map_from_pulses(drive: rl.Drive, *, angles: int = ANGLES, pulses: int = PULSES) -> MapFound:
     """Resistance, then pulses at clamped angles, written and read as a CSV file, then the map."""
-    R = float(np.mean(rl.commission(drive, "resistance", clamped=True).R))
+    R = float(np.mean(commission(drive, "resistance", clamped=True).R))
     found = [
-        rl.commission(
+        commission(
             drive.with_values({"sensing.noise_seed": n + 1}),
             "pulses",
             pulses=pulses,
@@ -123,7 +123,7 @@ def alignment_of(
     """Order, direction and zero of a drive that somebody has wired so."""
     n = drive.machine.n_phases
     wires = Wires(phase=order, sensor=order, direction=way, zero_deg=zero_deg)
-    found = rl.commission(drive, "alignment", wires=wires, friction_Nm=friction_Nm)
+    found = commission(drive, "alignment", wires=wires, friction_Nm=friction_Nm)
     place = tuple((order[k] - order[0]) * way % n for k in range(n))
     direction = {tuple(range(n)): 1, tuple(-k % n for k in range(n)): -1}.get(place, 0)
     unaligned = way * 360 * order[0] / n + zero_deg
@@ -135,6 +135,13 @@ def alignment_of(
         spread_counts=found.spread_deg / count,
         time_s=found.time_s,
     )
+
+
+def _worst(zeros: list[ZeroFound]) -> float | None:
+    """Greatest error of the zero [counts]; None where one was not found."""
+    if not all(zero.right for zero in zeros):
+        return None
+    return round(max(zero.error_counts for zero in zeros), 3)
 
 
 def _row(machine: str, converter: str) -> dict[str, Any]:
@@ -161,9 +168,9 @@ def _row(machine: str, converter: str) -> dict[str, Any]:
         "pulses_s": round(by_pulses.time_s, 2),
         "wirings": len(zeros),
         "wirings_found": sum(zero.right for zero in zeros),
-        "zero_error_counts": round(max(zero.error_counts for zero in zeros), 3),
+        "zero_error_counts": _worst(zeros),
         "friction_Nm": round(FRICTION * drive.tau_max, 4),
-        "zero_error_friction_counts": round(rough.error_counts, 3),
+        "zero_error_friction_counts": _worst([rough]),
         "alignment_s": round(max(zero.time_s for zero in zeros), 1),
     }
 

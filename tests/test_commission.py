@@ -18,21 +18,20 @@ from on_the_bench import (
     map_from_pulses,
 )
 
-import reluctance as rl
 from reluctance import ParameterError
-from reluctance.commission import Wires, levels, write_pulses
+from reluctance.commission import Wires, commission, levels, write_pulses
 
 PAPER = bench_drive("paper_6_4")
 FOUR = bench_drive("generic_1hp_8_6", **{"control.T_s_us": 50})
-SOME = [(0, 1, 2, 3), (0, 2, 1, 3), (2, 1, 0, 3)]
+SOME = [((0, 1, 2, 3), -1), ((0, 2, 1, 3), 1), ((2, 1, 0, 3), 1)]
 
 
 @pytest.mark.parametrize("machine", ["paper_6_4", "npf_vector_6_4", "generic_1hp_8_6"])
 def test_a_map_from_pulses_gives_the_torque_of_the_plant_within_two_percent(machine):
     drive = bench_drive(machine, "real")
-    found = map_from_pulses(drive)
+    found = map_from_pulses(drive, pulses=4)
     assert found.torque_error < 0.02
-    assert found.R == pytest.approx(drive.machine.R, rel=0.02)
+    assert found.R == pytest.approx(drive.machine.R, rel=0.005)
     assert found.R_closing == pytest.approx(drive.machine.R, rel=0.02)
 
 
@@ -44,8 +43,7 @@ def test_every_wiring_of_three_phases_is_found_with_the_zero_within_a_count(orde
     assert found.spread_counts < 1
 
 
-@pytest.mark.parametrize("order", SOME)
-@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize(("order", "way"), SOME)
 def test_wirings_of_four_phases_are_found_with_the_zero_within_a_count(order, way):
     found = alignment_of(FOUR, order, way, zero_deg=-50.0)
     assert found.right
@@ -61,7 +59,8 @@ def test_every_wiring_of_four_phases_is_found_with_the_zero_within_a_count(order
 
 
 def test_dry_friction_leaves_the_zero_within_a_count():
-    found = alignment_of(PAPER, (0, 1, 2), 1, zero_deg=0.0, friction_Nm=0.02 * PAPER.tau_max)
+    drive = PAPER.with_values({"control.T_s_us": 50})
+    found = alignment_of(drive, (0, 1, 2), 1, zero_deg=0.0, friction_Nm=0.02 * drive.tau_max)
     assert found.right
     assert found.error_counts < 1
 
@@ -72,7 +71,7 @@ def test_every_order_of_the_sensors_and_a_reversed_one_are_found(n):
     for order in permutations(range(n)):
         for reversed_one in range(n):
             sign = tuple(-1 if k == reversed_one else 1 for k in range(n))
-            found = rl.commission(drive, "wiring", wires=Wires(sensor=order, sign=sign))
+            found = commission(drive, "wiring", wires=Wires(sensor=order, sign=sign))
             assert found.done
             assert found.sensor == tuple(order.index(k) for k in range(n))
             assert found.sign == tuple(sign[channel] for channel in found.sensor)
@@ -81,7 +80,7 @@ def test_every_order_of_the_sensors_and_a_reversed_one_are_found(n):
 def test_the_zero_of_a_reversed_encoder_changes_its_sign():
     """What the README of the package says to do where the direction is -1."""
     ways = [
-        rl.commission(PAPER, "alignment", wires=Wires(direction=way, zero_deg=zero))
+        commission(PAPER, "alignment", wires=Wires(direction=way, zero_deg=zero))
         for way, zero in ((-1, 70.0), (1, -70.0))
     ]
     assert [found.direction for found in ways] == [-1, 1]
@@ -90,13 +89,13 @@ def test_the_zero_of_a_reversed_encoder_changes_its_sign():
 
 def _dead_sensor():
     drive = PAPER.with_values({"sensing.i_gain": [1.0, 1e-6, 1.0]})
-    return rl.commission(drive, "wiring")
+    return commission(drive, "wiring")
 
 
 def _one_sensor_for_two():
     drive = bench_drive("paper_6_4", **{"sensing.i_noise_LSB": 0.0})
     at = replace(levels(drive), i_detect=1e-3)  # below what the sensors show by their offsets
-    return rl.commission(
+    return commission(
         drive.with_values({"sensing.i_offset_A": [0.2, 0.2, 0.2]}), "wiring", levels=at
     )
 
@@ -104,18 +103,18 @@ def _one_sensor_for_two():
 FAILURES = {
     "no sensor shows a current": _dead_sensor,
     "two sensors show the current of one leg": _one_sensor_for_two,
-    "the rotor moved": lambda: rl.commission(PAPER, "pulses", clamped=False),
-    "does not turn to a phase": lambda: rl.commission(PAPER, "alignment", clamped=True),
-    "outside its limits": lambda: rl.commission(
+    "the rotor moved": lambda: commission(PAPER, "pulses", clamped=False),
+    "does not turn to a phase": lambda: commission(PAPER, "alignment", clamped=True),
+    "outside its limits": lambda: commission(
         PAPER.with_values({"source.values": [20.0, 20.0], "source.t_s": [0, 1]}), "wiring"
     ),
-    "above the trip level": lambda: rl.commission(
+    "above the trip level": lambda: commission(
         PAPER, "pulses", levels=replace(levels(PAPER), i_top=1e3)
     ),
-    "took too long": lambda: rl.commission(
+    "took too long": lambda: commission(
         PAPER, "resistance", clamped=True, levels=replace(levels(PAPER), t_max=0.2)
     ),
-    "does not reach its reference": lambda: rl.commission(
+    "does not reach its reference": lambda: commission(
         PAPER, "pulses", levels=replace(levels(PAPER), duty=0.1)
     ),
 }
@@ -130,7 +129,7 @@ def test_a_routine_that_cannot_succeed_says_why(said):
 
 def test_recordings_that_were_not_completed_are_not_written(tmp_path):
     with pytest.raises(ParameterError, match="not completed: the rotor moved"):
-        write_pulses(tmp_path / "p.csv", [rl.commission(PAPER, "pulses", clamped=False)], PAPER)
+        write_pulses(tmp_path / "p.csv", [commission(PAPER, "pulses", clamped=False)], PAPER)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +142,7 @@ def test_recordings_that_were_not_completed_are_not_written(tmp_path):
 )
 def test_what_cannot_be_meant_is_refused(arguments, said):
     with pytest.raises(ParameterError, match=said):
-        rl.commission(PAPER, **arguments)
+        commission(PAPER, **arguments)
 
 
 def rows():
@@ -155,11 +154,13 @@ def test_the_stored_figures_keep_the_bounds():
     stored = rows()
     assert {row["machine"] for row in stored} == {*MACHINES}
     for row in stored:
+        assert abs(float(row["R_error_pct"])) < 0.5
+        if row["machine"] == "guc_linear_6_4":  # flat at alignment, with kinks: no such bounds
+            continue
+        assert float(row["torque_error_pct"]) < 2
         assert row["wirings"] == row["wirings_found"]
         assert float(row["zero_error_counts"]) < 1
-        assert abs(float(row["R_error_pct"])) < 2
-        if row["machine"] != "guc_linear_6_4":  # kinks narrower than the angles' distance
-            assert float(row["torque_error_pct"]) < 2
+        assert float(row["zero_error_friction_counts"]) < 1
 
 
 def test_the_stored_figures_are_those_of_today():

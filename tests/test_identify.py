@@ -9,7 +9,7 @@ from test_map_cli import MACHINE, reluctance
 
 import reluctance as rl
 from reluctance import ParameterError, _core
-from reluctance.commission import write_pulses
+from reluctance.commission import commission, write_pulses
 from reluctance.maps import identify, read_pulses, surface
 
 R = 2.15
@@ -99,7 +99,7 @@ def test_units_and_names_of_columns_do_not_matter(captures, tmp_path):
 def test_three_commands_from_pulses_to_a_simulated_drive(tmp_path):
     drive = bench_drive("npf_vector_6_4")
     found = [
-        rl.commission(drive, "pulses", pulses=2, theta_e_deg=float(angle))
+        commission(drive, "pulses", pulses=2, theta_e_deg=float(angle))
         for angle in np.linspace(0, 180, 19)
     ]
     pulses, table, motor = (tmp_path / name for name in ("p.csv", "map.csv", "motor.toml"))

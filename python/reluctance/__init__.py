@@ -1,7 +1,6 @@
 """Switched-reluctance motor drives: simulate, control, find the physical limit, flash."""
 
 from reluctance._core import Gate, Leg, Measurement, Order
-from reluctance.commission import commission
 from reluctance.drive import Drive
 from reluctance.drive.known import Known
 from reluctance.drive.own_law import Law
@@ -22,7 +21,6 @@ __all__ = [
     "ParameterError",
     "Result",
     "Sweep",
-    "commission",
     "load",
     "simulate",
     "simulate_all",

@@ -153,7 +153,7 @@ def commission(
     )
     parts = loop_parts(drive, -1.0)
     held = routine == "pulses" if clamped is None else clamped
-    parts["shaft"] = _shaft(drive, held, friction_Nm)
+    parts["shaft"] = rotor(drive, clamped=held, friction=friction_Nm)
     parts["theta_m"] = to_si(theta_e_deg, "deg") / drive.machine.N_r
     loop = _core.Simulation(n_phases=n, controller=bench.controller, **parts)
     t = 0.0
@@ -198,11 +198,11 @@ def write_pulses(path: str | Path, recordings: Sequence[Found], drive: Drive) ->
                 writer.writerow([f"{t:.9g}", f"{u:.7g}", f"{i:.7g}", f"{theta_m:.7g}"])
 
 
-def _shaft(drive: Drive, held: bool, friction: float) -> _core.Shaft:
+def rotor(drive: Drive, *, clamped: bool, friction: float = 0.0) -> _core.Shaft:
     """The rotor alone: clamped, or free with the friction of the machine file and a dry one."""
     nothing = _core.Course(t=[0.0], value=[0.0])
     return _core.Shaft(
-        rotation=_core.Rotation.locked if held else _core.Rotation.turning,
+        rotation=_core.Rotation.locked if clamped else _core.Rotation.turning,
         J=drive.machine.J_kgm2,
         B=drive.machine.B_Nms,
         k=0.0,

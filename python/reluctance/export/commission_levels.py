@@ -17,7 +17,7 @@ from reluctance.export.trip_levels import current_error, limits
 
 DETECT = 0.05  # of i_max: a current that is one
 ABOVE_ERROR = 1.5  # of the greatest error of a reading: likewise
-HOLD = 0.3  # of i_max: holds a rotor aligned
+HOLD = 0.4  # of i_max: holds a rotor aligned
 LOW = 0.3  # of the holding current, while the rotor swings back
 R_CURRENTS = (0.1, 0.3)  # of i_max: the two of the resistance
 STEP = 0.05  # of i_max: the most that a pulse may add in a sample

@@ -101,7 +101,7 @@ struct Alignment {
     const int k = x.visit == 1 ? x.second : x.first;
     if (x.swing.idle > n_rest / idle_part) x.swing.start(x.x);  // friction holds it
     const bool comes = x.swing.comes(x.x, wide_slack * slack);
-    const T duty = hold.step(x.current, comes ? i_low : i_hold, y.i[k], y.u_dc);
+    const T duty = hold.step(x.current, comes ? i_low : i_hold, y.i[k], y.u_dc, -hold.duty_max);
     if (begins || comes || !within(x)) {
       x.still = 0;
       x.base = x.least = x.most = x.x;

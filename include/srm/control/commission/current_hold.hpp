@@ -28,10 +28,9 @@ struct CurrentHold {
     T u{};         // ordered, mean over the period [V]
   };
 
-  /// The duty cycle for the next period.
-  constexpr T step(State& x, T i_ref, T i, T u_dc) const {
-    const T most = duty_max * u_dc;
-    x.u = pi.step(x.integral, i_ref - i, -most, most);
+  /// The duty cycle for the next period, at least `least`: 0 freewheels at most.
+  constexpr T step(State& x, T i_ref, T i, T u_dc, T least) const {
+    x.u = pi.step(x.integral, i_ref - i, least * u_dc, duty_max * u_dc);
     return x.u / u_dc;
   }
 };

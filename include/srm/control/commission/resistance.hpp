@@ -1,8 +1,8 @@
 // Resistance of each phase, from the mean voltage at two currents: R = (u_2 - u_1)/(i_2 - i_1).
 //
 // The phase turns a free rotor to alignment and holds it there; a clamped one is as good. What a
-// dead time and the thresholds of the devices take is the same at both currents. The slopes of the
-// devices are part of the result.
+// dead time and the thresholds of the devices take is the same at both currents; so the leg only
+// freewheels between its pulses. The slopes of the devices are part of the result.
 #pragma once
 
 #include "srm/control/commission/current_hold.hpp"
@@ -23,9 +23,9 @@ struct Resistance {
     Finding finding = Finding::running;
     int k = 0, level = 0, n = 0;
     typename CurrentHold<T>::State current;
-    T u_sum{}, i_sum{};         // of the level [V], [A]
-    std::array<T, 2> u{}, i{};  // means [V], [A]
-    std::array<T, N> R{};       // [ohm]
+    T base{}, u_sum{}, i_sum{};  // of the level [V], [V], [A]
+    std::array<T, 2> u{}, i{};   // means [V], [A]
+    std::array<T, N> R{};        // [ohm]
     constexpr T progress() const { return static_cast<T>(2 * k + level) / T(2 * N); }
   };
 
@@ -33,9 +33,10 @@ struct Resistance {
   constexpr Command<T, N> step(State<N>& x, const Measurement<T, N>& y, T T_s) const {
     const T i_ref = x.level == 0 ? i_1 : i_2;
     const int k = x.k;
-    const T duty = hold.step(x.current, i_ref, y.i[k], y.u_dc);
-    if (++x.n > n_settle) {
-      x.u_sum = x.u_sum + (x.current.u - i_ref * scale());
+    const T duty = hold.step(x.current, i_ref, y.i[k], y.u_dc, T(0));
+    if (++x.n == n_settle) x.base = x.current.integral;
+    if (x.n > n_settle) {  // sums about what is nearly the mean, for the digits of a float
+      x.u_sum = x.u_sum + (x.current.u - x.base);
       x.i_sum = x.i_sum + (y.i[k] - i_ref);
     }
     if (x.n >= n_settle + n_mean) take(x, i_ref);
@@ -43,12 +44,9 @@ struct Resistance {
   }
 
  private:
-  /// What a mean is taken about, for the digits of a float: volts per ampere, roughly [ohm].
-  constexpr T scale() const { return hold.pi.K_p; }
-
   template <int N>
   constexpr void take(State<N>& x, T i_ref) const {
-    x.u[x.level] = i_ref * scale() + x.u_sum / static_cast<T>(n_mean);
+    x.u[x.level] = x.base + x.u_sum / static_cast<T>(n_mean);
     x.i[x.level] = i_ref + x.i_sum / static_cast<T>(n_mean);
     x.u_sum = x.i_sum = T(0);
     x.n = 0;
