@@ -9,7 +9,7 @@ from test_map_cli import MACHINE, reluctance
 
 import reluctance as rl
 from reluctance import ParameterError, _core
-from reluctance.commission import commission, write_pulses
+from reluctance.commission import Wires, commission, write_pulses
 from reluctance.maps import identify, read_pulses, surface
 
 R = 2.15
@@ -183,3 +183,44 @@ def test_pulses_that_cannot_be_meant_are_refused(captures, change, options, said
 )
 def test_the_command_refuses_in_one_line(arguments, said):
     assert said in reluctance("map", "identify", "missing.csv", *arguments, fails="line")
+
+
+def test_a_whole_period_shows_the_encoders_zero_and_halves_the_error(tmp_path):
+    """Clamped positions over a whole period, an encoder whose zero nobody knows."""
+    drive = bench_drive("paper_6_4", "real")
+    found = [
+        commission(
+            drive.with_values({"sensing.noise_seed": n}),
+            "pulses",
+            pulses=4,
+            theta_e_deg=360 / 48 * n,
+            wires=Wires(zero_deg=33.0),
+        )
+        for n in range(48)
+    ]
+    write_pulses(tmp_path / "p.csv", found, drive)
+    recording = read_pulses([tmp_path / "p.csv"])
+    with pytest.raises(ParameterError, match="--aligned_at") as fault:
+        identify(recording, N_r=4, R=drive.machine.R)
+    aligned = float(str(fault.value).rpartition("--aligned_at ")[2].rstrip(")"))
+    count = 360 / 4096
+    assert aligned == pytest.approx((180 + 33) / 4 - 90, abs=count)
+    table = identify(recording, N_r=4, R=drive.machine.R, aligned_at=aligned).table
+    i, theta_e = np.meshgrid(np.linspace(3, 150, 40), np.linspace(0, np.pi, 121))
+    ours, true = (
+        _core.magnetics(machine, i.ravel(), theta_e.ravel())[:, 2]
+        for machine in (surface(table), drive.machine.magnetics)
+    )
+    assert np.sqrt(np.mean((ours - true) ** 2) / np.mean(true**2)) < 0.005
+
+
+def test_rising_currents_alone_are_enough(captures, tmp_path):
+    rows = [
+        (*row, angle)
+        for angle, pulse in zip(ANGLES, captures, strict=True)
+        for row in pulse[: pulse[:, 2].argmax() + 1]
+    ]
+    path = write(tmp_path / "p.csv", rows, "t_s,u_V,i_A,theta_e_deg")
+    found = identify(read_pulses([path]), N_r=6, R=R)
+    assert found.R_closing is None
+    assert torque_error(found.table) < 0.03

@@ -103,6 +103,9 @@ def identify(
         )
     i = np.linspace(0.0, i_top, CURRENTS)
     psi = np.stack([_flux(traces, R, i) for traces in groups], axis=1)
+    angles, psi = _closed(
+        angles, psi, N_r, angle_unit or recording.unit, angle_kind or recording.kind
+    )
     raw = RawMap(i, angles, psi, None, "currents_down", N_r, recording.unit, recording.kind)
     table = settled(
         raw, angle_unit=angle_unit, angle_kind=angle_kind, zero=zero, aligned_at=aligned_at
@@ -136,6 +139,19 @@ def _positions(at: dict[float, list[Trace]]) -> tuple[Array, list[list[Trace]]]:
     groups = [[t for angle in part for t in at[float(angle)]] for part in parts]
     means = [np.average(part, weights=[len(at[float(angle)]) for angle in part]) for part in parts]
     return np.array(means), groups
+
+
+def _closed(
+    angles: Array, psi: Array, N_r: int, unit: str | None, kind: str | None
+) -> tuple[Array, Array]:
+    """A whole period whose last angle is left out, closed by its first: clamped positions are not
+    even, as `settled` would want them. Others, and angles of which too little is said, as given."""
+    period = {"deg": 360.0, "rad": 2 * np.pi}.get(unit or "", np.nan)
+    period /= N_r if kind == "mechanical" else 1.0 if kind == "electrical" else np.nan
+    gap = period - (angles[-1] - angles[0])
+    if not 0.5 < gap / np.diff(angles).mean() < 1.5:
+        return angles, psi
+    return np.append(angles, angles[0] + period), np.hstack([psi, psi[:, :1]])
 
 
 def _flux(traces: list[Trace], R: float, i: Array) -> Array:
