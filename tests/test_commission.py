@@ -22,13 +22,14 @@ from reluctance import ParameterError
 from reluctance.commission import Wires, commission, levels, write_pulses
 
 PAPER = bench_drive("paper_6_4")
+SLOW = bench_drive("paper_6_4", **{"control.T_s_us": 50})
 FOUR = bench_drive("generic_1hp_8_6", **{"control.T_s_us": 50})
-SOME = [((0, 1, 2, 3), -1), ((0, 2, 1, 3), 1), ((2, 1, 0, 3), 1)]
+SOME = [((0, 1, 2, 3), -1), ((2, 0, 1, 3), 1)]
 
 
 @pytest.mark.parametrize("machine", ["paper_6_4", "npf_vector_6_4", "generic_1hp_8_6"])
 def test_a_map_from_pulses_gives_the_torque_of_the_plant_within_two_percent(machine):
-    drive = bench_drive(machine, "real")
+    drive = bench_drive(machine, "real", **{"control.T_s_us": 50})
     found = map_from_pulses(drive, pulses=4)
     assert found.torque_error < 0.02
     assert found.R == pytest.approx(drive.machine.R, rel=0.005)
@@ -37,7 +38,7 @@ def test_a_map_from_pulses_gives_the_torque_of_the_plant_within_two_percent(mach
 
 @pytest.mark.parametrize(("order", "way"), arrangements(3))
 def test_every_wiring_of_three_phases_is_found_with_the_zero_within_a_count(order, way):
-    found = alignment_of(PAPER, order, way, zero_deg=123.0)
+    found = alignment_of(SLOW, order, way, zero_deg=123.0)
     assert found.right
     assert found.error_counts < 1
     assert found.spread_counts < 1
@@ -59,8 +60,7 @@ def test_every_wiring_of_four_phases_is_found_with_the_zero_within_a_count(order
 
 
 def test_dry_friction_leaves_the_zero_within_a_count():
-    drive = PAPER.with_values({"control.T_s_us": 50})
-    found = alignment_of(drive, (0, 1, 2), 1, zero_deg=0.0, friction_Nm=0.02 * drive.tau_max)
+    found = alignment_of(SLOW, (0, 1, 2), 1, zero_deg=0.0, friction_Nm=0.02 * SLOW.tau_max)
     assert found.right
     assert found.error_counts < 1
 
@@ -80,7 +80,7 @@ def test_every_order_of_the_sensors_and_a_reversed_one_are_found(n):
 def test_the_zero_of_a_reversed_encoder_changes_its_sign():
     """What the README of the package says to do where the direction is -1."""
     ways = [
-        commission(PAPER, "alignment", wires=Wires(direction=way, zero_deg=zero))
+        commission(SLOW, "alignment", wires=Wires(direction=way, zero_deg=zero))
         for way, zero in ((-1, 70.0), (1, -70.0))
     ]
     assert [found.direction for found in ways] == [-1, 1]

@@ -77,15 +77,15 @@ class Board:
                     row.extend(np.atleast_1d(order[name]).astype(float).tolist())
         return [*row, 0.0]
 
-    def run(self, routine, *, theta_e_deg=40.0, until=20.0, phase=0, pulses=1):
-        """One routine at a clamped rotor, until it ends."""
+    def run(self, routine, *, theta_e_deg=40.0, until=20.0, phase=0, pulses=1, clamped=True):
+        """One routine, until it ends."""
         start = self.library.reluctance_commission_start
         start(ctypes.c_void_p(self.commissioner.ctypes.data), ROUTINES[routine], phase, pulses)
         self.found[:] = np.zeros(1, self.found.dtype)
         n = self.drive.machine.n_phases
         parts = loop_parts(self.drive, -1.0)
         parts["theta_m"] = np.radians(theta_e_deg) / self.drive.machine.N_r
-        parts["shaft"] = rotor(self.drive, clamped=True)
+        parts["shaft"] = rotor(self.drive, clamped=clamped)
         controller = _core.controller_from(n, self.step)
         loop = _core.Simulation(n_phases=n, controller=controller, **parts)
         t = 0.0
@@ -126,11 +126,23 @@ def test_wiring_goes_through_the_states_of_the_drive(board):
     assert board.all_off()
 
 
+@pytest.mark.long
 def test_the_compiled_resistance_is_that_of_the_simulation(board):
-    found = board.run("resistance")
+    found = board.run("resistance", until=1.8)  # of leg 0
     simulated = commission(DRIVE, "resistance", clamped=True)
-    assert found["R"] == pytest.approx(simulated.R, rel=2e-3)  # other samples of the noise
-    assert found["R"] == pytest.approx(DRIVE.machine.R, rel=5e-3)
+    assert found["R"][0] == pytest.approx(simulated.R[0], rel=2e-3)  # other samples of the noise
+    assert found["R"][0] == pytest.approx(DRIVE.machine.R, rel=5e-3)
+
+
+@pytest.mark.long
+def test_the_compiled_alignment_finds_order_direction_and_zero(board):
+    found = board.run("alignment", until=60.0, clamped=False)
+    assert found["finding"] == 2
+    assert found["place"].tolist() == [0, 1, 2]
+    assert found["direction"] == 1
+    count = 2 * np.pi * DRIVE.machine.N_r / DRIVE.sensing.encoder_counts
+    assert abs((found["zero"] + np.pi) % (2 * np.pi) - np.pi) < count
+    assert found["spread"] < count
 
 
 def test_a_pulse_is_told_row_by_row(board):

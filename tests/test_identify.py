@@ -185,6 +185,7 @@ def test_the_command_refuses_in_one_line(arguments, said):
     assert said in reluctance("map", "identify", "missing.csv", *arguments, fails="line")
 
 
+@pytest.mark.long
 def test_a_whole_period_shows_the_encoders_zero_and_halves_the_error(tmp_path):
     """Clamped positions over a whole period, an encoder whose zero nobody knows."""
     drive = bench_drive("paper_6_4", "real")
