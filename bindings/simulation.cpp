@@ -42,6 +42,7 @@ void bind_simulation(nb::module_& m) {
       nb::arg("n_phases"), "Names of the columns of a period row.");
   bind_runs(m);
   bind_environments(m);
+  bind_bench(m);
 }
 
 }  // namespace bound

@@ -90,4 +90,7 @@ void bind_runs(nb::module_& m);
 /// Drives that are stepped together, for learning; likewise.
 void bind_environments(nb::module_& m);
 
+/// Commissioning on a simulated bench; likewise.
+void bind_bench(nb::module_& m);
+
 }  // namespace bound

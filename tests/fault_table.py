@@ -51,6 +51,7 @@ class Fault:
     sample: Callable[[Any, dict[str, Any]], None] | None = None  # (sample, memory) from then on
     orders: Callable[[list[float], int], None] | None = None  # (row, n_phases) from then on
     overrides: tuple[str, ...] = ()
+    from_start: bool = False  # it was there before the drive was switched on
 
 
 @cache
@@ -95,6 +96,29 @@ def _turned(degrees: float) -> Callable[[Any, dict[str, Any]], None]:
     return spoil
 
 
+def _jitter(degrees: float) -> Callable[[Any, dict[str, Any]], None]:
+    """Of the angle, rms, new in every sample."""
+
+    def spoil(y: Any, memory: dict[str, Any]) -> None:
+        random = memory.setdefault("random", np.random.default_rng(0))
+        _turned(degrees * random.normal())(y, memory)
+
+    return spoil
+
+
+def _loses(share: float) -> Callable[[Any, dict[str, Any]], None]:
+    """The encoder misses a share of its counts."""
+
+    def spoil(y: Any, memory: dict[str, Any]) -> None:
+        now = float(y["theta_e"])
+        turned = (now - memory.get("before", now)) % (2 * np.pi)
+        memory["before"] = now
+        memory["lost"] = memory.get("lost", 0.0) + share * turned
+        _turned(-np.degrees(memory["lost"]))(y, memory)
+
+    return spoil
+
+
 def _legs(change: Callable[[float], float]) -> Callable[[list[float], int], None]:
     def spoil(row: list[float], n_phases: int) -> None:
         first = PHASE * (len(row) - 1) // n_phases
@@ -120,6 +144,10 @@ FAULTS = {
     "angle stuck": Fault(_stuck),
     "angle jumps by 60 deg": Fault(_turned(60)),
     "angle jumps by -60 deg": Fault(_turned(-60)),
+    "angle off by 10 deg from the start": Fault(_turned(10), from_start=True),
+    "index lost: off by half a Hall sector": Fault(_turned(30), from_start=True),
+    "angle with 5 deg rms of jitter": Fault(_jitter(5)),
+    "encoder loses 2 % of its counts": Fault(_loses(0.02)),
     "dc link sags to 20 %": Fault(overrides=("source.sag",)),
     "phase open": Fault(orders=_open),
     "lower switch shorted": Fault(orders=_legs(lambda leg: max(leg, 0.0))),
@@ -151,6 +179,7 @@ def play(name: str, fault: str, *, at: float = 20e-3, until: float = 30e-3) -> F
         u = given.converter.u_dc_V
         course = [f"source.t_s=[0, {at}, {at}]", f"source.values=[{u}, {u}, {0.2 * u}]"]
         given = noisy(name, *course)
+    at = 0.0 if kind.from_start else at
     T_s, n = given.control.T_s, round(at / given.control.T_s)
     memory: dict[str, Any] = {}
 

@@ -18,7 +18,7 @@ FLOORS = (  # from the ground up; a part imports only from floors below, and fro
     {"sweep"},
     {"efficiency"},
     {"compare", "export", "gym", "paper", "pumping", "tune"},
-    {"studio"},
+    {"studio", "commission"},
     {"cli"},
 )
 GROUND = {

@@ -574,6 +574,72 @@ class Batch:
 def batch(count: int, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, theta_m: float, reference: float, rules: Rules, drawn: Sequence[str]) -> Batch:
     """Drives that share all but the numbers named in `drawn`."""
 
+class Routine(enum.Enum):
+    """A commissioning routine."""
+
+    wiring = 1
+
+    resistance = 2
+
+    alignment = 3
+
+    pulses = 4
+
+class CurrentHold:
+    """PI controller of a held current."""
+
+    def __init__(self, *, pi: LimitedPi, duty_max: float) -> None: ...
+
+class Wiring:
+    """A short pulse of each leg. SI units."""
+
+    def __init__(self, *, duty: float, i_detect: float, n_pulse: int, n_rest: int) -> None: ...
+
+class Resistance:
+    """Two currents of each phase. SI units."""
+
+    def __init__(self, *, hold: CurrentHold, i_1: float, i_2: float, n_settle: int, n_mean: int) -> None: ...
+
+class Alignment:
+    """Rests of a free rotor. SI units."""
+
+    def __init__(self, *, hold: CurrentHold, i_hold: float, i_low: float, slack: float, n_rest: int, n_wait: int) -> None: ...
+
+class FluxPulses:
+    """Voltage pulses at a clamped rotor. SI units."""
+
+    def __init__(self, *, duty: float, i_top: float, i_end: float, slack: float, v_switch: float, v_diode: float, n_rest: int, n_pulse: int, delay: int) -> None: ...
+
+class Commission:
+    """The commissioning routines, and the checks around them."""
+
+    def __init__(self, *, T_s: float, t_dead: float, i_trip: float, u_dc_min: float, u_dc_max: float, t_max: float, wiring: Wiring, resistance: Resistance, alignment: Alignment, pulses: FluxPulses) -> None: ...
+
+class Bench:
+    """A routine between a plant and how somebody has wired it."""
+
+    def __init__(self, *, routines: Commission, phase: Sequence[int], sensor: Sequence[int], sign: Sequence[int], direction: int, zero: float, routine: Routine, pulsed: int, count: int) -> None: ...
+
+    @property
+    def controller(self) -> Controller:
+        """Takes the place of a drive's controller."""
+
+    @property
+    def finding(self) -> int:
+        """Number of the finding."""
+
+    @property
+    def text(self) -> str:
+        """In words."""
+
+    def found(self) -> dict:
+        """What was found so far, SI units."""
+
+    def rows(self) -> NDArray[numpy.float64]:
+        """
+        The recording of the pulses: pulse, sample, mean voltage since the row before [V], current [A], electrical angle as shown [rad].
+        """
+
 def step_time(controller: Controller, samples: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, repeats: int) -> float:
     """
     Wall time of a control step [s], the least mean of `repeats` passes. samples: (n, n_phases + 4) phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s].

@@ -15,6 +15,7 @@ from reluctance.cli.law import law_app
 from reluctance.cli.limit import limit
 from reluctance.cli.machines import machines
 from reluctance.cli.map import map_app
+from reluctance.cli.map_identify import identify
 from reluctance.cli.options import help_if_bare
 from reluctance.cli.paper import paper
 from reluctance.cli.pump import pump, size
@@ -34,6 +35,7 @@ app = typer.Typer(
 FIRST = (run, sweep, tune, efficiency, compare, limit, paper, machines, examples)
 for command in (*FIRST, studio, pump, size, schema):
     app.command()(command)
+map_app.command()(identify)
 app.add_typer(map_app, name="map")
 app.add_typer(export_app, name="export")
 app.add_typer(law_app, name="law")

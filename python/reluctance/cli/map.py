@@ -1,4 +1,4 @@
-"""`reluctance map check|fit|plot|import`: from somebody's flux table to a machine file."""
+"""`reluctance map check|fit|plot|import|identify`: from somebody's flux table to a machine file."""
 
 import json
 from collections.abc import Callable, Mapping

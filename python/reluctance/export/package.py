@@ -16,6 +16,7 @@ import numpy as np
 from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
+from reluctance.export.commission_levels import commission_fields
 from reluctance.export.constants import Node, Tables, constant, literal
 from reluctance.export.sequence_levels import sequence_fields, speed_limit_rpm
 from reluctance.export.trip_levels import VOLTAGE_MARGIN, limits
@@ -96,6 +97,7 @@ def firmware(
             name = renamed(str(path.relative_to(source)), prefix)
             _put(made / name, renamed(filled, prefix))
         _put(made / "parameters.hpp", renamed(text, prefix))
+        _put(made / "commission_parameters.hpp", renamed(commission_parameters(drive), prefix))
         for header, code in own.items():
             _put(made / "include" / header, code)
         for header in headers(
@@ -198,6 +200,28 @@ def parameters(tree: dict[str, Node], own: Mapping[str, str] | None = None) -> t
         ]
     )
     return text, fingerprint, tables.size
+
+
+def commission_parameters(drive: Drive) -> str:
+    """The text of commission_parameters.hpp: no part of the fingerprint, since no step reads it."""
+
+    def node(fields: Node) -> Node:
+        if not isinstance(fields, dict):
+            return fields
+        return {"fields": {name: node(value) for name, value in fields.items()}}
+
+    value = constant(node(commission_fields(drive)), Tables(), "commission")
+    return f"""// Currents, voltages and times of commissioning, from `reluctance export firmware`.
+#pragma once
+
+#include "srm/control/commission/commission.hpp"
+
+namespace reluctance {{
+
+inline constexpr srm::Commission<float> commission = {value};
+
+}}  // namespace reluctance
+"""
 
 
 def headers(texts: list[str]) -> list[str]:

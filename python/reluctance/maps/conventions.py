@@ -264,7 +264,9 @@ def _zero(theta_e: Array, psi: Array, reading: Reading, notes: list[str]) -> str
     if reading.halves == 1:
         peak = theta_e[[0, -1]][int(flux[-1] > flux[0])]
     else:
-        peak = float(np.angle(np.sum(flux * np.exp(1j * theta_e))))
+        turn = np.append(theta_e, theta_e[0] + 2 * np.pi)  # the end may be the start already
+        wave = np.append(flux, flux[0]) * np.exp(1j * turn)
+        peak = float(np.angle(np.sum((wave[1:] + wave[:-1]) * np.diff(turn))))
     from_zero = abs(np.angle(np.exp(1j * peak)))
     if ZERO_OFF < from_zero < np.pi - ZERO_OFF:
         raise ParameterError(

@@ -1,0 +1,47 @@
+/* Commissioning on the board: call commissioning_interrupt from the timer, in the place of
+ * control_interrupt, from commissioning_start until the finding is no longer RUNNING. A firmware
+ * that is commissioned already leaves this file out. */
+#include "board.h"
+#include "reluctance_commission.h"
+
+void commissioning_start(reluctance_routine routine, int32_t phase, int32_t pulses);
+reluctance_finding commissioning_interrupt(void);
+
+/* Yours: keeps or sends what was found. Of `pulses`, each call is a row of the recording; the rows
+ * as `t_s,u_mean_V,i_A,theta_m_deg`, with t = sample * RELUCTANCE_CONTROL_PERIOD_S, are what
+ * `reluctance map identify` reads. */
+void board_write_found(const reluctance_found* found);
+
+static reluctance_commissioner commissioner;
+static reluctance_command buffers[2];
+
+/* Not while commissioning_interrupt runs. */
+void commissioning_start(reluctance_routine routine, int32_t phase, int32_t pulses) {
+  reluctance_commission_start(&commissioner, routine, phase, pulses);
+}
+
+reluctance_finding commissioning_interrupt(void) {
+  static int next = 1;
+  static reluctance_outputs outputs;
+  reluctance_measurement y;
+  reluctance_request request;
+  reluctance_found found;
+  if (RELUCTANCE_DELAY_SAMPLES > 0) {
+    board_write_orders(&buffers[1 - next]);
+  }
+  board_read_currents(y.i_A);
+  y.theta_e_rad = board_read_angle();
+  y.omega_m_rad_s = 0.0F;
+  y.u_dc_V = board_read_dc_link();
+  y.i_source_A = 0.0F;
+  board_read_request(&request);
+  (void)reluctance_commission(&commissioner, &y, &request, &buffers[next], &outputs);
+  if (RELUCTANCE_DELAY_SAMPLES == 0 || !outputs.gate_enable) {
+    board_write_orders(&buffers[next]);
+  }
+  next = 1 - next;
+  board_write_outputs(&outputs);
+  reluctance_get_found(&commissioner, &found);
+  board_write_found(&found);
+  return found.finding;
+}

@@ -1,0 +1,110 @@
+// What is found out before a drive turns for the first time: one routine at a time, with the checks
+// that no routine goes without. The order in which a maker runs them: wiring, resistance,
+// alignment, and pulses with a clamped rotor.
+#pragma once
+
+#include <cstdint>
+
+#include "srm/base/fields.hpp"
+#include "srm/control/commission/alignment.hpp"
+#include "srm/control/commission/finding.hpp"
+#include "srm/control/commission/flux_pulses.hpp"
+#include "srm/control/commission/resistance.hpp"
+#include "srm/control/commission/wiring.hpp"
+#include "srm/control/frame/dead_time_compensation.hpp"
+
+namespace srm {
+
+/// Numbers are part of the C interface.
+enum class Routine : std::int32_t {
+  none = 0,
+  wiring = 1,
+  resistance = 2,
+  alignment = 3,
+  pulses = 4
+};
+
+template <Real T>
+struct Commission {
+  T T_s;                 // control period [s]
+  T t_dead;              // of the converter [s]
+  T i_trip;              // of any current, either sign [A]
+  T u_dc_min, u_dc_max;  // [V]
+  T t_max;               // of a routine [s]
+  Wiring<T> wiring;
+  Resistance<T> resistance;
+  Alignment<T> alignment;
+  FluxPulses<T> pulses;
+  SRM_FIELDS(T_s, t_dead, i_trip, u_dc_min, u_dc_max, t_max, wiring, resistance, alignment, pulses)
+
+  template <int N>
+  struct State {
+    Routine routine = Routine::none;
+    Finding finding = Finding::idle;
+    T progress{};  // [1]
+    std::uint32_t samples = 0;
+    typename Wiring<T>::template State<N> wiring;
+    typename Resistance<T>::template State<N> resistance;
+    typename Alignment<T>::template State<N> alignment;
+    typename FluxPulses<T>::State pulses;
+  };
+
+  /// Begins a routine. phase, count: of the pulses.
+  template <int N>
+  constexpr void start(State<N>& x, Routine asked, int phase = 0, int count = 1) const {
+    x = {};
+    x.routine = asked;
+    x.finding = asked == Routine::none ? Finding::idle : Finding::running;
+    x.pulses.k = phase < 0 || phase >= N ? 0 : phase;
+    x.pulses.count = count;
+  }
+
+  /// Once a control period. All legs are off where no routine runs.
+  template <int N>
+  constexpr Command<T, N> step(State<N>& x, const Measurement<T, N>& y) const {
+    if (x.finding == Finding::running) check(x, y);
+    if (x.finding != Finding::running) return Command<T, N>{};
+    Command<T, N> orders = run(x, y);
+    if (x.finding != Finding::running) return Command<T, N>{};
+    if (t_dead > T(0)) lead_turn_on<T, N>(orders, t_dead);
+    return orders;
+  }
+
+ private:
+  template <int N>
+  constexpr void check(State<N>& x, const Measurement<T, N>& y) const {
+    ++x.samples;
+    if (static_cast<T>(x.samples) * T_s > t_max) x.finding = Finding::too_long;
+    if (!(y.u_dc >= u_dc_min && y.u_dc <= u_dc_max)) x.finding = Finding::wrong_voltage;
+    for (const T i : y.i) {
+      if (!(abs(i) <= i_trip)) x.finding = Finding::over_current;
+      if (!(i == i)) x.finding = Finding::not_a_number;
+    }
+    if (!(y.theta_e == y.theta_e && y.u_dc == y.u_dc)) x.finding = Finding::not_a_number;
+  }
+
+  template <int N>
+  constexpr Command<T, N> run(State<N>& x, const Measurement<T, N>& y) const {
+    const auto one = [&](const auto& routine, auto& state) {
+      const Command<T, N> orders = routine.template step<N>(state, y, T_s);
+      x.finding = state.finding;
+      x.progress = state.finding == Finding::done ? T(1) : state.progress();
+      return orders;
+    };
+    switch (x.routine) {
+      case Routine::wiring:
+        return one(wiring, x.wiring);
+      case Routine::resistance:
+        return one(resistance, x.resistance);
+      case Routine::alignment:
+        return one(alignment, x.alignment);
+      case Routine::pulses:
+        return one(pulses, x.pulses);
+      case Routine::none:
+        break;
+    }
+    return Command<T, N>{};
+  }
+};
+
+}  // namespace srm

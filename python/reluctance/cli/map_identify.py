@@ -1,0 +1,78 @@
+"""`reluctance map identify`: from voltage pulses at standstill to a flux table."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from reluctance.cli.map import AlignedAt, AngleKind, AngleUnit, MaxCurrent, RotorPoles, Zero
+from reluctance.errors import ParameterError
+from reluctance.files import check_ending, write_whole
+
+
+def identify(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="PULSES.csv...", help="Time, voltage, current and angle; as t_s, u_V, i_A, ..."
+        ),
+    ],
+    R: Annotated[
+        float, typer.Option("--R_ohm", "--resistance", metavar="OHM", help="Phase resistance.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="MAP.csv", help="Flux table to write.")],
+    poles: RotorPoles = None,
+    angle: Annotated[
+        list[float] | None,
+        typer.Option(metavar="ANGLE", help="Of each file, in order, where no column has it."),
+    ] = None,
+    angle_unit: AngleUnit = None,
+    angle_kind: AngleKind = None,
+    zero: Zero = None,
+    aligned_at: AlignedAt = None,
+    name: Annotated[
+        list[str] | None,
+        typer.Option("--name", metavar="QUANTITY=NAME", help="t, u, i or theta in the files."),
+    ] = None,
+    i_max: MaxCurrent = None,
+) -> None:
+    """Make a flux table of voltage pulses, as an oscilloscope or the firmware records them."""
+    from reluctance.maps import identify, read_pulses, write_map
+
+    check_ending(out, {".csv"})
+    if out.resolve() in [file.resolve() for file in files]:
+        raise ParameterError(f"--out {out} is one of the recordings; name another file")
+    if poles is None:
+        raise ParameterError("the recording does not give the rotor poles; pass --N_r")
+    recording = read_pulses(files, angles=angle or (), names=_names(name))
+    found = identify(
+        recording,
+        N_r=poles,
+        R=R,
+        i_max=i_max,
+        angle_unit=angle_unit,
+        angle_kind=angle_kind,
+        zero=zero,
+        aligned_at=aligned_at,
+    )
+    write_whole(out, lambda path: write_map(found.table, path))
+    print(f"{found.n_pulses} pulses at {found.n_angles} angles; noise {found.i_noise:.3g} A rms")
+    if found.R_closing is not None:
+        print(f"rising and falling currents agree with {found.R_closing:.4g} ohm; given {R:g}")
+    for note in found.table.notes:
+        print(f"read as: {note}")
+    print(f"wrote {out}, to {found.table.i[-1]:.4g} A")
+    print(
+        f"next: reluctance map import {out} --N_r {poles} --angle_kind electrical --R_ohm {R:g} "
+        "--N_s POLES --J_kgm2 KGM2 --out MACHINE.toml"
+    )
+
+
+def _names(given: list[str] | None) -> dict[str, str]:
+    pairs = [text.partition("=") for text in given or ()]
+    for quantity, equals, column in pairs:
+        if not equals or not column or quantity not in ("t", "u", "i", "theta"):
+            raise ParameterError(
+                f"--name {quantity}{equals}{column}: need t=NAME, u=NAME, i=NAME or theta=NAME"
+            )
+    return {quantity: column for quantity, _, column in pairs}
