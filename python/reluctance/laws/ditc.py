@@ -11,6 +11,7 @@ from reluctance import _core
 from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
 from reluctance.laws.conduction import ConductionAngles
+from reluctance.laws.flat_top import ROOM
 
 INNER_PART = 0.01  # of tau_max: default inner band
 OUTER_PART = 2.0  # of the inner band: default outer band
@@ -60,10 +61,10 @@ class Ditc(ConductionAngles):
             return window
         return float(min(window[0], _turn_on(known, window[1], sign=1))), window[1]
 
-    def brake_window(self, known: Known) -> tuple[float, float]:
+    def brake_window(self, known: Known, room: float = ROOM) -> tuple[float, float]:
         """The same from the other end: off when the torque of braking has nearly gone."""
         if self.brake_on_deg is not None:
-            return super().brake_window(known)
+            return super().brake_window(known, room)
         off = float(np.radians(BRAKE_OFF))
         return _turn_on(known, off, sign=-1), off
 
