@@ -81,8 +81,8 @@ def slope(
     point: OperatingPoint,
     at: FloatArray,
     i: FloatArray,
-    u: ArrayLike,
-    omega_m: ArrayLike | None = None,
+    u: FloatArray | float,
+    omega_m: FloatArray | None = None,
 ) -> FloatArray:
     """di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di) [A/s], by default at the point's speed."""
     omega = point.omega_m if omega_m is None else omega_m
