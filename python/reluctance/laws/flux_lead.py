@@ -88,8 +88,9 @@ def _packed(
 ) -> _core.LeadLines:
     """The tables as the law takes them; held: whether nothing else is needed for the mean."""
     theta_start, x_end, psi_end = lines
-    last = np.concatenate([[0.0], levels])[np.cumprod(held, axis=0).sum(axis=0)]
-    enough = np.where(held.all(axis=0), BEYOND * levels[-1], last)
+    last = np.cumprod(held, axis=0).sum(axis=0)  # levels that are held, up to the first that is not
+    enough = np.where(last > 0, levels[0] * (last + 0.5), 0.0)
+    enough[held.all(axis=0)] = BEYOND * levels[-1]
     enough[0] = enough[1]  # no torque: nothing is asked
     return _core.LeadLines(
         theta_start=theta_start,

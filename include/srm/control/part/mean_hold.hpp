@@ -27,8 +27,8 @@ namespace srm {
 /// What a law remembers; all zeros after reset.
 template <Real T>
 struct MeanHold {
-  static constexpr T gain = T(0.06);   // [1/rad]: an error decays by a third in a period
-  static constexpr T smooth = T(6);    // a period [rad]
+  static constexpr T gain = T(0.1);    // [1/rad]: an error decays by half in a period
+  static constexpr T smooth = T(3);    // half a period: more than a stroke [rad]
   static constexpr T dead = T(0.005);  // a miss that is left alone [1]
   static constexpr T part_max = T(1);  // past it the torque is out of reach
   static constexpr T moves = T(0.1);   // off its mean over the last radian: the reference moves [1]
