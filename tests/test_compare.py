@@ -292,8 +292,8 @@ def test_the_published_linear_drive_comes_out_the_same(tmp_path):
 
 
 def most_torque(drive: rl.Drive, omega: float) -> float:
-    """Greatest mean of flat-top pulses, ripple and all [N m]: at 3000 rpm 1.7 times what is possible
-    without ripple."""
+    """Greatest mean of flat-top pulses with all their ripple [N m]: at 3000 rpm 1.7 times the limit
+    without."""
     on, off = np.meshgrid(np.radians(np.arange(-120, 90, 15)), np.radians(np.arange(90, 240, 15)))
     i = drive.machine.i_max_A * np.linspace(0, 1, 13)[1:]
     ends = on.ravel()[:, None], off.ravel()[:, None]

@@ -68,14 +68,16 @@ class Shares:
         return np.asarray((levels[:, None] * psi_end - x_end <= LEAD) & ~self.limited)
 
 
-def flux_lead(known: Known, sharing: _core.Sharing) -> _core.FluxLead:
-    """The tables for a machine, its nominal dc-link voltage and a sharing function."""
+def flux_lead(known: Known, sharing: _core.Sharing, *, by_rule: bool) -> _core.FluxLead:
+    """The tables for a machine, its nominal dc-link voltage and a sharing function. Angles that are
+    not by rule are kept as they are when motoring: nothing is led."""
     fastest = FASTEST * known.N_r * max(known.omega_m, 1.0) / known.u_dc
     reach, levels = fastest * np.linspace(0, 1, POINTS), fastest * np.linspace(0, 1, LEVELS + 1)[1:]
     motoring = Shares(known, sharing, np.linspace(0, np.pi, ANGLES))
     braking = Shares(known, sharing, np.linspace(np.pi, 0, ANGLES))
+    shares_do = motoring.motoring(levels) if by_rule else np.ones((LEVELS, POINTS), bool)
     return _core.FluxLead(
-        motoring=_packed(motoring.lines(reach), levels, motoring.motoring(levels)),
+        motoring=_packed(motoring.lines(reach), levels, shares_do),
         braking=_packed(braking.lines(reach), levels, braking.braking(levels)),
         tau_max=known.tau_max,
         reach_max=float(reach[-1]),
