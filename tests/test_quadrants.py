@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import reluctance as rl
+from reluctance.laws import ditc, flux_lead
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "studies"))
@@ -15,6 +16,8 @@ import quadrants  # noqa: E402
 from drawn_machine import drawn_machine  # noqa: E402
 
 LAWS = [*quadrants.PERIODS]
+BY_RULE = LAWS[:5]  # those without a reference profile
+BAND = {"torque_sharing": ["control.i_band_A=1"], "deadbeat": [], "ditc": ["control.T_s_us=5"]}
 TABLE = ROOT / "docs" / "control" / "quadrants.csv"
 each_law = pytest.mark.parametrize("law", LAWS)
 
@@ -45,6 +48,40 @@ def test_backwards_is_the_mirror_image(law: str, sign: int, tmp_path: Path) -> N
     assert back.tau_mean == pytest.approx(-there.tau_mean, rel=1e-4)
     assert back.i_rms == pytest.approx(there.i_rms, rel=1e-4)
     assert back.p_in == pytest.approx(there.p_in, rel=1e-3)
+
+
+@pytest.mark.parametrize("machine", ["paper_6_4", "generic_1hp_8_6", "random_2026"])
+def test_laws_hold_the_mean(machine: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(quadrants, "SPEEDS", (1.0, 2.0))
+    rows = quadrants.study(quadrants.bench(machine, tmp_path), BY_RULE)
+    assert len(rows) == 2 * 2 * 3 * len(BY_RULE)
+    assert not [row for row in rows if row.torque_part > 0.2 and not row.holds]
+
+
+@pytest.mark.parametrize("law", ["torque_sharing", "deadbeat", "ditc"])
+def test_at_the_design_point_nothing_is_led(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same bits as with nothing to lead; at twice the speed it is another run."""
+    drive = rl.load(ROOT / "examples" / "sharing_cubic.toml", [f"control.law={law}", *BAND[law]])
+    fast = drive.with_values({"load.speed_rpm": 3000})
+    led = [rl.simulate(d, until=0.02, record=None).kpis for d in (drive, fast)]
+    monkeypatch.setattr(flux_lead, "SMALL", 1e9)
+    monkeypatch.setattr(ditc, "FAST", 1e9)
+    design, other = (rl.simulate(d, until=0.02, record=None).kpis for d in (drive, fast))
+    assert led[0].i_rms == design.i_rms and led[0].tau_mean == design.tau_mean
+    assert led[1].tau_mean != other.tau_mean
+
+
+def test_a_torque_out_of_reach_leaves_nothing_behind(tmp_path: Path) -> None:
+    """The feedback of the mean is bounded: ten periods after the torque is possible again it is
+    held."""
+    drive = quadrants.bench("paper_6_4", tmp_path).drive("deadbeat", 3000.0, 40.0, 80.0)
+    course = {
+        "reference.tau_Nm": None,
+        "reference.values": [80.0, 80.0, 40.0],
+        "reference.t_s": [0.0, 0.1, 0.101],
+    }
+    kpis = rl.simulate(drive.with_values(course), until=0.4, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(40, rel=0.01)
 
 
 def test_the_table_says_what_holds() -> None:
