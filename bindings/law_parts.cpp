@@ -5,6 +5,7 @@
 #include "srm/control/part/flux_lead.hpp"
 #include "srm/control/part/mean_torque.hpp"
 #include "srm/control/part/sharing.hpp"
+#include "srm/control/part/turn_on.hpp"
 
 namespace bound {
 
@@ -20,9 +21,14 @@ void bind_law_parts(nb::module_& m) {
                           "torques 0..tau_max [N m].")
       .def_static("constant", &srm::constant_current<double>, nb::arg("i_ref"),
                   "The same current [A] for every torque.");
+  bind_struct<srm::TurnOn<double>>(m, "TurnOn",
+                                   "Flux [Wb] that a phase is turned on ahead for: 9 values for "
+                                   "the torques 0..tau_max, motoring and braking.");
+  bind_struct<srm::LeadLines<double>>(m, "LeadLines",
+                                      "Flux of a phase ahead of its share: tables of 9 angles per "
+                                      "flux by 9 torques.");
   bind_struct<srm::FluxLead<double>>(m, "FluxLead",
-                                     "Flux of a braking phase ahead of its share: tables of 9 "
-                                     "angles per flux by 9 torques.");
+                                     "Flux of a phase ahead of its share, motoring and braking.");
   bind_struct<Sharing>(m, "Sharing",
                        "Torque sharing function. Turn-on and overlap angle, electrical [rad]; with "
                        "Shape.table the rise at 33 equally spaced angles of the overlap.")

@@ -49,6 +49,9 @@ DRIVES = {
     "deadbeat": ("deadbeat", []),
     "deadbeat_braking": ("deadbeat", ["reference.tau_Nm=-20"]),
     "sharing_braking": ("sharing_cubic", ["reference.tau_Nm=-20"]),
+    "sharing_fast": ("sharing_cubic", ["load.speed_rpm=3000"]),
+    "deadbeat_fast": ("deadbeat", ["load.speed_rpm=3000"]),
+    "ditc_fast": ("ditc", ["load.speed_rpm=3000"]),
     "angles_braking": (
         "hysteresis_200A",
         ["control.i_ref_A=", "reference.kind=torque", "reference.tau_Nm=-20"],

@@ -20,6 +20,7 @@ from reluctance.compare.contest import torque_to_speed_ripple
 from reluctance.compare.table import as_json, markdown, plain
 from reluctance.compare.tuning import TOLERANCE, Tuner
 from reluctance.errors import ParameterError
+from reluctance.laws.flat_top import flat_top
 from reluctance.units import hertz
 
 ROOT = Path(__file__).parents[1]
@@ -290,6 +291,15 @@ def test_the_published_linear_drive_comes_out_the_same(tmp_path):
     assert done.stdout.count("within 1%") == 3
 
 
+def most_torque(drive: rl.Drive, omega: float) -> float:
+    """Greatest mean of flat-top pulses with all their ripple [N m]: at 3000 rpm 1.7 times the limit
+    without."""
+    on, off = np.meshgrid(np.radians(np.arange(-120, 90, 15)), np.radians(np.arange(90, 240, 15)))
+    i = drive.machine.i_max_A * np.linspace(0, 1, 13)[1:]
+    ends = on.ravel()[:, None], off.ravel()[:, None]
+    return float(flat_top(drive.at(omega), *ends, i[None, :], steps=120).tau.max())
+
+
 def test_laws_over_speed_stay_within_the_limit(tmp_path):
     done = subprocess.run(
         [sys.executable, ROOT / "studies" / "speed_range.py", "--quick", "--out", tmp_path],
@@ -305,8 +315,10 @@ def test_laws_over_speed_stay_within_the_limit(tmp_path):
     for row in rows:
         by_speed.setdefault(float(row["speed_rpm"]), {})[row["control"]] = row
     assert list(by_speed) == [1500, 3000]
+    drive = rl.load(RATED)
+    with_ripple = {rpm: most_torque(drive, rpm * np.pi / 30) for rpm in by_speed}
     for at in by_speed.values():
         for control in FAST:
             assert float(at[control]["torque_error_rms"]) > float(at["limit"]["torque_error_rms"])
             capability = float(at[control]["torque_capability_Nm"])
-            assert 0 < capability < 1.05 * float(at["limit"]["torque_capability_Nm"])
+            assert 0 < capability < 1.05 * with_ripple[float(at[control]["speed_rpm"])]

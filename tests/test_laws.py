@@ -12,6 +12,7 @@ from reluctance.drive.library import machine_table
 from reluctance.errors import ParameterError
 from reluctance.files import read_toml
 from reluctance.laws import flat_top
+from reluctance.laws.current_table import Windows
 from reluctance.load import drive_from
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -78,9 +79,30 @@ def test_least_copper_angles_have_no_better_neighbour() -> None:
 
 def test_current_table_rises_from_nothing() -> None:
     drive = rl.load(PWM)
-    table = flat_top.current_table(drive.control.point(drive.known()), 0.35, 2.5, 41.339)
-    assert table[0] == 0.0
-    assert all(a < b for a, b in pairwise(table))
+    windows = Windows(drive.control.point(drive.known()), (0.35, 2.5), (2.8, 5.6))
+    for table in windows.tables(41.339, None, by_rule=True):
+        assert table[0] == 0.0
+        assert all(a < b for a, b in pairwise(table))
+
+
+def test_the_flat_top_serves_where_a_law_s_own_pulses_have_its_mean() -> None:
+    """0.4 % more torque from the law's own pulses leaves the table as it is; 2 % more asks for less
+    current."""
+    drive = rl.load(PWM)
+    windows = Windows(drive.control.point(drive.known()), (0.35, 2.5), (2.8, 5.6))
+    flat = flat_top.flat_top(windows.point, *windows.pulses).tau
+    usual = windows.tables(41.339, None, by_rule=True)
+    assert windows.tables(41.339, 1.004 * flat, by_rule=True) == usual
+    for table, before in zip(windows.tables(41.339, 1.02 * flat, by_rule=True), usual, strict=True):
+        assert np.all(np.array(table[1:]) < before[1:])
+
+
+def test_own_angles_that_do_not_motor_are_refused() -> None:
+    drive = rl.load(PWM)
+    windows = Windows(drive.control.point(drive.known()), (3.3, 5.5), (2.8, 5.6))
+    windows.tables(41.339, None, by_rule=True)
+    with pytest.raises(rl.ParameterError, match="give a mean torque of at most"):
+        windows.tables(41.339, None, by_rule=False)
 
 
 @pytest.mark.parametrize("shape", ["linear", "cubic", "sinusoidal", "exponential", "table"])

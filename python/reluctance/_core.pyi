@@ -686,12 +686,24 @@ class MeanTorque:
     def constant(i_ref: float) -> MeanTorque:
         """The same current [A] for every torque."""
 
-class FluxLead:
+class TurnOn:
     """
-    Flux of a braking phase ahead of its share: tables of 9 angles per flux by 9 torques.
+    Flux [Wb] that a phase is turned on ahead for: 9 values for the torques 0..tau_max, motoring and braking.
     """
 
-    def __init__(self, *, theta_start: float, tau_max: float, reach_max: float, psi_start: Sequence[float], x_end: Sequence[float]) -> None: ...
+    def __init__(self, *, tau_max: float, omega_from: float, dwell: float, dwell_brake: float, psi: Sequence[float], psi_brake: Sequence[float]) -> None: ...
+
+class LeadLines:
+    """
+    Flux of a phase ahead of its share: tables of 9 angles per flux by 9 torques.
+    """
+
+    def __init__(self, *, theta_start: float, psi_end: Sequence[float], x_end: Sequence[float], reach_least: float, reach: Sequence[float]) -> None: ...
+
+class FluxLead:
+    """Flux of a phase ahead of its share, motoring and braking."""
+
+    def __init__(self, *, motoring: LeadLines, braking: LeadLines, tau_max: float, reach_max: float, drop: float) -> None: ...
 
 class Sharing:
     """
@@ -716,12 +728,12 @@ def pwm_current(setting: Setting, *, R: float, conduction: Conduction, reference
     Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.
     """
 
-def torque_sharing(setting: Setting, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, i_band: float, t_ahead: float, chop: Leg) -> Controller:
+def torque_sharing(setting: Setting, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, i_band: float, T_s: float, t_ahead: float, chop: Leg) -> Controller:
     """
     Shared torque as current references, for the instant t_ahead [s] after the sample.
     """
 
-def ditc(setting: Setting, *, conduction: Conduction, bands: TorqueBands, i_max: float) -> Controller:
+def ditc(setting: Setting, *, conduction: Conduction, turn_on: TurnOn, bands: TorqueBands, i_max: float, T_s: float) -> Controller:
     """Direct instantaneous torque control: the torque error picks the legs."""
 
 def deadbeat(setting: Setting, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:

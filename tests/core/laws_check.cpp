@@ -81,14 +81,17 @@ TorqueSharing<LeHuy<T>, N> torque_sharing(Shape shape) {
           .sharing = sharing_of<T>(shape, 10, 160 - 360.0 / N),
           .lead = {},
           .i_max = T(200),
-          .i_band = T(1)};
+          .i_band = T(1),
+          .T_s = T(20e-6)};
 }
 template <Real T, int N>
 Ditc<LeHuy<T>, N> ditc() {
   return {.machine = paper_machine<T>(),
           .conduction = conduction<T, N>(),
+          .turn_on = {},
           .bands = {.inner = T(0.5), .outer = T(1)},
-          .i_max = T(200)};
+          .i_max = T(200),
+          .T_s = T(5e-6)};
 }
 template <Real T, int N>
 Deadbeat<LeHuy<T>, N> deadbeat(int delay, Carriers carriers) {

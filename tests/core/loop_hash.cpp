@@ -81,6 +81,7 @@ int main() {
                                      .lead = {},
                                      .i_max = 150,
                                      .i_band = 1,
+                                     .T_s = 20e-6,
                                      .t_ahead = 1e-5});
   run("deadbeat", machine,
       srm::Deadbeat<Machine, N>{.machine = machine,

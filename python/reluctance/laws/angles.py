@@ -9,6 +9,8 @@ from pydantic import Field, model_validator
 from reluctance import _core
 from reluctance.drive.control import BAND_PART, NEVER_REACHED
 from reluctance.drive.known import Known
+from reluctance.laws.chopped import chopped
+from reluctance.laws.current_table import FloatArray, Windows
 from reluctance.laws.pulse_current import PulseCurrent
 
 
@@ -35,17 +37,23 @@ class Angles(PulseCurrent):
         return self.regulate == "current" and self.i_ref_A is None
 
     def controller(self, known: Known) -> _core.Controller:
-        window, brake = self.window(known), self.brake_window(known)
+        windows = self.windows(known)
         if self.regulate == "none":
             reference = _core.MeanTorque.constant(NEVER_REACHED)
         else:
-            reference = self.reference(known, window, brake)
-        i_band = BAND_PART * known.i_max if self.i_band_A is None else self.i_band_A
+            reference = self.reference(known, windows)
         return _core.angles(
             self.setting(known),
-            conduction=self.conduction(known, window, brake),
+            conduction=self.conduction(known, windows.motors, windows.brakes),
             reference=reference,
-            i_band=i_band,
+            i_band=self.band(known),
             chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
             watch=getattr(_core.AngleWatch, self.watch),
         )
+
+    def band(self, known: Known) -> float:
+        """Half width [A]."""
+        return BAND_PART * known.i_max if self.i_band_A is None else self.i_band_A
+
+    def mean_torque(self, known: Known, windows: Windows) -> FloatArray | None:
+        return chopped(windows, self.band(known), self.chop == "hard")

@@ -38,16 +38,17 @@ class ConductionAngles(Control):
                 )
         return self
 
-    def window(self, known: Known) -> tuple[float, float]:
-        """Turn-on and turn-off angle, electrical [rad]."""
+    def window(self, known: Known, room: float = flat_top.ROOM) -> tuple[float, float]:
+        """Turn-on and turn-off angle, electrical [rad]. room: torque of flat-top pulses to have,
+        over the greatest reference [1]."""
         if self.theta_on_deg is None or self.theta_off_deg is None:
-            return flat_top.least_copper_angles(self.point(known), known.tau_max)
+            return flat_top.least_copper_angles(self.point(known), known.tau_max, room)
         return float(np.radians(self.theta_on_deg)), float(np.radians(self.theta_off_deg))
 
-    def brake_window(self, known: Known) -> tuple[float, float]:
+    def brake_window(self, known: Known, room: float = flat_top.ROOM) -> tuple[float, float]:
         """The same for braking in forward motion."""
         if self.brake_on_deg is None or self.brake_off_deg is None:
-            return flat_top.least_copper_angles(self.point(known), -known.tau_max)
+            return flat_top.least_copper_angles(self.point(known), -known.tau_max, room)
         return float(np.radians(self.brake_on_deg)), float(np.radians(self.brake_off_deg))
 
     def conduction(

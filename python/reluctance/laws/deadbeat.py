@@ -22,7 +22,7 @@ class Deadbeat(SharedTorque):
         return _core.deadbeat(
             self.setting(known),
             sharing=sharing,
-            lead=flux_lead(known, sharing),
+            lead=flux_lead(known, sharing, by_rule=self.theta_on_deg is None),
             R=known.R,
             i_max=known.i_max,
             T_s=self.T_s,

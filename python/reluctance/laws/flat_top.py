@@ -14,13 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from reluctance import _core
 from reluctance.drive.operating_point import OperatingPoint
-from reluctance.errors import ParameterError
-from reluctance.units import from_si
 
 FloatArray = NDArray[np.float64]
 
 STEPS = 360  # of an electrical period; halving them moves the mean torque by less than 0.5 %
-TABLE_POINTS = 17  # of srm::MeanTorque
+TURNS = 12  # at most, until a current that does not return to zero repeats itself ...
+SETTLED = 1e-3  # ... to this part of i_max
+WIDE = 180.0  # dwell up to which every current returns to zero [deg]
+WIDEST = 255.0  # dwell that is tried where none of those gives the torque [deg]
+CURRENTS = 16  # that a window is tried with
+ROOM = 1.1  # over the torque: what a window has to reach, for what the flat top leaves out
 
 
 @dataclass(frozen=True)
@@ -51,106 +54,92 @@ def flat_top(
     turn = 2 * np.pi / steps
     dt = turn / (point.N_r * point.omega_m)
     i = np.zeros_like(on)
-    tau, squared = np.zeros_like(on), np.zeros_like(on)
-    for step in range(steps):
-        magnetized = np.clip(dwell / turn - step, 0, 1)  # part of the step
-        u = point.u_dc * (2 * magnetized - 1)
-        here = _core.magnetics(point.magnetics, i, on + step * turn)
-        tau += here[:, 2]
-        squared += i**2
-        slope = _slope(point, here, i, u)
-        least = i + dt * _slope(
-            point, here, i, np.full_like(i, -point.u_dc)
-        )  # the EMF may raise it
-        ahead = np.clip(i + dt * slope, 0, np.maximum(top, least))
-        there = _core.magnetics(point.magnetics, ahead, on + (step + 1) * turn)
-        mean = i + dt * (slope + _slope(point, there, ahead, u)) / 2
-        i = np.clip(mean, 0, np.maximum(top, least))
+    for _ in range(TURNS):
+        start = i
+        tau, squared = np.zeros_like(on), np.zeros_like(on)
+        for step in range(steps):
+            magnetized = np.clip(dwell / turn - step, 0, 1)  # part of the step
+            u = point.u_dc * (2 * magnetized - 1)
+            here = _core.magnetics(point.magnetics, i, on + step * turn)
+            tau += here[:, 2]
+            squared += i**2
+            rate = slope(point, here, i, u)
+            falling = slope(point, here, i, np.full_like(i, -point.u_dc))
+            most = np.maximum(top, i + dt * falling)  # the EMF may raise it
+            ahead = np.clip(i + dt * rate, 0, most)
+            there = _core.magnetics(point.magnetics, ahead, on + (step + 1) * turn)
+            i = np.clip(i + dt * (rate + slope(point, there, ahead, u)) / 2, 0, most)
+        if np.all(np.abs(i - start) <= SETTLED * point.i_max):
+            break
     return FlatTop(
         tau=(point.n_phases * tau / steps).reshape(shape),
         i_rms=np.sqrt(squared / steps).reshape(shape),
     )
 
 
-def _slope(point: OperatingPoint, at: FloatArray, i: FloatArray, u: FloatArray) -> FloatArray:
-    """di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di) [A/s]."""
-    return np.asarray((u - point.R * i - point.omega_m * at[:, 4]) / at[:, 3])
+def slope(
+    point: OperatingPoint,
+    at: FloatArray,
+    i: FloatArray,
+    u: FloatArray | float,
+    omega_m: FloatArray | None = None,
+) -> FloatArray:
+    """di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di) [A/s], by default at the point's speed."""
+    omega = point.omega_m if omega_m is None else omega_m
+    return np.asarray((u - point.R * i - omega * at[:, 4]) / at[:, 3])
 
 
-def least_copper_angles(point: OperatingPoint, tau: float) -> tuple[float, float]:
+def least_copper_angles(
+    point: OperatingPoint, tau: float, room: float = ROOM
+) -> tuple[float, float]:
     """The turn-on and turn-off angle that give a mean torque for the least rms current.
 
     Searched in steps of 15 deg among windows of at least a stroke, so that every rotor angle is
-    covered, and in steps of 5 deg around the best of them. Where none reaches the torque, those of
-    the greatest torque. A negative torque brakes in forward motion.
+    covered, and in steps of 5 deg around the best of them. Where the best of half a period leaves
+    no room above the torque, wider ones are tried, whose current need not return to zero. Where
+    none reaches the torque, those of the greatest torque. A negative torque brakes in forward
+    motion.
 
     Returns
     -------
     theta_on, theta_off : float
         Electrical [rad].
     """
-    coarse = np.arange(-60.0, 181.0, 15.0) + (180 if tau < 0 else 0)
-    on, off = _best_window(point, tau, coarse, coarse, steps=STEPS // 3)
+    aside = 180 if tau < 0 else 0
+    coarse = np.arange(-60.0, 181.0, 15.0) + aside
     near = np.arange(-10.0, 11.0, 5.0)
-    on, off = _best_window(point, tau, on + near, off + near, steps=STEPS)
+    widest, (on, off, found) = WIDE, _best_window(point, tau, room, coarse, coarse, WIDE)
+    if not found:
+        early, late = np.arange(-120.0, 91.0, 15.0) + aside, np.arange(90.0, 241.0, 15.0) + aside
+        widest, (on, off, _) = WIDEST, _best_window(point, tau, room, early, late, WIDEST)
+    on, off, _ = _best_window(point, tau, room, on + near, off + near, widest, steps=STEPS)
     return float(np.radians(on)), float(np.radians(off))
 
 
 def _best_window(
-    point: OperatingPoint, tau: float, on: FloatArray, off: FloatArray, *, steps: int
-) -> tuple[float, float]:
-    """The best pair of some angles [deg]."""
+    point: OperatingPoint,
+    tau: float,
+    room: float,
+    on: FloatArray,
+    off: FloatArray,
+    widest: float,
+    *,
+    steps: int = STEPS // 3,
+) -> tuple[float, float, bool]:
+    """The best pair of some angles [deg], and whether it has room above the torque."""
     on, off = (pair.ravel() for pair in np.meshgrid(on, off))
     sign, middle = (-1, 270) if tau < 0 else (1, 90)
     fits = (on <= middle) & (off >= middle)
-    fits &= (off - on >= 360 / point.n_phases) & (off - on <= 180)
+    fits &= (off - on >= 360 / point.n_phases) & (off - on <= widest)
     on, off = on[fits], off[fits]
-    i = point.i_max * np.linspace(0, 1, TABLE_POINTS)[1:] ** 1.5
+    i = point.i_max * np.linspace(0, 1, CURRENTS + 1)[1:] ** 1.5
     ends = np.radians(on)[:, None], np.radians(off)[:, None]
     pulses = flat_top(point, *ends, i[None, :], steps=steps)
+    most = (sign * pulses.tau).max(axis=1)
+    enough = most >= room * abs(tau)
     i_rms = [
-        np.interp(abs(tau), np.maximum.accumulate(sign * t), rms, left=rms[0], right=np.inf)
+        np.interp(abs(tau), np.maximum.accumulate(sign * t), rms, left=rms[0])
         for t, rms in zip(pulses.tau, pulses.i_rms, strict=True)
     ]
-    most = (sign * pulses.tau).max(axis=1)
-    best = np.argmin(i_rms) if np.isfinite(i_rms).any() else np.argmax(most)
-    return float(on[best]), float(off[best])
-
-
-def braking_table(
-    point: OperatingPoint, theta_on: float, theta_off: float, tau_max: float
-) -> list[float]:
-    """The current references [A] for the mean torques 0..-tau_max in equal steps; past the greatest
-    torque of these angles that of i_max."""
-    i = point.i_max * np.linspace(0, 1, 8 * TABLE_POINTS) ** 1.5
-    return _inverse(-flat_top(point, theta_on, theta_off, i).tau, i, tau_max)
-
-
-def current_table(
-    point: OperatingPoint, theta_on: float, theta_off: float, tau_max: float
-) -> list[float]:
-    """The current references [A] for the mean torques 0..tau_max in equal steps.
-
-    Raises
-    ------
-    ParameterError
-        If these angles do not reach tau_max at i_max.
-    """
-    i = point.i_max * np.linspace(0, 1, 8 * TABLE_POINTS) ** 1.5
-    tau = np.maximum.accumulate(flat_top(point, theta_on, theta_off, i).tau)
-    if tau[-1] < tau_max:
-        raise ParameterError(
-            f"[control] angles {np.degrees(theta_on):g} to {np.degrees(theta_off):g} deg give a "
-            f"mean torque of at most {tau[-1]:.4g} N m at i_max_A = {point.i_max:g} and "
-            f"{from_si(point.omega_m, 'rpm'):.5g} rpm, need {tau_max:g}; change the angles, the "
-            "speed or the torque"
-        )
-    return _inverse(tau, i, tau_max)
-
-
-def _inverse(tau: FloatArray, i: FloatArray, tau_max: float) -> list[float]:
-    """The currents over the mean torques 0..tau_max in equal steps."""
-    tau = np.maximum.accumulate(tau)
-    rising = np.flatnonzero(np.diff(tau, prepend=-1.0) > 0)
-    wanted = np.linspace(0, tau_max, TABLE_POINTS)
-    return [float(v) for v in np.interp(wanted, tau[rising], i[rising])]
+    best = np.argmin(np.where(enough, i_rms, np.inf)) if enough.any() else np.argmax(most)
+    return float(on[best]), float(off[best]), bool(enough[best])

@@ -1,45 +1,103 @@
-"""The flux that a braking phase needs ahead of its share, as tables: see
+"""The flux that a phase needs ahead of its share, and from which speed on it does, as tables: see
 include/srm/control/part/flux_lead.hpp."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive.known import Known
+from reluctance.laws.shortfall import mean_of_shares
 
-POINTS = 9  # of srm::FluxLead, each way
+FloatArray = NDArray[np.float64]
+
+POINTS = 9  # of srm::LeadLines, each way
 CURRENTS, ANGLES = 120, 361
+COARSER = 3  # steps of the integration over those of the angles
+NO_SHARE = 1e-6  # of the torque: less is none
 FASTEST = 3.0  # times the working speed: where the tables end
+LEVELS = 24  # speeds that are tried for a shortfall
+SMALL = 0.008  # of the torque, or of half the greatest: a mean that is off by less is held
+# Braking, flux is led at every speed. Up to this lead the mean is within 1 % of the reference
+# without feedback on the machines of studies/quadrants.py [rad].
+LEAD = float(np.radians(55))
+BEYOND = 100.0  # times the end of the tables: a shortfall that never comes
 
 
-def flux_lead(known: Known, sharing: _core.Sharing) -> _core.FluxLead:
-    """The tables for a machine, its nominal dc-link voltage and a sharing function."""
-    theta = np.linspace(np.pi, 0, ANGLES)
-    share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])
-    first = max(int(np.argmax(share > 0)) - 1, 0)
-    theta, share = theta[first:], share[first:]
-    x = theta[0] - theta
-    i = known.i_max * np.linspace(0, 1, CURRENTS) ** 1.5
-    grid = np.broadcast_arrays(i[:, None], theta[None, :])
-    at = _core.magnetics(known.magnetics, *(np.ascontiguousarray(v).ravel() for v in grid))
-    psi, tau = at[:, 0].reshape(grid[0].shape), at[:, 2].reshape(grid[0].shape)
-    tau = np.maximum.accumulate(tau, axis=0)
-    torques = known.tau_max * np.linspace(0, 1, POINTS)
-    needed = np.array(
-        [
-            [np.interp(t * part, tau[:, n], psi[:, n]) for n, part in enumerate(share)]
-            for t in torques
-        ]
-    )
-    fastest = FASTEST * known.N_r * max(known.omega_m, 1.0)
-    reach = fastest / known.u_dc * np.linspace(0, 1, POINTS)
-    above = needed[None] - x / np.maximum(reach, 1e-9)[:, None, None]
-    most = above.argmax(axis=-1)
+class Shares:
+    """What a phase needs to give its share of some torques, at angles in the order of motion."""
+
+    def __init__(self, known: Known, sharing: _core.Sharing, theta: FloatArray) -> None:
+        self.known, self.theta = known, theta
+        self.share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])
+        self.torques = known.tau_max * np.linspace(0, 1, POINTS)  # [N m]
+        i = known.i_max * np.linspace(0, 1, CURRENTS) ** 1.5
+        grid = np.broadcast_arrays(i[:, None], theta[None, :])
+        at = _core.magnetics(known.magnetics, *(np.ascontiguousarray(v).ravel() for v in grid))
+        psi, tau = at[:, 0].reshape(grid[0].shape), at[:, 2].reshape(grid[0].shape)
+        tau = np.maximum.accumulate(tau, axis=0)
+        self.psi, self.i = np.zeros((2, POINTS, len(theta)))  # [Wb], [A]
+        self.limited = np.zeros(POINTS, bool)  # a share that i_max does not give
+        for n in np.flatnonzero(self.share > NO_SHARE):
+            wanted = self.torques * self.share[n]
+            self.psi[:, n] = np.interp(wanted, tau[:, n], psi[:, n])
+            self.i[:, n] = np.interp(wanted, tau[:, n], i)
+            self.limited |= wanted > tau[-1, n]
+        self.psi[0] = self.i[0] = 0
+
+    def lines(self, reach: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Where the share starts [rad], and the ends of the lowest lines above its flux, for angles
+        per flux (n,) over the torques, (n, POINTS) [rad, Wb]."""
+        first = max(int(np.argmax(self.share > 0)) - 1, 0)
+        x, psi = np.abs(self.theta - self.theta[first])[first:], self.psi[:, first:]
+        most = (psi[None] - x / np.maximum(reach, 1e-9)[:, None, None]).argmax(axis=-1)
+        psi_end = np.take_along_axis(psi, most.T, axis=1).T
+        return float(self.theta[first]), x[most], psi_end
+
+    def motoring(self, levels: FloatArray) -> NDArray[np.bool_]:
+        """Whether the shares alone hold the mean, for angles per flux (n,) over the torques."""
+        coarse = slice(None, None, COARSER)
+        mean = mean_of_shares(self.known, self.theta[coarse], self.i[:, coarse], levels)
+        most = np.maximum(self.torques, self.torques[-1] / 2)
+        return np.asarray(np.abs(mean - self.torques) <= SMALL * most)
+
+    def braking(self, levels: FloatArray) -> NDArray[np.bool_]:
+        """Whether the lead does."""
+        _, x_end, psi_end = self.lines(levels)
+        return np.asarray((levels[:, None] * psi_end - x_end <= LEAD) & ~self.limited)
+
+
+def flux_lead(known: Known, sharing: _core.Sharing, *, by_rule: bool) -> _core.FluxLead:
+    """The tables for a machine, its nominal dc-link voltage and a sharing function. Angles that are
+    not by rule are kept as they are when motoring: nothing is led."""
+    fastest = FASTEST * known.N_r * max(known.omega_m, 1.0) / known.u_dc
+    reach, levels = fastest * np.linspace(0, 1, POINTS), fastest * np.linspace(0, 1, LEVELS + 1)[1:]
+    motoring = Shares(known, sharing, np.linspace(0, np.pi, ANGLES))
+    braking = Shares(known, sharing, np.linspace(np.pi, 0, ANGLES))
+    shares_do = motoring.motoring(levels) if by_rule else np.ones((LEVELS, POINTS), bool)
     return _core.FluxLead(
-        theta_start=float(theta[0]),
+        motoring=_packed(motoring.lines(reach), levels, shares_do),
+        braking=_packed(braking.lines(reach), levels, braking.braking(levels)),
         tau_max=known.tau_max,
         reach_max=float(reach[-1]),
-        psi_start=above.max(axis=-1).ravel().tolist(),
-        x_end=x[most].ravel().tolist(),
+        drop=known.R * float(max(motoring.i.max(), braking.i.max())),
+    )
+
+
+def _packed(
+    lines: tuple[float, FloatArray, FloatArray], levels: FloatArray, held: NDArray[np.bool_]
+) -> _core.LeadLines:
+    """The tables as the law takes them; held: whether nothing else is needed for the mean."""
+    theta_start, x_end, psi_end = lines
+    last = np.cumprod(held, axis=0).sum(axis=0)  # levels that are held, up to the first that is not
+    enough = np.where(last > 0, levels[0] * (last + 0.5), 0.0)
+    enough[held.all(axis=0)] = BEYOND * levels[-1]
+    enough[0] = enough[1]  # no torque: nothing is asked
+    return _core.LeadLines(
+        theta_start=theta_start,
+        psi_end=psi_end.ravel().tolist(),
+        x_end=x_end.ravel().tolist(),
+        reach_least=float(enough.min()),
+        reach=enough.tolist(),
     )

@@ -8,8 +8,11 @@ from pydantic import Field, model_validator
 from reluctance import _core
 from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
-from reluctance.laws import flat_top
 from reluctance.laws.conduction import ConductionAngles
+from reluctance.laws.current_table import FloatArray, Windows
+from reluctance.laws.flat_top import ROOM
+
+MORE_ROOM = (1.3, 1.6)  # over the torque: for windows whose pulses fall short of the flat top's
 
 
 class PulseCurrent(ConductionAngles):
@@ -34,23 +37,37 @@ class PulseCurrent(ConductionAngles):
                 f"{known.i_max:g}; lower one or raise the other"
             )
 
-    def reference(
-        self, known: Known, window: tuple[float, float], brake: tuple[float, float]
-    ) -> _core.MeanTorque:
+    def windows(self, known: Known) -> Windows:
+        """Both windows; those by rule have as much room above the greatest torque as the law's own
+        pulses need."""
+        point = self.point(known)
+        motors, brakes = self.window(known), self.brake_window(known)
+        windows = Windows(point, motors, brakes)
+        if not self.follows_torque:
+            return windows
+        for room in MORE_ROOM:
+            short = windows.short(known.tau_max, self.mean_torque(known, windows))
+            motors = self.window(known, room) if short[0] else motors
+            brakes = self.brake_window(known, room) if short[1] else brakes
+            windows = Windows(point, motors, brakes)
+        return windows
+
+    def reference(self, known: Known, windows: Windows) -> _core.MeanTorque:
         """The current over the torque reference."""
         if self.i_ref_A is not None:
             return _core.MeanTorque.constant(self.i_ref_A)
-        point, tau_max = self.point(known), known.tau_max
-        return _core.MeanTorque(
-            tau_max=tau_max,
-            i_ref=flat_top.current_table(point, *window, tau_max),
-            i_brake=flat_top.braking_table(point, *brake, tau_max),
-        )
+        own, by_rule = self.mean_torque(known, windows), self.theta_on_deg is None
+        i_ref, i_brake = windows.tables(known.tau_max, own, by_rule=by_rule)
+        return _core.MeanTorque(tau_max=known.tau_max, i_ref=i_ref, i_brake=i_brake)
 
-    def brake_window(self, known: Known) -> tuple[float, float]:
+    def mean_torque(self, known: Known, windows: Windows) -> FloatArray | None:
+        """What the law's own pulses give [N m]; None where flat-top pulses are known to serve."""
+        raise NotImplementedError
+
+    def brake_window(self, known: Known, room: float = ROOM) -> tuple[float, float]:
         """Where no torque is asked for, no angle has the least copper for it: the motoring window,
         mirrored about the aligned angle and the one of most torque."""
         if self.follows_torque or self.brake_on_deg is not None:
-            return super().brake_window(known)
+            return super().brake_window(known, room)
         on, off = self.window(known)
         return on + np.pi, off + np.pi

@@ -10,7 +10,9 @@ from pydantic import Field
 from reluctance import _core
 from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
+from reluctance.laws.current_table import FloatArray, Windows
 from reluctance.laws.pulse_current import PulseCurrent
+from reluctance.laws.sampled_pwm import PiLoop, sampled
 
 # Bandwidth times control period: half of it leaves a phase margin of about 60 deg, with the half
 # sample of the PWM and one sample of delay taken from 90 deg at 57 deg per radian.
@@ -34,15 +36,22 @@ class PwmCurrent(PulseCurrent):
             )
 
     def controller(self, known: Known) -> _core.Controller:
-        window, brake = self.window(known), self.brake_window(known)
-        bandwidth = BANDWIDTH_PART / self.T_s
-        if self.bandwidth_Hz is not None:
-            bandwidth = 2 * np.pi * self.bandwidth_Hz
+        windows = self.windows(known)
         return _core.pwm_current(
             self.setting(known),
-            conduction=self.conduction(known, window, brake),
-            reference=self.reference(known, window, brake),
+            conduction=self.conduction(known, windows.motors, windows.brakes),
+            reference=self.reference(known, windows),
             R=known.R,
-            bandwidth=bandwidth,
+            bandwidth=self.bandwidth,
             T_s=self.T_s,
         )
+
+    @property
+    def bandwidth(self) -> float:
+        """Of the current loop [rad/s]."""
+        if self.bandwidth_Hz is not None:
+            return float(2 * np.pi * self.bandwidth_Hz)
+        return BANDWIDTH_PART / self.T_s
+
+    def mean_torque(self, known: Known, windows: Windows) -> FloatArray | None:
+        return sampled(windows, PiLoop(self.bandwidth, self.T_s, known.delay))

@@ -69,9 +69,14 @@ class SharedTorque(Control):
         if self.sharing == "optimal":
             return _optimal(known)
         if self.theta_on_deg is None or self.theta_ov_deg is None:
-            free = 180 - 360 / known.n_phases
-            return self._sharing((1 - OVERLAP_PART) / 2 * free, OVERLAP_PART * free)
+            usual, full = (self._overlapping(known, part) for part in (OVERLAP_PART, 1.0))
+            return min((usual, full), key=lambda sharing: max(_load(known, sharing), 1.0))
         return self._sharing(self.theta_on_deg, self.theta_ov_deg)
+
+    def _overlapping(self, known: Known, part: float) -> _core.Sharing:
+        """An overlap that is this part of the angle free for it, the rest at both ends."""
+        free = 180 - 360 / known.n_phases
+        return self._sharing((1 - part) / 2 * free, part * free)
 
     def _sharing(self, on_deg: float, ov_deg: float) -> _core.Sharing:
         return _core.Sharing(
@@ -80,6 +85,16 @@ class SharedTorque(Control):
             theta_ov=np.radians(ov_deg),
             table=self.share_table or [0.0] * TABLE_POINTS,
         )
+
+
+def _load(known: Known, sharing: _core.Sharing) -> float:
+    """The greatest share of the greatest torque, over what a phase gives at i_max [1]. Within a
+    stroke of the middle of the half period: further out the other phases can help."""
+    part = np.pi / known.n_phases
+    theta = np.linspace(np.pi / 2 - part, np.pi / 2 + part, 121)
+    share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])
+    most = _core.magnetics(known.magnetics, np.full_like(theta, known.i_max), theta)[:, 2]
+    return float(np.max(share * known.tau_max / most))
 
 
 def _optimal(known: Known) -> _core.Sharing:

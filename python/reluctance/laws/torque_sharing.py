@@ -26,9 +26,10 @@ class TorqueSharing(SharedTorque):
             self.setting(known),
             R=known.R,
             sharing=sharing,
-            lead=flux_lead(known, sharing),
+            lead=flux_lead(known, sharing, by_rule=self.theta_on_deg is None),
             i_max=machine.i_max_A,
             i_band=BAND_PART * machine.i_max_A if self.i_band_A is None else self.i_band_A,
+            T_s=self.T_s,
             t_ahead=self.T_s * (0.5 + known.delay),  # mid-sample
             chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
         )

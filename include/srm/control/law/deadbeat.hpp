@@ -5,9 +5,10 @@
 // one sample of delay psi is first carried through the sample that is under way, whose duty is
 // known.
 //
-// Braking, flux is built up ahead of the share (flux_lead.hpp), which makes torque of the wrong
-// sign first. The phase of the greatest share therefore gives what the torques that the others will
-// have leave to be given.
+// Braking, and where the voltage is short, flux is built up ahead of the share (flux_lead.hpp) and
+// removed past it. The torque that this makes outside of a share is left out of what is shared, and
+// the phase of the greatest share gives what is then still missing. Where the voltage is short the
+// mean is held by feedback (mean_hold.hpp).
 //
 // R. Mikail, I. Husain, Y. Sozer, M. S. Islam, T. Sebastian, "A fixed switching frequency
 // predictive current control method for switched reluctance machines", IEEE Trans. Ind. Appl.
@@ -17,6 +18,7 @@
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/flux_lead.hpp"
+#include "srm/control/part/mean_hold.hpp"
 #include "srm/control/part/mirror.hpp"
 #include "srm/control/part/modulator.hpp"
 #include "srm/control/part/per_phase.hpp"
@@ -32,6 +34,7 @@ struct Deadbeat {
   static constexpr int n_phases = N;
   struct State {
     std::array<T, N> duty{};  // ordered in the sample before
+    MeanHold<T> mean;
   };
 
   M machine;
@@ -45,27 +48,21 @@ struct Deadbeat {
   SRM_FIELDS(machine, R, sharing, lead, i_max, T_s, delay, carriers)
 
   Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
-    const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;  // electrical angle a sample
-    const T theta_end = wrap(y.theta_e + turn * static_cast<T>(1 + delay));
-    std::array<T, N> theta, tau;
-    int first = 0;
-    for (int k = 0; k < N; ++k) {
-      theta[k] = drive_angle<N>(theta_end, k, tau_ref);
-      tau[k] = sharing.template share<N>(theta[k]) * abs(tau_ref);
-      if (tau[k] > tau[first]) first = k;
-    }
-    if (brakes(y.omega_m, tau_ref)) {
-      T left = abs(tau_ref);
-      for (int k = 0; k < N; ++k) {
-        if (k != first) left = left - brake(x.duty[k], y, k, tau[k], theta[k], abs(tau_ref));
-      }
-      brake(x.duty[first], y, first, max(left, T(0)), theta[first], abs(tau_ref));
+    const bool braking = brakes(y.omega_m, tau_ref);
+    const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
+    const T theta_end = wrap(y.theta_e + omega_e * T_s * static_cast<T>(1 + delay));
+    const bool is_short = lead.is_short(y.u_dc, abs(tau_ref), abs(omega_e), braking);
+    if (braking || is_short) {
+      const T asked = is_short ? held(x, y, tau_ref) : abs(tau_ref);
+      order_ahead(x, y, theta_end, tau_ref, asked);
     } else {
       for (int k = 0; k < N; ++k) {
-        const T i_ref = current_for_torque(machine, tau[k], theta[k], i_max);
+        const T theta = drive_angle<N>(theta_end, k, tau_ref);
+        const T tau = sharing.template share<N>(theta) * abs(tau_ref);
+        const T i_ref = current_for_torque(machine, tau, theta, i_max);
         const T i = max(y.i[k], T(0));
         x.duty[k] = i_ref > T(0)
-                        ? duty(x.duty[k], y, k, machine.at(i_ref, theta[k]).psi, (i + i_ref) / T(2))
+                        ? duty(x.duty[k], y, k, machine.at(i_ref, theta).psi, (i + i_ref) / T(2))
                         : T(-1);
       }
     }
@@ -75,7 +72,7 @@ struct Deadbeat {
 
  private:
   /// Flux of phase k when the orders of this sample begin to act; last: the duty before them.
-  T flux(T last, const Measurement<T, N>& y, int k) const {
+  [[gnu::noinline]] T flux(T last, const Measurement<T, N>& y, int k) const {
     const T i = max(y.i[k], T(0));
     const T psi = machine.at(i, phase_angle<N>(y.theta_e, k)).psi;
     return delay > 0 ? max(psi + T_s * (last * y.u_dc - R * i), T(0)) : psi;
@@ -86,27 +83,59 @@ struct Deadbeat {
     return clamp(u / y.u_dc, T(-1), T(1));
   }
 
+  /// The torque to ask for, so that what the currents give has the mean of the reference.
+  T held(State& x, const Measurement<T, N>& y, T tau_ref) const {
+    const T given = torque_of_currents(machine, y, tau_ref);
+    const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;
+    return x.mean.asked(abs(tau_ref), given, turn, brakes(y.omega_m, tau_ref));
+  }
+
+  /// Duty cycles with flux ahead of the shares of a torque.
+  [[gnu::noinline, gnu::cold]] void order_ahead(State& x, const Measurement<T, N>& y, T theta_end,
+                                                T tau_ref, T asked) const {
+    std::array<T, N> theta, share;
+    int first = 0;
+    for (int k = 0; k < N; ++k) {
+      theta[k] = drive_angle<N>(theta_end, k, tau_ref);
+      share[k] = sharing.template share<N>(theta[k]);
+      if (share[k] > share[first]) first = k;
+    }
+    const T omega_e = static_cast<T>(machine.N_r) * abs(y.omega_m);
+    const LeadLine<T> line = lead.line(y.u_dc, asked, omega_e, brakes(y.omega_m, tau_ref));
+    T left = asked;
+    for (int k = 0; k < N; ++k) {
+      if (!(share[k] > T(0))) left = left - towards(x.duty[k], y, k, T(0), theta[k], line);
+    }
+    const T shared = min(left, most_shared<T> * asked);  // what the phases without a share leave
+    left = shared;
+    for (int k = 0; k < N; ++k) {
+      if (k == first || !(share[k] > T(0))) continue;
+      left = left - towards(x.duty[k], y, k, share[k] * shared, theta[k], line);
+    }
+    left = min(left, most_shared<T> * asked);
+    towards(x.duty[first], y, first, left, theta[first], line);
+  }
+
   /// Orders the duty cycle for a torque, or for the flux that more of it will need, and returns the
   /// torque that the phase will then have at theta, in the frame of positive torque.
-  [[gnu::noinline]] T brake(T& duty, const Measurement<T, N>& y, int k, T tau, T theta,
-                            T tau_all) const {
-    const T i = max(y.i[k], T(0));
-    const T omega_e = static_cast<T>(machine.N_r) * abs(y.omega_m);
+  [[gnu::noinline, gnu::cold]] T towards(T& duty, const Measurement<T, N>& y, int k, T tau, T theta,
+                                         const LeadLine<T>& line) const {
+    const T psi_least = line.flux(theta);
+    const T i = max(y.i[k], T(0)), psi = flux(duty, y, k);
     const T i_ref = current_for_torque(machine, tau, theta, i_max);
-    const T psi_share = i_ref > T(0) ? machine.at(i_ref, theta).psi : T(0);
-    const T slope = (T(0.97) * y.u_dc - R * i) / omega_e;  // a reserve of 3 %
-    const T psi_ref = max(psi_share, lead.flux(theta, tau_all, slope));
-    const T psi = flux(duty, y, k);
-    const T u = (psi_ref - psi) / T_s + R * i;
+    T psi_ref = i_ref > T(0) ? machine.at(i_ref, theta).psi : T(0);
+    const bool leads = psi_least > psi_ref;
+    if (leads) psi_ref = psi_least;
+    const T u = (psi_ref - psi) / T_s + R * (leads ? i : (i + i_ref) / T(2));
     duty = psi_ref > T(0) ? clamp(u / y.u_dc, T(-1), T(1)) : T(-1);
     const T psi_end = psi + T_s * (duty * y.u_dc - R * i);
     if (!(psi_end > T(0))) return T(0);
     T i_end = i;
-    for (int steps = 0; steps < 2; ++steps) {
+    for (int steps = 0;; ++steps) {
       const Magnetics<T> there = machine.at(i_end, theta);
+      if (steps == 2) return there.tau;
       i_end = clamp(i_end + (psi_end - there.psi) / there.L_inc, T(0), T(2) * i_max);
     }
-    return machine.at(i_end, theta).tau;
   }
 };
 

@@ -12,12 +12,18 @@
 //
 // (1) but a demagnetizing phase freewheels once the torque is back within. Phases outside their
 // window demagnetize; one above i_max is not magnetized.
+//
+// At other torques and speeds than those that the window is made for it opens as early as flux
+// needs to be built up (turn_on.hpp), and the mean is held by feedback (mean_hold.hpp): incoming
+// phases push the torque to the upper end of the band, and above base speed the voltage is short.
 #pragma once
 
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
+#include "srm/control/part/mean_hold.hpp"
 #include "srm/control/part/mirror.hpp"
 #include "srm/control/part/per_phase.hpp"
+#include "srm/control/part/turn_on.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -56,21 +62,29 @@ struct Ditc {
   static constexpr int n_phases = N;
   struct State {
     std::array<Leg, N> leg{};
+    MeanHold<T> mean;
   };
 
   M machine;
-  Conduction<T> conduction;  // the dwell exceeds a stroke by the overlap
+  Conduction<T> conduction;  // the dwell is at least a stroke
+  TurnOn<T> turn_on;
   TorqueBands<T> bands;
   T i_max;  // [A]
-  SRM_FIELDS(machine, conduction, bands, i_max)
+  T T_s;    // control period [s]
+  SRM_FIELDS(machine, conduction, turn_on, bands, i_max, T_s)
 
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
-    const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
-    const T dwell = wrap(window.theta_off - window.theta_on);
     const bool braking = brakes(y.omega_m, tau_ref);  // the window is entered at its far end
+    const bool leads = turn_on.leads(abs(tau_ref), y.omega_m);
+    Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
+    if (leads && !(abs(y.omega_m) < conduction.omega_start)) {
+      const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
+      window = turn_on.ahead(window, abs(tau_ref), omega_e, y.u_dc, braking);
+    }
+    const T dwell = wrap(window.theta_off - window.theta_on);
     std::array<T, N> past_on{};  // angle since turn-on; the newest phase has the least
     T newest = dwell;
-    T excess = -abs(tau_ref);
+    T excess = leads ? T(0) : -abs(tau_ref);
     int active = 0;
     for (int k = 0; k < N; ++k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
@@ -79,6 +93,7 @@ struct Ditc {
       newest = min(newest, past_on[k]);
       if (y.i[k] > T(0)) excess = excess + machine.at(y.i[k], theta).tau;
     }
+    if (leads) excess = excess - asked(x, y, excess, tau_ref, braking);
     return per_phase<T, N>([&](int k) {
       Leg leg = Leg::demagnetize;
       if (past_on[k] < dwell && tau_ref != T(0)) {
@@ -91,6 +106,13 @@ struct Ditc {
       x.leg[k] = leg;
       return hold<T>(leg);
     });
+  }
+
+ private:
+  [[gnu::noinline, gnu::cold]] constexpr T asked(State& x, const Measurement<T, N>& y, T given,
+                                                 T tau_ref, bool braking) const {
+    const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;
+    return x.mean.asked(abs(tau_ref), given, turn, braking);
   }
 };
 

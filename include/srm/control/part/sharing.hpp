@@ -48,6 +48,12 @@ constexpr T exponential_rise(T x) {
   return (T(1) - exp(T(-5) * x * x)) * scale;
 }
 
+/// The most that sharing phases are asked for, over what is asked of all. What a phase gives of the
+/// wrong sign they make up for, and have the more flux to remove: without a bound, currents can
+/// keep each other up at high speed.
+template <Real T>
+inline constexpr T most_shared = T(2);
+
 template <Real T>
 struct Sharing {
   Shape shape;

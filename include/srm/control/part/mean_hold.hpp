@@ -1,0 +1,69 @@
+// Mean torque by feedback: what a law asks of its phases, so that the torque that they give has the
+// mean of the reference.
+//
+// Where the voltage no longer follows the references, at high speed, the mean is off by what was
+// missed, and no table made beforehand knows all of it. The machine model knows what torque the
+// measured currents give. Its error is smoothed and integrated over the angle, not over time,
+//
+//   d miss/d theta_e = (1 - given/tau_ref - miss)/smooth
+//   d part/d theta_e = gain miss,     asked = tau_ref (1 + part),
+//
+// so that ripple, which repeats with the angle, averages out at every speed, and at standstill
+// nothing winds up. A miss below half a percent is left alone: samples of a current that chops say
+// no more, and where the voltage suffices the law is as it is without feedback. While the reference
+// moves nothing is integrated: the torque follows a step within about two radians, and what it
+// lacks until then is no error of the mean. Motoring and braking have a part each.
+#pragma once
+
+#include <array>
+
+#include "srm/base/angle.hpp"
+#include "srm/control/frame/interface.hpp"
+#include "srm/control/part/mirror.hpp"
+#include "srm/machine/magnetics.hpp"
+
+namespace srm {
+
+/// What a law remembers; all zeros after reset.
+template <Real T>
+struct MeanHold {
+  static constexpr T gain = T(0.1);    // [1/rad]: an error decays by half in a period
+  static constexpr T smooth = T(3);    // half a period: more than a stroke [rad]
+  static constexpr T dead = T(0.005);  // a miss that is left alone [1]
+  static constexpr T part_max = T(1);  // past it the torque is out of reach
+  static constexpr T moves = T(0.1);   // off its mean over the last radian: the reference moves [1]
+
+  std::array<T, 2> part{};  // asked over tau_ref, less one: motoring, braking [1]
+  T miss{};                 // of the mean, smoothed [1]
+  T tau_before{};           // the reference, smoothed over a radian [N m]
+
+  /// The torque to ask for. given: by the measured currents [N m], in the frame of positive torque;
+  /// turn: electrical angle since the last sample [rad].
+  constexpr T asked(T tau, T given, T turn, bool braking) {
+    const T angle = abs(turn);
+    tau_before = tau_before + min(angle, T(1)) * (tau - tau_before);
+    if (!(tau > T(0))) return T(0);
+    T& own = part[braking ? 1 : 0];
+    if (abs(tau - tau_before) < moves * tau) {
+      const T error = clamp(T(1) - given / tau, T(-2), T(2));
+      miss = miss + min(angle / smooth, T(1)) * (error - miss);
+      const T much = miss - clamp(miss, -dead, dead);
+      own = clamp(own + gain * angle * much, T(-0.95), part_max);
+    }
+    return tau * (T(1) + own);
+  }
+};
+
+/// The torque of the measured currents, in the frame of positive torque [N m].
+template <Machine M, int N, class T = typename M::Scalar>
+[[gnu::noinline, gnu::cold]] constexpr T torque_of_currents(const M& machine,
+                                                            const Measurement<T, N>& y, T tau_ref) {
+  T given = T(0);
+  for (int k = 0; k < N; ++k) {
+    if (!(y.i[k] > T(0))) continue;
+    given = given + machine.at(y.i[k], drive_angle<N>(y.theta_e, k, tau_ref)).tau;
+  }
+  return given;
+}
+
+}  // namespace srm

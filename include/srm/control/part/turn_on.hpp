@@ -1,0 +1,47 @@
+// How far ahead a phase is turned on, so that its flux is there when its predecessor leaves.
+//
+// The flux psi with which a phase gives the torque alone takes the angle omega_e psi/u to build up,
+// at any speed and dc-link voltage. psi is a table over the torque, made offline, with what the
+// resistance takes of the voltage in it.
+//
+// At the greatest torque and up to some speed a law keeps the window that was made for them.
+#pragma once
+
+#include <array>
+
+#include "srm/base/angle.hpp"
+#include "srm/base/fields.hpp"
+#include "srm/base/interpolate.hpp"
+#include "srm/control/part/conduction.hpp"
+
+namespace srm {
+
+template <Real T>
+struct TurnOn {
+  T tau_max;                   // torque of the last entries [N m]; 0: never ahead
+  T omega_from;                // from this speed on every torque is led [rad/s]
+  T dwell, dwell_brake;        // of a window without lead [rad]
+  std::array<T, 9> psi;        // motoring: flux for 0, tau_max/8, ... tau_max [Wb]
+  std::array<T, 9> psi_brake;  // braking [Wb]
+  SRM_FIELDS(tau_max, omega_from, dwell, dwell_brake, psi, psi_brake)
+
+  /// Whether windows follow torque, speed and voltage here.
+  constexpr bool leads(T tau, T omega_m) const {
+    return tau < T(0.9) * tau_max || (tau_max > T(0) && abs(omega_m) > omega_from);
+  }
+
+  /// A window that is left where the given one is. omega_e: electrical speed [rad/s]; braking, the
+  /// window is entered at theta_off.
+  constexpr Window<T> ahead(Window<T> window, T tau, T omega_e, T u_dc, bool braking) const {
+    const T u = max(u_dc, T(1e-3));
+    const T lead = abs(omega_e) * interpolate(braking ? psi_brake : psi, tau / tau_max) / u;
+    if (braking) {
+      window.theta_off = window.theta_on + min(dwell_brake + lead, T(1.45) * pi<T>);
+    } else {
+      window.theta_on = window.theta_off - min(dwell + lead, T(1.05) * pi<T>);
+    }
+    return window;
+  }
+};
+
+}  // namespace srm

@@ -1,0 +1,129 @@
+"""The mean torque that is asked for, motoring and braking, up to three times base speed:
+studies/quadrants.py and the table that it writes."""
+
+import csv
+import sys
+from pathlib import Path
+
+import pytest
+
+import reluctance as rl
+from reluctance.laws import ditc, flux_lead
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "studies"))
+import quadrants  # noqa: E402
+from drawn_machine import drawn_machine  # noqa: E402
+
+LAWS = [*quadrants.PERIODS]
+BY_RULE = LAWS[:5]  # those without a reference profile
+BAND = {"torque_sharing": ["control.i_band_A=1"], "deadbeat": [], "ditc": ["control.T_s_us=5"]}
+TABLE = ROOT / "docs" / "control" / "quadrants.csv"
+each_law = pytest.mark.parametrize("law", LAWS)
+
+
+def table() -> list[dict[str, str]]:
+    with TABLE.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+@each_law
+def test_braking_at_the_design_speed(law: str, tmp_path: Path) -> None:
+    """-20 N m at 1500 rpm, 14 to 23 % short before braking had rules of its own."""
+    drive = quadrants.bench("paper_6_4", tmp_path).drive(law, 1500.0, -20.0, 20.0)
+    kpis = rl.simulate(drive, until=0.1, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(-20, rel=0.01)
+    most = {"deadbeat": 0.01, "ditc": 0.02, "edge_mpc": 0.01, "finite_set_mpc": 0.01}
+    assert law not in most or kpis.torque_error_rms < most[law]
+
+
+@each_law
+@pytest.mark.parametrize("sign", [1, -1])
+def test_backwards_is_the_mirror_image(law: str, sign: int, tmp_path: Path) -> None:
+    bench = quadrants.bench("paper_6_4", tmp_path)
+    forwards = bench.drive(law, 2000.0, 20.0 * sign, 40.0)
+    backwards = bench.drive(law, -2000.0, -20.0 * sign, 40.0)
+    there, back = rl.simulate_all([forwards, backwards], until=0.03)
+    assert isinstance(there, rl.Kpis) and isinstance(back, rl.Kpis)
+    assert back.tau_mean == pytest.approx(-there.tau_mean, rel=1e-4)
+    assert back.i_rms == pytest.approx(there.i_rms, rel=1e-4)
+    assert back.p_in == pytest.approx(there.p_in, rel=1e-3)
+
+
+@pytest.mark.parametrize("machine", ["paper_6_4", "generic_1hp_8_6", "random_2026"])
+def test_laws_hold_the_mean(machine: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(quadrants, "SPEEDS", (1.0, 2.0))
+    rows = quadrants.study(quadrants.bench(machine, tmp_path), BY_RULE)
+    assert len(rows) == 2 * 2 * 3 * len(BY_RULE)
+    assert not [row for row in rows if row.torque_part > 0.2 and not row.holds]
+
+
+@pytest.mark.parametrize("law", ["torque_sharing", "deadbeat", "ditc"])
+def test_at_the_design_point_nothing_is_led(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same bits as with nothing to lead; at twice the speed it is another run."""
+    drive = rl.load(ROOT / "examples" / "sharing_cubic.toml", [f"control.law={law}", *BAND[law]])
+    fast = drive.with_values({"load.speed_rpm": 3000})
+    led = [rl.simulate(d, until=0.02, record=None).kpis for d in (drive, fast)]
+    monkeypatch.setattr(flux_lead, "SMALL", 1e9)
+    monkeypatch.setattr(ditc, "FAST", 1e9)
+    design, other = (rl.simulate(d, until=0.02, record=None).kpis for d in (drive, fast))
+    assert led[0].i_rms == design.i_rms and led[0].tau_mean == design.tau_mean
+    assert led[1].tau_mean != other.tau_mean
+
+
+def test_a_torque_out_of_reach_leaves_nothing_behind(tmp_path: Path) -> None:
+    """The feedback of the mean is bounded: ten periods after the torque is possible again it is
+    held."""
+    drive = quadrants.bench("paper_6_4", tmp_path).drive("deadbeat", 3000.0, 40.0, 80.0)
+    course = {
+        "reference.tau_Nm": None,
+        "reference.values": [80.0, 80.0, 40.0],
+        "reference.t_s": [0.0, 0.1, 0.101],
+    }
+    kpis = rl.simulate(drive.with_values(course), until=0.4, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(40, rel=0.01)
+
+
+def test_the_table_says_what_holds() -> None:
+    rows = table()
+    assert len(rows) == 4 * 8 * 2 * 6 * 3
+    for row in rows:
+        if row["refused"]:
+            assert (row["holds"], row["mean_error"]) == ("0", "")
+        else:
+            assert (row["holds"] == "1") == (abs(float(row["mean_error"])) <= float(row["bound"]))
+
+
+def test_the_drawn_machine_is_the_same_each_time() -> None:
+    assert drawn_machine(2026) == drawn_machine(2026)
+    assert drawn_machine(2026) != drawn_machine(2027)
+
+
+def compared(machine: str, laws: list[str], tmp_path: Path) -> int:
+    """Runs of a machine, compared with the table."""
+    rows = quadrants.study(quadrants.bench(machine, tmp_path), laws)
+    kept = {
+        (r["law"], r["quadrant"], float(r["speed_part"]), float(r["torque_part"])): r
+        for r in table()
+        if r["machine"] == machine
+    }
+    for row in rows:
+        old = kept[row.law, row.quadrant, row.speed_part, row.torque_part]
+        assert bool(row.refused) == bool(old["refused"])
+        if not row.refused:
+            assert row.mean_error == pytest.approx(float(old["mean_error"]), abs=2e-3)
+            ripple = float(old["ripple_rms"] or "nan")  # none has meaning where the mean is zero
+            assert row.ripple_rms == pytest.approx(ripple, rel=0.05, abs=2e-3, nan_ok=True)
+    return len(rows)
+
+
+def test_the_table_is_current(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(quadrants, "SPEEDS", (1.0, 2.0))
+    laws = ["angles", "pwm_current", "torque_sharing", "deadbeat", "ditc", "paper_mpc"]
+    assert compared("random_2026", laws, tmp_path) == 2 * 2 * 3 * len(laws)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("machine", quadrants.MACHINES)
+def test_the_whole_table_is_current(machine: str, tmp_path: Path) -> None:
+    assert compared(machine, LAWS, tmp_path) == 2 * 6 * 3 * len(LAWS)
