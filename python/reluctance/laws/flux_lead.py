@@ -18,7 +18,7 @@ COARSER = 3  # steps of the integration over those of the angles
 NO_SHARE = 1e-6  # of the torque: less is none
 FASTEST = 3.0  # times the working speed: where the tables end
 LEVELS = 24  # speeds that are tried for a shortfall
-SMALL = 0.008  # of the torque, or of half the greatest: a mean that is off by less is held
+SMALL = 0.005  # of the torque, or of half the greatest: a mean that is off by less is held
 # Braking, flux is led at every speed. Up to this lead the mean is within 1 % of the reference
 # without feedback on the machines of studies/quadrants.py [rad].
 LEAD = float(np.radians(55))
