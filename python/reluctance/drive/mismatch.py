@@ -19,6 +19,8 @@ class Mismatch(Section):
 
 def as_known(machine: MachineFile, mismatch: Mismatch) -> MachineFile:
     """The machine as the control knows it: the base of its model and of its tables."""
+    if mismatch.R_factor == 1 and mismatch.flux_factor == 1:
+        return machine
     keys = FLUX_KEYS[machine.model]
     changed = {key: getattr(machine, key) * mismatch.flux_factor for key in keys}
     changed["R_ohm"] = machine.R_ohm * mismatch.R_factor
