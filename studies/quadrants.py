@@ -324,7 +324,8 @@ def main() -> None:
             laws = arguments.law or [*PERIODS]
         for at in benches:
             found = study(at, laws)
-            print(f"{at.name}: base speed {found[6 * len(laws)].speed_rpm:.0f} rpm")
+            base = next(row for row in found if row.speed_part == 1)
+            print(f"{at.name}: base speed {base.speed_rpm:.0f} rpm")
             print("\n".join(summary(found)), flush=True)
             rows += found
     out: Path = arguments.out

@@ -77,7 +77,6 @@ PwmCurrent<LeHuy<T>, N> pwm_current() {
 template <Real T, int N>
 TorqueSharing<LeHuy<T>, N> torque_sharing(Shape shape) {
   return {.machine = paper_machine<T>(),
-          .R = T(0.72),
           .sharing = sharing_of<T>(shape, 10, 160 - 360.0 / N),
           .lead = {},
           .i_max = T(200),

@@ -76,7 +76,6 @@ int main() {
       .shape = srm::Shape::cubic, .theta_on = 0.17, .theta_ov = 0.7, .table = {}};
   run("sharing", machine,
       srm::TorqueSharing<Machine, N>{.machine = machine,
-                                     .R = 0.72,
                                      .sharing = sharing,
                                      .lead = {},
                                      .i_max = 150,

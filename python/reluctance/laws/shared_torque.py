@@ -88,8 +88,8 @@ class SharedTorque(Control):
 
 
 def _load(known: Known, sharing: _core.Sharing) -> float:
-    """The greatest share of the greatest torque, over what a phase gives at i_max [1]. Within a
-    stroke of the middle of the half period: further out the other phases can help."""
+    """The greatest share of the greatest torque, over what a phase gives at i_max [1]. Over
+    the stroke centred on 90 deg: further out the other phases can help."""
     part = np.pi / known.n_phases
     theta = np.linspace(np.pi / 2 - part, np.pi / 2 + part, 121)
     share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])

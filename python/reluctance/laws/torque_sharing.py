@@ -24,7 +24,6 @@ class TorqueSharing(SharedTorque):
         machine, sharing = known.machine, self.shares(known)
         return _core.torque_sharing(
             self.setting(known),
-            R=known.R,
             sharing=sharing,
             lead=flux_lead(known, sharing, by_rule=self.theta_on_deg is None),
             i_max=machine.i_max_A,

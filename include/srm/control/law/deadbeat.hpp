@@ -94,26 +94,15 @@ struct Deadbeat {
   [[gnu::noinline, gnu::cold]] void order_ahead(State& x, const Measurement<T, N>& y, T theta_end,
                                                 T tau_ref, T asked) const {
     std::array<T, N> theta, share;
-    int first = 0;
     for (int k = 0; k < N; ++k) {
       theta[k] = drive_angle<N>(theta_end, k, tau_ref);
       share[k] = sharing.template share<N>(theta[k]);
-      if (share[k] > share[first]) first = k;
     }
     const T omega_e = static_cast<T>(machine.N_r) * abs(y.omega_m);
     const LeadLine<T> line = lead.line(y.u_dc, asked, omega_e, brakes(y.omega_m, tau_ref));
-    T left = asked;
-    for (int k = 0; k < N; ++k) {
-      if (!(share[k] > T(0))) left = left - towards(x.duty[k], y, k, T(0), theta[k], line);
-    }
-    const T shared = min(left, most_shared<T> * asked);  // what the phases without a share leave
-    left = shared;
-    for (int k = 0; k < N; ++k) {
-      if (k == first || !(share[k] > T(0))) continue;
-      left = left - towards(x.duty[k], y, k, share[k] * shared, theta[k], line);
-    }
-    left = min(left, most_shared<T> * asked);
-    towards(x.duty[first], y, first, left, theta[first], line);
+    share_out(share, asked, [&](std::size_t k, T tau) {
+      return towards(x.duty[k], y, static_cast<int>(k), tau, theta[k], line);
+    });
   }
 
   /// Orders the duty cycle for a torque, or for the flux that more of it will need, and returns the

@@ -31,7 +31,6 @@ struct TorqueSharing {
   };
 
   M machine;
-  T R;  // phase resistance [ohm]
   Sharing<T> sharing;
   FluxLead<T> lead;
   T i_max;                    // limit of a phase current [A]
@@ -39,7 +38,7 @@ struct TorqueSharing {
   T T_s;                      // control period [s]
   T t_ahead = T(0);           // from the sample to the instant that the reference is for [s]
   Leg chop = Leg::freewheel;  // freewheel: soft; demagnetize: hard
-  SRM_FIELDS(machine, R, sharing, lead, i_max, i_band, T_s, t_ahead, chop)
+  SRM_FIELDS(machine, sharing, lead, i_max, i_band, T_s, t_ahead, chop)
 
   Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
     const bool braking = brakes(y.omega_m, tau_ref);
@@ -70,38 +69,26 @@ struct TorqueSharing {
                                                    T asked) const {
     const bool braking = brakes(y.omega_m, tau_ref);
     std::array<T, N> theta, share, i_ref;
-    int first = 0;
     for (int k = 0; k < N; ++k) {
       theta[k] = drive_angle<N>(theta_e, k, tau_ref);
       share[k] = sharing.template share<N>(theta[k]);
-      if (share[k] > share[first]) first = k;
     }
     const T omega_e = static_cast<T>(machine.N_r) * abs(y.omega_m);
     const LeadLine<T> line = lead.line(y.u_dc, asked, omega_e, braking);
-    T left = asked;
-    for (int k = 0; k < N; ++k) {
-      if (!(share[k] > T(0))) left = left - order(i_ref[k], y, k, T(0), theta[k], line);
-    }
-    const T shared = clamp(left, T(0), most_shared<T> * asked);  // phases without a share leave it
-    left = shared;
-    for (int k = 0; k < N; ++k) {
-      if (k == first || !(share[k] > T(0))) continue;
-      left = left - order(i_ref[k], y, k, share[k] * shared, theta[k], line);
-    }
-    left = min(left, most_shared<T> * asked);
-    order(i_ref[first], y, first, left, theta[first], line);
+    share_out(share, asked,
+              [&](std::size_t k, T tau) { return order(i_ref[k], y.i[k], tau, theta[k], line); });
     const Leg above = braking ? Leg::demagnetize : chop;
     return per_phase<T, N>([&](int k) { return regulate(i_ref[k], i_band, above); });
   }
 
-  /// Orders the current for a torque of phase k, or of the flux that more of it will need, and
+  /// Orders the current for a torque of a phase, or of the flux that more of it will need, and
   /// returns the torque that the phase then gives, in the frame of positive torque.
-  [[gnu::noinline, gnu::cold]] T order(T& i_ref, const Measurement<T, N>& y, int k, T tau, T theta,
+  [[gnu::noinline, gnu::cold]] T order(T& i_ref, T i_now, T tau, T theta,
                                        const LeadLine<T>& line) const {
     i_ref = current_for_torque(machine, tau, theta, i_max);
     const T psi = line.flux(theta);
     if (psi > T(0)) {
-      T i = max(y.i[k], T(0));
+      T i = max(i_now, T(0));
       for (int steps = 0; steps < 2; ++steps) {
         const Magnetics<T> here = machine.at(i, theta);
         i = clamp(i + (psi - here.psi) / here.L_inc, T(0), i_max);
@@ -109,7 +96,7 @@ struct TorqueSharing {
       i_ref = max(i_ref, i);
     }
     // In its band a current is as good as at its reference; outside, the voltage is short.
-    const T i = abs(y.i[k] - i_ref) > T(2) * i_band ? y.i[k] : i_ref;
+    const T i = abs(i_now - i_ref) > T(2) * i_band ? i_now : i_ref;
     return i > T(0) ? machine.at(i, theta).tau : T(0);
   }
 };

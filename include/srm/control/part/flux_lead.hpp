@@ -12,9 +12,9 @@
 // end is in tables over torque and 1/s, made offline from the machine and its sharing function; an
 // end between two entries lies near the flux of the share too.
 //
-// Where neither the voltage nor the current limit keeps the phases from their shares, nothing of
-// this is needed: up to an angle per flux, over the torque, the mean is within half a percent
-// without it.
+// When motoring, where neither the voltage nor the current limit keeps the phases from their
+// shares, nothing of this is needed. A table gives, for each torque, the 1/s up to which the mean
+// is within half a percent without a lead.
 #pragma once
 
 #include <array>
@@ -64,7 +64,7 @@ struct FluxLead {
   T drop;       // of the resistance at the greatest current of tau_max [V]
   SRM_FIELDS(motoring, braking, tau_max, reach_max, drop)
 
-  /// Whether the phases fall short of their shares by more than the mean of a torque allows.
+  /// True where, by that table, the mean is off without feedback; motoring, without a lead too.
   constexpr bool is_short(T u_dc, T tau, T omega_e, bool brakes) const {
     const LeadLines<T>& lines = brakes ? braking : motoring;
     if (!(omega_e > u_dc * lines.reach_least)) return false;

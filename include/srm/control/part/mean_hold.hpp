@@ -1,9 +1,9 @@
-// Mean torque by feedback: what a law asks of its phases, so that the torque that they give has the
-// mean of the reference.
+// Feedback of the mean torque: scales what a law asks of its phases until the mean of the estimated
+// torque equals the reference.
 //
 // Where the voltage no longer follows the references, at high speed, the mean is off by what was
-// missed, and no table made beforehand knows all of it. The machine model knows what torque the
-// measured currents give. Its error is smoothed and integrated over the angle, not over time,
+// missed, and a table made offline predicts only a part of it. The machine model knows what torque
+// the measured currents give. Its error is smoothed and integrated over the angle, not over time,
 //
 //   d miss/d theta_e = (1 - given/tau_ref - miss)/smooth
 //   d part/d theta_e = gain miss,     asked = tau_ref (1 + part),
@@ -27,28 +27,30 @@ namespace srm {
 /// What a law remembers; all zeros after reset.
 template <Real T>
 struct MeanHold {
-  static constexpr T gain = T(0.1);    // [1/rad]: an error decays by half in a period
-  static constexpr T smooth = T(3);    // half a period: more than a stroke [rad]
-  static constexpr T dead = T(0.005);  // a miss that is left alone [1]
-  static constexpr T part_max = T(1);  // past it the torque is out of reach
-  static constexpr T moves = T(0.1);   // off its mean over the last radian: the reference moves [1]
+  static constexpr T gain = T(0.1);        // [1/rad]: an error decays by half in a period
+  static constexpr T smooth = T(3);        // half a period: more than a stroke [rad]
+  static constexpr T dead = T(0.005);      // a miss that is left alone [1]
+  static constexpr T part_max = T(1);      // past it the torque is out of reach
+  static constexpr T part_min = T(-0.95);  // some torque is always asked for
+  static constexpr T moves = T(0.1);  // off its mean over the last radian: the reference moves [1]
 
   std::array<T, 2> part{};  // asked over tau_ref, less one: motoring, braking [1]
   T miss{};                 // of the mean, smoothed [1]
-  T tau_before{};           // the reference, smoothed over a radian [N m]
+  T tau_before{};           // the reference, signed by the motion, smoothed over a radian [N m]
 
   /// The torque to ask for. given: by the measured currents [N m], in the frame of positive torque;
   /// turn: electrical angle since the last sample [rad].
   constexpr T asked(T tau, T given, T turn, bool braking) {
     const T angle = abs(turn);
-    tau_before = tau_before + min(angle, T(1)) * (tau - tau_before);
+    const T moving = braking ? -tau : tau;
+    tau_before = tau_before + min(angle, T(1)) * (moving - tau_before);
     if (!(tau > T(0))) return T(0);
     T& own = part[braking ? 1 : 0];
-    if (abs(tau - tau_before) < moves * tau) {
+    if (abs(moving - tau_before) < moves * tau) {
       const T error = clamp(T(1) - given / tau, T(-2), T(2));
       miss = miss + min(angle / smooth, T(1)) * (error - miss);
       const T much = miss - clamp(miss, -dead, dead);
-      own = clamp(own + gain * angle * much, T(-0.95), part_max);
+      own = clamp(own + gain * angle * much, part_min, part_max);
     }
     return tau * (T(1) + own);
   }

@@ -13,6 +13,9 @@
 // switched reluctance motor drives", IEEE Trans. Power Electron. 24(9), 2009.
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "srm/base/angle.hpp"
 #include "srm/base/fields.hpp"
 #include "srm/base/interpolate.hpp"
@@ -53,6 +56,28 @@ constexpr T exponential_rise(T x) {
 /// keep each other up at high speed.
 template <Real T>
 inline constexpr T most_shared = T(2);
+
+/// Orders the phases one after the other, so that together they give a torque: first those without
+/// a share, which only have flux to build up or to lose, then those that share what these leave;
+/// last the phase of the greatest share, which supplies what the others miss. order(k, tau): orders
+/// tau of phase k and returns what it then gives, in the frame of positive torque [N m].
+template <Real T, std::size_t N, class Order>
+constexpr void share_out(const std::array<T, N>& share, T asked, const Order& order) {
+  std::size_t first = 0;
+  for (std::size_t k = 1; k < N; ++k) {
+    if (share[k] > share[first]) first = k;
+  }
+  T left = asked;
+  for (std::size_t k = 0; k < N; ++k) {
+    if (!(share[k] > T(0))) left = left - order(k, T(0));
+  }
+  const T shared = clamp(left, T(0), most_shared<T> * asked);
+  left = shared;
+  for (std::size_t k = 0; k < N; ++k) {
+    if (k != first && share[k] > T(0)) left = left - order(k, share[k] * shared);
+  }
+  order(first, min(left, most_shared<T> * asked));
+}
 
 template <Real T>
 struct Sharing {

@@ -4,7 +4,8 @@
 // at any speed and dc-link voltage. psi is a table over the torque, made offline, with what the
 // resistance takes of the voltage in it.
 //
-// At the greatest torque and up to some speed a law keeps the window that was made for them.
+// From 90 % of the greatest torque on, and up to omega_from, a law keeps its fixed window, which
+// was made for them.
 #pragma once
 
 #include <array>
@@ -18,6 +19,10 @@ namespace srm {
 
 template <Real T>
 struct TurnOn {
+  static constexpr T working = T(0.9);  // of tau_max: from here on the fixed window serves [1]
+  // Bounds of a window, motoring and braking: more of it would give torque of the wrong sign [rad].
+  static constexpr T longest = T(1.05) * pi<T>, longest_brake = T(1.45) * pi<T>;
+
   T tau_max;                   // torque of the last entries [N m]; 0: never ahead
   T omega_from;                // from this speed on every torque is led [rad/s]
   T dwell, dwell_brake;        // of a window without lead [rad]
@@ -27,18 +32,18 @@ struct TurnOn {
 
   /// Whether windows follow torque, speed and voltage here.
   constexpr bool leads(T tau, T omega_m) const {
-    return tau < T(0.9) * tau_max || (tau_max > T(0) && abs(omega_m) > omega_from);
+    return tau < working * tau_max || (tau_max > T(0) && abs(omega_m) > omega_from);
   }
 
-  /// A window that is left where the given one is. omega_e: electrical speed [rad/s]; braking, the
-  /// window is entered at theta_off.
+  /// The given window, entered earlier by the lead; the angle at which it is left stays. omega_e:
+  /// electrical speed [rad/s]; braking, the window is entered at theta_off.
   constexpr Window<T> ahead(Window<T> window, T tau, T omega_e, T u_dc, bool braking) const {
     const T u = max(u_dc, T(1e-3));
     const T lead = abs(omega_e) * interpolate(braking ? psi_brake : psi, tau / tau_max) / u;
     if (braking) {
-      window.theta_off = window.theta_on + min(dwell_brake + lead, T(1.45) * pi<T>);
+      window.theta_off = window.theta_on + min(dwell_brake + lead, longest_brake);
     } else {
-      window.theta_on = window.theta_off - min(dwell + lead, T(1.05) * pi<T>);
+      window.theta_on = window.theta_off - min(dwell + lead, longest);
     }
     return window;
   }
