@@ -728,7 +728,7 @@ def pwm_current(setting: Setting, *, R: float, conduction: Conduction, reference
     Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.
     """
 
-def torque_sharing(setting: Setting, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, i_band: float, T_s: float, t_ahead: float, chop: Leg) -> Controller:
+def torque_sharing(setting: Setting, *, sharing: Sharing, lead: FluxLead, i_max: float, i_band: float, T_s: float, t_ahead: float, chop: Leg) -> Controller:
     """
     Shared torque as current references, for the instant t_ahead [s] after the sample.
     """
