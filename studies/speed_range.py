@@ -33,7 +33,7 @@ from reluctance.compare.figure import style
 from reluctance.compare.tuning import Tuner
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-from reluctance.laws import LAWS
+from reluctance.laws import table_of
 from reluctance.laws.guided import Guided
 from reluctance.run.kpis import definite
 
@@ -82,7 +82,7 @@ def at_speed(drive: Drive, part: float) -> Drive:
 
 def with_guide(contender: Contender, speeds: list[float], top: float) -> Contender:
     """The law, with one guide for all points if it follows one."""
-    if not issubclass(LAWS[contender.law], Guided):
+    if not issubclass(table_of(contender.law), Guided):
         return contender
     guide = (("guide_speed_rpm", speeds), ("tau_max_Nm", top))
     return replace(contender, keys=(*contender.keys, *guide))

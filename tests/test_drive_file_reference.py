@@ -10,7 +10,7 @@ import pytest
 import reluctance as rl
 from reluctance.drive.library import MODELS
 from reluctance.drive.loss_data import Iron
-from reluctance.laws import LAWS
+from reluctance.laws import LAWS, table_of
 from reluctance.load import TABLES
 
 PAGE = (Path(__file__).parents[1] / "docs" / "drive_file.md").read_text(encoding="utf-8")
@@ -49,7 +49,7 @@ def documented(part, word=None):
 SECTIONS = (
     [(f"[{name}]", None, section) for name, section in TABLES.items()]
     + [("[machine]", name, section) for name, section in MODELS.items()]
-    + [("[control]", name, section) for name, section in LAWS.items()]
+    + [("[control]", law, table_of(law)) for law in LAWS]
     + [("[machine.iron]", None, Iron)]
 )
 each_section = pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 
 import reluctance as rl
 from reluctance.drive.schema import Section
-from reluctance.laws import LAWS
+from reluctance.laws import LAWS, table_of
 from reluctance.load import TABLES, drive_from
 
 FOLDER = Path(__file__).parents[1] / "examples"
@@ -30,7 +30,7 @@ VALUES = st.recursive(LEAVES, lambda v: st.dictionaries(TEXTS, v, max_size=2))
 
 
 def keys(table: str) -> list[str]:
-    kinds: list[type[Section]] = list(LAWS.values()) if table == "control" else [TABLES[table]]
+    kinds: list[type[Section]] = [*map(table_of, LAWS)] if table == "control" else [TABLES[table]]
     return sorted({key for kind in kinds for key in kind.model_fields} - {"law"})
 
 
@@ -54,7 +54,7 @@ def test_any_table_gives_a_drive_or_one_line(
     if law is not None:
         tables["control"]["law"] = law
         if law in LAWS:
-            known = LAWS[law].model_fields
+            known = table_of(law).model_fields
             tables["control"] = {k: v for k, v in tables["control"].items() if k in known}
     for (table, key), value in changes:
         tables.setdefault(table, {})[key] = value

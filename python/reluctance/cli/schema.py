@@ -11,13 +11,13 @@ from reluctance.drive.library import MODELS
 from reluctance.drive.own_law import OwnLaw
 from reluctance.drive.schema import Section
 from reluctance.files import check_ending, write_text
-from reluctance.laws import LAWS
+from reluctance.laws import LAWS, table_of
 from reluctance.load import OPTIONAL, TABLES
 
 
 def json_schema() -> dict[str, Any]:
     """The schema, made from the tables that check a drive file."""
-    tables: list[type[Section]] = [*TABLES.values(), *MODELS.values(), *LAWS.values(), OwnLaw]
+    tables: list[type[Section]] = [*TABLES.values(), *MODELS.values(), *map(table_of, LAWS), OwnLaw]
     places, below = models_json_schema([(table, "validation") for table in tables])
 
     def place(table: type[Section]) -> dict[str, Any]:
@@ -36,7 +36,7 @@ def json_schema() -> dict[str, Any]:
                 "description": "name from the library, path to a machine file, or a table",
                 "anyOf": [{"type": "string"}, *map(place, MODELS.values())],
             },
-            "control": {"anyOf": [*map(place, LAWS.values()), place(OwnLaw)]},
+            "control": {"anyOf": [*(place(table_of(law)) for law in LAWS), place(OwnLaw)]},
             **{name: place(table) for name, table in TABLES.items()},
         },
         **below,
