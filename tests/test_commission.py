@@ -77,6 +77,31 @@ def test_every_order_of_the_sensors_and_a_reversed_one_are_found(n):
             assert found.sign == tuple(sign[channel] for channel in found.sensor)
 
 
+@pytest.mark.parametrize(
+    ("machine", "sensing"),
+    [
+        ("paper_6_4", {"sensing.i_offset_A": [4.0, -4.0, 4.0]}),
+        ("npf_vector_6_4", {"sensing.i_noise_LSB": 64.0}),  # 2.5 % of the greatest current
+    ],
+)
+def test_sensors_with_great_errors_are_not_taken_for_a_short(machine, sensing):
+    for seed in range(1, 41):
+        drive = bench_drive(machine, **sensing, **{"sensing.noise_seed": seed})
+        found = commission(drive, "wiring")
+        assert found.text == "done"
+        assert found.sensor == (0, 1, 2)
+
+
+def test_the_rotor_is_clamped_for_the_resistance():
+    short = replace(levels(PAPER), t_settle=0.05, t_mean=0.05)
+    by_default, clamped, free = (
+        commission(PAPER, "resistance", levels=short, clamped=held).R
+        for held in (None, True, False)
+    )
+    assert by_default == clamped
+    assert by_default != free
+
+
 def test_the_zero_of_a_reversed_encoder_changes_its_sign():
     """What the README of the package says to do where the direction is -1."""
     ways = [

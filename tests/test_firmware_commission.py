@@ -1,5 +1,6 @@
 """Commissioning in the exported package: the compiled routines against the plant, on the desk."""
 
+import csv
 import ctypes
 import subprocess
 
@@ -12,10 +13,50 @@ from reluctance.commission import commission
 from reluctance.commission.bench import rotor
 from reluctance.export import firmware
 from reluctance.export.target import PHASE
+from reluctance.export.trip_levels import limits
+from reluctance.maps import identify, read_pulses
 from reluctance.run.plant import loop_parts
 
 ROUTINES = {"wiring": 1, "resistance": 2, "alignment": 3, "pulses": 4}
 MODES = ("off", "precharge", "calibrate", "ready", "run", "fault")
+RUNNING, DONE = 1, 2
+PROBE = """
+#include "commission.cpp"
+extern "C" void probe_fault(const reluctance_commissioner* x, srm::Fault<float>* fault) {
+  *fault = std::launder(reinterpret_cast<const State*>(x))->states.fault;
+}
+"""
+BOARD = """
+#include "board.h"
+#include "reluctance_commission.h"
+reluctance_finding commissioning_interrupt(void);
+void board_write_found(const reluctance_found* told);
+int32_t board_interrupt(const reluctance_measurement*, const reluctance_request*,
+                        reluctance_command*, reluctance_outputs*, reluctance_found*);
+static const reluctance_measurement* y;
+static const reluctance_request* ask;
+static reluctance_command* orders;
+static reluctance_outputs* out;
+static reluctance_found* found;
+static int32_t written;
+void board_read_currents(float i_A[RELUCTANCE_PHASES]) {
+  for (int k = 0; k < RELUCTANCE_PHASES; ++k) i_A[k] = y->i_A[k];
+}
+float board_read_angle(void) { return y->theta_e_rad; }
+float board_read_dc_link(void) { return y->u_dc_V; }
+void board_read_request(reluctance_request* request) { *request = *ask; }
+void board_write_orders(const reluctance_command* command) { *orders = *command; }
+void board_write_outputs(const reluctance_outputs* outputs) { *out = *outputs; }
+void board_write_found(const reluctance_found* told) { *found = *told, ++written; }
+/* The interrupt, and how many times it has told what it found. */
+int32_t board_interrupt(const reluctance_measurement* sample, const reluctance_request* request,
+                        reluctance_command* command, reluctance_outputs* outputs,
+                        reluctance_found* told) {
+  y = sample, ask = request, orders = command, out = outputs, found = told, written = 0;
+  commissioning_interrupt();
+  return written;
+}
+"""
 
 
 class Board:
@@ -24,12 +65,15 @@ class Board:
     def __init__(self, drive, folder):
         package = firmware(drive, folder / "package").folder
         library = folder / "commission.so"
-        flags = ("-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared", "-Wall", "-Werror")
-        subprocess.run(
-            ["g++", *flags, "-I.", "-Iinclude", "commission.cpp", "-o", library],
-            cwd=package,
-            check=True,
-        )
+        (package / "probe.cpp").write_text(PROBE)
+        (package / "board.c").write_text(BOARD)
+        flags = ("-O1", "-ffp-contract=off", "-fPIC", "-Wall", "-Werror", "-I.", "-Iinclude")
+        made = ("commissioning.o", "board.o", "-o", library)
+        for command in (
+            ["gcc", "-std=c99", "-pedantic", *flags, "-c", "commissioning.c", "board.c"],
+            ["g++", "-std=c++20", *flags, "-shared", "probe.cpp", *made],
+        ):
+            subprocess.run(command, cwd=package, check=True)
         self.drive, self.library = drive, ctypes.CDLL(str(library))
         self.library.reluctance_describe_finding.restype = ctypes.c_char_p
         n = drive.machine.n_phases
@@ -64,9 +108,7 @@ class Board:
         if self.commands:
             self.request["sequence"] += 1
         self.request["tripped"] = self.samples == self.trip_at
-        arrays = (self.commissioner, self.sample, self.request, self.command, self.outputs)
-        self._call("commission", *arrays)
-        self._call("get_found", self.commissioner, self.found)
+        self.control()
         mode = MODES[self.outputs["mode"][0]]
         if mode not in self.modes[-1:]:
             self.modes.append(mode)
@@ -77,10 +119,25 @@ class Board:
                     row.extend(np.atleast_1d(order[name]).astype(float).tolist())
         return [*row, 0.0]
 
-    def run(self, routine, *, theta_e_deg=40.0, until=20.0, phase=0, pulses=1, clamped=True):
-        """One routine, until it ends."""
+    def control(self):
+        arrays = (self.commissioner, self.sample, self.request, self.command, self.outputs)
+        self._call("commission", *arrays)
+        self._call("get_found", self.commissioner, self.found)
+
+    def start(self, routine, phase, pulses):
         start = self.library.reluctance_commission_start
         start(ctypes.c_void_p(self.commissioner.ctypes.data), ROUTINES[routine], phase, pulses)
+
+    def fault(self):
+        """Status, value and limit of the fault that ended `run`."""
+        fault = np.zeros(1, np.dtype("i1,i1,f4,f4,u4", align=True))
+        probe = self.library.probe_fault
+        probe(*(ctypes.c_void_p(a.ctypes.data) for a in (self.commissioner, fault)))
+        return [fault[0][n] for n in (0, 2, 3)]
+
+    def run(self, routine, *, theta_e_deg=40.0, until=20.0, phase=0, pulses=1, clamped=True):
+        """One routine, until it ends."""
+        self.start(routine, phase, pulses)
         self.found[:] = np.zeros(1, self.found.dtype)
         n = self.drive.machine.n_phases
         parts = loop_parts(self.drive, -1.0)
@@ -168,6 +225,72 @@ def test_a_pulse_is_told_row_by_row(board):
         assert volt_seconds[0] == pytest.approx(volt_seconds[1], rel=0.05)
 
 
+class Encoder:
+    """The board's interrupt in C, with an encoder that toggles between two counts; its rows."""
+
+    def __init__(self, board, drive):
+        self.board, self.drive, self.rows = board, drive, []
+        self.count = 2 * np.pi * drive.machine.N_r / drive.sensing.encoder_counts
+
+    def start(self, routine, phase, pulses):
+        self.board.library.commissioning_start(ROUTINES[routine], phase, pulses)
+
+    def control(self):
+        board = self.board
+        shown = board.sample["theta_e"] - self.count * (board.samples % 3 == 0)
+        board.sample["theta_e"] = np.float32(shown % np.float32(2 * np.pi))
+        arrays = (board.sample, board.request, board.command, board.outputs, board.found)
+        pointers = (ctypes.c_void_p(a.ctypes.data) for a in arrays)
+        if board.library.board_interrupt(*pointers) and board.found["finding"][0] == RUNNING:
+            self.rows.append(self.row(board.found[0]))
+
+    def row(self, found):
+        """As the README of the package says."""
+        theta_e = float(found["theta_e"])
+        turned = theta_e - 2 * np.pi if theta_e > 6 else theta_e
+        theta_m = turned * 180 / (np.pi * self.drive.machine.N_r)
+        t = found["sample"] * self.drive.control.T_s
+        return [t, found["u_mean"], found["i"], f"{theta_m:.5f}"]
+
+
+def test_what_the_interrupt_tells_is_a_recording_for_map_identify(board, monkeypatch, tmp_path):
+    encoder = Encoder(board, DRIVE)
+    for name in ("start", "control"):
+        monkeypatch.setattr(board, name, getattr(encoder, name))
+    # The interrupt loads the orders a period later: the plant must not delay them again.
+    monkeypatch.setattr(board, "drive", DRIVE.with_values({"sensing.delay_samples": 0}))
+    angles = np.linspace(0, 180, 7)
+    for theta_e_deg in angles:
+        found = board.run("pulses", theta_e_deg=float(theta_e_deg), pulses=2)
+        assert found["finding"] == DONE
+    with (tmp_path / "p.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["t_s", "u_mean_V", "i_A", "theta_m_deg"])
+        writer.writerows(encoder.rows)
+    machine = DRIVE.machine
+    identified = identify(read_pulses([tmp_path / "p.csv"]), N_r=machine.N_r, R=machine.R)
+    assert (identified.n_pulses, identified.n_angles) == (2 * len(angles), len(angles))
+    table = identified.table
+    i, theta_e = np.meshgrid(table.i, table.theta_e, indexing="ij")
+    psi = _core.magnetics(machine.magnetics, i.ravel(), theta_e.ravel())[:, 0]
+    assert table.psi.ravel() == pytest.approx(psi, abs=0.02 * psi.max())
+
+
+def test_no_pulses_are_one(board):
+    found = board.run("pulses", theta_e_deg=180.0, pulses=0, until=1.0)
+    assert (found["finding"], found["pulse"], found["progress"]) == (DONE, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("u_dc", "status", "limit"), [(400.0, 3, "u_dc_max"), (20.0, 4, "u_dc_min")]
+)
+def test_a_wrong_voltage_is_a_fault_with_its_evidence(board, u_dc, status, limit):
+    board.run("resistance", until=0.2)
+    board.step([0.0] * 3, 0.7, 0.0, u_dc, 0.0, 0.0)
+    assert board.modes[-1] == "fault"
+    assert board.fault() == pytest.approx([status, u_dc, getattr(limits(DRIVE), limit)])
+
+
 def test_without_commands_the_legs_go_off(board):
     board.run("resistance", until=0.2)
     assert board.modes[-1] == "run"
@@ -196,6 +319,8 @@ def test_a_trip_of_the_hardware_ends_the_routine(board):
         (([0, float("nan"), 0], 0.7, 240.0), b"not a finite number"),
         (([0.0, 0, 0], 0.7, 400.0), b"outside its limits"),
         (([0.0, 0, 0], float("nan"), 240.0), b"not a finite number"),
+        (([0.0, 0, 0], float("inf"), 240.0), b"not a finite number"),
+        (([float("-inf"), 0, 0], 0.7, 240.0), b"not a finite number"),
     ],
 )
 def test_a_sample_that_no_routine_goes_on_with_is_a_fault(board, sample, finding):

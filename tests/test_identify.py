@@ -172,6 +172,12 @@ def test_pulses_that_cannot_be_meant_are_refused(captures, change, options, said
         identify(read_pulses([path]), N_r=6, **{"R": R, **options})
 
 
+def test_pulses_at_one_angle_are_refused(captures, tmp_path):
+    path = write(tmp_path / "p.csv", [(*row, 90) for row in captures[8]], "t_s,u_V,i_A,theta_e_deg")
+    with pytest.raises(ParameterError, match="angles"):
+        identify(read_pulses([path]), N_r=6, R=R)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -32,12 +32,15 @@ State& state_of(reluctance_commissioner* commissioner) {
 }
 
 /// The fault that ends `run`, where the routine stopped for one.
-srm::Fault<float> fault_of(srm::Finding finding) {
+srm::Fault<float> fault_of(srm::Finding finding, float u_dc) {
   switch (finding) {
     case srm::Finding::over_current:
       return {srm::Status::over_current, -1, 0.0F, commission.i_trip, 0};
     case srm::Finding::wrong_voltage:
-      return {srm::Status::under_voltage, -1, 0.0F, commission.u_dc_min, 0};
+      if (u_dc > commission.u_dc_max) {
+        return {srm::Status::over_voltage, -1, u_dc, commission.u_dc_max, 0};
+      }
+      return {srm::Status::under_voltage, -1, u_dc, commission.u_dc_min, 0};
     case srm::Finding::not_a_number:
       return {srm::Status::not_a_number, -1, 0.0F, 0.0F, 0};
     default:
@@ -65,7 +68,7 @@ reluctance_mode reluctance_commission(reluctance_commissioner* commissioner,
   Command orders{};
   if (mode == srm::Mode::run) {
     orders = commission.step<N>(x.routine, y);
-    const srm::Fault<float> fault = fault_of(x.routine.finding);
+    const srm::Fault<float> fault = fault_of(x.routine.finding, y.u_dc);
     if (fault.status != srm::Status::ok) sequence.fail(x.states, fault);
   } else if (mode == srm::Mode::fault) {
     sequence.clear(x.states, ask, true);

@@ -7,9 +7,10 @@
 void commissioning_start(reluctance_routine routine, int32_t phase, int32_t pulses);
 reluctance_finding commissioning_interrupt(void);
 
-/* Yours: keeps or sends what was found. Of `pulses`, each call is a row of the recording; the rows
- * as `t_s,u_mean_V,i_A,theta_m_deg`, with t = sample * RELUCTANCE_CONTROL_PERIOD_S, are what
- * `reluctance map identify` reads. */
+/* Yours: keeps or sends what was found. While `finding` is RUNNING, each call of `pulses` is a row
+ * `t_s,u_mean_V,i_A,theta_m_deg` of the recording that `reluctance map identify` reads:
+ * t_s = sample * RELUCTANCE_CONTROL_PERIOD_S, theta_m_deg = theta_e_rad * 180/(pi @N_r@), an angle
+ * just below 2 pi written as a negative one. The call with DONE is not a row. */
 void board_write_found(const reluctance_found* found);
 
 static reluctance_commissioner commissioner;
@@ -35,13 +36,16 @@ reluctance_finding commissioning_interrupt(void) {
   y.u_dc_V = board_read_dc_link();
   y.i_source_A = 0.0F;
   board_read_request(&request);
-  (void)reluctance_commission(&commissioner, &y, &request, &buffers[next], &outputs);
+  const reluctance_mode mode =
+      reluctance_commission(&commissioner, &y, &request, &buffers[next], &outputs);
   if (RELUCTANCE_DELAY_SAMPLES == 0 || !outputs.gate_enable) {
     board_write_orders(&buffers[next]);
   }
   next = 1 - next;
   board_write_outputs(&outputs);
   reluctance_get_found(&commissioner, &found);
-  board_write_found(&found);
+  if (mode == RELUCTANCE_MODE_RUN || found.finding != RELUCTANCE_FINDING_RUNNING) {
+    board_write_found(&found);
+  }
   return found.finding;
 }

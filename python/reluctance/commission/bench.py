@@ -120,7 +120,7 @@ def commission(
     theta_e_deg : float
         Electrical angle of the rotor at the start, and where it is clamped.
     clamped : bool, optional
-        By default only for pulses.
+        By default for `resistance` and `pulses`.
     friction_Nm : float
         Dry friction of a free rotor, besides that of the machine file.
 
@@ -152,7 +152,7 @@ def commission(
         count=pulses,
     )
     parts = loop_parts(drive, -1.0)
-    held = routine == "pulses" if clamped is None else clamped
+    held = routine in ("resistance", "pulses") if clamped is None else clamped
     parts["shaft"] = rotor(drive, clamped=held, friction=friction_Nm)
     parts["theta_m"] = to_si(theta_e_deg, "deg") / drive.machine.N_r
     loop = _core.Simulation(n_phases=n, controller=bench.controller, **parts)

@@ -16,7 +16,7 @@ from reluctance.drive import Drive
 from reluctance.export.trip_levels import current_error, limits
 
 DETECT = 0.05  # of i_max: a current that is one
-ABOVE_ERROR = 1.5  # of the greatest error of a reading: likewise
+ABOVE_ERROR = 4.0  # of the greatest error of a reading: a third of it must be above the error too
 HOLD = 0.4  # of i_max: holds a rotor aligned
 LOW = 0.3  # of the holding current, while the rotor swings back
 R_CURRENTS = (0.1, 0.3)  # of i_max: the two of the resistance

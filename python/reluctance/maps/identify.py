@@ -146,6 +146,8 @@ def _closed(
 ) -> tuple[Array, Array]:
     """A whole period whose last angle is left out, closed by its first: clamped positions are not
     even, as `settled` would want them. Others, and angles of which too little is said, as given."""
+    if len(angles) < 2:
+        return angles, psi
     period = {"deg": 360.0, "rad": 2 * np.pi}.get(unit or "", np.nan)
     period /= N_r if kind == "mechanical" else 1.0 if kind == "electrical" else np.nan
     gap = period - (angles[-1] - angles[0])

@@ -63,8 +63,8 @@ struct Alignment {
   int n_wait;  // longest wait for it [samples]
   SRM_FIELDS(hold, i_hold, i_low, slack, n_rest, n_wait)
 
-  static constexpr T wide_slack = 4;   // a swing wider than this is taken energy from
-  static constexpr T still_slack = 6;  // one less wide is a rest: its mean is taken
+  static constexpr T wide_slack = T(4);   // a swing wider than this is taken energy from
+  static constexpr T still_slack = T(6);  // one less wide is a rest: its mean is taken
   static constexpr int idle_part = 2;  // of n_rest: a rotor that does not move for so long is held
 
   template <int N>

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "srm/base/fields.hpp"
+#include "srm/base/real.hpp"
 #include "srm/control/commission/alignment.hpp"
 #include "srm/control/commission/finding.hpp"
 #include "srm/control/commission/flux_pulses.hpp"
@@ -56,7 +57,7 @@ struct Commission {
     x.routine = asked;
     x.finding = asked == Routine::none ? Finding::idle : Finding::running;
     x.pulses.k = phase < 0 || phase >= N ? 0 : phase;
-    x.pulses.count = count;
+    x.pulses.count = count < 1 ? 1 : count;
   }
 
   /// Once a control period. All legs are off where no routine runs.
@@ -78,9 +79,9 @@ struct Commission {
     if (!(y.u_dc >= u_dc_min && y.u_dc <= u_dc_max)) x.finding = Finding::wrong_voltage;
     for (const T i : y.i) {
       if (!(abs(i) <= i_trip)) x.finding = Finding::over_current;
-      if (!(i == i)) x.finding = Finding::not_a_number;
+      if (!is_finite(i)) x.finding = Finding::not_a_number;
     }
-    if (!(y.theta_e == y.theta_e && y.u_dc == y.u_dc)) x.finding = Finding::not_a_number;
+    if (!is_finite(y.theta_e) || !is_finite(y.u_dc)) x.finding = Finding::not_a_number;
   }
 
   template <int N>

@@ -46,7 +46,8 @@ constexpr const char* describe(Finding finding) {
     case Finding::same_sensor:
       return "one sensor shows the currents of two legs; check the wiring of the sensors";
     case Finding::no_current:
-      return "the current does not reach its reference; run `wiring` first, then check the voltage";
+      return "the current does not reach its reference, or does not fall in time; run `wiring` "
+             "first, then check the voltage";
     case Finding::no_motion:
       return "the rotor does not turn to a phase from both sides; release it, or raise the current";
     case Finding::no_order:

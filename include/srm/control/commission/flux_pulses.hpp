@@ -18,7 +18,7 @@ struct PulseRow {
   std::int32_t pulse = 0, sample = 0;  // sample: since the rest before the pulse
   T u_mean{};                          // since the row before [V]
   T i{};                               // [A]
-  T theta_e{};                         // as shown [rad]
+  T theta_e{};                         // where the rotor is clamped [rad]
 };
 
 template <Real T>
@@ -33,8 +33,8 @@ struct FluxPulses {
   int delay;            // samples from an order to its effect
   SRM_FIELDS(duty, i_top, i_end, slack, v_switch, v_diode, n_rest, n_pulse, delay)
 
-  /// die: the rest of the current, for as long as the pulse was.
-  enum class Part : std::int8_t { rest, rise, fall, die };
+  /// decay: until the remaining current is gone, as long as the pulse was.
+  enum class Part : std::int8_t { rest, rise, fall, decay };
 
   struct State {
     Finding finding = Finding::running;
@@ -53,7 +53,7 @@ struct FluxPulses {
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T T_s) const {
     if (!x.found) x.theta_e = y.theta_e;
     x.found = true;
-    record(x, y.i[x.k], y.theta_e, y.u_dc);
+    record(x, y.i[x.k], y.u_dc);
     advance(x, y.i[x.k]);
     if (abs(wrap(y.theta_e - x.theta_e + pi<T>) - pi<T>) > slack) x.finding = Finding::rotor_moved;
     const T ordered = x.part == Part::rise ? duty : x.part == Part::fall ? -duty : T(0);
@@ -64,11 +64,11 @@ struct FluxPulses {
   }
 
  private:
-  constexpr void record(State& x, T i, T theta_e, T u_dc) const {
+  constexpr void record(State& x, T i, T u_dc) const {
     const T drop = v_switch + v_diode + x.duty * (v_switch - v_diode);
     x.row.u_mean = x.duty == T(0) ? T(0) : x.duty * (x.u_dc + u_dc) / T(2) - drop;
     x.row.i = i;
-    x.row.theta_e = theta_e;
+    x.row.theta_e = x.theta_e;  // of the start: an encoder may toggle between two counts
     ++x.row.sample;
   }
 
@@ -84,9 +84,9 @@ struct FluxPulses {
         break;
       case Part::fall:
         ++x.length;
-        if (i < i_end) return enter(x, Part::die);
+        if (i < i_end) return enter(x, Part::decay);
         break;
-      case Part::die:
+      case Part::decay:
         if (x.n <= x.length) return;
         x.length = 0;
         x.row.sample = 0;

@@ -1,8 +1,8 @@
 // Resistance of each phase, from the mean voltage at two currents: R = (u_2 - u_1)/(i_2 - i_1).
 //
-// The phase turns a free rotor to alignment and holds it there; a clamped one is as good. What a
-// dead time and the thresholds of the devices take is the same at both currents; so the leg only
-// freewheels between its pulses. The slopes of the devices are part of the result.
+// The rotor is clamped: the swing of a free one changes the mean voltage. What a dead time and the
+// thresholds of the devices take is the same at both currents; so the leg only freewheels between
+// its pulses. The slopes of the devices are part of the result.
 #pragma once
 
 #include "srm/control/commission/current_hold.hpp"

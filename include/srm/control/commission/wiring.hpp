@@ -14,7 +14,7 @@ struct Wiring {
   T duty;       // of the pulse [1]
   T i_detect;   // a current that is one [A]
   int n_pulse;  // longest pulse [samples]
-  int n_rest;   // with all legs off after it; as long as the pulse at least [samples]
+  int n_rest;   // with all legs off after it; twice as long as the pulse at least [samples]
   SRM_FIELDS(duty, i_detect, n_pulse, n_rest)
 
   template <int N>
