@@ -9,8 +9,8 @@ reluctance_finding commissioning_interrupt(void);
 
 /* Yours: keeps or sends what was found. While `finding` is RUNNING, each call of `pulses` is a row
  * `t_s,u_mean_V,i_A,theta_m_deg` of the recording that `reluctance map identify` reads:
- * t_s = sample * RELUCTANCE_CONTROL_PERIOD_S, theta_m_deg = theta_e_rad * 180/(pi @N_r@), an angle
- * just below 2 pi written as a negative one. The call with DONE is not a row. */
+ * t_s = sample * RELUCTANCE_CONTROL_PERIOD_S, theta_m_deg = theta_e_rad * 180/(pi * @N_r@), an
+ * angle just below 2 pi written as a negative one. The call with DONE is not a row. */
 void board_write_found(const reluctance_found* found);
 
 static reluctance_commissioner commissioner;
