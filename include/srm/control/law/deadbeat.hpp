@@ -100,9 +100,8 @@ struct Deadbeat {
     }
     const T omega_e = static_cast<T>(machine.N_r) * abs(y.omega_m);
     const LeadLine<T> line = lead.line(y.u_dc, asked, omega_e, brakes(y.omega_m, tau_ref));
-    share_out(share, asked, [&](std::size_t k, T tau) {
-      return towards(x.duty[k], y, static_cast<int>(k), tau, theta[k], line);
-    });
+    share_out<N>(share, asked,
+                 [&](int k, T tau) { return towards(x.duty[k], y, k, tau, theta[k], line); });
   }
 
   /// Orders the duty cycle for a torque, or for the flux that more of it will need, and returns the

@@ -75,20 +75,20 @@ struct TorqueSharing {
     }
     const T omega_e = static_cast<T>(machine.N_r) * abs(y.omega_m);
     const LeadLine<T> line = lead.line(y.u_dc, asked, omega_e, braking);
-    share_out(share, asked,
-              [&](std::size_t k, T tau) { return order(i_ref[k], y.i[k], tau, theta[k], line); });
+    share_out<N>(share, asked,
+                 [&](int k, T tau) { return order(i_ref[k], y, k, tau, theta[k], line); });
     const Leg above = braking ? Leg::demagnetize : chop;
     return per_phase<T, N>([&](int k) { return regulate(i_ref[k], i_band, above); });
   }
 
   /// Orders the current for a torque of a phase, or of the flux that more of it will need, and
   /// returns the torque that the phase then gives, in the frame of positive torque.
-  [[gnu::noinline, gnu::cold]] T order(T& i_ref, T i_now, T tau, T theta,
+  [[gnu::noinline, gnu::cold]] T order(T& i_ref, const Measurement<T, N>& y, int k, T tau, T theta,
                                        const LeadLine<T>& line) const {
     i_ref = current_for_torque(machine, tau, theta, i_max);
     const T psi = line.flux(theta);
     if (psi > T(0)) {
-      T i = max(i_now, T(0));
+      T i = max(y.i[k], T(0));
       for (int steps = 0; steps < 2; ++steps) {
         const Magnetics<T> here = machine.at(i, theta);
         i = clamp(i + (psi - here.psi) / here.L_inc, T(0), i_max);
@@ -96,7 +96,7 @@ struct TorqueSharing {
       i_ref = max(i_ref, i);
     }
     // In its band a current is as good as at its reference; outside, the voltage is short.
-    const T i = abs(i_now - i_ref) > T(2) * i_band ? i_now : i_ref;
+    const T i = abs(y.i[k] - i_ref) > T(2) * i_band ? y.i[k] : i_ref;
     return i > T(0) ? machine.at(i, theta).tau : T(0);
   }
 };

@@ -14,7 +14,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 
 #include "srm/base/angle.hpp"
 #include "srm/base/fields.hpp"
@@ -61,19 +60,20 @@ inline constexpr T most_shared = T(2);
 /// a share, which only have flux to build up or to lose, then those that share what these leave;
 /// last the phase of the greatest share, which supplies what the others miss. order(k, tau): orders
 /// tau of phase k and returns what it then gives, in the frame of positive torque [N m].
-template <Real T, std::size_t N, class Order>
-constexpr void share_out(const std::array<T, N>& share, T asked, const Order& order) {
-  std::size_t first = 0;
-  for (std::size_t k = 1; k < N; ++k) {
+template <int N, Real T, class Order>
+[[gnu::always_inline]] constexpr void share_out(const std::array<T, N>& share, T asked,
+                                                const Order& order) {
+  int first = 0;
+  for (int k = 1; k < N; ++k) {
     if (share[k] > share[first]) first = k;
   }
   T left = asked;
-  for (std::size_t k = 0; k < N; ++k) {
+  for (int k = 0; k < N; ++k) {
     if (!(share[k] > T(0))) left = left - order(k, T(0));
   }
   const T shared = clamp(left, T(0), most_shared<T> * asked);
   left = shared;
-  for (std::size_t k = 0; k < N; ++k) {
+  for (int k = 0; k < N; ++k) {
     if (k != first && share[k] > T(0)) left = left - order(k, share[k] * shared);
   }
   order(first, min(left, most_shared<T> * asked));
