@@ -51,5 +51,4 @@ for i in (25.0, 50.0, 100.0, 150.0):
 right.set(xlabel="electrical angle (deg)", ylabel="torque of a phase (N m)")
 right.set_title(f"identified with R = {R:.4f} $\\Omega$")
 right.legend()
-figure.tight_layout()
 plt.show()
