@@ -42,7 +42,7 @@ SETTINGS = ["control.T_s_us=5"]
 F_SWITCH = 10e3  # [Hz]
 PARTS = (0.02, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0)  # of the rated speed
 SLOW = 0.1  # of the rated speed: below it one period is evaluated, angles by rule
-BUDGET = 200  # runs of a search
+BUDGET = 60  # runs of a search
 LEFT_OUT = ("finite_set_short", "finite_set_mpc_3")  # hopeless; minutes for what horizon 1 gives
 LEVELS = 24  # of the capability search
 FOLLOWS, CURRENT_SLACK = 0.98, 1.05
