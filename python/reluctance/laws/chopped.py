@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.laws.current_table import Windows
-from reluctance.laws.flat_top import SETTLED, STEPS, TURNS, slope
+from reluctance.laws.flat_top import SETTLED, STEPS, TURNS, heun, slope
 
 FloatArray = NDArray[np.float64]
 
@@ -60,8 +60,9 @@ def chopped(windows: Windows, half: float, hard: bool) -> FloatArray | None:
     [A]; braking chops hard. None where a step crosses the band, at low speed: there the mean of the
     saw teeth is the reference."""
     point = windows.point
-    theta_on, theta_off, i_ref = windows.pulses
-    band = Band(i_ref, half, np.broadcast_to([[hard], [True]], i_ref.shape))
+    shape = windows.pulses[2].shape
+    theta_on, theta_off, i_ref = (values.ravel() for values in windows.pulses)
+    band = Band(i_ref, half, np.broadcast_to([[hard], [True]], shape).ravel())
     middle = _core.magnetics(point.magnetics, np.array([point.i_max]), np.array([np.pi / 2]))
     crossing = 2 * half * float(middle[0, 0]) / point.i_max / point.u_dc  # of the band [s]
     steps = FINER * STEPS
@@ -69,35 +70,25 @@ def chopped(windows: Windows, half: float, hard: bool) -> FloatArray | None:
     dt = turn / (point.N_r * point.omega_m)
     if crossing < dt:
         return None
-    i = np.zeros_like(band.i_ref)
-
-    def at(i: FloatArray, theta: FloatArray) -> FloatArray:
-        return np.asarray(_core.magnetics(point.magnetics, i.ravel(), theta.ravel()))
-
-    def rate(y: FloatArray, i: FloatArray, u: FloatArray) -> FloatArray:
-        return slope(point, y, i.ravel(), u.ravel()).reshape(i.shape)
-
+    i = np.zeros_like(i_ref)
     for _ in range(TURNS):
         start, tau, leg = i, np.zeros_like(i), np.ones_like(i)
         for step in range(steps):
             theta = theta_on + step * turn
             magnetized = np.clip((theta_off - theta_on) / turn - step, 0, 1)  # part of the step
             u = point.u_dc * (magnetized * (leg + 1) - 1)
-            here = at(i, theta)
-            tau += here[:, 2].reshape(i.shape)
-            rising = rate(here, i, u)
-            ahead = np.maximum(i + dt * rising, 0)
-            there = at(ahead, theta + turn)
+            here = _core.magnetics(point.magnetics, i, theta)
+            tau += here[:, 2]
             before = i
-            i = np.maximum(i + dt * (rising + rate(there, ahead, u)) / 2, 0)
+            i, there = heun(point, here, i, u, theta + turn, dt)
             edge, chosen = band.crossed(i, leg)
             turned = np.isfinite(edge) & (magnetized == 1)
             if not turned.any():
                 continue
             rest = np.clip((i - edge) / np.where(i == before, 1, i - before), 0, 1)  # of the step
-            after = edge + rest * dt * rate(there, edge, point.u_dc * chosen)
+            after = edge + rest * dt * slope(point, there, edge, point.u_dc * chosen)
             after = np.clip(after, band.low, np.maximum(band.high, edge))  # it may turn again
             i, leg = np.where(turned, after, i), np.where(turned, chosen, leg)
         if np.all(np.abs(i - start) <= SETTLED * point.i_max):
             break
-    return np.asarray(point.n_phases * tau / steps)
+    return np.asarray((point.n_phases * tau / steps).reshape(shape))

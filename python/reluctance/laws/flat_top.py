@@ -63,18 +63,50 @@ def flat_top(
             here = _core.magnetics(point.magnetics, i, on + step * turn)
             tau += here[:, 2]
             squared += i**2
-            rate = slope(point, here, i, u)
-            falling = slope(point, here, i, np.full_like(i, -point.u_dc))
+            falling = slope(point, here, i, -point.u_dc)
             most = np.maximum(top, i + dt * falling)  # the EMF may raise it
-            ahead = np.clip(i + dt * rate, 0, most)
-            there = _core.magnetics(point.magnetics, ahead, on + (step + 1) * turn)
-            i = np.clip(i + dt * (rate + slope(point, there, ahead, u)) / 2, 0, most)
+            i, _ = heun(point, here, i, u, on + (step + 1) * turn, dt, most=most)
         if np.all(np.abs(i - start) <= SETTLED * point.i_max):
             break
     return FlatTop(
         tau=(point.n_phases * tau / steps).reshape(shape),
         i_rms=np.sqrt(squared / steps).reshape(shape),
     )
+
+
+def heun(
+    point: OperatingPoint,
+    here: FloatArray,
+    i: FloatArray,
+    u: FloatArray | float,
+    theta_end: FloatArray,
+    dt: FloatArray | float,
+    *,
+    most: FloatArray | float = np.inf,
+    omega_m: FloatArray | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Phase currents a step later, by Heun's rule, and the magnetics at their prediction.
+
+    Parameters
+    ----------
+    here : ndarray, shape (n, 5)
+        Magnetics at the start, as of `_core.magnetics`.
+    i, u : ndarray, shape (n,)
+        Currents [A] and winding voltages [V] there.
+    theta_end : ndarray, shape (n,)
+        Electrical angles at the end [rad].
+    dt : float or ndarray
+        Length of the step [s].
+    most : float or ndarray
+        No current is above it [A].
+    omega_m : ndarray, optional
+        Speeds; by default the point's [rad/s].
+    """
+    rate = slope(point, here, i, u, omega_m)
+    ahead = np.clip(i + dt * rate, 0, most)
+    there = _core.magnetics(point.magnetics, ahead, theta_end)
+    after = np.clip(i + dt * (rate + slope(point, there, ahead, u, omega_m)) / 2, 0, most)
+    return after, there
 
 
 def slope(

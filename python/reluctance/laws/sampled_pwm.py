@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from reluctance import _core
 from reluctance.drive.operating_point import OperatingPoint
 from reluctance.laws.current_table import Windows
-from reluctance.laws.flat_top import slope
+from reluctance.laws.flat_top import heun
 
 FloatArray = NDArray[np.float64]
 
@@ -85,10 +85,7 @@ class _Pulse:
             for part in range(steps):
                 here = _core.magnetics(point.magnetics, self.i, theta + part * step)
                 tau += here[:, 2]
-                rate = slope(point, here, self.i, u)
-                end = np.maximum(self.i + dt * rate, 0)
-                there = _core.magnetics(point.magnetics, end, theta + (part + 1) * step)
-                self.i = np.maximum(self.i + dt * (rate + slope(point, there, end, u)) / 2, 0)
+                self.i, _ = heun(point, here, self.i, u, theta + (part + 1) * step, dt)
             self.n += 1
         return np.asarray(tau / (times * steps))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive.known import Known
-from reluctance.laws.flat_top import SETTLED, TURNS, slope
+from reluctance.laws.flat_top import SETTLED, TURNS, heun
 
 FloatArray = NDArray[np.float64]
 
@@ -42,11 +42,8 @@ def mean_of_shares(
     i = np.zeros_like(speed)
 
     def after(i: FloatArray, here: FloatArray, u: float, angle: float) -> FloatArray:
-        """The current a step later at a voltage, by Heun's rule [A]."""
-        rate = slope(point, here, i, u, speed)
-        ahead = np.maximum(i + dt * rate, 0)
-        there = _core.magnetics(point.magnetics, ahead, np.full_like(i, angle + turn))
-        return np.maximum(i + dt * (rate + slope(point, there, ahead, u, speed)) / 2, 0)
+        """The current a step later at a voltage [A]."""
+        return heun(point, here, i, u, np.full_like(i, angle + turn), dt, omega_m=speed)[0]
 
     for _ in range(TURNS):
         start, tau = i, np.zeros_like(i)
