@@ -75,6 +75,7 @@ struct Setting {
   srm::PvControl<double> pv;  // used with Outer::pv
   srm::EdgeLimits<double> edges;
   double u_brake_full, u_brake_none;  // [V]
+  srm::UserLimits<double> limits;
 };
 
 /// The law with all that stands around it.
@@ -94,12 +95,14 @@ srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
                                  .t_dead = T(s.t_dead),
                                  .edges = {},
                                  .u_brake_full = T(s.u_brake_full),
-                                 .u_brake_none = T(s.u_brake_none)};
+                                 .u_brake_none = T(s.u_brake_none),
+                                 .limits = {}};
   srm::assign(control.speed, s.speed);
   srm::assign(control.ramp, s.ramp);
   srm::assign(control.tracker, s.tracker);
   srm::assign(control.pv, s.pv);
   srm::assign(control.edges, s.edges);
+  srm::assign(control.limits, s.limits);
   return control;
 }
 

@@ -89,7 +89,7 @@ void bind_controller(nb::module_& m) {
              srm::Motion motion, const std::optional<srm::AngleTracker<double>>& tracker, int delay,
              srm::Comparators comparators, double t_dead,
              const std::optional<srm::PvControl<double>>& pv, double t_min, double t_blank,
-             double u_brake_full, double u_brake_none) {
+             double u_brake_full, double u_brake_none, double tau_limit, double i_limit) {
             if (outer == srm::Outer::pv && !pv) throw std::invalid_argument("Outer.pv needs pv");
             new (self) Setting{machine,
                                n_phases,
@@ -106,7 +106,8 @@ void bind_controller(nb::module_& m) {
                                pv.value_or(srm::PvControl<double>{}),
                                {t_min, t_blank, T_s},
                                u_brake_full,
-                               u_brake_none};
+                               u_brake_none,
+                               {tau_limit, i_limit}};
           },
           nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"),
           nb::arg("outer"), nb::arg("K_p"), nb::arg("K_i"), nb::arg("tau_min"), nb::arg("tau_max"),
@@ -115,7 +116,8 @@ void bind_controller(nb::module_& m) {
           nb::arg("delay") = 0, nb::arg("comparators") = srm::Comparators::analog,
           nb::arg("t_dead") = 0.0, nb::arg("pv") = nb::none(), nb::arg("t_min") = 0.0,
           nb::arg("t_blank") = 0.0, nb::arg("u_brake_full") = srm::never<double>,
-          nb::arg("u_brake_none") = 2 * srm::never<double>);
+          nb::arg("u_brake_none") = 2 * srm::never<double>,
+          nb::arg("tau_limit") = srm::never<double>, nb::arg("i_limit") = srm::never<double>);
   m.attr("ORDER_COLUMNS") = nb::cast(srm::column_names(Order{}));
   m.def("step", &step, nb::arg("controller"), nb::arg("i"), nb::kw_only(), nb::arg("theta_e"),
         nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("reference"), nb::arg("i_source") = 0.0,

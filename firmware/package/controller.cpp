@@ -2,29 +2,25 @@
 #include <cstddef>
 #include <new>
 
-#include "parameters.hpp"
 #include "reluctance_controller.h"
 #include "srm/control/frame/comparator.hpp"
+#include "state.hpp"
 
 namespace {
 
 constexpr int N = RELUCTANCE_PHASES;
 using reluctance::control;
 using reluctance::protection;
-using reluctance::sequence;
+using reluctance::sequence_of;
+using reluctance::State;
+using reluctance::state_of;
+using reluctance::trip_levels_of;
+using reluctance::tuning_of;
 using Measurement = srm::Measurement<float, N>;
 using Command = srm::Command<float, N>;
 using Phase = srm::PhaseCommand<float>;
 
-struct State {
-  decltype(protection)::State guard;
-  decltype(control)::State law;
-  decltype(sequence)::State<N> states;
-};
-
 // The C structs are the C++ ones, so that nothing is copied.
-static_assert(sizeof(State) <= sizeof(reluctance_controller));
-static_assert(alignof(State) <= alignof(reluctance_controller));
 static_assert(sizeof(Measurement) == sizeof(reluctance_measurement));
 static_assert(offsetof(Measurement, theta_e) == offsetof(reluctance_measurement, theta_e_rad));
 static_assert(offsetof(Measurement, i_source) == offsetof(reluctance_measurement, i_source_A));
@@ -43,13 +39,6 @@ static_assert(offsetof(Phase, i_upper) == offsetof(reluctance_phase_command, i_u
 static_assert(offsetof(Phase, i_runaway) == offsetof(reluctance_phase_command, i_runaway_A));
 static_assert(offsetof(Measurement, omega_m) == offsetof(reluctance_measurement, omega_m_rad_s));
 static_assert(offsetof(Measurement, u_dc) == offsetof(reluctance_measurement, u_dc_V));
-
-State& state_of(reluctance_controller* controller) {
-  return *std::launder(reinterpret_cast<State*>(controller));
-}
-const State& state_of(const reluctance_controller* controller) {
-  return *std::launder(reinterpret_cast<const State*>(controller));
-}
 
 /// The sample as the protection judges it: with the observer's speed where there is an observer.
 template <srm::Motion motion>
@@ -71,9 +60,9 @@ void order_all_off(reluctance_command* command) {
 [[gnu::always_inline]] inline void guarded_step(State& x, const Measurement& given, float reference,
                                                 reluctance_command* command) {
   const Measurement& y = judged<control.motion>(given, x);
-  if (protection.admits(x.guard, y, reference)) {
-    const Command& orders =
-        *::new (command) Command(control.step<control.uses()>(x.law, given, reference));
+  if (protection.admits(x.guard, y, reference, trip_levels_of(x.parameter))) {
+    const Command& orders = *::new (command) Command(
+        control.step<control.uses()>(x.law, given, reference, tuning_of(x.parameter)));
     protection.remember(x.guard, y, orders);
   } else {
     order_all_off(command);
@@ -83,9 +72,10 @@ void order_all_off(reluctance_command* command) {
 /// Protection and observer go on while the legs are off; the dc link may still be low.
 void watch(State& x, Measurement y, reluctance_command* command) {
   order_all_off(command);
-  y.u_dc = srm::max(y.u_dc, protection.u_dc_min);
+  const auto levels = trip_levels_of(x.parameter);
+  y.u_dc = srm::max(y.u_dc, levels.u_dc_min);
   if constexpr (control.uses().observer) control.follow(x.law, y, 0.0F);
-  if (protection.admits(x.guard, y, 0.0F)) {
+  if (protection.admits(x.guard, y, 0.0F, levels)) {
     protection.remember(x.guard, y, srm::all_off<float, N>());
   }
 }
@@ -106,12 +96,19 @@ reluctance_fault told(const srm::Fault<float>& fault) {
 
 void reluctance_init(reluctance_controller* controller) { ::new (controller) State(); }
 
-void reluctance_reset(reluctance_controller* controller) { reluctance_init(controller); }
+void reluctance_reset(reluctance_controller* controller) {
+  const auto parameter = state_of(controller).parameter;
+  const uint32_t changes = state_of(controller).changes;
+  reluctance_init(controller);
+  state_of(controller).parameter = parameter;
+  state_of(controller).changes = changes + 1;
+}
 
 [[gnu::flatten]] reluctance_status reluctance_step(reluctance_controller* controller,
                                                    const reluctance_measurement* measurement,
                                                    float reference, reluctance_command* command) {
   State& x = state_of(controller);
+  ++x.changes;
   guarded_step(x, *std::launder(reinterpret_cast<const Measurement*>(measurement)), reference,
                command);
   return static_cast<reluctance_status>(x.guard.fault.status);
@@ -125,6 +122,8 @@ reluctance_mode reluctance_run(reluctance_controller* controller,
   Measurement y = *std::launder(reinterpret_cast<const Measurement*>(measurement));
   const srm::Request<float> ask{request->enable != 0, request->clear != 0, request->sequence,
                                 request->reference};
+  const auto sequence = sequence_of(x.parameter);
+  ++x.changes;
   sequence.correct(x.states, y);
   const srm::Mode before = x.states.mode;
   const srm::Mode mode = sequence.step(x.states, y, ask);

@@ -11,14 +11,14 @@
 extern "C" {
 #endif
 
-#define RELUCTANCE_API 2 /* of this interface: structs, numbers, functions */
+#define RELUCTANCE_API 3 /* of this interface: structs, numbers, functions */
 #define RELUCTANCE_PHASES @phases@
 #define RELUCTANCE_CONTROL_PERIOD_S @T_s@ /* [s] */
 #define RELUCTANCE_DELAY_SAMPLES @delay@ /* from measurement to effect, as simulated */
 
 /* Threads and interrupts: a controller belongs to one context, the control interrupt. Only that
  * calls reluctance_run, reluctance_step, reluctance_init and reluctance_reset on it, and they do not
- * lock. Others may read what that context has copied for them, and may read aligned 32-bit words.
+ * lock (parameters: reluctance_parameters.h). Others may read what that context has copied for them, and may read aligned 32-bit words.
  * Two controllers share nothing. A step writes its orders while it runs: give it a buffer that
  * nothing else reads, and exchange buffers when it has returned (main.c). */
 
@@ -166,7 +166,7 @@ const char* reluctance_describe(reluctance_status status);
 /* The torque that the last step worked to, for telemetry; with a speed loop, its output [N m]. */
 float reluctance_torque_reference(const reluctance_controller* controller);
 
-/* Forgets the fault and all that was remembered. For a person's decision, not for a loop. */
+/* Forgets the fault and all that was remembered, but no parameters. For a person's decision, not for a loop. */
 void reluctance_reset(reluctance_controller* controller);
 
 /* RELUCTANCE_API of the compiled controller: compare it with that of this header. */

@@ -41,7 +41,8 @@ void run(const char* name, const Machine& machine, const Law& law) {
                                        .t_dead = 0,
                                        .edges = {},
                                        .u_brake_full = 1e30,
-                                       .u_brake_none = 2e30};
+                                       .u_brake_none = 2e30,
+                                       .limits = {1e30, 1e30}};
   const srm::Plant<Machine, N> plant{
       .machine = machine,
       .R = 0.72,

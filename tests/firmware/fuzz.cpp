@@ -37,10 +37,10 @@ float pattern(float plain) {
 
 srm::Measurement<float, N> any_measurement() {
   srm::Measurement<float, N> y;
-  for (float& i : y.i) i = pattern(reluctance::protection.i_trip);
+  for (float& i : y.i) i = pattern(reluctance::protection.levels.i_trip);
   y.theta_e = pattern(3.0F);
-  y.omega_m = pattern(reluctance::protection.omega_max);
-  y.u_dc = pattern(reluctance::protection.u_dc_max);
+  y.omega_m = pattern(reluctance::protection.levels.omega_max);
+  y.u_dc = pattern(reluctance::protection.levels.u_dc_max);
   return y;
 }
 

@@ -15,6 +15,7 @@ from reluctance.drive.schema import Section
 from reluctance.units import to_si
 
 BAND_PART = 0.02  # of the current limit: default half width of a current band
+NO_LIMIT = 1e30  # of torque or current
 NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage; no waveform [A]
 
 
@@ -28,6 +29,8 @@ class Control(Section):
     K_i_Nm: float | None = Field(None, ge=0)  # in place of the load torque observer
     speed_bandwidth_Hz: float | None = Field(None, gt=0)
     speed_rate_rpmps: float | None = Field(None, gt=0)  # greatest, of the speed reference
+    torque_limit_Nm: float | None = Field(None, ge=0)  # below what the law is built for
+    current_limit_A: float | None = Field(None, gt=0)  # likewise, in the frame (user_limits.hpp)
 
     @property
     def T_s(self) -> float:
@@ -103,4 +106,6 @@ class Control(Section):
             t_blank=known.t_blank,
             u_brake_full=known.u_brake[0],
             u_brake_none=known.u_brake[1],
+            tau_limit=NO_LIMIT if self.torque_limit_Nm is None else self.torque_limit_Nm,
+            i_limit=NO_LIMIT if self.current_limit_A is None else self.current_limit_A,
         )

@@ -15,6 +15,7 @@ class Protection(Section):
     u_dc_min_V: float | None = Field(None, ge=0)
     u_dc_max_V: float | None = Field(None, gt=0)
     speed_max_rpm: float | None = Field(None, gt=0)
+    speed_limit_rpm: float | None = Field(None, gt=0)  # no motoring torque from here on
     angle_slack_deg: float | None = Field(
         None, gt=0
     )  # electrical, see control/frame/protection.hpp

@@ -18,7 +18,8 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.commission_levels import commission_fields
 from reluctance.export.constants import Node, Tables, constant, literal
-from reluctance.export.sequence_levels import sequence_fields, speed_limit_rpm
+from reluctance.export.run_time import marks, run_time_code, run_time_parameters
+from reluctance.export.sequence_levels import sequence_fields, speed_limit
 from reluctance.export.trip_levels import VOLTAGE_MARGIN, limits
 from reluctance.files import check_folder, make_folder, scratch, told
 from reluctance.resources import resources
@@ -80,14 +81,16 @@ def firmware(
         raise ParameterError(f"{folder} exists and is not an empty folder; name another")
     tree = described(drive)
     own = drive.control.headers
-    text, fingerprint, table_bytes = parameters(tree, own)
+    at_run_time = run_time_parameters(drive, tree)
+    code = run_time_code(at_run_time)
+    text, fingerprint, table_bytes = parameters(tree, own, code)
     if table_bytes > flash_limit_KiB * 1024:
         raise ParameterError(
             f"the tables take {table_bytes / 1024:.1f} KiB of flash, need <= {flash_limit_KiB:g} "
             "KiB (--flash-limit); use fewer table points"
         )
     law = tree["control"]["fields"]["law"]["type"]
-    values = _values(drive, law, fingerprint)
+    values = _values(drive, law, fingerprint) | marks(at_run_time)
     make_folder(folder.parent)
     with told(folder), scratch(folder.parent) as place:
         made = place / "package"
@@ -139,6 +142,9 @@ def described(drive: Drive) -> dict[str, Node]:
             "a law in C++ can (docs/extending.md)"
         )
     levels = limits(drive)
+    if drive.reference.kind != "none":  # what a reference is cut to, at the latest
+        limit = nodes["control"]["fields"]["limits"]["fields"]
+        limit["tau"] = min(limit["tau"], drive.tau_max)
     fields = {
         "machine": nodes["machine"],
         "flux": {
@@ -151,12 +157,17 @@ def described(drive: Drive) -> dict[str, Node]:
                 "u_margin": VOLTAGE_MARGIN,
             },
         },
-        "i_trip": levels.i_trip,
+        "levels": {
+            "type": "srm::TripLevels<float>",
+            "fields": {
+                "i_trip": levels.i_trip,
+                "u_dc_min": levels.u_dc_min,
+                "u_dc_max": levels.u_dc_max,
+                "omega_max": levels.omega_max,
+                "angle_slack": levels.angle_slack,
+            },
+        },
         "i_zero": levels.i_zero,
-        "u_dc_min": levels.u_dc_min,
-        "u_dc_max": levels.u_dc_max,
-        "omega_max": levels.omega_max,
-        "angle_slack": levels.angle_slack,
         "delay": drive.sensing.delay_samples,
         "settle": levels.settle,
         "frozen": levels.frozen,
@@ -171,15 +182,17 @@ def desk_controller(drive: Drive) -> _core.Controller:
     return drive.control.model_copy(update={"precision": "float"}).controller(drive.known())
 
 
-def parameters(tree: dict[str, Node], own: Mapping[str, str] | None = None) -> tuple[str, int, int]:
+def parameters(
+    tree: dict[str, Node], own: Mapping[str, str] | None = None, more: str = ""
+) -> tuple[str, int, int]:
     """The text of parameters.hpp, its fingerprint, and the bytes of its tables; `own` are headers
-    from outside the package."""
+    from outside the package, `more` is code that follows the constants."""
     tables = Tables()
     constants = [
         f"inline constexpr {node['type']} {name} = {constant(node, tables, name)};\n"
         for name, node in tree.items()
     ]
-    body = "\n".join([*tables.text, *constants])
+    body = "\n".join([*tables.text, *constants, *([more] if more else [])])
     fingerprint = int.from_bytes(hashlib.sha256(body.encode()).digest()[:4], "big")
     names = {"DriveControl", "Protection", "Sequence", *re.findall(r"srm::(\w+)<", body)}
     includes = [*sorted({_header_of(name) for name in names}), *list(own or {})[:1]]
@@ -285,7 +298,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         if drive.sensing.counted_angle
         else "from more than the last two angles",
         "speed_max_rpm": f"{from_si(levels.omega_max, 'rpm'):.6g}",
-        "speed_limit_rpm": f"{speed_limit_rpm(drive, levels):.6g}",
+        "speed_limit_rpm": f"{from_si(speed_limit(drive, levels), 'rpm'):.6g}",
         "i_error_A": f"{levels.i_error:.3g}",
         "model_error_pct": f"{100 * levels.model_error:.3g}",
         "frozen": f"{levels.frozen} equal codes in a row"

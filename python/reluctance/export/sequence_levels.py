@@ -8,14 +8,13 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.constants import Node
 from reluctance.export.trip_levels import Limits
-from reluctance.units import from_si
+from reluctance.units import from_si, to_si
 
 READY = 0.7  # of u_dc: the dc link is charged; rectified mains sags by no more
 READY_ABOVE_MIN = 1.05  # of the under-voltage level, at least
 SETTLE_TIME = 0.02  # with the dc link charged, before it counts [s]
 CALIBRATE_TIME = 0.05  # mean of the current readings with all legs off [s]
 CHOP_ON, CHOP_OFF = 0.6, 0.3  # of the way from u_dc to the over-voltage level
-FULL_TORQUE = 0.95  # of the speed limit: above it the torque falls to none at the limit
 SPEED_LIMIT = 0.95  # of the over-speed level
 
 
@@ -37,7 +36,7 @@ def sequence_fields(drive: Drive, levels: Limits) -> dict[str, Node]:
             f"and u_dc_max_V = {levels.u_dc_max:g}"
         )
     T_s, room = drive.control.T_s, levels.u_dc_max - u_dc
-    omega_none = SPEED_LIMIT * levels.omega_max
+    omega_none = speed_limit(drive, levels)
     speeds = drive.reference.kind in ("speed", "pv")
     return {
         "T_s": T_s,
@@ -50,14 +49,27 @@ def sequence_fields(drive: Drive, levels: Limits) -> dict[str, Node]:
         "u_chop_on": u_dc + CHOP_ON * room,
         "u_chop_off": u_dc + CHOP_OFF * room,
         "reference_max": omega_none if speeds else _torque_limit(drive),
-        "omega_full": FULL_TORQUE * omega_none,
         "omega_none": omega_none,
     }
 
 
-def speed_limit_rpm(drive: Drive, levels: Limits) -> float:
-    """From this speed on there is no motoring torque."""
-    return from_si(SPEED_LIMIT * levels.omega_max, "rpm")
+def speed_limit(drive: Drive, levels: Limits) -> float:
+    """From this speed on there is no motoring torque [rad/s].
+
+    Raises
+    ------
+    ParameterError
+        If the drive would trip before.
+    """
+    given = drive.protection.speed_limit_rpm
+    if given is None:
+        return SPEED_LIMIT * levels.omega_max
+    if to_si(given, "rpm") >= levels.omega_max:
+        raise ParameterError(
+            f"[protection] speed_limit_rpm = {given:g}, need less than the "
+            f"{from_si(levels.omega_max, 'rpm'):g} rpm of over-speed (speed_max_rpm)"
+        )
+    return to_si(given, "rpm")
 
 
 def _torque_limit(drive: Drive) -> float:

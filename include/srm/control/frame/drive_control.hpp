@@ -11,6 +11,7 @@
 #include "srm/control/frame/pv_control.hpp"
 #include "srm/control/frame/speed_pi.hpp"
 #include "srm/control/frame/speed_ramp.hpp"
+#include "srm/control/frame/user_limits.hpp"
 
 namespace srm {
 
@@ -27,6 +28,14 @@ enum class LoadTorque : std::int8_t { integral, observer };
 /// What a controller uses; what it does not is left out of a target's code.
 struct Uses {
   bool pv = true, speed = true, observer = true;
+};
+
+/// What may be another one from step to step (firmware: parameters at run time).
+template <Real T>
+struct Tuning {
+  SpeedPi<T> speed;
+  SpeedRamp<T> ramp;
+  UserLimits<T> limits;
 };
 
 template <ControlLaw Law>
@@ -48,8 +57,9 @@ struct DriveControl {
   T t_dead;  // of the converter: dead_time_compensation.hpp [s]
   EdgeLimits<T> edges;
   T u_brake_full, u_brake_none;  // braking torque: all of it up to, none from this dc voltage [V]
+  UserLimits<T> limits;
   SRM_FIELDS(law, outer, speed, ramp, load, pv, motion, tracker, delay, comparators, t_dead, edges,
-             u_brake_full, u_brake_none)
+             u_brake_full, u_brake_none, limits)
 
   struct State {
     typename Law::State law;
@@ -69,18 +79,28 @@ struct DriveControl {
             .observer = motion == Motion::tracked || load == LoadTorque::observer};
   }
 
+  constexpr Tuning<T> tuning() const { return {speed, ramp, limits}; }
+
   /// reference: as `outer` says; torque [N m] or speed [rad/s].
   template <Uses used = Uses{}>
-  Command<T, n_phases> step(State& state, Measurement<T, n_phases> y, T reference) const {
+  Command<T, n_phases> step(State& state, const Measurement<T, n_phases>& y, T reference) const {
+    return step<used>(state, y, reference, tuning());
+  }
+
+  /// The same with another tuning than the one that it was built with.
+  template <Uses used = Uses{}>
+  Command<T, n_phases> step(State& state, Measurement<T, n_phases> y, T reference,
+                            const Tuning<T>& tuned) const {
     for (T& i : y.i) i = max(i, T(0));  // noise and offset: a phase current is never negative
     if constexpr (used.observer) {
       follow(state, y, delay > 0 ? state.tau_before : state.tau_ref);
     }
     if (motion == Motion::tracked) y.theta_e = state.tracker.theta_e;
-    const T asked = folded(asked_torque<used>(state, y, reference), y);
+    const T asked = folded(asked_torque<used>(state, y, reference, tuned), y);
     state.tau_before = state.tau_ref;
     state.tau_ref = outer == Outer::none ? T(0) : asked;
     Command<T, n_phases> orders = law.step(state.law, y, asked);
+    tuned.limits.template apply<n_phases>(orders, y);
     set_thresholds<T, n_phases>(orders, comparators);
     if (comparators == Comparators::sampled) compare_now<T, n_phases>(orders, y, state.leg);
     if constexpr (used.pv) {
@@ -116,24 +136,39 @@ struct DriveControl {
   }
 
   template <Uses used>
-  T asked_torque(State& state, const Measurement<T, n_phases>& y, T reference) const {
+  T asked_torque(State& state, const Measurement<T, n_phases>& y, T reference,
+                 const Tuning<T>& tuned) const {
     if constexpr (used.pv) {
-      if (outer == Outer::pv) return pv.step(state.pv, y, speed, state.speed, reference);
+      if (outer == Outer::pv) {
+        return pv.step(state.pv, y, limited(tuned), state.speed, reference);
+      }
     }
     if constexpr (used.speed) {
-      if (outer == Outer::speed) return speed_torque(state, y.omega_m, reference);
+      if (outer == Outer::speed) return speed_torque(state, y.omega_m, reference, tuned);
     }
-    return reference;
+    return outer == Outer::none ? reference : tuned.limits.cut(reference);
   }
 
-  T speed_torque(State& x, T omega_m, T omega_asked) const {
+  /// The speed loop within the limit of the torque, so that its integral stops there.
+  static constexpr SpeedPi<T> limited(const Tuning<T>& tuned) {
+    SpeedPi<T> loop = tuned.speed;
+    loop.tau_min = max(loop.tau_min, -tuned.limits.tau);
+    loop.tau_max = min(loop.tau_max, tuned.limits.tau);
+    return loop;
+  }
+
+  T speed_torque(State& x, T omega_m, T omega_asked, const Tuning<T>& tuned) const {
     const bool observed = load == LoadTorque::observer;
     if (observed && !x.tracker.found) x.ramp.running = false;  // the speed is not known yet
     const T tau_load = observed ? x.tracker.tau_load : x.speed.tau_integral;
-    const T tau_ramp = ramp.step(x.ramp, omega_asked, omega_m, tau_load);
+    SpeedRamp<T> rises = tuned.ramp;
+    rises.tau = min(rises.tau, ramp_part * tuned.limits.tau);
+    const T tau_ramp = rises.step(x.ramp, omega_asked, omega_m, tau_load);
     const T tau_ahead = observed ? tau_ramp + tau_load : tau_ramp;
-    return speed.step(x.speed, x.ramp.omega_ref, omega_m, tau_ahead);
+    return limited(tuned).step(x.speed, x.ramp.omega_ref, omega_m, tau_ahead);
   }
+
+  static constexpr T ramp_part = T(0.95);  // of the torque limit: the rest holds the speed
 };
 
 }  // namespace srm

@@ -37,22 +37,28 @@ constexpr Command<T, N> all_off() {
   return command;
 }
 
+/// Levels that may be others from sample to sample (firmware: parameters at run time).
+template <Real T>
+struct TripLevels {
+  T i_trip;              // over-current [A]
+  T u_dc_min, u_dc_max;  // [V]
+  T omega_max;           // either direction [rad/s]
+  T angle_slack;  // what the angle may differ from the integral of the speed, electrical [rad]
+  SRM_FIELDS(i_trip, u_dc_min, u_dc_max, omega_max, angle_slack)
+};
+
 template <Machine M, int N>
 struct Protection {
   using T = typename M::Scalar;
 
   M machine;
   FluxBounds<T> flux;
-  T i_trip;              // over-current [A]
-  T i_zero;              // readings up to this are zero; below -i_zero they are out of range [A]
-  T u_dc_min, u_dc_max;  // [V]
-  T omega_max;           // either direction [rad/s]
-  T angle_slack;  // what the angle may differ from the integral of the speed, electrical [rad]
-  int delay;      // samples from measurement to effect, 0 or 1
-  int settle;     // samples before the speed can judge the angle: an observer has to find it first
-  int frozen;     // so many equal readings in a row are a fault; 0: none are
-  SRM_FIELDS(machine, flux, i_trip, i_zero, u_dc_min, u_dc_max, omega_max, angle_slack, delay,
-             settle, frozen)
+  TripLevels<T> levels;
+  T i_zero;    // readings up to this are zero; below -i_zero they are out of range [A]
+  int delay;   // samples from measurement to effect, 0 or 1
+  int settle;  // samples before the speed can judge the angle: an observer has to find it first
+  int frozen;  // so many equal readings in a row are a fault; 0: none are
+  SRM_FIELDS(machine, flux, levels, i_zero, delay, settle, frozen)
 
   struct State {
     Fault<T> fault;
@@ -70,12 +76,18 @@ struct Protection {
 
   /// True where the law may run on this sample.
   constexpr bool admits(State& x, const Measurement<T, N>& y, T reference) const {
+    return admits(x, y, reference, levels);
+  }
+
+  /// The same with other levels than those that it was built with.
+  constexpr bool admits(State& x, const Measurement<T, N>& y, T reference,
+                        const TripLevels<T>& at) const {
     if (x.latched) {
       if (x.fault.age + 1 != 0) ++x.fault.age;
       return false;
     }
-    if (!in_range(y, reference)) {
-      x.fault = cause(y, reference);
+    if (!in_range(y, reference, at)) {
+      x.fault = cause(y, reference, at);
       x.latched = x.doubt > 0;
       x.doubt = 16;
       x.has_last = false;
@@ -83,7 +95,7 @@ struct Protection {
     }
     if (x.doubt > 0) --x.doubt;
     x.fault.status = Status::ok;
-    if (x.has_last && !(follows(x, y) && plausible(x, y))) {
+    if (x.has_last && !(follows(x, y, at.angle_slack) && plausible(x, y))) {
       x.latched = true;
       return false;
     }
@@ -113,15 +125,15 @@ struct Protection {
 
  private:
   /// Written so that NaN fails.
-  constexpr bool in_range(const Measurement<T, N>& y, T reference) const {
-    bool good = y.theta_e >= T(0) && y.theta_e < two_pi<T> && abs(y.omega_m) <= omega_max &&
-                y.u_dc >= u_dc_min && y.u_dc <= u_dc_max && is_finite(reference);
-    for (int k = 0; k < N; ++k) good = good && y.i[k] >= -i_zero && y.i[k] <= i_trip;
+  constexpr bool in_range(const Measurement<T, N>& y, T reference, const TripLevels<T>& at) const {
+    bool good = y.theta_e >= T(0) && y.theta_e < two_pi<T> && abs(y.omega_m) <= at.omega_max &&
+                y.u_dc >= at.u_dc_min && y.u_dc <= at.u_dc_max && is_finite(reference);
+    for (int k = 0; k < N; ++k) good = good && y.i[k] >= -i_zero && y.i[k] <= at.i_trip;
     return good;
   }
 
-  [[gnu::cold, gnu::noinline]] constexpr Fault<T> cause(const Measurement<T, N>& y,
-                                                        T reference) const {
+  [[gnu::cold, gnu::noinline]] constexpr Fault<T> cause(const Measurement<T, N>& y, T reference,
+                                                        const TripLevels<T>& at) const {
     if (!is_finite(reference)) return {Status::not_a_number, -1, reference, T(0)};
     for (const T value : {y.theta_e, y.omega_m, y.u_dc}) {
       if (!is_finite(value)) return {Status::not_a_number, -1, value, T(0)};
@@ -130,11 +142,15 @@ struct Protection {
       if (!is_finite(y.i[k])) return {Status::not_a_number, std::int8_t(k), y.i[k], T(0)};
     }
     for (int k = 0; k < N; ++k) {
-      if (y.i[k] > i_trip) return {Status::over_current, std::int8_t(k), y.i[k], i_trip};
+      if (y.i[k] > at.i_trip) {
+        return {Status::over_current, std::int8_t(k), y.i[k], at.i_trip};
+      }
     }
-    if (y.u_dc > u_dc_max) return {Status::over_voltage, -1, y.u_dc, u_dc_max};
-    if (y.u_dc < u_dc_min) return {Status::under_voltage, -1, y.u_dc, u_dc_min};
-    if (abs(y.omega_m) > omega_max) return {Status::over_speed, -1, y.omega_m, omega_max};
+    if (y.u_dc > at.u_dc_max) return {Status::over_voltage, -1, y.u_dc, at.u_dc_max};
+    if (y.u_dc < at.u_dc_min) return {Status::under_voltage, -1, y.u_dc, at.u_dc_min};
+    if (abs(y.omega_m) > at.omega_max) {
+      return {Status::over_speed, -1, y.omega_m, at.omega_max};
+    }
     for (int k = 0; k < N; ++k) {
       if (y.i[k] < -i_zero) {
         return {Status::sensor_out_of_range, std::int8_t(k), y.i[k], -i_zero};
@@ -143,7 +159,7 @@ struct Protection {
     return {Status::sensor_out_of_range, -1, y.theta_e, two_pi<T>};
   }
 
-  constexpr bool follows(State& x, const Measurement<T, N>& y) const {
+  constexpr bool follows(State& x, const Measurement<T, N>& y, T angle_slack) const {
     if (settle > 0 && x.age < settle) {
       ++x.age;
       return true;

@@ -39,18 +39,18 @@ struct Request {
 
 template <Real T>
 struct Sequence {
-  T T_s;                     // control period [s]
-  T u_ready;                 // the dc link is charged from here [V]
-  T t_precharge;             // longest wait for it [s]
-  int n_settle;              // samples above u_ready before it counts, and after the relay closes
-  int n_calibrate;           // samples of the offsets
-  T i_offset;                // greatest offset [A]
-  T t_command;               // longest time without a command [s]
-  T u_chop_on, u_chop_off;   // of the brake chopper [V]
-  T reference_max;           // limit of the reference, either sign
-  T omega_full, omega_none;  // motoring: all of a torque up to this speed, none from here [rad/s]
+  T T_s;                    // control period [s]
+  T u_ready;                // the dc link is charged from here [V]
+  T t_precharge;            // longest wait for it [s]
+  int n_settle;             // samples above u_ready before it counts, and after the relay closes
+  int n_calibrate;          // samples of the offsets
+  T i_offset;               // greatest offset [A]
+  T t_command;              // longest time without a command [s]
+  T u_chop_on, u_chop_off;  // of the brake chopper [V]
+  T reference_max;          // limit of the reference, either sign
+  T omega_none;             // no motoring torque from here on, all of it up to 0.95 of it [rad/s]
   SRM_FIELDS(T_s, u_ready, t_precharge, n_settle, n_calibrate, i_offset, t_command, u_chop_on,
-             u_chop_off, reference_max, omega_full, omega_none)
+             u_chop_off, reference_max, omega_none)
 
   template <int N>
   struct State {
@@ -112,7 +112,7 @@ struct Sequence {
   template <int N>
   constexpr T limited(const Request<T>& ask, const Measurement<T, N>& y, bool motors) const {
     const T asked = clamp(ask.reference, -reference_max, reference_max);
-    const T omega = abs(y.omega_m);
+    const T omega = abs(y.omega_m), omega_full = T(0.95) * omega_none;
     if (!(motors && asked * y.omega_m > T(0) && omega > omega_full)) return asked;
     return asked * clamp((omega_none - omega) / (omega_none - omega_full), T(0), T(1));
   }

@@ -1,0 +1,34 @@
+// Limits of torque and current that a person sets below what the control law was built for.
+//
+// The torque reference is cut. A current reference is cut. In a phase whose current is above the
+// limit at the sample, a timer order freewheels instead of magnetizing until the next sample; the
+// current passes the limit by what one sample of the full voltage can add, or two with a delay.
+#pragma once
+
+#include "srm/base/fields.hpp"
+#include "srm/control/frame/interface.hpp"
+
+namespace srm {
+
+template <Real T>
+struct UserLimits {
+  T tau;  // either sign; `never`: none [N m]
+  T i;    // of a phase; `never`: none [A]
+  SRM_FIELDS(tau, i)
+
+  constexpr T cut(T tau_ref) const { return clamp(tau_ref, -tau, tau); }
+
+  template <int N>
+  constexpr void apply(Command<T, N>& orders, const Measurement<T, N>& y) const {
+    for (int k = 0; k < N; ++k) {
+      PhaseCommand<T>& order = orders[k];
+      if (order.gate != Gate::timer) {
+        order.i_ref = min(order.i_ref, i);
+      } else if (y.i[k] > i) {
+        for (Leg& leg : order.leg) leg = leg == Leg::magnetize ? Leg::freewheel : leg;
+      }
+    }
+  }
+};
+
+}  // namespace srm
