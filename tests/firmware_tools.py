@@ -114,8 +114,7 @@ class Native:
                 *self.FLAGS,
                 "-I.",
                 "-Iinclude",
-                "controller.cpp",
-                "peripherals.cpp",
+                *("controller.cpp", "run_time.cpp", "recorder.cpp", "peripherals.cpp"),
                 "-o",
                 library,
             ],
@@ -125,6 +124,10 @@ class Native:
         N = given.machine.n_phases
         self.library = ctypes.CDLL(str(library))
         self.library.reluctance_torque_reference.restype = ctypes.c_float
+        self.library.reluctance_parameter_get.restype = ctypes.c_float
+        self.library.reluctance_parameter_set.argtypes = [
+            *(ctypes.c_void_p, ctypes.c_int32, ctypes.c_float)
+        ]
         self.library.reluctance_step.argtypes = [
             *(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_float, ctypes.c_void_p)
         ]
@@ -178,6 +181,16 @@ class Native:
             )
         )
         return self.outputs[0]
+
+    def set(self, name, value):
+        """One call of reluctance_parameter_set: its answer."""
+        number = self.library.reluctance_parameter_find(name.encode())
+        return self.library.reluctance_parameter_set(self.state.ctypes.data, number, value)
+
+    def get(self, name):
+        number = self.library.reluctance_parameter_find(name.encode())
+        state = ctypes.c_void_p(self.state.ctypes.data)
+        return self.library.reluctance_parameter_get(state, number)
 
     def fault(self):
         return self.library.reluctance_get_fault(ctypes.c_void_p(self.state.ctypes.data))

@@ -97,11 +97,11 @@ reluctance_fault told(const srm::Fault<float>& fault) {
 void reluctance_init(reluctance_controller* controller) { ::new (controller) State(); }
 
 void reluctance_reset(reluctance_controller* controller) {
-  const auto parameter = state_of(controller).parameter;
-  const uint32_t changes = state_of(controller).changes;
-  reluctance_init(controller);
-  state_of(controller).parameter = parameter;
-  state_of(controller).changes = changes + 1;
+  State& x = state_of(controller);
+  State fresh;
+  fresh.parameter = x.parameter;
+  fresh.changes = x.changes + 1;
+  x = fresh;
 }
 
 [[gnu::flatten]] reluctance_status reluctance_step(reluctance_controller* controller,

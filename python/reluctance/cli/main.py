@@ -19,6 +19,7 @@ from reluctance.cli.map_identify import identify
 from reluctance.cli.options import help_if_bare
 from reluctance.cli.paper import paper
 from reluctance.cli.pump import pump, size
+from reluctance.cli.replay import replay
 from reluctance.cli.run import run
 from reluctance.cli.schema import schema
 from reluctance.cli.studio import studio
@@ -33,7 +34,7 @@ app = typer.Typer(
 )
 
 FIRST = (run, sweep, tune, efficiency, compare, limit, paper, machines, examples)
-for command in (*FIRST, studio, pump, size, schema):
+for command in (*FIRST, studio, pump, size, replay, schema):
     app.command()(command)
 map_app.command()(identify)
 app.add_typer(map_app, name="map")

@@ -25,9 +25,14 @@ struct UserLimits {
       if (order.gate != Gate::timer) {
         order.i_ref = min(order.i_ref, i);
       } else if (y.i[k] > i) {
-        for (Leg& leg : order.leg) leg = leg == Leg::magnetize ? Leg::freewheel : leg;
+        freewheel(order);
       }
     }
+  }
+
+ private:
+  [[gnu::noinline, gnu::cold]] static constexpr void freewheel(PhaseCommand<T>& order) {
+    for (Leg& leg : order.leg) leg = leg == Leg::magnetize ? Leg::freewheel : leg;
   }
 };
 
