@@ -15,6 +15,7 @@ from reluctance.export.target import PHASE
 MAGIC, VERSION = 0x444C4552, 1
 API = 3  # of reluctance_controller.h
 NO_SAMPLE = 0xFFFFFFFF
+MOST_PHASES = 6
 HEADER = np.dtype(
     [
         *((name, "<u4") for name in ("magic", "version", "api", "fingerprint", "phases")),
@@ -95,6 +96,8 @@ def read_dump(path: Path) -> Dump:
                 "that exported the firmware"
             )
     n_phases, state_words = int(head["phases"]), int(head["state_words"])
+    if n_phases > MOST_PHASES:
+        raise ParameterError(f"{path}: {n_phases} phases are unknown")
     record = record_type(n_phases)
     if head["record_words"] * 4 != record.itemsize:
         raise ParameterError(f"{path}: samples of {head['record_words']} words are unknown")

@@ -29,7 +29,7 @@ def dump_figure(replayed: Replayed, name: str) -> Figure:
         ordered = rows["order"]["leg"][:, k, 0] + 3 * (dump.n_phases - 1 - k) + 1
         legs.step(t, ordered, where="post", lw=0.8, label=label)
     currents.set_ylabel("current (A)")
-    currents.legend(loc="upper left", fontsize=8, ncols=dump.n_phases)
+    currents.legend(loc="lower left", bbox_to_anchor=(0, 1), fontsize=8, ncols=dump.n_phases)
     names = ("off", "freewheel", "on")
     heights = [3 * (dump.n_phases - 1 - k) + s for k in range(dump.n_phases) for s in range(3)]
     legs.set_yticks(

@@ -93,12 +93,23 @@ def replay(program: Path, cpu: Cpu, samples: NDArray[np.float32]) -> Answers:
     """
     folder = program.parent
     (folder / "samples").write_bytes(np.ascontiguousarray(samples, "<f4").tobytes())
+    run_program(program, cpu)
+    return _answers((folder / "orders").read_bytes(), samples.shape[1] - 5)
+
+
+def run_program(program: Path, cpu: Cpu) -> None:
+    """Run a program of a package on the emulated target, in the folder that it lies in.
+
+    Raises
+    ------
+    ParameterError
+        If it ends with an error.
+    """
     done = subprocess.run(
-        _emulator(program, cpu), cwd=folder, capture_output=True, text=True, timeout=TIMEOUT
+        _emulator(program, cpu), cwd=program.parent, capture_output=True, text=True, timeout=TIMEOUT
     )
     if done.returncode != 0:
         raise ParameterError(f"the emulated {cpu} stopped: {(done.stdout + done.stderr).strip()}")
-    return _answers((folder / "orders").read_bytes(), samples.shape[1] - 5)
 
 
 @contextmanager
