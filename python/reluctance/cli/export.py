@@ -17,6 +17,7 @@ from reluctance.errors import ParameterError
 from reluctance.export.cost import Cost, costs
 from reluctance.export.package import FLASH_LIMIT_KIB, PREFIX, gates_of
 from reluctance.export.parity import STEPS, check_parity, in_the_loop
+from reluctance.export.port import CLOCK_HZ
 from reluctance.export.target import MACHINES, Cpu
 from reluctance.export.verdict import MCUS, left_out, verdict
 from reluctance.export.verdict import mcu as find_mcu
@@ -42,6 +43,10 @@ def firmware(
     prefix: Annotated[
         str, typer.Option(metavar="NAME", help="Of all symbols: two drives in one image.")
     ] = PREFIX,
+    port: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help=f"Add a reference port: {', '.join(CLOCK_HZ)}."),
+    ] = None,
     cost: Annotated[
         bool, typer.Option("--cost", help="Build it, run it emulated, and print what it costs.")
     ] = False,
@@ -54,7 +59,7 @@ def firmware(
     """Write the controller as a self-contained firmware package."""
     drive = load(drive_file, overrides, trust=trust)
     part = find_mcu(mcu) if mcu is not None else None
-    made = export.firmware(drive, out, flash_limit_KiB=flash_limit, prefix=prefix)
+    made = export.firmware(drive, out, flash_limit_KiB=flash_limit, prefix=prefix, port=port)
     spent = costs(drive, steps=steps) if cost or part else []
     rows = [c.with_units() for c in spent] if cost else []
     gates = gates_of(drive)

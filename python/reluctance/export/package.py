@@ -18,6 +18,7 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.commission_levels import commission_fields
 from reluctance.export.constants import Node, Tables, constant, literal
+from reluctance.export.port import port_marks
 from reluctance.export.run_time import marks, run_time_code, run_time_parameters
 from reluctance.export.sequence_levels import sequence_fields, speed_limit
 from reluctance.export.trip_levels import VOLTAGE_MARGIN, limits
@@ -50,6 +51,7 @@ def firmware(
     *,
     flash_limit_KiB: float = FLASH_LIMIT_KIB,
     prefix: str = PREFIX,
+    port: str | None = None,
 ) -> Firmware:
     """Write the firmware package of a drive.
 
@@ -64,6 +66,8 @@ def firmware(
     prefix : str
         Of every symbol and file name of the interface: two packages with different ones link into
         one image.
+    port : str, optional
+        Reference port to put into the folder: stm32g474.
 
     Raises
     ------
@@ -91,14 +95,20 @@ def firmware(
         )
     law = tree["control"]["fields"]["law"]["type"]
     values = _values(drive, law, fingerprint) | marks(at_run_time)
+    if port is not None:
+        values |= port_marks(port, drive, gates_of(drive))
     make_folder(folder.parent)
     with told(folder), scratch(folder.parent) as place:
         made = place / "package"
-        source = resources("firmware") / "package"
-        for path in sorted(p for p in source.rglob("*") if p.is_file()):
-            filled = MARK.sub(lambda m: values[m[1]], path.read_text("utf-8"))
-            name = renamed(str(path.relative_to(source)), prefix)
-            _put(made / name, renamed(filled, prefix))
+        source = resources("firmware")
+        templates = {source / "package": made}
+        if port is not None:
+            templates[source / "ports" / port] = made / port
+        for folder_of, to in templates.items():
+            for path in sorted(p for p in folder_of.rglob("*") if p.is_file()):
+                filled = MARK.sub(lambda m: values[m[1]], path.read_text("utf-8"))
+                name = renamed(str(path.relative_to(folder_of)), prefix)
+                _put(to / name, renamed(filled, prefix))
         _put(made / "parameters.hpp", renamed(text, prefix))
         _put(made / "commission_parameters.hpp", renamed(commission_parameters(drive), prefix))
         for header, code in own.items():

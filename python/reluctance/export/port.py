@@ -1,0 +1,54 @@
+"""A reference port: what a microcontroller's port of the package is set to, from the drive file."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reluctance.drive import Drive
+from reluctance.errors import ParameterError
+from reluctance.export.constants import literal
+from reluctance.export.trip_levels import limits
+
+CLOCK_HZ = {"stm32g474": 170e6}  # of the timers
+MOST_TICKS = 65_535 - 32  # of a period: 16 bits
+DC_LINK_RANGE = 1.25  # of the over-voltage level: full scale of the dc-link converter
+WATCHDOG_HZ, WATCHDOG_PERIODS, WATCHDOG_LEAST = 8e3, 50, 8  # ticks; control periods; ticks
+
+
+def port_marks(name: str, drive: Drive, gates: set[int]) -> dict[str, str]:
+    """What the templates of a port name, for a drive that fits it.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such port, or the drive needs what it does not have.
+    """
+    if name not in CLOCK_HZ:
+        raise ParameterError(f"--port {name}, need one of: {', '.join(CLOCK_HZ)}")
+    sensing = drive.sensing
+    for fault, need in (
+        (drive.machine.n_phases != 3, "machine with three phases"),
+        (gates != {1}, "law that orders timers, or [sensing] comparators = 'sampled'"),
+        (sensing.delay_samples != 1, "[sensing] delay_samples = 1"),
+        (sensing.adc_bits != 12, "[sensing] adc_bits = 12"),
+        (sensing.encoder_counts == 0, "[sensing] encoder_counts"),
+        (drive.converter.t_min <= 0, "[converter] min_pulse_us"),
+        (drive.reference.kind == "pv", "reference other than `pv`: it reads no source current"),
+    ):
+        if fault:
+            raise ParameterError(f"the port to {name} cannot run this drive: need a {need}")
+    ticks = drive.control.T_s * CLOCK_HZ[name]
+    if abs(ticks - round(ticks)) > 1e-6 * ticks or ticks > MOST_TICKS:
+        raise ParameterError(
+            f"[control] T_s_us = {drive.control.T_s_us:g} is {ticks:.6g} ticks of the timer, need "
+            f"a whole number, at most {MOST_TICKS}"
+        )
+    watchdog = max(int(np.ceil(WATCHDOG_PERIODS * drive.control.T_s * WATCHDOG_HZ)), WATCHDOG_LEAST)
+    full = DC_LINK_RANGE * limits(drive).u_dc_max
+    return {
+        "period_ticks": str(round(ticks)),
+        "A_per_code": literal(sensing.i_range_A / 4096, "A per code"),
+        "V_per_code": literal(full / 4096, "V per code"),
+        "encoder_counts": str(sensing.encoder_counts),
+        "watchdog": str(watchdog),
+    }
