@@ -1,8 +1,11 @@
 """The reference port to the STM32G474: registers as words of memory, the plant in the loop, and
 the image for the target. Addresses and bits are those of RM0440, written a second time."""
 
+import csv
 import ctypes
+import json
 import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -332,3 +335,25 @@ def test_a_drive_that_the_port_cannot_run_is_refused(change, message, tmp_path):
         firmware(rl.load(FILE).with_values(change), tmp_path / "package", port="stm32g474")
     with pytest.raises(rl.ParameterError, match="need one of: stm32g474"):
         firmware(rl.load(FILE), tmp_path / "package", port="stm32f030")
+
+
+@needs_target
+@pytest.mark.long
+def test_the_example_has_the_numbers_of_the_table_and_the_verdict_says_that_it_fits(tmp_path):
+    with (ROOT / "bench" / "g474.csv").open() as file:
+        row = next(r for r in csv.DictReader(file) if r["case"] == "deadbeat 50 us")
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "reluctance.cli", "export", "firmware", str(FILE), "--json"),
+            *("--out", str(tmp_path / "package"), "--port", "stm32g474", "--mcu", "stm32g474"),
+        ],
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    told = json.loads(done.stdout)
+    assert all(answer["fits"] for answer in told["verdict"]) == (row["fits"] == "yes")
+    assert f"{row['instructions_max']} instructions" in told["verdict"][0]["reason"]
+    assert "warnings" not in told
+    kpis = rl.simulate(rl.load(FILE), record=None).kpis
+    assert kpis.torque_error_rms == pytest.approx(float(row["torque_error_rms"]), abs=1e-5)
