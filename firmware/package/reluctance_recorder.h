@@ -1,5 +1,5 @@
-/* C interface of the recorder: the last samples before a fault or a trigger, and some after it, kept
- * so that the desk can compute them again bit for bit (`reluctance replay`). C99 and C++.
+/* C interface of the recorder: the last samples before a fault or a trigger, and some after it,
+ * kept so that the desk can compute them again bit for bit (`reluctance replay`). C99 and C++.
  *
  * The memory is a ring of segments. A segment begins with the state of the controller; then follow
  * its samples, each with all that reluctance_run was given and what it ordered. A call that changes
@@ -19,7 +19,7 @@ extern "C" {
 
 /* Enough memory for so many segments of so many samples. */
 #define RELUCTANCE_RECORDER_WORDS(segments, samples) \
-  ((segments) * (258 + (samples) * RELUCTANCE_RECORD_WORDS))
+  ((segments) * (258 + (samples)*RELUCTANCE_RECORD_WORDS))
 
 /* What the recorder remembers. Its content is its own business. */
 typedef struct {
@@ -40,9 +40,9 @@ enum {
   RELUCTANCE_RECORDER_FROZEN = 2     /* nothing is written until reluctance_recorder_resume */
 };
 
-/* words: size of the memory; samples: of a segment; after: samples kept after the trigger, less than
- * the ring holds. Returns how many samples the ring always holds; 0: the memory is too small for two
- * segments, or `after` too great, and nothing is recorded. */
+/* words: size of the memory; samples: of a segment; after: samples kept after the trigger, less
+ * than the ring holds. Returns how many samples the ring always holds; 0: the memory is too small
+ * for two segments, or `after` too great, and nothing is recorded. */
 uint32_t reluctance_recorder_start(reluctance_recorder* recorder, uint32_t* memory, uint32_t words,
                                    uint32_t samples, uint32_t after);
 
@@ -59,8 +59,8 @@ void reluctance_recorder_trigger(reluctance_recorder* recorder);
 /* Forgets the samples and goes on. */
 void reluctance_recorder_resume(reluctance_recorder* recorder);
 
-/* Gives the dump, part by part, to `put`; the interrupt must not write meanwhile: wait until the ring
- * is frozen. Returns the number of words; 0: nothing is recorded. */
+/* Gives the dump, part by part, to `put`; the interrupt must not write meanwhile: wait until the
+ * ring is frozen. Returns the number of words; 0: nothing is recorded. */
 uint32_t reluctance_recorder_dump(const reluctance_recorder* recorder,
                                   void (*put)(void* context, const uint32_t* words, uint32_t count),
                                   void* context);

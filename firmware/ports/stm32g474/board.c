@@ -64,8 +64,8 @@ static void start_pins(void) {
 /* Last of all, so that no output is driven before its timer says off. */
 static void start_output_pins(void) {
   for (uint32_t n = 8; n < 12; ++n) pin(PORT_A, n, ALTERNATE, 13); /* CHA1, CHA2, CHB1, CHB2 */
-  pin(PORT_B, 12, ALTERNATE, 13);                                   /* CHC1 */
-  pin(PORT_B, 13, ALTERNATE, 13);                                   /* CHC2 */
+  pin(PORT_B, 12, ALTERNATE, 13);                                  /* CHC1 */
+  pin(PORT_B, 13, ALTERNATE, 13);                                  /* CHC2 */
 }
 
 /* All converters start together, when the period does. Converter 1 reads the dc link second. */
@@ -83,7 +83,7 @@ static void start_converters(void) {
     port_pause(100U);
     ADC_CR(adc) = ADC_CR_ADVREGEN | ADC_CR_ADEN;
     wait_for(&ADC_ISR(adc), ADC_ISR_ADRDY, ADC_ISR_ADRDY);
-    ADC_CFGR(adc) = ADC_CFGR_JQDIS; /* 12 bits, right */
+    ADC_CFGR(adc) = ADC_CFGR_JQDIS;         /* 12 bits, right */
     ADC_SMPR1(adc) = (2U << 3) | (2U << 9); /* channels 1 and 3: 12.5 of its periods */
     ADC_JSQR(adc) = more | ADC_JSQR_HRTIM_TRG2 | (channel[k] << 9) | (more * (3U << 15));
     ADC_CR(adc) = ADC_CR_ADVREGEN | ADC_CR_ADEN | ADC_CR_JADSTART;

@@ -61,9 +61,11 @@ typedef void (*handler)(void);
 __attribute__((section(".vectors"), used)) static const struct {
   uint32_t* stack;
   handler core[15], interrupt[102];
-} vectors = {
-    &stack_top,
-    {reset, stop, stop, stop, stop, stop, 0, 0, 0, 0, stop, stop, 0, stop, stop},
-    {STOP4, STOP4, STOP4, STOP4, stop, stop, ADC1_2_IRQHandler, stop,          /* 0 to 19 */
-     STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, STOP4,     /* to 59 */
-     STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, stop, stop}};
+} vectors = {&stack_top,
+             {reset, stop, stop, stop, stop, stop, 0, 0, 0, 0, stop, stop, 0, stop, stop},
+             {STOP4, STOP4, STOP4, STOP4, stop,  stop,  ADC1_2_IRQHandler,
+              stop, /* 0 to 19 */
+              STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, STOP4,
+              STOP4, STOP4, STOP4, /* to 59 */
+              STOP4, STOP4, STOP4, STOP4, STOP4, STOP4, STOP4,
+              STOP4, STOP4, STOP4, stop,  stop}};
