@@ -47,6 +47,7 @@ def _contents(drive: Drive) -> list[bytes]:
     found = list(drive.machine.contents)
     if names_code(law := getattr(drive.control, "law", None)):
         found.append(own_code(str(law)).file.read_bytes())
-    if drive.load.pump is not None and is_file(Path(drive.load.pump)):
-        found.append(Path(drive.load.pump).read_bytes())
+    for file in (drive.load.pump, getattr(drive.control, "angle_table", None)):
+        if isinstance(file, str) and is_file(Path(file)):
+            found.append(Path(file).read_bytes())
     return found
