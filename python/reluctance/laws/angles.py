@@ -42,8 +42,13 @@ class Angles(PulseCurrent):
             return self
         if self.theta_on_deg is not None:
             raise ValueError("angle_table has the angles; remove theta_on_deg and theta_off_deg")
-        if not self.follows_torque:
+        return self
+
+    @model_validator(mode="after")
+    def fixed_current_has_fixed_angles(self) -> Angles:
+        if self.angle_table is not None and not self.follows_torque:
             raise ValueError("angle_table needs a torque to follow; remove i_ref_A and regulate")
+        super().fixed_current_has_fixed_angles()
         return self
 
     @property

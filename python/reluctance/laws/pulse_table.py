@@ -7,6 +7,7 @@ at each speed of the table and at torques that lie closer where they are small.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from reluctance.limit.magnetics import content
 
 ALGORITHM = 1  # raised when the same table gives other currents
 TORQUES = 12  # between 0 and the top, in equal steps of their square root, besides the table's
+FAR = 1 / 8  # of the top speed: between speeds farther apart currents are computed too
 NEAR = 0.02  # of the top: a torque this close to one of the table's is left out
 CURRENTS = 28  # of a curve that is inverted
 
@@ -70,9 +72,12 @@ def pulse_table(known: Known, angles: AngleTable, half: float, hard: bool) -> _c
 
 
 def _speeds(angles: AngleTable, working: float) -> FloatArray:
-    """Those of the table, and the working one if it lies between them."""
-    inside = angles.omega[0] < working < angles.omega[-1]
-    return np.unique([*angles.omega, working]) if inside else angles.omega
+    """Those of the table, the working one if it lies between them, and others where these are far
+    apart."""
+    ends = np.unique(np.clip([*angles.omega, working], angles.omega[0], angles.omega[-1]))
+    parts = np.ceil(np.diff(ends) / (FAR * ends[-1])).astype(int)
+    rows = [np.linspace(a, b, n + 1) for (a, b), n in zip(pairwise(ends), parts, strict=True)]
+    return np.unique(np.concatenate(rows))
 
 
 def _torques(angles: AngleTable, tau_max: float) -> FloatArray:
