@@ -44,12 +44,10 @@ class Angles(PulseCurrent):
             raise ValueError("angle_table has the angles; remove theta_on_deg and theta_off_deg")
         return self
 
-    @model_validator(mode="after")
-    def fixed_current_has_fixed_angles(self) -> Angles:
+    def check_fixed_current(self) -> None:
         if self.angle_table is not None and not self.follows_torque:
             raise ValueError("angle_table needs a torque to follow; remove i_ref_A and regulate")
-        super().fixed_current_has_fixed_angles()
-        return self
+        super().check_fixed_current()
 
     @property
     def follows_torque(self) -> bool:
