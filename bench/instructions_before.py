@@ -37,11 +37,11 @@ def main() -> None:
         place = Path(name)
         source, site = place / "source", place / "site"
         source.mkdir()
-        archive = ["git", "archive", "--output", place / "source.tar", COMMIT]
-        subprocess.run(archive, cwd=ROOT, check=True)
-        subprocess.run(["tar", "-xf", place / "source.tar", "-C", source], check=True)
-        pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", site]
-        subprocess.run([*pip, source], check=True, stdout=sys.stderr)
+        tar = str(place / "source.tar")
+        subprocess.run(["git", "archive", "--output", tar, COMMIT], cwd=ROOT, check=True)
+        subprocess.run(["tar", "-xf", tar, "-C", str(source)], check=True)
+        pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target"]
+        subprocess.run([*pip, str(site), str(source)], check=True, stdout=sys.stderr)
         counted = subprocess.run(
             [sys.executable, "-c", COUNT],
             cwd=source,

@@ -12,7 +12,8 @@ further column of the table says what it shows; `-` is not compared:
     <!-- from docs/results.csv by example: -; torque_error_rms*100; f_switch_Hz/1000 -->
 
 `& COLUMN` is a second number in the same cell, `@ KEY=VALUE` selects rows for one column only and
-`where KEY=VALUE` for all; `COLUMN in FILE` is of another file with the same key. The file may be a table of a page that a command writes, FILE.md#heading.
+`where KEY=VALUE` for all; `COLUMN in FILE` is of another file with the same key. The file may
+be a table of a page that a command writes, FILE.md#heading.
 """
 
 import csv

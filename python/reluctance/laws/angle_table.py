@@ -91,7 +91,9 @@ def _rows(path: Path) -> list[dict[str, str]]:
     known = (*COLUMNS, *Kpis.border_names(), NOTE)
     for name in names:
         if name not in known:
-            raise ParameterError(f"{path}: unknown column `{name}`{did_you_mean(name, (*COLUMNS, NOTE))}")
+            raise ParameterError(
+                f"{path}: unknown column `{name}`{did_you_mean(name, (*COLUMNS, NOTE))}"
+            )
     if not rows:
         raise ParameterError(f"{path} has no rows")
     return rows
