@@ -67,6 +67,9 @@ inline constexpr double longest_angle = 0.0262;
 // A step is halved while its prediction is off by more than this part of the current scale.
 inline constexpr double spread_part = 4e-5;
 
+// No step is halved below this: the numbers are none any more [s].
+inline constexpr double shortest_step = 1e-15;
+
 // Corrections up to this part of the current scale are taken without another evaluation of the
 // machine: its derivatives tell the rest.
 inline constexpr double small_part = 1e-5;

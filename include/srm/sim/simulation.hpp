@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "srm/sim/alone.hpp"
 #include "srm/sim/controller.hpp"
 #include "srm/sim/gates.hpp"
 #include "srm/sim/guard.hpp"
@@ -38,9 +39,12 @@ struct Loop {
   Circuit<N> circuit;
   bool rated = false;     // the rates are those of this point and circuit
   bool prepared = false;  // what is due at this point is done
+  bool alone = false;     // every phase is by itself
+  std::array<Flight, N> flights;
   double t = 0, t_sample = 0, t_course = 0, t_record = 0;  // now, and next [s]
   double theta_period = 0, theta_next = 0;  // next end of a period; next angle that matters [rad]
   int turns = 0;                            // direction in which theta_next is ahead; 0: unknown
+  double t_angle = 0;                       // when it is met while the phases are alone [s]
   double h_fine = 1e300;                    // what a step may be, from the ones before [s]
   double tau_ref = 0;
   long samples = 0, steps = 0;
@@ -130,6 +134,7 @@ class Simulation {
   /// Orders from outside, at the instant of a sample. Instants within a billionth of a period of a
   /// multiple of it are that multiple, as in a loop with a controller.
   void obey(const Orders<N>& orders) {
+    land_all();
     if (now_.t >= now_.t_course) follow_courses();
     now_.samples = static_cast<long>(now_.t / sampling_.T_s + 1e-9);
     take(orders);
@@ -142,6 +147,7 @@ class Simulation {
   /// Lets `change` alter plant and reference from outside; courses are followed anew.
   template <class F>
   void change(const F& how) {
+    land_all();
     how(plant_, reference_);
     now_.t_course = now_.t;
     now_.rated = false;
@@ -156,15 +162,20 @@ class Simulation {
                     .theta_m = x().theta_m,
                     .omega_m = x().omega_m,
                     .u_dc = x().u_dc,
-                    .tau_ref = now_.tau_ref,
-                    .i = x().i};
+                    .tau_ref = now_.tau_ref};
+    State<N> x = this->x();
+    for (int k = 0; k < N; ++k) {
+      const Flight& f = now_.flights[k];
+      if (f.aloft) x.i[k] = f.between(f.start.i, f.end.i, now_.t).now;
+    }
+    row.i = x.i;
     for (int k = 0; k < N; ++k) {
       row.i_ref[k] = command()[k].i_ref;
       row.leg[k] = static_cast<double>(now_.legs[k]);
-      if (!conducts(now_.legs[k], x().i[k])) continue;
-      const double theta_e = electrical_angle(plant_, x().theta_m, k);
-      const Magnetics<double> m = plant_.machine.at(x().i[k], theta_e);
-      row.u[k] = winding_voltage(plant_, now_.circuit, x(), k);
+      if (!conducts(now_.legs[k], x.i[k])) continue;
+      const double theta_e = electrical_angle(plant_, x.theta_m, k);
+      const Magnetics<double> m = plant_.machine.at(x.i[k], theta_e);
+      row.u[k] = winding_voltage(plant_, now_.circuit, x, k);
       row.psi[k] = m.psi;
       row.tau_ph[k] = m.tau;
       row.tau += m.tau;
@@ -198,8 +209,6 @@ class Simulation {
   }
 
  private:
-  static constexpr double shortest = 1e-15;  // no halving below: the numbers are none any more [s]
-
   static constexpr long slice = 20000;  // steps of one call of `advance`; some ten milliseconds
 
   Point<N>& at() { return now_.points[now_.here]; }
@@ -214,14 +223,18 @@ class Simulation {
     x.omega_m = forced(plant_.shaft, x.omega_m, now_.t);
     now_.t_course = std::min(next_change(plant_.source, now_.t), next_change(plant_.shaft, now_.t));
     now_.rated = false;
+    now_.alone = by_themselves(plant_, x, now_.t);
+    now_.turns = 0;
   }
 
   /// What is due at a point before the step that begins there; once a point.
   void prepare(Rows& waveforms, Rows& periods) {
     if (now_.prepared) return;
     if (now_.t >= now_.t_course) follow_courses();
-    if (now_.t >= now_.t_sample) sample();
-    settle();
+    if (now_.t >= now_.t_sample) {
+      sample();
+      settle();
+    }
     if (resolution_.record_every == 0 || now_.t >= now_.t_record) record(waveforms);
     if (std::abs(x().theta_m - now_.theta_period) <= angle_tolerance) {
       close_period(periods);
@@ -393,18 +406,21 @@ class Simulation {
     }
   }
 
+  /// Whether phase k carries current from here on; with its magnetics where it begins to.
+  void flow(int k) {
+    const bool flows = conducts(now_.legs[k], x().i[k]);
+    if (flows == now_.circuit.flows[k]) return;
+    now_.circuit.flows[k] = flows;
+    if (flows) {
+      at().jets[k] = plant_.machine.jet(x().i[k], electrical_angle(plant_, x().theta_m, k));
+    }
+    now_.rated = false;
+  }
+
   /// Magnetics and rates at the start of a step.
   Settled<N> settled() {
     Circuit<N>& circuit = now_.circuit;
-    for (int k = 0; k < N; ++k) {
-      const bool flows = conducts(now_.legs[k], x().i[k]);
-      if (flows == circuit.flows[k]) continue;
-      circuit.flows[k] = flows;
-      if (flows) {
-        at().jets[k] = plant_.machine.jet(x().i[k], electrical_angle(plant_, x().theta_m, k));
-      }
-      now_.rated = false;
-    }
+    for (int k = 0; k < N; ++k) flow(k);
     const bool shorted = x().u_dc <= 0 && source_now(plant_, now_.legs, x(), now_.t).du_dc.now < 0;
     if (shorted != circuit.shorted) now_.rated = false;
     circuit.shorted = shorted;
@@ -423,6 +439,15 @@ class Simulation {
   /// One step towards t_limit, cut short at the first event.
   void step(double t_limit) {
     ++now_.steps;
+    if (now_.alone) {
+      fly(t_limit);
+    } else {
+      step_together(t_limit);
+    }
+  }
+
+  /// All phases by the same step.
+  void step_together(double t_limit) {
     for (int k = 0; k < N; ++k) t_limit = std::min(t_limit, now_.gates.next_instant(k));
     const Settled<N> s = settled();
     if (now_.turns != direction()) {
@@ -442,7 +467,7 @@ class Simulation {
     Trial y = srm::step(plant_, at(), s, scale, h_first, target, h_max, end());
     while (!y.fine || y.spread > spread_part) {
       const double h = y.h / 2;
-      if (h < shortest) break;
+      if (h < shortest_step) break;
       now_.h_fine = h;
       y = srm::step(plant_, at(), s, scale, h, Guard{}, h, end());
     }
@@ -482,12 +507,123 @@ class Simulation {
       at().x.u_dc = 0;
       return;
     }
+    compare(met);
+  }
+
+  /// A current has met a threshold.
+  void compare(const Guard& met) {
     const PhaseCommand<double>& c = command()[met.k];
     const GateState& gate = now_.gates.gate[met.k];
     const Span span = awaited(c, gate);
     const bool above = met.direction > 0;
     if (met.value != (above ? span.above : span.below)) return;  // no current, or the table's end
     now_.gates.order(met.k, after(c, gate, above), now_.t + t_dead_);
+  }
+
+  Given given(int k) const {
+    const Path& path = now_.circuit.paths.phase[k];
+    const double omega_m = x().omega_m;
+    return {path.level * x().u_dc - path.v, path.R, omega_m, plant_.machine.N_r * omega_m};
+  }
+
+  /// Sends phase k off from here, or anew from where it is under way; it lands by t_limit.
+  void set_off(int k, double t_limit) {
+    Flight& f = now_.flights[k];
+    const double t_end = std::min(t_limit, now_.gates.next_instant(k));
+    if (!f.aloft) flow(k);
+    if (!now_.circuit.flows[k]) {
+      f.t1 = t_end;
+      return;
+    }
+    const State<N>& x = this->x();
+    const Path& path = now_.circuit.paths.phase[k];
+    const double omega_m = x.omega_m;
+    const Given g{path.level * x.u_dc - path.v, path.R, omega_m, plant_.machine.N_r * omega_m};
+    double theta_m = x.theta_m;
+    if (f.aloft) {
+      theta_m -= omega_m * (now_.t - f.t0);
+    } else {
+      f.t0 = now_.t;
+      f.start.m = at().jets[k];
+      f.start.i.now = x.i[k];
+      rate(f.start, g);
+      f.tau = f.start.tau;
+    }
+    const double theta_e = electrical_angle(plant_, theta_m, k);
+    const double longest = std::min(resolution_.dt_max, longest_angle / std::abs(g.omega_e));
+    srm::fly(plant_.machine, g, theta_e, k, span(k), resolution_.scale.i, t_end, longest, f);
+  }
+
+  /// Phase k has arrived.
+  void land(int k) {
+    Flight& f = now_.flights[k];
+    const PhasePoint &a = f.start, &b = f.end;
+    const double h = f.t1 - f.t0;
+    const double i_squared = integral(a.i * a.i, b.i * b.i, h);
+    Integrals<N>& q = now_.sums;
+    q.i_squared[k] += i_squared;
+    q.E_winding += integral(a.v * a.i, b.v * b.i, h) + plant_.R * i_squared;
+    const double E_dc = now_.circuit.paths.phase[k].level * x().u_dc * integral(a.i, b.i, h);
+    q.E_dc += E_dc;
+    q.E_source += E_dc;
+    now_.extremes.include(a.i, b.i, h);
+    at().x.i[k] = b.i.now;
+    at().jets[k] = b.m;
+    f.aloft = false;
+    now_.rated = false;
+    if (f.met.direction != 0) compare(f.met);
+  }
+
+  /// Ends all flights here.
+  void land_all() {
+    for (int k = 0; k < N; ++k) {
+      Flight& f = now_.flights[k];
+      if (f.aloft && f.t0 < now_.t) {
+        set_off(k, now_.t);
+        land(k);
+      }
+      f.aloft = false;
+      f.t1 = now_.t;
+    }
+  }
+
+  /// Every phase by steps of its own: to the first instant at which one of them lands.
+  void fly(double t_limit) {
+    if (now_.turns != direction()) {
+      now_.theta_next = next_angle();
+      now_.turns = direction();
+      now_.t_angle = now_.t + (now_.theta_next - x().theta_m) / x().omega_m;
+    }
+    t_limit = std::min(t_limit, now_.t_angle);
+    State<N>& x = at().x;
+    double t = std::min(t_limit, now_.t + resolution_.dt_max);
+    for (int k = 0; k < N; ++k) {
+      Flight& f = now_.flights[k];
+      if (f.t1 <= now_.t || f.t1 > t_limit) set_off(k, t_limit);
+      t = std::min(t, f.t1);
+    }
+
+    const double h = t - now_.t;
+    const bool arrived = t == now_.t_angle;
+    x.theta_m = arrived ? now_.theta_next : x.theta_m + h * x.omega_m;
+    now_.t = t;
+    now_.prepared = false;
+    Moving tau0, tau1;
+    for (int k = 0; k < N; ++k) {
+      Flight& f = now_.flights[k];
+      if (f.aloft) {
+        tau0 += f.tau;
+        const bool landed = f.t1 == t;
+        f.tau = landed ? f.end.tau : f.between(f.start.tau, f.end.tau, t);
+        tau1 += f.tau;
+        if (landed) land(k);
+      }
+      if (command()[k].gate == Gate::timer) follow(k);
+    }
+    now_.extremes.include(tau0, tau1, x, h);
+    now_.sums.E_mech += x.omega_m * add_torque(now_.sums, tau0, tau1, now_.tau_ref, h);
+    if (arrived) act_on({Guard::angle});
+    settle();
   }
 
   static constexpr double kink_part = 1e-7;  // of the table: a current this near its end is on it
