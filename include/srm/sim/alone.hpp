@@ -162,20 +162,20 @@ template <Machine M>
   double h = min(min(whole, h_max), f.h_fine);
   const double longest = h;
   const bool falls = a.i.rate < 0;
-  const Guard ahead{k, falls ? span.below : span.above, falls ? -1 : 1};
+  Guard ahead{k, falls ? span.below : span.above, falls ? -1 : 1};
   const double left = ahead.value - a.i.now;
-  f.met = {};
-  if (abs(left) < h * (abs(a.i.rate) + h * abs(d2i)) && left * ahead.direction > 0) {
-    const double t = arrival(left, a.i.rate, d2i);
-    if (t < h) {
-      f.met = ahead;
-      h = t;
-    }
+  const bool near = abs(left) < h * (abs(a.i.rate) + h * abs(d2i)) && left * ahead.direction > 0;
+  const double soon = near ? arrival(left, a.i.rate, d2i) : h;
+  if (soon < h) {
+    h = soon;
+  } else {
+    ahead.direction = 0;
   }
-  Trial y = step(machine, given, theta_e, a, d2i, scale, h, f.met, longest, f.end);
+  Trial y = step(machine, given, theta_e, a, d2i, scale, h, ahead, longest, f.end);
+  f.met = ahead;
+  if (!y.landed) f.met.direction = 0;
   const bool fine = y.fine && y.spread <= spread_part;
   const bool passes = b.i.now <= span.below || b.i.now >= span.above || a.i.rate * b.i.rate < 0;
-  if (!y.landed) f.met = {};
   if (!fine || (passes && !y.landed)) {
     const auto go = [&](double shorter, const Guard& g, double most) {
       return step(machine, given, theta_e, a, d2i, scale, shorter, g, most, f.end);

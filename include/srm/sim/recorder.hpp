@@ -74,14 +74,18 @@ struct Extremes {
     for (int k = 0; k < N; ++k) include(a.i[k], b.i[k], h);
   }
 
-  /// The torque from a to b in a time h, at held speed and voltage.
+  /// Speed and voltage while they are held.
   template <int N>
-  void include(const Moving& tau0, const Moving& tau1, const State<N>& x, double h) {
-    span(tau_min, tau_max, tau0, tau1, h);
+  void include(const State<N>& x) {
     omega_min = min(omega_min, x.omega_m);
     omega_max = max(omega_max, x.omega_m);
     u_min = min(u_min, x.u_dc);
     u_max = max(u_max, x.u_dc);
+  }
+
+  /// The torque from a to b in a time h.
+  void include_torque(const Moving& a, const Moving& b, double h) {
+    span(tau_min, tau_max, a, b, h);
   }
 
   /// A current.

@@ -43,8 +43,10 @@ struct Loop {
   std::array<Flight, N> flights;
   double t = 0, t_sample = 0, t_course = 0, t_record = 0;  // now, and next [s]
   double theta_period = 0, theta_next = 0;  // next end of a period; next angle that matters [rad]
+  double theta_begun = 0;                   // lower end of the present period [rad]
   int turns = 0;                            // direction in which theta_next is ahead; 0: unknown
   double t_angle = 0;                       // when it is met while the phases are alone [s]
+  double omega_e = 0, h_most = 0;           // meanwhile: electrical speed [rad/s], longest step [s]
   double h_fine = 1e300;                    // what a step may be, from the ones before [s]
   double tau_ref = 0;
   long samples = 0, steps = 0;
@@ -75,7 +77,7 @@ class Simulation {
     now_.legs.fill(Leg::demagnetize);
     now_.circuit.paths = paths(plant_, now_.legs);
     follow_courses();
-    now_.theta_period = next_period();
+    begin_period();
   }
 
   /// Runs until t_stop, or until a table is full or many steps are taken: then empty both and call
@@ -223,7 +225,15 @@ class Simulation {
     x.omega_m = forced(plant_.shaft, x.omega_m, now_.t);
     now_.t_course = std::min(next_change(plant_.source, now_.t), next_change(plant_.shaft, now_.t));
     now_.rated = false;
+    if (now_.alone) {
+      for (int k = 0; k < N; ++k) at().jets[k] = now_.flights[k].end.m;
+    }
     now_.alone = by_themselves(plant_, x, now_.t);
+    if (now_.alone) {
+      now_.omega_e = plant_.machine.N_r * x.omega_m;
+      now_.h_most = std::min(resolution_.dt_max, longest_angle / std::abs(now_.omega_e));
+      for (int k = 0; k < N; ++k) now_.flights[k].end.m = at().jets[k];
+    }
     now_.turns = 0;
   }
 
@@ -231,14 +241,16 @@ class Simulation {
   void prepare(Rows& waveforms, Rows& periods) {
     if (now_.prepared) return;
     if (now_.t >= now_.t_course) follow_courses();
-    if (now_.t >= now_.t_sample) {
+    const bool sampled = now_.t >= now_.t_sample;
+    if (sampled) {
       sample();
       settle();
     }
     if (resolution_.record_every == 0 || now_.t >= now_.t_record) record(waveforms);
-    if (std::abs(x().theta_m - now_.theta_period) <= angle_tolerance) {
+    if ((sampled || now_.turns == 0) &&
+        std::abs(x().theta_m - now_.theta_period) <= angle_tolerance) {
       close_period(periods);
-      now_.theta_period = next_period();
+      begin_period();
       now_.turns = 0;
     }
     now_.prepared = true;
@@ -256,10 +268,15 @@ class Simulation {
 
   void take(const Orders<N>& orders) {
     now_.tau_ref = orders.tau_ref;
+    bool windows = false;
+    for (const auto& order : command()) windows = windows || order.gate == Gate::window;
     now_.gates.take(orders.command, sampling_.delay > 0, now_.t);
     now_.t_sample = sampling_.T_s * static_cast<double>(++now_.samples);
-    now_.turns = 0;
-    for (int k = 0; k < N; ++k) follow_window(k);
+    for (int k = 0; k < N; ++k) {
+      windows = windows || command()[k].gate == Gate::window;
+      follow_window(k);
+    }
+    if (windows) now_.turns = 0;
   }
 
   void follow_window(int k) {
@@ -271,15 +288,31 @@ class Simulation {
 
   /// The switches do what they can by now, and the bridge makes of it what the windings see.
   void settle() {
+    if (const auto* bridge = std::get_if<AsymmetricBridge>(&plant_.bridge)) {
+      for (int k = 0; k < N; ++k) settle(*bridge, k);
+      return;
+    }
     if (!now_.gates.settle(now_.t)) return;
     std::visit(
         [&](const auto& bridge) {
           const AllLegs<N> legs = bridge.legs(now_.gates.levels());
           bridge.count(now_.switchings, now_.legs, legs, x().u_dc, x().i);
           now_.legs = legs;
-          now_.circuit.paths = paths(plant_, legs);
+          now_.circuit.paths = with_windings(bridge.paths(legs), plant_.R);
         },
         plant_.bridge);
+    now_.rated = false;
+  }
+
+  /// The same for a phase that shares no switch.
+  void settle(const AsymmetricBridge& bridge, int k) {
+    if (!now_.gates.settle(k, now_.t)) return;
+    const Leg leg = now_.gates.switches[k].leg;
+    bridge.count(now_.switchings, now_.legs[k], leg, x().u_dc, x().i[k]);
+    now_.legs[k] = leg;
+    Path& path = now_.circuit.paths.phase[k];
+    path = bridge.path(leg);
+    path.R += plant_.R;
     now_.rated = false;
   }
 
@@ -296,6 +329,12 @@ class Simulation {
     const double theta_e = sensed_angle(k);
     return conducts(wrap(theta_e + direction() * 2 * plant_.machine.N_r * angle_tolerance),
                     command()[k].theta_on, command()[k].theta_off);
+  }
+
+  void begin_period() {
+    now_.theta_period = next_period();
+    const double pitch = two_pi<double> / plant_.machine.N_r;
+    now_.theta_begun = now_.theta_period - (direction() < 0 ? 0 : pitch);
   }
 
   double next_period() const {
@@ -412,7 +451,8 @@ class Simulation {
     if (flows == now_.circuit.flows[k]) return;
     now_.circuit.flows[k] = flows;
     if (flows) {
-      at().jets[k] = plant_.machine.jet(x().i[k], electrical_angle(plant_, x().theta_m, k));
+      const double theta_e = electrical_angle(plant_, x().theta_m, k);
+      now_.flights[k].end.m = at().jets[k] = plant_.machine.jet(x().i[k], theta_e);
     }
     now_.rated = false;
   }
@@ -527,7 +567,7 @@ class Simulation {
   }
 
   /// Sends phase k off from here, or anew from where it is under way; it lands by t_limit.
-  void set_off(int k, double t_limit) {
+  [[gnu::always_inline]] void set_off(int k, double t_limit) {
     Flight& f = now_.flights[k];
     const double t_end = std::min(t_limit, now_.gates.next_instant(k));
     if (!f.aloft) flow(k);
@@ -538,24 +578,23 @@ class Simulation {
     const State<N>& x = this->x();
     const Path& path = now_.circuit.paths.phase[k];
     const double omega_m = x.omega_m;
-    const Given g{path.level * x.u_dc - path.v, path.R, omega_m, plant_.machine.N_r * omega_m};
-    double theta_m = x.theta_m;
+    const Given g{path.level * x.u_dc - path.v, path.R, omega_m, now_.omega_e};
+    double theta_m = x.theta_m - now_.theta_begun;  // spares a division
     if (f.aloft) {
       theta_m -= omega_m * (now_.t - f.t0);
     } else {
       f.t0 = now_.t;
-      f.start.m = at().jets[k];
+      f.start.m = f.end.m;
       f.start.i.now = x.i[k];
       rate(f.start, g);
       f.tau = f.start.tau;
     }
     const double theta_e = electrical_angle(plant_, theta_m, k);
-    const double longest = std::min(resolution_.dt_max, longest_angle / std::abs(g.omega_e));
-    srm::fly(plant_.machine, g, theta_e, k, span(k), resolution_.scale.i, t_end, longest, f);
+    srm::fly(plant_.machine, g, theta_e, k, span(k), resolution_.scale.i, t_end, now_.h_most, f);
   }
 
   /// Phase k has arrived.
-  void land(int k) {
+  void land(int k, State<N>& x) {
     Flight& f = now_.flights[k];
     const PhasePoint &a = f.start, &b = f.end;
     const double h = f.t1 - f.t0;
@@ -563,12 +602,11 @@ class Simulation {
     Integrals<N>& q = now_.sums;
     q.i_squared[k] += i_squared;
     q.E_winding += integral(a.v * a.i, b.v * b.i, h) + plant_.R * i_squared;
-    const double E_dc = now_.circuit.paths.phase[k].level * x().u_dc * integral(a.i, b.i, h);
+    const double E_dc = now_.circuit.paths.phase[k].level * x.u_dc * integral(a.i, b.i, h);
     q.E_dc += E_dc;
     q.E_source += E_dc;
     now_.extremes.include(a.i, b.i, h);
-    at().x.i[k] = b.i.now;
-    at().jets[k] = b.m;
+    x.i[k] = b.i.now;
     f.aloft = false;
     now_.rated = false;
     if (f.met.direction != 0) compare(f.met);
@@ -580,7 +618,7 @@ class Simulation {
       Flight& f = now_.flights[k];
       if (f.aloft && f.t0 < now_.t) {
         set_off(k, now_.t);
-        land(k);
+        land(k, at().x);
       }
       f.aloft = false;
       f.t1 = now_.t;
@@ -589,13 +627,14 @@ class Simulation {
 
   /// Every phase by steps of its own: to the first instant at which one of them lands.
   void fly(double t_limit) {
-    if (now_.turns != direction()) {
+    State<N>& x = at().x;
+    if (now_.turns == 0) {
       now_.theta_next = next_angle();
       now_.turns = direction();
-      now_.t_angle = now_.t + (now_.theta_next - x().theta_m) / x().omega_m;
+      now_.t_angle = now_.t + (now_.theta_next - x.theta_m) / x.omega_m;
+      now_.extremes.include(x);
     }
     t_limit = std::min(t_limit, now_.t_angle);
-    State<N>& x = at().x;
     double t = std::min(t_limit, now_.t + resolution_.dt_max);
     for (int k = 0; k < N; ++k) {
       Flight& f = now_.flights[k];
@@ -608,22 +647,28 @@ class Simulation {
     x.theta_m = arrived ? now_.theta_next : x.theta_m + h * x.omega_m;
     now_.t = t;
     now_.prepared = false;
+    const AsymmetricBridge* bridge = std::get_if<AsymmetricBridge>(&plant_.bridge);
     Moving tau0, tau1;
     for (int k = 0; k < N; ++k) {
       Flight& f = now_.flights[k];
+      const bool ended = f.t1 == t;
       if (f.aloft) {
         tau0 += f.tau;
-        const bool landed = f.t1 == t;
-        f.tau = landed ? f.end.tau : f.between(f.start.tau, f.end.tau, t);
+        f.tau = ended ? f.end.tau : f.between(f.start.tau, f.end.tau, t);
         tau1 += f.tau;
-        if (landed) land(k);
+        if (ended) land(k, x);
       }
-      if (command()[k].gate == Gate::timer) follow(k);
+      if (ended) {
+        if (command()[k].gate == Gate::timer) follow(k);
+        settle(*bridge, k);
+      }
     }
-    now_.extremes.include(tau0, tau1, x, h);
+    now_.extremes.include_torque(tau0, tau1, h);
     now_.sums.E_mech += x.omega_m * add_torque(now_.sums, tau0, tau1, now_.tau_ref, h);
-    if (arrived) act_on({Guard::angle});
-    settle();
+    if (arrived) {
+      act_on({Guard::angle});
+      settle();
+    }
   }
 
   static constexpr double kink_part = 1e-7;  // of the table: a current this near its end is on it
