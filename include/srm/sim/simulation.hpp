@@ -569,13 +569,13 @@ class Simulation {
   /// Sends phase k off from here, or anew from where it is under way; it lands by t_limit.
   [[gnu::always_inline]] void set_off(int k, double t_limit) {
     Flight& f = now_.flights[k];
+    const State<N>& x = this->x();
     const double t_end = std::min(t_limit, now_.gates.next_instant(k));
-    if (!f.aloft) flow(k);
+    if (conducts(now_.legs[k], x.i[k]) != now_.circuit.flows[k]) flow(k);
     if (!now_.circuit.flows[k]) {
       f.t1 = t_end;
       return;
     }
-    const State<N>& x = this->x();
     const Path& path = now_.circuit.paths.phase[k];
     const double omega_m = x.omega_m;
     const Given g{path.level * x.u_dc - path.v, path.R, omega_m, now_.omega_e};

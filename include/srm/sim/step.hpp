@@ -88,7 +88,7 @@ struct Settled {
 };
 
 /// Second derivative of a current, from the rate of L di/dt = v - omega dpsi/dtheta.
-inline double bend(const Jet<double>& m, const Moving& i, const Moving& v, const Moving& omega) {
+[[gnu::always_inline]] inline double bend(const Jet<double>& m, const Moving& i, const Moving& v, const Moving& omega) {
   const double psi_theta_rate = 2 * m.L_theta * i.rate + m.psi_theta_2 * omega.now;
   return (v.rate - m.L_i * i.rate * i.rate - omega.rate * m.psi_theta -
           omega.now * psi_theta_rate) /
@@ -96,7 +96,7 @@ inline double bend(const Jet<double>& m, const Moving& i, const Moving& v, const
 }
 
 /// The magnetics at a current and an angle that are a little farther on.
-inline void move(Jet<double>& m, double di, double dtheta) {
+[[gnu::always_inline]] inline void move(Jet<double>& m, double di, double dtheta) {
   m.tau += di * (m.psi_theta + di / 2 * m.L_theta) + dtheta * m.tau_theta;
   m.L_inc += di * m.L_i + dtheta * m.L_theta;
   m.psi_theta += di * m.L_theta + dtheta * m.psi_theta_2;
