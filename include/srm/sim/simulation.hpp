@@ -445,10 +445,9 @@ class Simulation {
     }
   }
 
-  /// Whether phase k carries current from here on; with its magnetics where it begins to.
+  /// Phase k begins to carry current, with its magnetics, or ceases to.
   void flow(int k) {
-    const bool flows = conducts(now_.legs[k], x().i[k]);
-    if (flows == now_.circuit.flows[k]) return;
+    const bool flows = !now_.circuit.flows[k];
     now_.circuit.flows[k] = flows;
     if (flows) {
       const double theta_e = electrical_angle(plant_, x().theta_m, k);
@@ -460,7 +459,9 @@ class Simulation {
   /// Magnetics and rates at the start of a step.
   Settled<N> settled() {
     Circuit<N>& circuit = now_.circuit;
-    for (int k = 0; k < N; ++k) flow(k);
+    for (int k = 0; k < N; ++k) {
+      if (conducts(now_.legs[k], x().i[k]) != circuit.flows[k]) flow(k);
+    }
     const bool shorted = x().u_dc <= 0 && source_now(plant_, now_.legs, x(), now_.t).du_dc.now < 0;
     if (shorted != circuit.shorted) now_.rated = false;
     circuit.shorted = shorted;
