@@ -5,7 +5,6 @@
 // The rule is that of `step.hpp`, for one flux linkage.
 #pragma once
 
-#include "srm/sim/gate.hpp"
 #include "srm/sim/guard.hpp"
 
 namespace srm {
@@ -34,20 +33,19 @@ inline void rate(PhasePoint& p, const Given& g) {
 
 /// A phase from one of its events to the next.
 struct Flight {
-  bool aloft = false;  // under way
-  double t0{}, t1{};   // [s]
+  bool aloft = false;     // under way
+  double t0{}, t1{};      // [s]
   double h_fine = 1e300;  // what a step may be, from the ones before [s]
   PhasePoint start, end;
   Moving tau;  // torque now
-  Guard met;  // at its end; direction 0: nothing
+  Guard met;   // at its end; direction 0: nothing
 
   /// Current or torque on the way, by Hermite's polynomial.
   Moving between(const Moving& a, const Moving& b, double t) const {
     const double h = t1 - t0, x = (t - t0) / h;
     const double slope0 = h * a.rate, slope1 = h * b.rate, rise = b.now - a.now;
     const double c3 = slope0 + slope1 - 2 * rise, c2 = rise - slope0 - c3;
-    return {a.now + x * (slope0 + x * (c2 + x * c3)),
-            (slope0 + x * (2 * c2 + x * 3 * c3)) / h};
+    return {a.now + x * (slope0 + x * (c2 + x * c3)), (slope0 + x * (2 * c2 + x * 3 * c3)) / h};
   }
 };
 
@@ -55,8 +53,10 @@ struct Flight {
 /// of the length that ends on it, near h and no longer than `longest`. d2i: second derivative of
 /// the current at the start. scale: of the currents [A].
 template <Machine M>
-[[gnu::always_inline]] inline Trial step(const M& machine, const Given& given, double theta_e, const PhasePoint& start,
-           double d2i, double scale, double h, const Guard& g, double longest, PhasePoint& end) {
+[[gnu::always_inline]] inline Trial step(const M& machine, const Given& given, double theta_e,
+                                         const PhasePoint& start, double d2i, double scale,
+                                         double h, const Guard& g, double longest,
+                                         PhasePoint& end) {
   Trial y{.h = h, .spread = 0, .fine = false, .landed = false};
   double i = start.i.now + h * (start.i.rate + h / 2 * d2i), off = 0;
   for (int round = 0; round < 8; ++round) {
@@ -95,33 +95,6 @@ template <Machine M>
   return y;
 }
 
-/// The first threshold that a flight of length h meets, and about when; none has direction 0.
-/// landed: on the one that it was sent to.
-inline std::pair<Guard, double> met(const Span& span, int k, const PhasePoint& a,
-                                    const PhasePoint& b, double h) {
-  double least = b.i.now, most = b.i.now;
-  if (a.i.rate * b.i.rate < 0) {
-    const double turn = extreme(a.i, b.i, h);
-    least = min(least, turn);
-    most = max(most, turn);
-  }
-  Guard first;
-  double soonest = 2;  // in parts of the step
-  const auto consider = [&](const Guard& g, double then) {
-    const double before = g.direction * (g.value - a.i.now);
-    const double after = g.direction * (g.value - then);
-    if (after > 0 || after > before) return;
-    const double when = before > 0 ? before / (before - after) : 0;
-    if (when < soonest) {
-      first = g;
-      soonest = when;
-    }
-  };
-  if (least <= span.below) consider({k, span.below, -1}, least);
-  if (most >= span.above) consider({k, span.above, 1}, most);
-  return {first, soonest * h};
-}
-
 /// A flight that one step did not bring to its end, in shorter ones.
 template <class Go>
 [[gnu::noinline, gnu::cold]] void go_shorter(const Go& go, const Span& span, int k, Trial& y,
@@ -134,9 +107,11 @@ template <class Go>
     y = go(half, f.met, half);
   }
   for (int trials = 8; trials > 0 && !y.landed; --trials) {
-    const auto [g, guess] = met(span, k, f.start, f.end, y.h);
+    Met first;
+    first.consider(span, k, f.start.i, f.end.i, y.h);
+    const Guard g = first.guard;
     if (g.direction == 0) break;
-    double lower = 0, upper = y.h, when = guess;
+    double lower = 0, upper = y.h, when = first.part * y.h;
     for (int round = 0; round < 60 && !y.landed; ++round) {
       if (!(when > lower && when < upper)) when = (lower + upper) / 2;
       y = go(when, g, upper);
@@ -185,6 +160,19 @@ template <Machine M>
   if (y.h >= f.h_fine / 2 && y.spread < spread_part / 8) f.h_fine *= 2;
   f.t1 = y.h == whole ? t_end : min(f.t0 + y.h, t_end);
   f.aloft = true;
+}
+
+/// Adds what flight f of phase k has done. u: on the path, of the dc link [V]; R: of a phase.
+template <int N>
+void add(Integrals<N>& q, const Flight& f, int k, double u, double R) {
+  const PhasePoint &a = f.start, &b = f.end;
+  const double h = f.t1 - f.t0;
+  const double i_squared = integral(a.i * a.i, b.i * b.i, h);
+  q.i_squared[k] += i_squared;
+  q.E_winding += integral(a.v * a.i, b.v * b.i, h) + R * i_squared;
+  const double E_dc = u * integral(a.i, b.i, h);
+  q.E_dc += E_dc;
+  q.E_source += E_dc;
 }
 
 /// True where speed and dc-link voltage are held and the bridge lets each phase be by itself.

@@ -17,6 +17,8 @@
 #include "srm/sim/guard.hpp"
 #include "srm/sim/recorder.hpp"
 #include "srm/sim/sampling.hpp"
+#include "srm/sim/together.hpp"
+#include "srm/sim/window.hpp"
 
 namespace srm {
 
@@ -280,7 +282,10 @@ class Simulation {
   }
 
   void follow_window(int k) {
-    if (command()[k].gate == Gate::window) now_.gates.gate[k].inside = inside_window(k);
+    if (command()[k].gate == Gate::window) {
+      const double theta_e = electrical_angle(plant_, x().theta_m, k);
+      now_.gates.gate[k].inside = sensed().inside(command()[k], theta_e);
+    }
     follow(k);
   }
 
@@ -318,23 +323,26 @@ class Simulation {
 
   int direction() const { return x().omega_m < 0 ? -1 : 1; }
 
-  /// The electrical angle of phase k as the position compare sees it: by the same sensor.
-  double sensed_angle(int k) const {
-    const double error = plant_.machine.N_r * now_.rotor.error + sampling_.angle_offset;
-    return wrap(electrical_angle(plant_, x().theta_m, k) + error);
-  }
-
-  /// An angle met within the tolerance counts as passed, in the direction of motion.
-  bool inside_window(int k) const {
-    const double theta_e = sensed_angle(k);
-    return conducts(wrap(theta_e + direction() * 2 * plant_.machine.N_r * angle_tolerance),
-                    command()[k].theta_on, command()[k].theta_off);
+  SensedAngle sensed() const {
+    const int N_r = plant_.machine.N_r;
+    return {N_r, direction(), N_r * now_.rotor.error + sampling_.angle_offset};
   }
 
   void begin_period() {
     now_.theta_period = next_period();
     const double pitch = two_pi<double> / plant_.machine.N_r;
     now_.theta_begun = now_.theta_period - (direction() < 0 ? 0 : pitch);
+  }
+
+  /// Nearest angle ahead that matters: the end of the period or an edge of a window.
+  double next_angle() const {
+    double ahead = std::abs(now_.theta_period - x().theta_m);
+    for (int k = 0; k < N; ++k) {
+      if (command()[k].gate != Gate::window) continue;
+      const double theta_e = electrical_angle(plant_, x().theta_m, k);
+      ahead = std::min(ahead, sensed().to_edge(command()[k], theta_e));
+    }
+    return x().theta_m + direction() * ahead;
   }
 
   double next_period() const {
@@ -344,23 +352,6 @@ class Simulation {
     const double periods = near ? passed : x().theta_m / pitch;
     return pitch * (direction() < 0 ? std::ceil(periods) - 1 : std::floor(periods) + 1);
   }
-
-  /// Nearest angle ahead that matters: the end of the period or an edge of a window.
-  double next_angle() const {
-    const double pitch = two_pi<double> / plant_.machine.N_r;
-    double ahead = std::abs(now_.theta_period - x().theta_m);
-    for (int k = 0; k < N; ++k) {
-      if (command()[k].gate != Gate::window) continue;
-      const double theta_e = sensed_angle(k);
-      for (const double edge : {command()[k].theta_on, command()[k].theta_off}) {
-        const double gap = wrap(direction() * (edge - theta_e)) / plant_.machine.N_r;
-        ahead = std::min(ahead, gap > angle_tolerance ? gap : pitch);
-      }
-    }
-    return x().theta_m + direction() * ahead;
-  }
-
-  using Spans = std::array<Span, N>;
 
   /// The currents between which nothing happens to phase k.
   Span span(int k) const {
@@ -372,77 +363,6 @@ class Simulation {
       if (-gap > kink_part * last) s.below = std::max(s.below, last);
     }
     return s;
-  }
-
-  /// The first guard that the present rates lead to within a time h, and when.
-  std::pair<Guard, double> expected(const Spans& spans, const Settled<N>& s, double h) const {
-    Guard first;
-    const auto consider = [&](const Guard& g, double left, double rate, double second) {
-      const double reach = h * (std::abs(rate) + h * std::abs(second));
-      if (!(std::abs(left) < reach && left * g.direction > 0)) return;
-      const double t = arrival(left, rate, second);
-      if (!(t < h)) return;
-      first = g;
-      h = t;
-    };
-    const Rates<N>& r = at().rates;
-    for (int k = 0; k < N; ++k) {
-      if (!s.circuit.flows[k]) continue;
-      const bool falls = r.i[k].rate < 0;
-      const Guard g{k, falls ? spans[k].below : spans[k].above, falls ? -1 : 1};
-      consider(g, g.value - x().i[k], r.i[k].rate, s.d2i[k]);
-    }
-    consider({Guard::angle, now_.theta_next, direction()}, now_.theta_next - x().theta_m,
-             x().omega_m, r.alpha.now);
-    return {first, h};
-  }
-
-  /// The first guard that a step of length h to `end` meets, and about when; none has direction 0.
-  /// A guard of `located` is left out: the step ends on it.
-  std::pair<Guard, double> met(const Spans& spans, const Settled<N>& s, double h, int located) {
-    Guard first;
-    double soonest = 2;  // in parts of the step
-    const auto consider = [&](const Guard& g, double now, double then) {
-      const double before = g.direction * (g.value - now), after = g.direction * (g.value - then);
-      if (after > 0 || after > before) return;
-      const double when = before > 0 ? before / (before - after) : 0;
-      if (when < soonest) {
-        first = g;
-        soonest = when;
-      }
-    };
-    for (int k = 0; k < N; ++k) {
-      if (!s.circuit.flows[k] || k == located) continue;
-      const Moving &i0 = at().rates.i[k], &i1 = end().rates.i[k];
-      double least = i1.now, most = i1.now;
-      if (i0.rate * i1.rate < 0) {
-        const double turn = extreme(i0, i1, h);
-        least = std::min(least, turn);
-        most = std::max(most, turn);
-      }
-      if (least <= spans[k].below) consider({k, spans[k].below, -1}, i0.now, least);
-      if (most >= spans[k].above) consider({k, spans[k].above, 1}, i0.now, most);
-    }
-    if (located != Guard::angle) {
-      consider({Guard::angle, now_.theta_next, direction()}, x().theta_m, end().x.theta_m);
-    }
-    if (located != Guard::link && !s.circuit.shorted) {
-      consider({Guard::link, 0, -1}, x().u_dc, end().x.u_dc);
-    }
-    return {first, soonest * h};
-  }
-
-  /// Makes a step, that passes the guard, end on it.
-  void locate(const Guard& g, double guess, const Settled<N>& s, Trial& y) {
-    double lower = 0, upper = y.h;
-    for (int round = 0; round < 60; ++round) {
-      if (!(guess > lower && guess < upper)) guess = (lower + upper) / 2;
-      y = srm::step(plant_, at(), s, resolution_.scale, guess, g, upper, end());
-      if (y.landed) return;
-      y = srm::step(plant_, at(), s, resolution_.scale, guess, Guard{}, guess, end());
-      (distance(g, end().x) > 0 ? lower : upper) = guess;
-      guess = 0;
-    }
   }
 
   /// Phase k begins to carry current, with its magnetics, or ceases to.
@@ -480,7 +400,9 @@ class Simulation {
   /// One step towards t_limit, cut short at the first event.
   void step(double t_limit) {
     ++now_.steps;
-    if (now_.alone) {
+    if (t_limit <= now_.t) {  // something is due here
+      now_.prepared = false;
+    } else if (now_.alone) {
       fly(t_limit);
     } else {
       step_together(t_limit);
@@ -495,7 +417,7 @@ class Simulation {
       now_.theta_next = next_angle();
       now_.turns = direction();
     }
-    Spans spans;
+    Spans<N> spans;
     for (int k = 0; k < N; ++k) {
       if (s.circuit.flows[k]) spans[k] = span(k);
     }
@@ -503,7 +425,8 @@ class Simulation {
     const double omega_e = plant_.machine.N_r * std::abs(x().omega_m);
     const double h_max =
         std::min({t_limit - now_.t, resolution_.dt_max, longest_angle / omega_e, now_.h_fine});
-    const auto [target, h_first] = expected(spans, s, h_max);
+    const Guard angle{Guard::angle, now_.theta_next, direction()};
+    const auto [target, h_first] = expected(at(), spans, s, angle, h_max);
     const Scale& scale = resolution_.scale;
     Trial y = srm::step(plant_, at(), s, scale, h_first, target, h_max, end());
     while (!y.fine || y.spread > spread_part) {
@@ -517,9 +440,9 @@ class Simulation {
     if (y.landed) landed = target;
     // Each guard can be the first once; more often they are met only where numbers are none.
     for (int trials = 4 * N + 4; trials > 0; --trials) {
-      const auto [g, guess] = met(spans, s, y.h, landed.k);
+      const auto [g, guess] = met(at(), end(), spans, s, angle, y.h, landed.k);
       if (g.direction == 0) break;
-      locate(g, guess, s, y);
+      locate(plant_, at(), s, scale, g, guess, y, end());
       landed = g;
     }
 
@@ -561,12 +484,6 @@ class Simulation {
     now_.gates.order(met.k, after(c, gate, above), now_.t + t_dead_);
   }
 
-  Given given(int k) const {
-    const Path& path = now_.circuit.paths.phase[k];
-    const double omega_m = x().omega_m;
-    return {path.level * x().u_dc - path.v, path.R, omega_m, plant_.machine.N_r * omega_m};
-  }
-
   /// Sends phase k off from here, or anew from where it is under way; it lands by t_limit.
   [[gnu::always_inline]] void set_off(int k, double t_limit) {
     Flight& f = now_.flights[k];
@@ -597,17 +514,9 @@ class Simulation {
   /// Phase k has arrived.
   void land(int k, State<N>& x) {
     Flight& f = now_.flights[k];
-    const PhasePoint &a = f.start, &b = f.end;
-    const double h = f.t1 - f.t0;
-    const double i_squared = integral(a.i * a.i, b.i * b.i, h);
-    Integrals<N>& q = now_.sums;
-    q.i_squared[k] += i_squared;
-    q.E_winding += integral(a.v * a.i, b.v * b.i, h) + plant_.R * i_squared;
-    const double E_dc = now_.circuit.paths.phase[k].level * x.u_dc * integral(a.i, b.i, h);
-    q.E_dc += E_dc;
-    q.E_source += E_dc;
-    now_.extremes.include(a.i, b.i, h);
-    x.i[k] = b.i.now;
+    add(now_.sums, f, k, now_.circuit.paths.phase[k].level * x.u_dc, plant_.R);
+    now_.extremes.include(f.start.i, f.end.i, f.t1 - f.t0);
+    x.i[k] = f.end.i.now;
     f.aloft = false;
     now_.rated = false;
     if (f.met.direction != 0) compare(f.met);
@@ -624,6 +533,7 @@ class Simulation {
       f.aloft = false;
       f.t1 = now_.t;
     }
+    settle();
   }
 
   /// Every phase by steps of its own: to the first instant at which one of them lands.

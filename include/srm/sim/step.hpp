@@ -88,7 +88,8 @@ struct Settled {
 };
 
 /// Second derivative of a current, from the rate of L di/dt = v - omega dpsi/dtheta.
-[[gnu::always_inline]] inline double bend(const Jet<double>& m, const Moving& i, const Moving& v, const Moving& omega) {
+[[gnu::always_inline]] inline double bend(const Jet<double>& m, const Moving& i, const Moving& v,
+                                          const Moving& omega) {
   const double psi_theta_rate = 2 * m.L_theta * i.rate + m.psi_theta_2 * omega.now;
   return (v.rate - m.L_i * i.rate * i.rate - omega.rate * m.psi_theta -
           omega.now * psi_theta_rate) /
