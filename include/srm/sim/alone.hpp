@@ -40,12 +40,37 @@ struct Flight {
   Moving tau;  // torque now
   Guard met;   // at its end; direction 0: nothing
 
-  /// Current or torque on the way, by Hermite's polynomial.
-  Moving between(const Moving& a, const Moving& b, double t) const {
+  /// Torque on the way, by the polynomial of the integrals.
+  Moving torque(double t) const {
+    const Moving &a = start.tau, &b = end.tau;
     const double h = t1 - t0, x = (t - t0) / h;
     const double slope0 = h * a.rate, slope1 = h * b.rate, rise = b.now - a.now;
     const double c3 = slope0 + slope1 - 2 * rise, c2 = rise - slope0 - c3;
     return {a.now + x * (slope0 + x * (c2 + x * c3)), (slope0 + x * (2 * c2 + x * 3 * c3)) / h};
+  }
+
+  /// Flux linkage on the way: of order 5, for its rates have rates.
+  double flux(double t) const {
+    const double h = t1 - t0, x = (t - t0) / h;
+    const double slope = h * start.v.now, half_bend = h * h / 2 * start.v.rate;
+    const double rise = end.m.psi - start.m.psi - slope - half_bend;
+    const double steeper = h * end.v.now - slope - 2 * half_bend;
+    const double bends = h * h / 2 * end.v.rate - half_bend;
+    const double c3 = 10 * rise - 4 * steeper + bends;
+    const double c4 = 7 * steeper - 15 * rise - 2 * bends;
+    const double c5 = 6 * rise - 3 * steeper + bends;
+    return start.m.psi + x * (slope + x * (half_bend + x * (c3 + x * (c4 + x * c5))));
+  }
+
+  /// Current on the way, where the machine shows `m` at a current i near it.
+  template <class M>
+  double current(double t, const M& machine, double theta_e) const {
+    double i = start.i.now + (t - t0) / (t1 - t0) * (end.i.now - start.i.now);
+    for (int round = 0; round < 3; ++round) {
+      const auto m = machine.at(max(i, 0.0), theta_e);
+      i += (flux(t) - m.psi) / m.L_inc;
+    }
+    return max(i, 0.0);
   }
 };
 

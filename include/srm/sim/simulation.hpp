@@ -170,7 +170,8 @@ class Simulation {
     State<N> x = this->x();
     for (int k = 0; k < N; ++k) {
       const Flight& f = now_.flights[k];
-      if (f.aloft) x.i[k] = f.between(f.start.i, f.end.i, now_.t).now;
+      if (!f.aloft) continue;
+      x.i[k] = f.current(now_.t, plant_.machine, electrical_angle(plant_, x.theta_m, k));
     }
     row.i = x.i;
     for (int k = 0; k < N; ++k) {
@@ -243,14 +244,12 @@ class Simulation {
   void prepare(Rows& waveforms, Rows& periods) {
     if (now_.prepared) return;
     if (now_.t >= now_.t_course) follow_courses();
-    const bool sampled = now_.t >= now_.t_sample;
-    if (sampled) {
+    if (now_.t >= now_.t_sample) {
       sample();
       settle();
     }
     if (resolution_.record_every == 0 || now_.t >= now_.t_record) record(waveforms);
-    if ((sampled || now_.turns == 0) &&
-        std::abs(x().theta_m - now_.theta_period) <= angle_tolerance) {
+    if (std::abs(x().theta_m - now_.theta_period) <= angle_tolerance) {
       close_period(periods);
       begin_period();
       now_.turns = 0;
@@ -565,7 +564,7 @@ class Simulation {
       const bool ended = f.t1 == t;
       if (f.aloft) {
         tau0 += f.tau;
-        f.tau = ended ? f.end.tau : f.between(f.start.tau, f.end.tau, t);
+        f.tau = ended ? f.end.tau : f.torque(t);
         tau1 += f.tau;
         if (ended) land(k, x);
       }
