@@ -43,6 +43,7 @@ struct Loop {
   int turns = 0;                            // direction in which theta_next is ahead; 0: unknown
   double h_fine = 1e300;                    // what a step may be, from the ones before [s]
   double tau_ref = 0;
+  Learned<double> learned;  // of the controller, where it learns
   long samples = 0, steps = 0;
   Switchings switchings;
   Extremes extremes;
@@ -117,6 +118,8 @@ class Simulation {
   double t() const { return now_.t; }
   const Integrals<N>& integrals() const { return now_.sums; }
   const Switchings& switchings() const { return now_.switchings; }
+  /// What the controller has learned by now.
+  const Learned<double>& learned() const { return now_.learned; }
   /// Integration steps taken so far.
   long steps() const { return now_.steps; }
 
@@ -243,6 +246,7 @@ class Simulation {
 
   void take(const Orders<N>& orders) {
     now_.tau_ref = orders.tau_ref;
+    now_.learned = orders.learned;
     now_.gates.take(orders.command, sampling_.delay > 0, now_.t);
     now_.t_sample = sampling_.T_s * static_cast<double>(++now_.samples);
     now_.turns = 0;

@@ -1,0 +1,67 @@
+// A control law that learns the machine it drives.
+//
+// A machine whose flux linkage is k psi_map(b i, theta) is the believed one in other units: with
+//
+//   i' = b i,  psi' = psi/k,  u' = u/k,  tau' = tau b/k,  R' = R/(k b)
+//
+// voltage, torque and power obey the same equations. So the law stays as it is, with its tables,
+// and is told what the believed machine would show: it is given i', u_dc' and tau_ref', and works
+// with R' and a current limit in the same units. The inductance of the unaligned position beyond
+// this likeness makes no torque; it is estimated, so that it does not spoil the other estimates,
+// and the law sees it as a disturbance.
+//
+// For laws whose orders are those of timers: what a comparator did is not known.
+#pragma once
+
+#include "srm/control/part/stroke_fit.hpp"
+
+namespace srm {
+
+template <ControlLaw Law>
+struct Learning {
+  using Scalar = typename Law::Scalar;
+  using T = Scalar;
+  static constexpr int n_phases = Law::n_phases;
+
+  Law law;
+  StrokeFit<T> fit;
+  // How the cost of a turn-on that makes the wanted frequency grows: its powers of torque and
+  // voltage, where the law has one [1].
+  T w_sw_torque, w_sw_voltage;
+  SRM_FIELDS(law, fit, w_sw_torque, w_sw_voltage)
+
+  struct State {
+    typename Law::State law;
+    typename StrokeFit<T>::template State<n_phases> fit;
+  };
+
+  Command<T, n_phases> step(State& x, const Measurement<T, n_phases>& y, T tau_ref) const {
+    fit.observe(x.fit, law.machine, law.R, y);
+    const Learned<T>& learned = x.fit.learned;
+    const T k = learned.saturated, b = learned.aligned / k;
+    Measurement<T, n_phases> seen = y;
+    for (T& i : seen.i) i = i * b;
+    seen.u_dc = y.u_dc / k;
+    Law alike = law;
+    alike.R = law.R * learned.R / learned.aligned;
+    alike.i_max = law.i_max * b;
+    if constexpr (requires { alike.w_sw; }) {
+      alike.w_sw =
+          law.w_sw * exp(w_sw_torque * log_near_one(b / k) - w_sw_voltage * log_near_one(k));
+    }
+    const Command<T, n_phases> orders = alike.step(x.law, seen, tau_ref * b / k);
+    fit.template remember<n_phases>(x.fit, orders);
+    return orders;
+  }
+
+  static constexpr const Learned<T>& learned(const State& x) { return x.fit.learned; }
+
+ private:
+  /// ln x for x within 0.4 and 2.5, to 0.1 %.
+  static constexpr T log_near_one(T x) {
+    const T z = (x - T(1)) / (x + T(1)), s = z * z;
+    return T(2) * z * (T(1) + s * (T(1.0 / 3) + s * (T(0.2) + s * T(1.0 / 7))));
+  }
+};
+
+}  // namespace srm
