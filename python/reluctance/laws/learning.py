@@ -10,9 +10,9 @@ from reluctance import _core
 from reluctance.drive.control import Control
 from reluctance.drive.known import Known
 
-STEPS_OF_NOTHING = 3  # a current of as many steps of the converter is none
+STEPS_OF_NOTHING = 1  # a current of as many steps of the converter is none
 NOISE_OF_NOTHING = 4  # times the rms noise
-LEAST_PART = 0.002  # of the current limit, is none in any case
+LEAST_PART = 1e-4  # of the current limit, is none in any case
 # A machine with less flux than believed is asked for more torque in the units of the law: its
 # tables go this much higher.
 MORE_TORQUE = 1.2

@@ -18,7 +18,7 @@
 //   U - psi - R I = dR I + d_unaligned L_u i + d_aligned i (L_inc - L_u)
 //                   + d_saturated (psi_map - b i L_inc),   L_inc = dpsi_map/di at b i,
 //
-// and one more says that the flux linkage is gone half a sample after the last current. A stroke
+// The last rows, where the flux linkage is nearly gone, are what tells the resistance. A stroke
 // counts only when it has ended. Then the unknowns move towards the solution by a bounded step.
 // Where no current returns to zero, at standstill, with currents that never end or without any,
 // nothing moves.
@@ -88,7 +88,7 @@ struct StrokeFit {
         s.U = s.now.idle_drop - s.now.idle_level * u_dc;
       }
       if (!(s.i > T(0)) && !s.now.magnetizes) {
-        end(x, s, R, u_dc, i_before);
+        end(x, s);
         continue;
       }
       s.U = s.U + s.now.level * u_dc - s.now.drop;
@@ -122,17 +122,11 @@ struct StrokeFit {
     ++s.rows;
   }
 
-  /// No current any more: the flux linkage was gone half a sample after the last one, if the leg
-  /// demagnetized all the time.
+  /// No current any more.
   template <int N>
-  constexpr void end(State<N>& x, Stroke& s, T R, T u_dc, T i_before) const {
+  constexpr void end(State<N>& x, Stroke& s) const {
     s.runs = false;
     if (s.rows < rows_least) return;
-    if (s.now.level < T(-0.99) * T_s) {
-      const T loss = R * (s.I + i_before * (T_s * T(0.25)));
-      const T U = s.U + (s.now.level * u_dc - s.now.drop) * T(0.5);
-      s.sums.add({T(2) * loss, T(0), T(0), T(0)}, T(2) * (U - x.learned.R * loss));
-    }
     x.sums.take(s.sums, keep);
     move(x);
   }
