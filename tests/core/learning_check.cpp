@@ -59,26 +59,25 @@ double unseen() {
   return std::fabs(d[2]) + std::fabs(d[3]) + (NormalEquations<double>{}.solve()[0] == 0 ? 0 : 1);
 }
 
-/// Orders with up to four edges, their turn-ons ordered early and late by a dead time: the seconds
-/// at each level against the gates of the simulation, over 200 samples.
+/// Orders with up to four edges, some of them closer than the dead time by which turn-ons are
+/// ordered earlier and come late: the seconds at each level against the gates of the simulation.
 double level_seconds() {
   constexpr double T_s = 20e-6, t_dead = 1e-6, v_switch = 1.5, v_diode = 1;
   const Drops<double> drops{t_dead, v_switch, v_diode};
   double worst = 0;
   Gates<1> gates{};
-  Leg before = Leg::demagnetize;
-  for (int sample = 0; sample < 200; ++sample) {
+  LateLeg<double> leg;
+  for (int sample = 0; sample < 2000; ++sample) {
     Command<double, 1> order{};
     double t = 0;
     for (int n = 0; n <= max_edges; ++n) {
       order[0].leg[n] = static_cast<Leg>(int(uniform(-1, 2) + 1) - 1);
       if (n == max_edges) break;
-      t += uniform(2.2e-6, 8e-6);
-      order[0].t_edge[n] = t < T_s - 2 * t_dead ? t : never<double>;
+      t += uniform(0, 1) < 0.5 ? uniform(0, 2e-6) : uniform(2e-6, 8e-6);
+      order[0].t_edge[n] = t < T_s ? t : never<double>;
     }
     lead_turn_on<double, 1>(order, t_dead);
-    const OrderFlux<double> sum = drops.of(order[0], before, T_s);
-    before = sum.leg;
+    const OrderFlux<double> sum = drops.of(order[0], leg, T_s);
     const double start = sample * T_s;
     gates.take(order, false, start);
     double level = 0, drop = 0, now = start;
@@ -86,9 +85,9 @@ double level_seconds() {
       gates.follow(0, now, 10, t_dead);
       gates.settle(now);
       const double next = std::fmin(gates.next_instant(0), start + T_s);
-      const int leg = int(gates.levels()[0]);
-      level += leg * (next - now);
-      drop += ((1 + leg) * v_switch + (1 - leg) * v_diode) * (next - now);
+      const int seen = int(gates.levels()[0]);
+      level += seen * (next - now);
+      drop += ((1 + seen) * v_switch + (1 - seen) * v_diode) * (next - now);
       now = next;
     }
     worst = std::fmax(worst, std::fabs(sum.level - level) / T_s);

@@ -9,11 +9,21 @@ from reluctance.drive.known import Known
 from reluctance.laws.guided import FluxGuided
 from reluctance.laws.learning import Learns
 
+MORE_FLUX = 1.2  # than believed
+
 
 class EdgeMpc(FluxGuided, Learns):
     """Switching instants as variables; torque in a band, flux near the guide."""
 
     law: Literal["edge_mpc"]
+
+    def guide_speeds(self, known: Known) -> list[float]:
+        """A machine with more flux than believed has, in the units of the law, less voltage: as at
+        a higher speed."""
+        speeds = super().guide_speeds(known)
+        if not self.learn or self.guide_speed_rpm is not None or known.omega_m == 0:
+            return speeds
+        return [*speeds, MORE_FLUX * known.omega_m]
 
     def controller(self, known: Known) -> _core.Controller:
         guide = self.flux_guide(self.of_tables(known))

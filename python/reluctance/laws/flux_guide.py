@@ -83,10 +83,12 @@ class FluxGuide:
     def w_sw_powers(self) -> tuple[float, float]:
         """Powers of torque and dc-link voltage that this cost grows with, near the working point
         [1]: what a law needs that learns another flux map (control/frame/learning.hpp)."""
-        low, high = 1 / NEAR, NEAR
-        tau = np.log(self._weight(high, 1.0) / self._weight(low, 1.0))
-        u = np.log(self._weight(1.0, high) / self._weight(1.0, low))
-        return float(tau / np.log(high / low)), float(u / np.log(high / low))
+        points = ((1.0, 1.0), (1 / NEAR, 1.0), (NEAR, 1.0), (1.0, 1 / NEAR), (1.0, NEAR))
+        weights = np.array([self._weight(tau, u) for tau, u in points])
+        if np.any(weights <= 0):  # one long pulse: nothing switches
+            return 0.0, 0.0
+        tau, u = np.log(weights[2::2] / weights[1::2]) / (2 * np.log(NEAR))
+        return float(tau), float(u)
 
     def _weight(self, tau: float, u: float) -> float:
         """Cost of a turn-on at such parts of working torque and nominal voltage."""

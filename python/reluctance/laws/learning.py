@@ -13,6 +13,7 @@ from reluctance.drive.known import Known
 STEPS_OF_NOTHING = 1  # a current of as many steps of the converter is none
 NOISE_OF_NOTHING = 4  # times the rms noise
 LEAST_PART = 1e-4  # of the current limit, is none in any case
+LEAST_FLUX = 0.05  # of the flux linkage at the current limit: a smaller stroke says too little
 # A machine with less flux than believed is asked for more torque in the units of the law: its
 # tables go this much higher.
 MORE_TORQUE = 1.2
@@ -33,6 +34,7 @@ class Learns(Control):
 
     def fit(self, known: Known) -> _core.StrokeFit:
         """What tells resistance and flux map from the strokes."""
+        most = _core.magnetics(known.magnetics, np.array([known.i_max]), np.array([np.pi]))[0, 0]
         inductance = _core.magnetics(known.magnetics, np.zeros(1), np.zeros(1))[0, 3]
         return _core.StrokeFit(
             drops=_core.Drops(t_dead=known.t_dead, v_switch=known.v_switch, v_diode=known.v_diode),
@@ -43,6 +45,7 @@ class Learns(Control):
                 LEAST_PART * known.i_max,
             ),
             i_missing=known.i_step / 2,
+            psi_least=LEAST_FLUX * float(most),
             T_s=known.T_s,
             delay=known.delay,
         )

@@ -4,8 +4,8 @@
 // phi phi' and phi r; when the unknowns have moved by d, phi r becomes phi (r - phi . d). So the
 // right side stays a sum of small residuals, and single precision loses no digits in it.
 //
-// A direction that the rows do not show stays where it is: the sums are made larger by a small part
-// of their trace before they are solved (Tikhonov's regularisation).
+// A direction that the rows do not show stays where it is: the sums are made larger by a very small
+// part of their trace before they are solved (Tikhonov's regularisation).
 #pragma once
 
 #include <array>
@@ -18,8 +18,7 @@ template <Real T>
 struct NormalEquations {
   static constexpr int n = 4;
   using Vector = std::array<T, n>;
-  /// This part of the trace: a direction that makes 0.2 % of the rows is followed by half.
-  static constexpr T weak = T(3e-6);
+  static constexpr T weak = T(3e-7);  // this part of the trace: some roundings of single precision
 
   std::array<T, n*(n + 1) / 2> A{};  // sum of phi phi', the lower triangle by rows
   Vector g{};                        // sum of phi r
@@ -46,15 +45,16 @@ struct NormalEquations {
     }
   }
 
+  constexpr T trace() const { return A[0] + A[2] + A[5] + A[9]; }
+
   /// The change of the unknowns that the rows ask for; none without rows.
   constexpr Vector solve() const {
-    const T trace = A[0] + A[2] + A[5] + A[9];
     Vector d{};
-    if (!(trace > T(0))) return d;
+    if (!(trace() > T(0))) return d;
     std::array<Vector, n> M;
     for (int row = 0; row < n; ++row) {
       for (int column = 0; column < n; ++column) M[row][column] = at(row, column);
-      M[row][row] = M[row][row] + weak * trace;
+      M[row][row] = M[row][row] + weak * trace();
       d[row] = g[row];
     }
     for (int p = 0; p < n; ++p) {

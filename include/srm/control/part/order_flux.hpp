@@ -16,7 +16,13 @@ struct OrderFlux {
   T idle_level{};  // the same, up to the first magnetizing: without current nothing of it counts
   T idle_drop{};
   bool magnetizes = false;
-  Leg leg = Leg::demagnetize;  // at the end
+};
+
+/// A leg as the orders so far have left it.
+template <Real T>
+struct LateLeg {
+  Leg ordered = Leg::demagnetize, leg = Leg::demagnetize;  // leg: what the winding sees
+  std::array<T, 2> t_on{};  // from when freewheel and magnetize can be reached [s]
 };
 
 /// The converter as the control believes it to be: two switches and two diodes a phase.
@@ -27,33 +33,43 @@ struct Drops {
   T v_diode;
   SRM_FIELDS(t_dead, v_switch, v_diode)
 
-  /// before: the leg at the end of the last order.
-  constexpr OrderFlux<T> of(const PhaseCommand<T>& c, Leg before, T T_s) const {
+  constexpr OrderFlux<T> of(const PhaseCommand<T>& c, LateLeg<T>& x, T T_s) const {
     OrderFlux<T> sum;
-    sum.leg = before;
-    T from = T(0);
-    const auto stay = [&](T to) {
-      if (sum.leg == Leg::magnetize && !sum.magnetizes && to > from) {
-        sum.magnetizes = true;
-        sum.idle_level = sum.level;
-        sum.idle_drop = sum.drop;
-      }
-      const T length = to - from;
-      const T switches = T(1) + static_cast<T>(static_cast<int>(sum.leg));
-      sum.level = sum.level + static_cast<T>(static_cast<int>(sum.leg)) * length;
-      sum.drop = sum.drop + (switches * v_switch + (T(2) - switches) * v_diode) * length;
-      from = to;
-    };
-    T t = T(0);
+    T from = T(0), t = T(0);
     for (int n = 0; n <= max_edges && t < T_s; ++n) {
-      if (c.leg[n] != sum.leg) {
-        stay(clamp(c.leg[n] > sum.leg ? t + t_dead : t, from, T_s));
-        sum.leg = c.leg[n];
+      const T next = n < max_edges ? min(c.t_edge[n], T_s) : T_s;
+      if (!(next > t)) continue;  // left at once: never ordered
+      for (int level = static_cast<int>(x.ordered) + 1; level <= static_cast<int>(c.leg[n]);
+           ++level) {
+        x.t_on[level] = t + t_dead;
       }
-      if (n < max_edges) t = c.t_edge[n];
+      x.ordered = c.leg[n];
+      if (x.leg > x.ordered) x.leg = x.ordered;
+      while (x.leg < x.ordered) {  // rises that fall due
+        const int level = static_cast<int>(x.leg) + 1;
+        if (!(x.t_on[level] <= next)) break;
+        stay(sum, x.leg, max(x.t_on[level], from) - from);
+        from = max(x.t_on[level], from);
+        x.leg = static_cast<Leg>(level);
+      }
+      stay(sum, x.leg, next - from);
+      from = t = next;
     }
-    stay(T_s);
+    for (T& t_on : x.t_on) t_on = t_on - T_s;
     return sum;
+  }
+
+ private:
+  constexpr void stay(OrderFlux<T>& sum, Leg leg, T length) const {
+    if (!(length > T(0))) return;
+    if (leg == Leg::magnetize && !sum.magnetizes) {
+      sum.magnetizes = true;
+      sum.idle_level = sum.level;
+      sum.idle_drop = sum.drop;
+    }
+    const T level = static_cast<T>(static_cast<int>(leg));
+    sum.level = sum.level + level * length;
+    sum.drop = sum.drop + ((T(1) + level) * v_switch + (T(1) - level) * v_diode) * length;
   }
 };
 

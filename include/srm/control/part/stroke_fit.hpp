@@ -19,9 +19,9 @@
 //                   + d_saturated (psi_map - b i L_inc),   L_inc = dpsi_map/di at b i,
 //
 // The last rows, where the flux linkage is nearly gone, are what tells the resistance. A stroke
-// counts only when it has ended. Then the unknowns move towards the solution by a bounded step.
-// Where no current returns to zero, at standstill, with currents that never end or without any,
-// nothing moves.
+// counts only when it has ended and its flux linkage was worth it. Then the unknowns move towards
+// the solution by a bounded step. Where no current returns to zero, at standstill, with currents
+// that never end or without any, nothing moves.
 #pragma once
 
 #include "srm/base/angle.hpp"
@@ -38,6 +38,8 @@ template <Real T>
 struct StrokeFit {
   static constexpr T keep = T(0.95);    // of the sums, from stroke to stroke
   static constexpr int rows_least = 4;  // of a stroke that counts
+  /// Part of the rows that the belief counts as: it decides where they show less than 0.2 %.
+  static constexpr T belief = T(3e-6);
   /// Longest step after a stroke, and range, of R and of the factors of the map.
   static constexpr T R_step = T(0.06), R_least = T(0.4), R_most = T(2.5);
   static constexpr T map_step = T(0.02), map_least = T(0.75), map_most = T(1.35);
@@ -47,18 +49,21 @@ struct StrokeFit {
   T L_u;                // unaligned inductance of the map [H]
   T i_least;            // a smaller current is none [A]
   T i_missing;          // true less shown: half a step of the current converter [A]
+  T psi_least;          // a stroke that stays below says too little [Wb]
   T T_s;                // control period [s]
   int delay;            // samples from measurement to effect: 0 or 1
-  SRM_FIELDS(drops, edges, L_u, i_least, i_missing, T_s, delay)
+  SRM_FIELDS(drops, edges, L_u, i_least, i_missing, psi_least, T_s, delay)
 
   /// A phase.
   struct Stroke {
     NormalEquations<T> sums;
     T U{}, I{};              // since it began [V s], [A s]
+    T U_most{};              // [V s]
     T i{};                   // at the last sample [A]
     int rows = 0;            // of the sums
     bool runs = false;       // it has begun, and not ended
     OrderFlux<T> now, next;  // of the orders in effect until the next sample, and from then on
+    LateLeg<T> leg;
   };
 
   template <int N>
@@ -84,7 +89,7 @@ struct StrokeFit {
         s.runs = true;
         s.rows = 0;
         s.sums = {};
-        s.I = T(0);
+        s.I = s.U_most = T(0);
         s.U = s.now.idle_drop - s.now.idle_level * u_dc;
       }
       if (!(s.i > T(0)) && !s.now.magnetizes) {
@@ -92,6 +97,7 @@ struct StrokeFit {
         continue;
       }
       s.U = s.U + s.now.level * u_dc - s.now.drop;
+      s.U_most = max(s.U_most, s.U);
       s.I = s.I + (i_before + s.i) * (T_s * T(0.5));
       if (s.i > T(0)) add_row(x.learned, s, machine, R, phase_angle<N>(y.theta_e, k));
     }
@@ -105,8 +111,7 @@ struct StrokeFit {
       if (edges.any()) edges.apply(orders[k]);
       Stroke& s = x.strokes[k];
       if (delay > 0) s.now = s.next;
-      OrderFlux<T>& last = delay > 0 ? s.next : s.now;
-      last = drops.of(orders[k], last.leg, T_s);
+      (delay > 0 ? s.next : s.now) = drops.of(orders[k], s.leg, T_s);
     }
   }
 
@@ -126,16 +131,29 @@ struct StrokeFit {
   template <int N>
   constexpr void end(State<N>& x, Stroke& s) const {
     s.runs = false;
-    if (s.rows < rows_least) return;
+    if (s.rows < rows_least || s.U_most < psi_least) return;
     x.sums.take(s.sums, keep);
     move(x);
+  }
+
+  /// The rows, and three that weigh little: the resistance is as believed, and the shape of the
+  /// map.
+  template <int N>
+  static constexpr NormalEquations<T> with_belief(const State<N>& x) {
+    const Learned<T>& p = x.learned;
+    NormalEquations<T> all = x.sums;
+    const T w = sqrt(belief * x.sums.trace());
+    all.add({w, T(0), T(0), T(0)}, w * (T(1) - p.R));
+    all.add({T(0), w, -w, T(0)}, w * (p.aligned - p.unaligned));
+    all.add({T(0), T(0), -w, w}, w * (p.aligned - p.saturated));
+    return all;
   }
 
   /// Towards the solution.
   template <int N>
   constexpr void move(State<N>& x) const {
     Learned<T>& p = x.learned;
-    auto d = x.sums.solve();
+    auto d = with_belief(x).solve();
     p.asked = T(0);
     for (const T part : d) p.asked = max(p.asked, abs(part));
     d[0] = moved(p.R, d[0], R_step, R_least, R_most);
