@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-WORDS, MORE_WORDS = 256, 256  # of the controller's memory; in addition, of one that learns
+WORDS, MORE_WORDS = 256, 768  # of the controller's memory; in addition, of one that learns
 
 INTERFACE = """
 

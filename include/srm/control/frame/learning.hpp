@@ -33,23 +33,18 @@ struct Learning {
   struct State {
     typename Law::State law;
     typename StrokeFit<T>::template State<n_phases> fit;
+    Law alike{};               // the law in the units of the believed machine, and these units:
+    T i_unit{}, psi_unit_1{};  // b and 1/k [1]; 0: not made yet
   };
 
   Command<T, n_phases> step(State& x, const Measurement<T, n_phases>& y, T tau_ref) const {
-    fit.observe(x.fit, law.machine, law.R, y);
-    const Learned<T>& learned = x.fit.learned;
-    const T k = learned.saturated, b = learned.aligned / k;
+    const bool moved = fit.observe(x.fit, law.machine, law.R, y);
+    if (moved || !(x.i_unit > T(0))) make_alike(x);
     Measurement<T, n_phases> seen = y;
-    for (T& i : seen.i) i = i * b;
-    seen.u_dc = y.u_dc / k;
-    Law alike = law;
-    alike.R = law.R * learned.R / learned.aligned;
-    alike.i_max = law.i_max * b;
-    if constexpr (requires { alike.w_sw; }) {
-      alike.w_sw =
-          law.w_sw * exp(w_sw_torque * log_near_one(b / k) - w_sw_voltage * log_near_one(k));
-    }
-    const Command<T, n_phases> orders = alike.step(x.law, seen, tau_ref * b / k);
+    for (T& i : seen.i) i = i * x.i_unit;
+    seen.u_dc = y.u_dc * x.psi_unit_1;
+    const Command<T, n_phases> orders =
+        x.alike.step(x.law, seen, tau_ref * x.i_unit * x.psi_unit_1);
     fit.template remember<n_phases>(x.fit, orders);
     return orders;
   }
@@ -57,6 +52,21 @@ struct Learning {
   static constexpr const Learned<T>& learned(const State& x) { return x.fit.learned; }
 
  private:
+  /// The law for what is learned by now.
+  [[gnu::noinline, gnu::cold]] void make_alike(State& x) const {
+    const Learned<T>& learned = x.fit.learned;
+    x.psi_unit_1 = T(1) / learned.saturated;
+    x.i_unit = learned.aligned * x.psi_unit_1;
+    x.alike = law;
+    x.alike.R = law.R * learned.R / learned.aligned;
+    x.alike.i_max = law.i_max * x.i_unit;
+    if constexpr (requires { x.alike.w_sw; }) {
+      const T power = w_sw_torque * log_near_one(x.i_unit * x.psi_unit_1) +
+                      w_sw_voltage * log_near_one(x.psi_unit_1);
+      x.alike.w_sw = law.w_sw * exp(power);
+    }
+  }
+
   /// ln x for x within 0.4 and 2.5, to 0.1 %.
   static constexpr T log_near_one(T x) {
     const T z = (x - T(1)) / (x + T(1)), s = z * z;

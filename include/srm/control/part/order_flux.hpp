@@ -33,6 +33,19 @@ struct Drops {
   T v_diode;
   SRM_FIELDS(t_dead, v_switch, v_diode)
 
+  /// True where the leg is as it was, for the whole sample.
+  static constexpr bool stays(const PhaseCommand<T>& c, const LateLeg<T>& x, T T_s) {
+    return c.leg[0] == x.leg && x.leg == x.ordered && !(c.t_edge[0] < T_s);
+  }
+
+  /// One leg for a whole sample.
+  constexpr OrderFlux<T> held(Leg leg, T T_s) const {
+    OrderFlux<T> sum;
+    stay(sum, leg, T_s);
+    return sum;
+  }
+
+  /// An order as it is sent.
   constexpr OrderFlux<T> of(const PhaseCommand<T>& c, LateLeg<T>& x, T T_s) const {
     OrderFlux<T> sum;
     T from = T(0), t = T(0);

@@ -74,12 +74,13 @@ struct StrokeFit {
     T u_dc{};  // at the last sample [V]
   };
 
-  /// A sample. machine, R: as believed.
+  /// A sample. machine, R: as believed. True where a stroke has ended and moved what is learned.
   template <int N, Machine M>
-  constexpr void observe(State<N>& x, const M& machine, T R, const Measurement<T, N>& y) const {
+  constexpr bool observe(State<N>& x, const M& machine, T R, const Measurement<T, N>& y) const {
     const T u_dc = (x.u_dc + y.u_dc) * T(0.5);
     x.u_dc = y.u_dc;
     x.learned.t_since = x.learned.t_since + T_s;
+    bool moved = false;
     for (int k = 0; k < N; ++k) {
       Stroke& s = x.strokes[k];
       const T i_before = s.i;
@@ -93,7 +94,7 @@ struct StrokeFit {
         s.U = s.now.idle_drop - s.now.idle_level * u_dc;
       }
       if (!(s.i > T(0)) && !s.now.magnetizes) {
-        end(x, s);
+        moved = end(x, s) || moved;
         continue;
       }
       s.U = s.U + s.now.level * u_dc - s.now.drop;
@@ -101,21 +102,33 @@ struct StrokeFit {
       s.I = s.I + (i_before + s.i) * (T_s * T(0.5));
       if (s.i > T(0)) add_row(x.learned, s, machine, R, phase_angle<N>(y.theta_e, k));
     }
+    return moved;
   }
 
   /// The orders of this sample, as the law gives them.
   template <int N>
-  constexpr void remember(State<N>& x, Command<T, N> orders) const {
-    if (drops.t_dead > T(0)) lead_turn_on<T, N>(orders, drops.t_dead);
+  constexpr void remember(State<N>& x, const Command<T, N>& orders) const {
     for (int k = 0; k < N; ++k) {
-      if (edges.any()) edges.apply(orders[k]);
       Stroke& s = x.strokes[k];
       if (delay > 0) s.now = s.next;
-      (delay > 0 ? s.next : s.now) = drops.of(orders[k], s.leg, T_s);
+      OrderFlux<T>& last = delay > 0 ? s.next : s.now;
+      if (drops.stays(orders[k], s.leg, T_s)) {
+        last = drops.held(s.leg.leg, T_s);
+      } else {
+        last = drops.of(sent(orders[k]), s.leg, T_s);
+      }
     }
   }
 
  private:
+  /// An order as the frame sends it.
+  constexpr PhaseCommand<T> sent(const PhaseCommand<T>& order) const {
+    Command<T, 1> one{order};
+    if (drops.t_dead > T(0)) lead_turn_on<T, 1>(one, drops.t_dead);
+    if (edges.any()) edges.apply(one[0]);
+    return one[0];
+  }
+
   template <Machine M>
   constexpr void add_row(const Learned<T>& p, Stroke& s, const M& machine, T R, T theta) const {
     const T b = p.aligned / p.saturated;
@@ -129,11 +142,12 @@ struct StrokeFit {
 
   /// No current any more.
   template <int N>
-  constexpr void end(State<N>& x, Stroke& s) const {
+  constexpr bool end(State<N>& x, Stroke& s) const {
     s.runs = false;
-    if (s.rows < rows_least || s.U_most < psi_least) return;
+    if (s.rows < rows_least || s.U_most < psi_least) return false;
     x.sums.take(s.sums, keep);
     move(x);
+    return true;
   }
 
   /// The rows, and three that weigh little: the resistance is as believed, and the shape of the
@@ -151,7 +165,7 @@ struct StrokeFit {
 
   /// Towards the solution.
   template <int N>
-  constexpr void move(State<N>& x) const {
+  [[gnu::noinline, gnu::cold]] constexpr void move(State<N>& x) const {
     Learned<T>& p = x.learned;
     auto d = with_belief(x).solve();
     p.asked = T(0);
