@@ -134,7 +134,7 @@ typedef struct {
 
 /* What the controller remembers. Its content is its own business. */
 typedef struct {
-  uint32_t word[@words@];
+  @memory@
 } reluctance_controller;
 
 /* Before the first step. */

@@ -111,8 +111,16 @@ double same_orders() {
     machine.A *= k;
     machine.B *= b;
     machine.i_sat /= b;
-    Law law{.machine = believed, .R = 0.3, .i_max = 100, .T_s = 20e-6, .delay = 1};
-    law.sharing = {.shape = Shape::cubic, .theta_on = 0.2, .theta_ov = 0.7};
+    Law law{.machine = believed,
+            .R = 0.3,
+            .sharing = {},
+            .lead = {},
+            .i_max = 100,
+            .T_s = 20e-6,
+            .delay = 1};
+    law.sharing.shape = Shape::cubic;
+    law.sharing.theta_on = 0.2;
+    law.sharing.theta_ov = 0.7;
     law.lead.motoring.reach_least = law.lead.braking.reach_least = 1e9;  // nothing is led
     Learning<Law> learning{.law = law, .fit = {}, .w_sw_torque = 0, .w_sw_voltage = 0};
     learning.fit.L_u = believed.L_u;

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-WORDS, MORE_WORDS = 256, 768  # of the controller's memory; in addition, of one that learns
+MEMORY = "uint32_t word[256];"
+# The law in the units of its belief, with pointers to its tables, is in it too.
+LEARNING_MEMORY = "union {\n    uint32_t word[1024];\n    const void* aligned;\n  } content;"
 
 INTERFACE = """
 
@@ -30,7 +32,7 @@ reluctance_learned reluctance_get_learned(const reluctance_controller* controlle
 def learned_marks(learns: bool) -> dict[str, str]:
     """What the templates name in @marks@."""
     return {
-        "words": str(WORDS + (MORE_WORDS if learns else 0)),
+        "memory": LEARNING_MEMORY if learns else MEMORY,
         "learned_interface": INTERFACE if learns else "",
         "learned_code": CODE if learns else "",
     }
