@@ -17,15 +17,18 @@ void bind_learning(nb::module_& m, const char* name) {
         name,
         [](const Setting& setting, const srm::StrokeFit<double>& fit, double w_sw_torque,
            double w_sw_voltage, const GivenField<Law, n>&... value) {
-          return controller(
-              setting, [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
-                srm::Learning<Law<M, N>> learning{.law = filled<Law, N>(machine, tables, value...),
-                                                  .fit = {},
-                                                  .w_sw_torque = static_cast<T>(w_sw_torque),
-                                                  .w_sw_voltage = static_cast<T>(w_sw_voltage)};
-                srm::assign(learning.fit, fit);
-                return learning;
-              });
+          return controller(setting,
+                            [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
+                              const srm::WithInductance<M> own{machine, machine.N_r, T(0)};
+                              const auto law = filled<Law, N>(own, tables, value...);
+                              srm::Learning<std::remove_const_t<decltype(law)>> learning{
+                                  .law = law,
+                                  .fit = {},
+                                  .w_sw_torque = static_cast<T>(w_sw_torque),
+                                  .w_sw_voltage = static_cast<T>(w_sw_voltage)};
+                              srm::assign(learning.fit, fit);
+                              return learning;
+                            });
         },
         nb::arg("setting"), nb::kw_only(), nb::arg("fit"), nb::arg("w_sw_torque"),
         nb::arg("w_sw_voltage"), nb::arg(std::get<n + has_machine<Law>>(list).name)...,

@@ -6,17 +6,19 @@
 //
 // voltage, torque and power obey the same equations. So the law stays as it is, with its tables,
 // and is told what the believed machine would show: it is given i', u_dc' and tau_ref', and works
-// with R' and a current limit in the same units. The inductance of the unaligned position beyond
-// this likeness makes no torque; it is estimated, so that it does not spoil the other estimates,
-// and the law sees it as a disturbance.
+// with R' and a current limit in the same units. What the inductance of the unaligned position has
+// beyond this likeness makes no torque; the law's machine has it in addition
+// (with_inductance.hpp).
 //
 // For laws whose orders are those of timers: what a comparator did is not known.
 #pragma once
 
 #include "srm/control/part/stroke_fit.hpp"
+#include "srm/machine/with_inductance.hpp"
 
 namespace srm {
 
+/// The machine of the law is one WithInductance, of 0 H as believed.
 template <ControlLaw Law>
 struct Learning {
   using Scalar = typename Law::Scalar;
@@ -38,7 +40,7 @@ struct Learning {
   };
 
   Command<T, n_phases> step(State& x, const Measurement<T, n_phases>& y, T tau_ref) const {
-    const bool moved = fit.observe(x.fit, law.machine, law.R, y);
+    const bool moved = fit.observe(x.fit, law.machine.map, law.R, y);
     if (moved || !(x.i_unit > T(0))) make_alike(x);
     Measurement<T, n_phases> seen = y;
     for (T& i : seen.i) i = i * x.i_unit;
@@ -58,6 +60,7 @@ struct Learning {
     x.psi_unit_1 = T(1) / learned.saturated;
     x.i_unit = learned.aligned * x.psi_unit_1;
     x.alike = law;
+    x.alike.machine.L_more = fit.L_u * (learned.unaligned / learned.aligned - T(1));
     x.alike.R = law.R * learned.R / learned.aligned;
     x.alike.i_max = law.i_max * x.i_unit;
     if constexpr (requires { x.alike.w_sw; }) {
