@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from reluctance import _core
 from reluctance.drive.known import Known
@@ -20,11 +20,9 @@ class Deadbeat(SharedTorque, Learns):
 
     def controller(self, known: Known) -> _core.Controller:
         sharing = self.shares(known)
-        law = {
+        law: dict[str, Any] = {
             "sharing": sharing,
-            "lead": flux_lead(
-                self.of_tables(known), sharing, by_rule=self.theta_on_deg is None
-            ),
+            "lead": flux_lead(self.of_tables(known), sharing, by_rule=self.theta_on_deg is None),
             "R": known.R,
             "i_max": known.i_max,
             "T_s": self.T_s,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from reluctance import _core
 from reluctance.drive.known import Known
@@ -27,7 +27,7 @@ class EdgeMpc(FluxGuided, Learns):
 
     def controller(self, known: Known) -> _core.Controller:
         guide = self.flux_guide(self.of_tables(known))
-        law = {
+        law: dict[str, Any] = {
             "guide": guide.profiles,
             "w_sw": guide.w_sw,
             "psi_slack": guide.psi_slack,
