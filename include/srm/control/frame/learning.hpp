@@ -6,9 +6,13 @@
 //
 // voltage, torque and power obey the same equations. So the law stays as it is, with its tables,
 // and is told what the believed machine would show: it is given i', u_dc' and tau_ref', and works
-// with R' and a current limit in the same units. What the inductance of the unaligned position has
-// beyond this likeness makes no torque; the law's machine has it in addition
-// (with_inductance.hpp).
+// with R' and a current limit in the same units.
+//
+// What the inductance of the unaligned position has beyond this likeness makes no torque. It is
+// there while a phase builds up, and not where the iron saturates: the law's machine has half of it
+// in addition, at every angle. With all of it the ripple at rated torque of the paper's machine
+// rises by 12 % if the belief is 10 % high in saturation, with none by 13 % at 2250 rpm if it is
+// 10 % low; with half by 7 and 4 %.
 //
 // For laws whose orders are those of timers: what a comparator did is not known.
 #pragma once
@@ -60,7 +64,7 @@ struct Learning {
     x.psi_unit_1 = T(1) / learned.saturated;
     x.i_unit = learned.aligned * x.psi_unit_1;
     x.alike = law;
-    x.alike.machine.L_more = fit.L_u * (learned.unaligned / learned.aligned - T(1));
+    x.alike.machine.L_more = T(0.5) * fit.L_u * (learned.unaligned / learned.aligned - T(1));
     x.alike.R = law.R * learned.R / learned.aligned;
     x.alike.i_max = law.i_max * x.i_unit;
     if constexpr (requires { x.alike.w_sw; }) {
