@@ -35,7 +35,6 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.laws import table_of
 from reluctance.laws.guided import Guided
-from reluctance.run.kpis import definite
 
 RATED = Path(__file__).parents[1] / "examples" / "paper_rated.toml"
 SETTINGS = ["control.T_s_us=5"]
@@ -95,19 +94,19 @@ def measured(task: Task) -> Row:
     tuner = Tuner(task.point, contender, F_SWITCH, **slow)
     speed_rpm = task.point.load.speed_rpm
     try:
-        best = tuner.match({}, tuner.start()) if task.slow else tuner.best()
+        best = tuner.match({}, tuner.lever.middle) if task.slow else tuner.best()
     except ParameterError:
         return Row(contender.name, speed_rpm, *[np.nan] * 7)
-    k = best.kpis
+    f = best.figures
     return Row(
         contender.name,
         speed_rpm,
-        k.f_switch,
-        k.tau_mean,
-        definite(k.torque_error_rms),
-        definite(k.torque_ripple_pp),
-        k.i_rms,
-        k.p_cu,
+        f["f_switch_Hz"],
+        f["tau_mean_Nm"],
+        f["torque_error_rms"],
+        f["torque_ripple_pp"],
+        f["i_rms_A"],
+        f["p_cu_W"],
         capability(task, best.values[contender.free.key]),
     )
 

@@ -21,6 +21,12 @@ from reluctance.run.plant import closed_loop
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 UNTIL = 0.012
+TURNING = [
+    "load.speed_rpm=2200",
+    "reference.kind=torque",
+    "reference.speed_rpm=",
+    "reference.tau_Nm=18",
+]
 DRIVES = {
     "sharing": rl.load(EXAMPLES / "sharing_cubic.toml"),
     "battery": rl.load(EXAMPLES / "battery.toml"),
@@ -30,13 +36,14 @@ DRIVES = {
     "map": rl.load(EXAMPLES / "map_mpc.toml").with_values(
         {"control.law": "torque_sharing", "control.precision": "float"}
     ),
+    "angle table": rl.load(EXAMPLES / "angle_table.toml", TURNING),
 }
 
 
 @pytest.fixture(scope="module")
 def lib(tmp_path_factory):
     place = tmp_path_factory.mktemp("library")
-    return library(compiled(place / "reluctance.so", laws="TorqueSharing,Ditc", phases="3"))
+    return library(compiled(place / "reluctance.so", laws="TorqueSharing,Ditc,Angles", phases="3"))
 
 
 def desk(drive, until=UNTIL, record=0.0):

@@ -12,7 +12,8 @@ further column of the table says what it shows; `-` is not compared:
     <!-- from docs/results.csv by example: -; torque_error_rms*100; f_switch_Hz/1000 -->
 
 `& COLUMN` is a second number in the same cell, `@ KEY=VALUE` selects rows for one column only and
-`where KEY=VALUE` for all. The file may be a table of a page that a command writes, FILE.md#heading.
+`where KEY=VALUE` for all; `COLUMN in FILE` is of another file with the same key. The file may
+be a table of a page that a command writes, FILE.md#heading.
 """
 
 import csv
@@ -93,9 +94,10 @@ def wrong_in_table(lines: list[str], citation: re.Match[str]) -> list[str]:
             keys = {key: first} | keys_of((where or "").split(",")) | keys_of(only.split(","))
             for text, column in zip(NUMBER.findall(cell), what.split("&"), strict=True):
                 compared += 1
-                exact = value(source, keys, column)
+                column, _, other = column.strip().partition(" in ")
+                exact = value(other or source, keys, column)
                 if not agrees(text, exact):
-                    faults.append(f"{first}: {text} is {exact:.6g} in {source}, {column.strip()}")
+                    faults.append(f"{first}: {text} is {exact:.6g} in {other or source}, {column}")
     assert compared, f"{citation[0]}: no number below it"
     return faults
 

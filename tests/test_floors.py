@@ -17,7 +17,8 @@ FLOORS = (  # from the ground up; a part imports only from floors below, and fro
     {"load"},
     {"sweep"},
     {"efficiency"},
-    {"compare", "export", "gym", "paper", "pumping", "tune"},
+    {"tune"},
+    {"compare", "export", "gym", "paper", "pumping"},
     {"studio", "commission"},
     {"cli"},
 )

@@ -223,3 +223,39 @@ def test_slow_demonstration_gives_the_energy_of_the_flat_top() -> None:
     flat_top = 12 * 48.764 / (2 * np.pi)
     assert kpis.periods >= 1
     assert kpis.tau_mean == pytest.approx(flat_top, rel=0.01)
+
+
+HYSTERESIS = [
+    "load.speed_rpm=1500",
+    "control.regulate='current'",
+    "control.i_ref_A=60",
+    "control.i_band_A=1",
+]
+
+
+@pytest.mark.parametrize(
+    ("example", "overrides"),
+    [
+        ("paper_rated", []),
+        ("single_pulse", HYSTERESIS),
+        ("single_pulse", [*HYSTERESIS, "load.speed_rpm=-2200"]),
+        ("hysteresis_200A", ["control.T_s_us=50"]),
+        ("deadbeat", ["converter.dead_time_us=1"]),
+        ("map_mpc", []),
+    ],
+)
+def test_phases_alone_and_together_agree(example: str, overrides: list[str]) -> None:
+    """A dc-link voltage that rises, by a millionth of a volt a second, takes the joint step."""
+    drive = rl.load(EXAMPLES / f"{example}.toml", overrides)
+    u_dc = drive.converter.u_dc_V
+    rises = ["source.t_s=[0, 1]", f"source.values=[{u_dc}, {u_dc + 1e-6}]"]
+    rising = rl.load(EXAMPLES / f"{example}.toml", [*overrides, *rises])
+    alone, together = (rl.simulate(d, until=0.0293) for d in (drive, rising))
+    assert alone.t.size != together.t.size  # each takes its own steps
+    for one, other in ((alone.i, together.i), (alone.tau, together.tau)):
+        assert np.abs(one[..., -1] - other[..., -1]).max() < 1e-6 * np.abs(other).max()
+    one, other = alone.periods, together.periods
+    for integral in ("tau", "tau_squared", "E_dc", "E_source", "E_winding", "E_mech"):
+        np.testing.assert_allclose(one[integral], other[integral], rtol=1e-6)
+    for extreme in ("tau_min", "tau_max", "i_peak"):
+        np.testing.assert_allclose(one[extreme], other[extreme], rtol=1e-6, atol=1e-9)

@@ -8,8 +8,10 @@ import pytest
 from command import command, refused
 
 import reluctance as rl
-from reluctance.tune import tune, write_drive
-from reluctance.tune.goal import bound
+from reluctance.tune import Trial, tune, write_drive
+from reluctance.tune.compass import GRID, LAST_STEP, compass
+from reluctance.tune.goal import Target, bound
+from reluctance.tune.match import Lever, match
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"
@@ -53,6 +55,46 @@ def test_it_is_the_same_however_often_and_never_above_its_budget(drive: rl.Drive
     assert first.best.rank <= half.rank  # the refinement loses nothing
 
 
+def test_the_compass_finds_the_least_of_a_bowl_within_its_last_step() -> None:
+    asked: dict[tuple[float, float], float] = {}
+
+    def rank(x: float, y: float) -> float:
+        asked[x, y] = (x - 0.237) ** 2 + 2 * (y - 0.811) ** 2
+        return asked[x, y]
+
+    compass(rank, lambda: True)
+    best = min(asked, key=lambda at: asked[at])
+    assert np.hypot(best[0] - 0.237, best[1] - 0.811) < 2 * LAST_STEP
+    assert len(asked) < 80
+    asked.clear()
+    compass(rank, lambda: False)  # nothing to spend: the grid alone
+    assert len(asked) == GRID**2
+
+
+def test_the_compass_search_is_one_of_tune(drive: rl.Drive) -> None:
+    vary = {"control.theta_on_deg": [0, 15], "control.theta_ov_deg": [25, 45]}
+    options = {"until": UNTIL, "budget": 45, "method": "compass"}
+    found = tune(drive, vary, "torque_error_rms", **options)  # type: ignore[arg-type]
+    grid = min(found.tried[: GRID**2], key=lambda t: t.rank)
+    assert GRID**2 < len(found.tried) <= 45 and found.best.rank < grid.rank
+    with pytest.raises(rl.ParameterError, match="takes two ranges, not 1"):
+        tune(drive, BAND, "i_rms", method="compass")
+
+
+def test_a_target_is_met_by_one_value_or_the_end_of_its_range_is_told(drive: rl.Drive) -> None:
+    target = Target("f_switch_Hz", 6e3)
+
+    def run(band: float) -> Trial:
+        k = rl.simulate(drive.with_values({"control.i_band_A": band}), until=UNTIL, record=None)
+        return Trial({"band": band}, k.kpis.with_units(), 0.0, (), "")  # type: ignore[arg-type]
+
+    found = match(run, target, Lever(0.1, 10, slope=-1.0), 1.0)
+    assert target.met(found.trial.figures) and not found.ran_out
+    assert abs(found.trial.figures["f_switch_Hz"] / 6e3 - 1) <= 0.02
+    assert target.miss({"f_switch_Hz": 6.3e3}) == pytest.approx(0.03)
+    assert match(run, target, Lever(2, 10, slope=-1.0), 3.0).ran_out
+
+
 def test_bounds_hold_at_every_operating_point(drive: rl.Drive) -> None:
     at = [{"load.speed_rpm": 800, "reference.tau_Nm": 20}, {"load.speed_rpm": 1500}]
     with pytest.raises(rl.ParameterError, match="same keys"):
@@ -83,7 +125,9 @@ def test_choices_and_whole_numbers(drive: rl.Drive) -> None:
     assert all(type(t.values["sensing.adc_bits"]) is int for t in found.tried)
 
 
-@pytest.mark.parametrize("name", ["paper_rated", "five_phases_losses", "sun_cloud", "fan"])
+@pytest.mark.parametrize(
+    "name", ["paper_rated", "five_phases_losses", "sun_cloud", "fan", "angle_table"]
+)
 def test_a_written_drive_reads_as_the_same(name: str, tmp_path: Path) -> None:
     drive = rl.load(EXAMPLES / f"{name}.toml")
     write_drive(drive, tmp_path / f"{name}.toml", comment="Tuned.")

@@ -747,7 +747,19 @@ class Sharing:
     def share(self, n_phases: int, theta_e: float) -> float:
         """Share of the phase at theta_e [1]."""
 
-def angles(setting: Setting, *, conduction: Conduction, reference: MeanTorque, i_band: float, chop: Leg, watch: AngleWatch) -> Controller:
+class PulseTable:
+    """
+    Angles [rad] and current [A] of motoring pulses over speed [rad/s] and torque [N m], row by row of speed; without values no table.
+    """
+
+    def __init__(self, *, omega: Sequence[float] = [], tau: Sequence[float] = [], theta_on: Sequence[float] = [], theta_off: Sequence[float] = [], i_ref: Sequence[float] = []) -> None: ...
+
+    def at(self, omega_m: float, tau: float) -> list[float]:
+        """
+        Turn-on and turn-off angle [rad] and current [A] at a speed [rad/s] and torque [N m].
+        """
+
+def angles(setting: Setting, *, conduction: Conduction, reference: MeanTorque, i_band: float, chop: Leg, watch: AngleWatch, table: PulseTable) -> Controller:
     """
     Current held in a band of half width i_band [A] between turn-on and turn-off.
     """

@@ -96,7 +96,8 @@ def load(
             _put(data, name, value, f"--set {text}")
             if name == "control.law":
                 _settle_own_law(data, Path(), trust)
-        _settle_pump(data, path.parent)
+        _settle_file(data, path.parent, "load", "pump")
+        _settle_file(data, path.parent, "control", "angle_table")
         return drive_from(data, name=path.stem, check_torque=check_torque)
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None
@@ -171,12 +172,12 @@ def _settle_own_law(data: dict[str, Any], folder: Path, trust: bool) -> None:
         data["control"]["law"] = trusted(str(law), folder, trust)
 
 
-def _settle_pump(data: dict[str, Any], folder: Path) -> None:
-    """The file of a pump, relative to the drive file, where it is not of the library."""
-    load = data.get("load")
-    if isinstance(load, dict) and isinstance(load.get("pump"), str):
-        if is_file(folder / load["pump"]):
-            load["pump"] = str(folder / load["pump"])
+def _settle_file(data: dict[str, Any], folder: Path, section: str, key: str) -> None:
+    """The file that a key names, relative to the drive file where it is there."""
+    table = data.get(section)
+    if isinstance(table, dict) and isinstance(table.get(key), str):
+        if is_file(folder / table[key]):
+            table[key] = str(folder / table[key])
 
 
 def _check_together(drive: Drive) -> None:

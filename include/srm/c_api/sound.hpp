@@ -134,6 +134,9 @@ Fault fault_of_law(const Law& law) {
   if constexpr (requires { law.is_consistent(); }) {
     if (!law.is_consistent()) return "values for each speed of the guide";
   }
+  if constexpr (requires { law.table.is_consistent(); }) {
+    if (!law.table.is_consistent()) return "table of pulses";
+  }
   if constexpr (requires { law.horizon; }) {
     if (law.horizon < 1 || law.horizon > Law::horizon_max) return "horizon";
   }

@@ -80,22 +80,26 @@ struct AsymmetricBridge {
 
   /// Magnetize puts two switches in the path, freewheel one switch and one diode, demagnetize two
   /// diodes.
+  Path path(Leg leg) const {
+    const int switches = 1 + static_cast<int>(leg);
+    return device.path(leg, switches, 2 - switches);
+  }
+
   template <std::size_t N>
   Paths<N> paths(const AllLegs<N>& legs) const {
     Paths<N> p;
-    for (std::size_t k = 0; k < N; ++k) {
-      const int switches = 1 + static_cast<int>(legs[k]);
-      p.phase[k] = device.path(legs[k], switches, 2 - switches);
-    }
+    for (std::size_t k = 0; k < N; ++k) p.phase[k] = path(legs[k]);
     return p;
+  }
+
+  void count(Switchings& sum, Leg before, Leg after, double u_dc, double i) const {
+    sum.count(static_cast<int>(after) - static_cast<int>(before), u_dc, i);
   }
 
   template <std::size_t N>
   void count(Switchings& sum, const AllLegs<N>& before, const AllLegs<N>& after, double u_dc,
              const PerPhase<N>& i) const {
-    for (std::size_t k = 0; k < N; ++k) {
-      sum.count(static_cast<int>(after[k]) - static_cast<int>(before[k]), u_dc, i[k]);
-    }
+    for (std::size_t k = 0; k < N; ++k) count(sum, before[k], after[k], u_dc, i[k]);
   }
 };
 

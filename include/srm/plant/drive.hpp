@@ -106,12 +106,17 @@ Feed source_now(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& le
   return feed(p.source, x.u_dc, i_dc, {t, t});
 }
 
+/// Paths that go on through windings of resistance R [ohm], to the flux linkages.
+template <std::size_t N>
+Paths<N> with_windings(Paths<N> found, double R) {
+  for (Path& path : found.phase) path.R += R;
+  return found;
+}
+
 /// The paths of these legs to the flux linkages.
 template <Machine M, int N>
 Paths<N> paths(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& legs) {
-  Paths<N> found = std::visit([&](const auto& b) { return b.paths(legs); }, p.bridge);
-  for (Path& path : found.phase) path.R += p.R;
-  return found;
+  return with_windings(std::visit([&](const auto& b) { return b.paths(legs); }, p.bridge), p.R);
 }
 
 /// What winding k sees [V].

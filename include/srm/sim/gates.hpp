@@ -30,8 +30,10 @@ struct Gates {
 
   /// Brings the gate of phase k to what the orders ask for at time t and current i.
   void follow(int k, double t, double i, double t_dead) {
-    int& edges = gate[k].edges;
-    while (edges < max_edges && t_orders + command[k].t_edge[edges] <= t) ++edges;
+    if (command[k].gate == Gate::timer) {
+      int& edges = gate[k].edges;
+      while (edges < max_edges && t_orders + command[k].t_edge[edges] <= t) ++edges;
+    }
     order(k, ordered(command[k], gate[k], i), t + t_dead);
   }
 
@@ -45,16 +47,18 @@ struct Gates {
   /// True while a dead time of phase k runs.
   bool lags(int k) const { return switches[k].leg != gate[k].leg; }
 
-  /// The switches do what the gates order, as far as dead time lets them at time t. True where one
-  /// did something.
+  /// The switches of phase k do what its gate orders, as far as dead time lets them at time t. True
+  /// where one did something.
+  bool settle(int k, double t) {
+    if (!lags(k)) return false;
+    const Leg leg = reached(switches[k], gate[k].leg, t);
+    return std::exchange(switches[k].leg, leg) != leg;
+  }
+
+  /// Those of all phases.
   bool settle(double t) {
     bool changed = false;
-    for (int k = 0; k < N; ++k) {
-      if (!lags(k)) continue;
-      const Leg leg = reached(switches[k], gate[k].leg, t);
-      changed = changed || leg != switches[k].leg;
-      switches[k].leg = leg;
-    }
+    for (int k = 0; k < N; ++k) changed = settle(k, t) || changed;
     return changed;
   }
 

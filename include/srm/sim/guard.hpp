@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "srm/sim/gate.hpp"
 #include "srm/sim/step.hpp"
 
 namespace srm {
@@ -66,6 +67,9 @@ inline constexpr double longest_angle = 0.0262;
 
 // A step is halved while its prediction is off by more than this part of the current scale.
 inline constexpr double spread_part = 4e-5;
+
+// No step is halved below this: the numbers are none any more [s].
+inline constexpr double shortest_step = 1e-15;
 
 // Corrections up to this part of the current scale are taken without another evaluation of the
 // machine: its derivatives tell the rest.
@@ -145,5 +149,33 @@ inline double extreme(const Moving& a, const Moving& b, double h) {
   }
   return a.now + x * (slope0 + x * (c2 + x * c3));
 }
+
+/// The first guard that a step meets.
+struct Met {
+  Guard guard;      // direction 0: none so far
+  double part = 2;  // about when, in parts of the step
+
+  /// A guard whose quantity goes from `now` to `then`.
+  void consider(const Guard& g, double now, double then) {
+    const double before = g.direction * (g.value - now), after = g.direction * (g.value - then);
+    if (after > 0 || after > before) return;
+    const double when = before > 0 ? before / (before - after) : 0;
+    if (when >= part) return;
+    guard = g;
+    part = when;
+  }
+
+  /// The current of phase k, which goes from a to b in a time h.
+  void consider(const Span& span, int k, const Moving& a, const Moving& b, double h) {
+    double least = b.now, most = b.now;
+    if (a.rate * b.rate < 0) {
+      const double turn = extreme(a, b, h);
+      least = min(least, turn);
+      most = max(most, turn);
+    }
+    if (least <= span.below) consider({k, span.below, -1}, a.now, least);
+    if (most >= span.above) consider({k, span.above, 1}, a.now, most);
+  }
+};
 
 }  // namespace srm

@@ -61,7 +61,7 @@ class HeldPlant {
       const double pieces = std::ceil(left * std::max(1 / how.dt_max, angle) * (1 - 1e-9));
       const double h = step(left / std::max(pieces, 1.0), tau_ref, how);
       t_ = pieces <= 1 && h == left ? t_end : t_ + h;
-      if (!(h > shortest)) return;  // the numbers are none any more
+      if (!(h > shortest_step)) return;  // the numbers are none any more
     }
   }
 
@@ -73,8 +73,6 @@ class HeldPlant {
   const AllLegs<N>& legs() const { return legs_; }
 
  private:
-  static constexpr double shortest = 1e-15;  // [s]
-
   Point<N>& at() { return points_[here_]; }
   Point<N>& end() { return points_[1 - here_]; }
 
@@ -131,7 +129,7 @@ class HeldPlant {
       when = t;
     }
     Trial y = srm::step(plant_, at(), s, how.scale, when, zero, h, end());
-    while ((!y.fine || y.spread > spread_part) && y.h > shortest) {
+    while ((!y.fine || y.spread > spread_part) && y.h > shortest_step) {
       zero = {};
       y = srm::step(plant_, at(), s, how.scale, y.h / 2, zero, y.h / 2, end());
     }

@@ -71,10 +71,27 @@ struct Extremes {
     span(tau_min, tau_max, a.tau, b.tau, h);
     span(omega_min, omega_max, a.omega_m, b.omega_m, h);
     span(u_min, u_max, a.u_dc, b.u_dc, h);
-    for (int k = 0; k < N; ++k) {
-      i_peak = max(i_peak, a.i[k].now);
-      if (a.i[k].rate > 0 && b.i[k].rate < 0) i_peak = max(i_peak, extreme(a.i[k], b.i[k], h));
-    }
+    for (int k = 0; k < N; ++k) include(a.i[k], b.i[k], h);
+  }
+
+  /// Speed and voltage while they are held.
+  template <int N>
+  void include(const State<N>& x) {
+    omega_min = min(omega_min, x.omega_m);
+    omega_max = max(omega_max, x.omega_m);
+    u_min = min(u_min, x.u_dc);
+    u_max = max(u_max, x.u_dc);
+  }
+
+  /// The torque from a to b in a time h.
+  void include_torque(const Moving& a, const Moving& b, double h) {
+    span(tau_min, tau_max, a, b, h);
+  }
+
+  /// A current.
+  void include(const Moving& a, const Moving& b, double h) {
+    i_peak = max(i_peak, a.now);
+    if (a.rate > 0 && b.rate < 0) i_peak = max(i_peak, extreme(a, b, h));
   }
 
  private:

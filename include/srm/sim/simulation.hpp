@@ -11,11 +11,14 @@
 #include <optional>
 #include <utility>
 
+#include "srm/sim/alone.hpp"
 #include "srm/sim/controller.hpp"
 #include "srm/sim/gates.hpp"
 #include "srm/sim/guard.hpp"
 #include "srm/sim/recorder.hpp"
 #include "srm/sim/sampling.hpp"
+#include "srm/sim/together.hpp"
+#include "srm/sim/window.hpp"
 
 namespace srm {
 
@@ -38,9 +41,14 @@ struct Loop {
   Circuit<N> circuit;
   bool rated = false;     // the rates are those of this point and circuit
   bool prepared = false;  // what is due at this point is done
+  bool alone = false;     // every phase is by itself
+  std::array<Flight, N> flights;
   double t = 0, t_sample = 0, t_course = 0, t_record = 0;  // now, and next [s]
   double theta_period = 0, theta_next = 0;  // next end of a period; next angle that matters [rad]
+  double theta_begun = 0;                   // lower end of the present period [rad]
   int turns = 0;                            // direction in which theta_next is ahead; 0: unknown
+  double t_angle = 0;                       // when it is met while the phases are alone [s]
+  double omega_e = 0, h_most = 0;           // meanwhile: electrical speed [rad/s], longest step [s]
   double h_fine = 1e300;                    // what a step may be, from the ones before [s]
   double tau_ref = 0;
   Learned<double> learned;  // of the controller, where it learns
@@ -72,7 +80,7 @@ class Simulation {
     now_.legs.fill(Leg::demagnetize);
     now_.circuit.paths = paths(plant_, now_.legs);
     follow_courses();
-    now_.theta_period = next_period();
+    begin_period();
   }
 
   /// Runs until t_stop, or until a table is full or many steps are taken: then empty both and call
@@ -133,6 +141,7 @@ class Simulation {
   /// Orders from outside, at the instant of a sample. Instants within a billionth of a period of a
   /// multiple of it are that multiple, as in a loop with a controller.
   void obey(const Orders<N>& orders) {
+    land_all();
     if (now_.t >= now_.t_course) follow_courses();
     now_.samples = static_cast<long>(now_.t / sampling_.T_s + 1e-9);
     take(orders);
@@ -145,6 +154,7 @@ class Simulation {
   /// Lets `change` alter plant and reference from outside; courses are followed anew.
   template <class F>
   void change(const F& how) {
+    land_all();
     how(plant_, reference_);
     now_.t_course = now_.t;
     now_.rated = false;
@@ -159,15 +169,21 @@ class Simulation {
                     .theta_m = x().theta_m,
                     .omega_m = x().omega_m,
                     .u_dc = x().u_dc,
-                    .tau_ref = now_.tau_ref,
-                    .i = x().i};
+                    .tau_ref = now_.tau_ref};
+    State<N> x = this->x();
+    for (int k = 0; k < N; ++k) {
+      const Flight& f = now_.flights[k];
+      if (!f.aloft) continue;
+      x.i[k] = f.current(now_.t, plant_.machine, electrical_angle(plant_, x.theta_m, k));
+    }
+    row.i = x.i;
     for (int k = 0; k < N; ++k) {
       row.i_ref[k] = command()[k].i_ref;
       row.leg[k] = static_cast<double>(now_.legs[k]);
-      if (!conducts(now_.legs[k], x().i[k])) continue;
-      const double theta_e = electrical_angle(plant_, x().theta_m, k);
-      const Magnetics<double> m = plant_.machine.at(x().i[k], theta_e);
-      row.u[k] = winding_voltage(plant_, now_.circuit, x(), k);
+      if (!conducts(now_.legs[k], x.i[k])) continue;
+      const double theta_e = electrical_angle(plant_, x.theta_m, k);
+      const Magnetics<double> m = plant_.machine.at(x.i[k], theta_e);
+      row.u[k] = winding_voltage(plant_, now_.circuit, x, k);
       row.psi[k] = m.psi;
       row.tau_ph[k] = m.tau;
       row.tau += m.tau;
@@ -201,8 +217,6 @@ class Simulation {
   }
 
  private:
-  static constexpr double shortest = 1e-15;  // no halving below: the numbers are none any more [s]
-
   static constexpr long slice = 20000;  // steps of one call of `advance`; some ten milliseconds
 
   Point<N>& at() { return now_.points[now_.here]; }
@@ -217,18 +231,30 @@ class Simulation {
     x.omega_m = forced(plant_.shaft, x.omega_m, now_.t);
     now_.t_course = std::min(next_change(plant_.source, now_.t), next_change(plant_.shaft, now_.t));
     now_.rated = false;
+    if (now_.alone) {
+      for (int k = 0; k < N; ++k) at().jets[k] = now_.flights[k].end.m;
+    }
+    now_.alone = by_themselves(plant_, x, now_.t);
+    if (now_.alone) {
+      now_.omega_e = plant_.machine.N_r * x.omega_m;
+      now_.h_most = std::min(resolution_.dt_max, longest_angle / std::abs(now_.omega_e));
+      for (int k = 0; k < N; ++k) now_.flights[k].end.m = at().jets[k];
+    }
+    now_.turns = 0;
   }
 
   /// What is due at a point before the step that begins there; once a point.
   void prepare(Rows& waveforms, Rows& periods) {
     if (now_.prepared) return;
     if (now_.t >= now_.t_course) follow_courses();
-    if (now_.t >= now_.t_sample) sample();
-    settle();
+    if (now_.t >= now_.t_sample) {
+      sample();
+      settle();
+    }
     if (resolution_.record_every == 0 || now_.t >= now_.t_record) record(waveforms);
     if (std::abs(x().theta_m - now_.theta_period) <= angle_tolerance) {
       close_period(periods);
-      now_.theta_period = next_period();
+      begin_period();
       now_.turns = 0;
     }
     now_.prepared = true;
@@ -247,14 +273,22 @@ class Simulation {
   void take(const Orders<N>& orders) {
     now_.tau_ref = orders.tau_ref;
     now_.learned = orders.learned;
+    bool windows = false;
+    for (const auto& order : command()) windows = windows || order.gate == Gate::window;
     now_.gates.take(orders.command, sampling_.delay > 0, now_.t);
     now_.t_sample = sampling_.T_s * static_cast<double>(++now_.samples);
-    now_.turns = 0;
-    for (int k = 0; k < N; ++k) follow_window(k);
+    for (int k = 0; k < N; ++k) {
+      windows = windows || command()[k].gate == Gate::window;
+      follow_window(k);
+    }
+    if (windows) now_.turns = 0;
   }
 
   void follow_window(int k) {
-    if (command()[k].gate == Gate::window) now_.gates.gate[k].inside = inside_window(k);
+    if (command()[k].gate == Gate::window) {
+      const double theta_e = electrical_angle(plant_, x().theta_m, k);
+      now_.gates.gate[k].inside = sensed().inside(command()[k], theta_e);
+    }
     follow(k);
   }
 
@@ -262,31 +296,56 @@ class Simulation {
 
   /// The switches do what they can by now, and the bridge makes of it what the windings see.
   void settle() {
+    if (const auto* bridge = std::get_if<AsymmetricBridge>(&plant_.bridge)) {
+      for (int k = 0; k < N; ++k) settle(*bridge, k);
+      return;
+    }
     if (!now_.gates.settle(now_.t)) return;
     std::visit(
         [&](const auto& bridge) {
           const AllLegs<N> legs = bridge.legs(now_.gates.levels());
           bridge.count(now_.switchings, now_.legs, legs, x().u_dc, x().i);
           now_.legs = legs;
-          now_.circuit.paths = paths(plant_, legs);
+          now_.circuit.paths = with_windings(bridge.paths(legs), plant_.R);
         },
         plant_.bridge);
     now_.rated = false;
   }
 
-  int direction() const { return x().omega_m < 0 ? -1 : 1; }
-
-  /// The electrical angle of phase k as the position compare sees it: by the same sensor.
-  double sensed_angle(int k) const {
-    const double error = plant_.machine.N_r * now_.rotor.error + sampling_.angle_offset;
-    return wrap(electrical_angle(plant_, x().theta_m, k) + error);
+  /// The same for a phase that shares no switch.
+  void settle(const AsymmetricBridge& bridge, int k) {
+    if (!now_.gates.settle(k, now_.t)) return;
+    const Leg leg = now_.gates.switches[k].leg;
+    bridge.count(now_.switchings, now_.legs[k], leg, x().u_dc, x().i[k]);
+    now_.legs[k] = leg;
+    Path& path = now_.circuit.paths.phase[k];
+    path = bridge.path(leg);
+    path.R += plant_.R;
+    now_.rated = false;
   }
 
-  /// An angle met within the tolerance counts as passed, in the direction of motion.
-  bool inside_window(int k) const {
-    const double theta_e = sensed_angle(k);
-    return conducts(wrap(theta_e + direction() * 2 * plant_.machine.N_r * angle_tolerance),
-                    command()[k].theta_on, command()[k].theta_off);
+  int direction() const { return x().omega_m < 0 ? -1 : 1; }
+
+  SensedAngle sensed() const {
+    const int N_r = plant_.machine.N_r;
+    return {N_r, direction(), N_r * now_.rotor.error + sampling_.angle_offset};
+  }
+
+  void begin_period() {
+    now_.theta_period = next_period();
+    const double pitch = two_pi<double> / plant_.machine.N_r;
+    now_.theta_begun = now_.theta_period - (direction() < 0 ? 0 : pitch);
+  }
+
+  /// Nearest angle ahead that matters: the end of the period or an edge of a window.
+  double next_angle() const {
+    double ahead = std::abs(now_.theta_period - x().theta_m);
+    for (int k = 0; k < N; ++k) {
+      if (command()[k].gate != Gate::window) continue;
+      const double theta_e = electrical_angle(plant_, x().theta_m, k);
+      ahead = std::min(ahead, sensed().to_edge(command()[k], theta_e));
+    }
+    return x().theta_m + direction() * ahead;
   }
 
   double next_period() const {
@@ -296,23 +355,6 @@ class Simulation {
     const double periods = near ? passed : x().theta_m / pitch;
     return pitch * (direction() < 0 ? std::ceil(periods) - 1 : std::floor(periods) + 1);
   }
-
-  /// Nearest angle ahead that matters: the end of the period or an edge of a window.
-  double next_angle() const {
-    const double pitch = two_pi<double> / plant_.machine.N_r;
-    double ahead = std::abs(now_.theta_period - x().theta_m);
-    for (int k = 0; k < N; ++k) {
-      if (command()[k].gate != Gate::window) continue;
-      const double theta_e = sensed_angle(k);
-      for (const double edge : {command()[k].theta_on, command()[k].theta_off}) {
-        const double gap = wrap(direction() * (edge - theta_e)) / plant_.machine.N_r;
-        ahead = std::min(ahead, gap > angle_tolerance ? gap : pitch);
-      }
-    }
-    return x().theta_m + direction() * ahead;
-  }
-
-  using Spans = std::array<Span, N>;
 
   /// The currents between which nothing happens to phase k.
   Span span(int k) const {
@@ -326,88 +368,22 @@ class Simulation {
     return s;
   }
 
-  /// The first guard that the present rates lead to within a time h, and when.
-  std::pair<Guard, double> expected(const Spans& spans, const Settled<N>& s, double h) const {
-    Guard first;
-    const auto consider = [&](const Guard& g, double left, double rate, double second) {
-      const double reach = h * (std::abs(rate) + h * std::abs(second));
-      if (!(std::abs(left) < reach && left * g.direction > 0)) return;
-      const double t = arrival(left, rate, second);
-      if (!(t < h)) return;
-      first = g;
-      h = t;
-    };
-    const Rates<N>& r = at().rates;
-    for (int k = 0; k < N; ++k) {
-      if (!s.circuit.flows[k]) continue;
-      const bool falls = r.i[k].rate < 0;
-      const Guard g{k, falls ? spans[k].below : spans[k].above, falls ? -1 : 1};
-      consider(g, g.value - x().i[k], r.i[k].rate, s.d2i[k]);
+  /// Phase k begins to carry current, with its magnetics, or ceases to.
+  void flow(int k) {
+    const bool flows = !now_.circuit.flows[k];
+    now_.circuit.flows[k] = flows;
+    if (flows) {
+      const double theta_e = electrical_angle(plant_, x().theta_m, k);
+      now_.flights[k].end.m = at().jets[k] = plant_.machine.jet(x().i[k], theta_e);
     }
-    consider({Guard::angle, now_.theta_next, direction()}, now_.theta_next - x().theta_m,
-             x().omega_m, r.alpha.now);
-    return {first, h};
-  }
-
-  /// The first guard that a step of length h to `end` meets, and about when; none has direction 0.
-  /// A guard of `located` is left out: the step ends on it.
-  std::pair<Guard, double> met(const Spans& spans, const Settled<N>& s, double h, int located) {
-    Guard first;
-    double soonest = 2;  // in parts of the step
-    const auto consider = [&](const Guard& g, double now, double then) {
-      const double before = g.direction * (g.value - now), after = g.direction * (g.value - then);
-      if (after > 0 || after > before) return;
-      const double when = before > 0 ? before / (before - after) : 0;
-      if (when < soonest) {
-        first = g;
-        soonest = when;
-      }
-    };
-    for (int k = 0; k < N; ++k) {
-      if (!s.circuit.flows[k] || k == located) continue;
-      const Moving &i0 = at().rates.i[k], &i1 = end().rates.i[k];
-      double least = i1.now, most = i1.now;
-      if (i0.rate * i1.rate < 0) {
-        const double turn = extreme(i0, i1, h);
-        least = std::min(least, turn);
-        most = std::max(most, turn);
-      }
-      if (least <= spans[k].below) consider({k, spans[k].below, -1}, i0.now, least);
-      if (most >= spans[k].above) consider({k, spans[k].above, 1}, i0.now, most);
-    }
-    if (located != Guard::angle) {
-      consider({Guard::angle, now_.theta_next, direction()}, x().theta_m, end().x.theta_m);
-    }
-    if (located != Guard::link && !s.circuit.shorted) {
-      consider({Guard::link, 0, -1}, x().u_dc, end().x.u_dc);
-    }
-    return {first, soonest * h};
-  }
-
-  /// Makes a step, that passes the guard, end on it.
-  void locate(const Guard& g, double guess, const Settled<N>& s, Trial& y) {
-    double lower = 0, upper = y.h;
-    for (int round = 0; round < 60; ++round) {
-      if (!(guess > lower && guess < upper)) guess = (lower + upper) / 2;
-      y = srm::step(plant_, at(), s, resolution_.scale, guess, g, upper, end());
-      if (y.landed) return;
-      y = srm::step(plant_, at(), s, resolution_.scale, guess, Guard{}, guess, end());
-      (distance(g, end().x) > 0 ? lower : upper) = guess;
-      guess = 0;
-    }
+    now_.rated = false;
   }
 
   /// Magnetics and rates at the start of a step.
   Settled<N> settled() {
     Circuit<N>& circuit = now_.circuit;
     for (int k = 0; k < N; ++k) {
-      const bool flows = conducts(now_.legs[k], x().i[k]);
-      if (flows == circuit.flows[k]) continue;
-      circuit.flows[k] = flows;
-      if (flows) {
-        at().jets[k] = plant_.machine.jet(x().i[k], electrical_angle(plant_, x().theta_m, k));
-      }
-      now_.rated = false;
+      if (conducts(now_.legs[k], x().i[k]) != circuit.flows[k]) flow(k);
     }
     const bool shorted = x().u_dc <= 0 && source_now(plant_, now_.legs, x(), now_.t).du_dc.now < 0;
     if (shorted != circuit.shorted) now_.rated = false;
@@ -427,13 +403,24 @@ class Simulation {
   /// One step towards t_limit, cut short at the first event.
   void step(double t_limit) {
     ++now_.steps;
+    if (t_limit <= now_.t) {  // something is due here
+      now_.prepared = false;
+    } else if (now_.alone) {
+      fly(t_limit);
+    } else {
+      step_together(t_limit);
+    }
+  }
+
+  /// All phases by the same step.
+  void step_together(double t_limit) {
     for (int k = 0; k < N; ++k) t_limit = std::min(t_limit, now_.gates.next_instant(k));
     const Settled<N> s = settled();
     if (now_.turns != direction()) {
       now_.theta_next = next_angle();
       now_.turns = direction();
     }
-    Spans spans;
+    Spans<N> spans;
     for (int k = 0; k < N; ++k) {
       if (s.circuit.flows[k]) spans[k] = span(k);
     }
@@ -441,12 +428,13 @@ class Simulation {
     const double omega_e = plant_.machine.N_r * std::abs(x().omega_m);
     const double h_max =
         std::min({t_limit - now_.t, resolution_.dt_max, longest_angle / omega_e, now_.h_fine});
-    const auto [target, h_first] = expected(spans, s, h_max);
+    const Guard angle{Guard::angle, now_.theta_next, direction()};
+    const auto [target, h_first] = expected(at(), spans, s, angle, h_max);
     const Scale& scale = resolution_.scale;
     Trial y = srm::step(plant_, at(), s, scale, h_first, target, h_max, end());
     while (!y.fine || y.spread > spread_part) {
       const double h = y.h / 2;
-      if (h < shortest) break;
+      if (h < shortest_step) break;
       now_.h_fine = h;
       y = srm::step(plant_, at(), s, scale, h, Guard{}, h, end());
     }
@@ -455,9 +443,9 @@ class Simulation {
     if (y.landed) landed = target;
     // Each guard can be the first once; more often they are met only where numbers are none.
     for (int trials = 4 * N + 4; trials > 0; --trials) {
-      const auto [g, guess] = met(spans, s, y.h, landed.k);
+      const auto [g, guess] = met(at(), end(), spans, s, angle, y.h, landed.k);
       if (g.direction == 0) break;
-      locate(g, guess, s, y);
+      locate(plant_, at(), s, scale, g, guess, y, end());
       landed = g;
     }
 
@@ -486,12 +474,115 @@ class Simulation {
       at().x.u_dc = 0;
       return;
     }
+    compare(met);
+  }
+
+  /// A current has met a threshold.
+  void compare(const Guard& met) {
     const PhaseCommand<double>& c = command()[met.k];
     const GateState& gate = now_.gates.gate[met.k];
     const Span span = awaited(c, gate);
     const bool above = met.direction > 0;
     if (met.value != (above ? span.above : span.below)) return;  // no current, or the table's end
     now_.gates.order(met.k, after(c, gate, above), now_.t + t_dead_);
+  }
+
+  /// Sends phase k off from here, or anew from where it is under way; it lands by t_limit.
+  [[gnu::always_inline]] void set_off(int k, double t_limit) {
+    Flight& f = now_.flights[k];
+    const State<N>& x = this->x();
+    const double t_end = std::min(t_limit, now_.gates.next_instant(k));
+    if (conducts(now_.legs[k], x.i[k]) != now_.circuit.flows[k]) flow(k);
+    if (!now_.circuit.flows[k]) {
+      f.t1 = t_end;
+      return;
+    }
+    const Path& path = now_.circuit.paths.phase[k];
+    const double omega_m = x.omega_m;
+    const Given g{path.level * x.u_dc - path.v, path.R, omega_m, now_.omega_e};
+    double theta_m = x.theta_m - now_.theta_begun;  // spares a division
+    if (f.aloft) {
+      theta_m -= omega_m * (now_.t - f.t0);
+    } else {
+      f.t0 = now_.t;
+      f.start.m = f.end.m;
+      f.start.i.now = x.i[k];
+      rate(f.start, g);
+      f.tau = f.start.tau;
+    }
+    const double theta_e = electrical_angle(plant_, theta_m, k);
+    srm::fly(plant_.machine, g, theta_e, k, span(k), resolution_.scale.i, t_end, now_.h_most, f);
+  }
+
+  /// Phase k has arrived.
+  void land(int k, State<N>& x) {
+    Flight& f = now_.flights[k];
+    add(now_.sums, f, k, now_.circuit.paths.phase[k].level * x.u_dc, plant_.R);
+    now_.extremes.include(f.start.i, f.end.i, f.t1 - f.t0);
+    x.i[k] = f.end.i.now;
+    f.aloft = false;
+    now_.rated = false;
+    if (f.met.direction != 0) compare(f.met);
+  }
+
+  /// Ends all flights here.
+  void land_all() {
+    for (int k = 0; k < N; ++k) {
+      Flight& f = now_.flights[k];
+      if (f.aloft && f.t0 < now_.t) {
+        set_off(k, now_.t);
+        land(k, at().x);
+      }
+      f.aloft = false;
+      f.t1 = now_.t;
+    }
+    settle();
+  }
+
+  /// Every phase by steps of its own: to the first instant at which one of them lands.
+  void fly(double t_limit) {
+    State<N>& x = at().x;
+    if (now_.turns == 0) {
+      now_.theta_next = next_angle();
+      now_.turns = direction();
+      now_.t_angle = now_.t + (now_.theta_next - x.theta_m) / x.omega_m;
+      now_.extremes.include(x);
+    }
+    t_limit = std::min(t_limit, now_.t_angle);
+    double t = std::min(t_limit, now_.t + resolution_.dt_max);
+    for (int k = 0; k < N; ++k) {
+      Flight& f = now_.flights[k];
+      if (f.t1 <= now_.t || f.t1 > t_limit) set_off(k, t_limit);
+      t = std::min(t, f.t1);
+    }
+
+    const double h = t - now_.t;
+    const bool arrived = t == now_.t_angle;
+    x.theta_m = arrived ? now_.theta_next : x.theta_m + h * x.omega_m;
+    now_.t = t;
+    now_.prepared = false;
+    const AsymmetricBridge* bridge = std::get_if<AsymmetricBridge>(&plant_.bridge);
+    Moving tau0, tau1;
+    for (int k = 0; k < N; ++k) {
+      Flight& f = now_.flights[k];
+      const bool ended = f.t1 == t;
+      if (f.aloft) {
+        tau0 += f.tau;
+        f.tau = ended ? f.end.tau : f.torque(t);
+        tau1 += f.tau;
+        if (ended) land(k, x);
+      }
+      if (ended) {
+        if (command()[k].gate == Gate::timer) follow(k);
+        settle(*bridge, k);
+      }
+    }
+    now_.extremes.include_torque(tau0, tau1, h);
+    now_.sums.E_mech += x.omega_m * add_torque(now_.sums, tau0, tau1, now_.tau_ref, h);
+    if (arrived) {
+      act_on({Guard::angle});
+      settle();
+    }
   }
 
   static constexpr double kink_part = 1e-7;  // of the table: a current this near its end is on it

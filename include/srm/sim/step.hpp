@@ -33,6 +33,19 @@ struct Integrals {
              i_squared)
 };
 
+/// Adds what the torque does in a step of length h; returns its integral.
+template <int N>
+double add_torque(Integrals<N>& q, const Moving& tau0, const Moving& tau1, double tau_ref,
+                  double h) {
+  const double tau = integral(tau0, tau1, h);
+  const double tau_squared = integral_of_square(tau0, tau1, h);
+  q.tau += tau;
+  q.tau_squared += tau_squared;
+  q.tau_ref += h * tau_ref;
+  q.error_squared += tau_squared - tau_ref * (2 * tau - h * tau_ref);
+  return tau;
+}
+
 /// Adds a step of length h from rates r0 to r1; R: of a phase.
 template <int N>
 void add(Integrals<N>& q, const Rates<N>& r0, const Rates<N>& r1, double R, double tau_ref,
@@ -41,12 +54,7 @@ void add(Integrals<N>& q, const Rates<N>& r0, const Rates<N>& r1, double R, doub
   q.E_loss += integral(r0.source.p_loss, r1.source.p_loss, h);
   q.E_dc += integral(r0.u_dc * r0.i_dc, r1.u_dc * r1.i_dc, h);
   q.E_mech += integral(r0.tau * r0.omega_m, r1.tau * r1.omega_m, h);
-  const double tau = integral(r0.tau, r1.tau, h);
-  const double tau_squared = integral_of_square(r0.tau, r1.tau, h);
-  q.tau += tau;
-  q.tau_squared += tau_squared;
-  q.tau_ref += h * tau_ref;
-  q.error_squared += tau_squared - tau_ref * (2 * tau - h * tau_ref);
+  add_torque(q, r0.tau, r1.tau, tau_ref, h);
   for (int k = 0; k < N; ++k) {
     const Moving &i0 = r0.i[k], &i1 = r1.i[k];
     if (i1.now == 0 && i0.now == 0) continue;
@@ -80,7 +88,8 @@ struct Settled {
 };
 
 /// Second derivative of a current, from the rate of L di/dt = v - omega dpsi/dtheta.
-inline double bend(const Jet<double>& m, const Moving& i, const Moving& v, const Moving& omega) {
+[[gnu::always_inline]] inline double bend(const Jet<double>& m, const Moving& i, const Moving& v,
+                                          const Moving& omega) {
   const double psi_theta_rate = 2 * m.L_theta * i.rate + m.psi_theta_2 * omega.now;
   return (v.rate - m.L_i * i.rate * i.rate - omega.rate * m.psi_theta -
           omega.now * psi_theta_rate) /
@@ -88,7 +97,7 @@ inline double bend(const Jet<double>& m, const Moving& i, const Moving& v, const
 }
 
 /// The magnetics at a current and an angle that are a little farther on.
-inline void move(Jet<double>& m, double di, double dtheta) {
+[[gnu::always_inline]] inline void move(Jet<double>& m, double di, double dtheta) {
   m.tau += di * (m.psi_theta + di / 2 * m.L_theta) + dtheta * m.tau_theta;
   m.L_inc += di * m.L_i + dtheta * m.L_theta;
   m.psi_theta += di * m.L_theta + dtheta * m.psi_theta_2;

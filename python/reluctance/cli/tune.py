@@ -12,11 +12,18 @@ from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
 def tune(
     drive_file: DriveFile,
     vary: Annotated[
-        list[str],
+        list[str] | None,
         typer.Option(
             metavar="SECTION.KEY=FROM:TO", help="Range, or choices as A,B,C. Repeat it for more."
         ),
-    ],
+    ] = None,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="AXIS=FROM:TO:COUNT",
+            help="Conduction angles over speed_rpm=... and torque_Nm=..., both given, as a table.",
+        ),
+    ] = None,
     minimise: Annotated[
         str | None, typer.Option(metavar="FIGURE", help="Key figure to make least.")
     ] = None,
@@ -34,7 +41,9 @@ def tune(
             help="Operating point, as load.speed_rpm=1000,reference.tau_Nm=20. Repeat it for more.",
         ),
     ] = None,
-    budget: Annotated[int, typer.Option(metavar="N", help="Trials.")] = 100,
+    budget: Annotated[
+        int | None, typer.Option(metavar="N", help="Trials: 100, or 40 at each node of a table.")
+    ] = None,
     optuna: Annotated[
         bool, typer.Option("--optuna", help="Search with Optuna, instead of Sobol and COBYLA.")
     ] = False,
@@ -46,7 +55,8 @@ def tune(
     trust: Trust = False,
     as_json: AsJson = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The tuned drive file, .toml.")
+        Path | None,
+        typer.Option(metavar="FILE", help="The tuned drive file, .toml; with --over the .csv."),
     ] = None,
     table: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Trials: .csv, .npz, .parquet or .mat.")
@@ -58,30 +68,39 @@ def tune(
 ) -> None:
     """Values for which a figure is best while others keep their bounds; writes the drive file."""
     from reluctance.cli.progress import progress_bar
+    from reluctance.cli.tune_over import tune_over
     from reluctance.drive.own_code import refuse_untrusted
     from reluctance.errors import ParameterError
     from reluctance.figures import check_figure
-    from reluctance.files import TABLES, check_ending, toml_value
+    from reluctance.files import TABLES, check_ending
     from reluctance.load import load
     from reluctance.sweep.vary import parsed
     from reluctance.tune import tune as tuned
     from reluctance.tune import write_drive
 
     if out is not None:
-        check_ending(out, {".toml"})
+        check_ending(out, {".toml"} if over is None else {".csv"})
     if table is not None:
         check_ending(table, TABLES)
     if plot is not None:
         check_figure(plot)
-    points: list[dict[str, Any]] = []
-    for text in at or []:
-        pairs = [pair.partition("=") for pair in text.split(",")]
-        if not all(name.strip() and value.strip() for name, _, value in pairs):
-            raise ParameterError(f"--at {text}: need KEY=VALUE,KEY=VALUE")
-        points.append({name.strip(): toml_value(value.strip()) for name, _, value in pairs})
-    values = dict(parsed(text) for text in vary)
+    points = [_point(text) for text in at or []]
+    values = dict(parsed(text) for text in vary or [])
     for laws in (values.get("control.law", []), [x.get("control.law") for x in points]):
         refuse_untrusted(laws, trust)
+    if over is not None:
+        alone = {"--at": at, "--optuna": optuna, "--study": study, "--until": until}
+        for name, given in (alone | {"--table": table}).items():
+            if given:
+                raise ParameterError(f"{name} has no effect with --over; leave it out")
+        drive = load(drive_file, overrides, trust=trust, check_torque=False)
+        options = {"maximise": maximise, "keep": keep or [], "vary": values or None, "jobs": jobs}
+        options |= {} if budget is None else {"budget": budget}
+        axes = dict(parsed(text) for text in over)
+        tune_over(drive, axes, minimise, options, out=out, plot=plot, as_json=as_json)
+        return
+    if not values:
+        raise ParameterError("need --vary SECTION.KEY=FROM:TO, or --over for a table of angles")
     drive = load(drive_file, overrides, trust=trust)
     with progress_bar(f"tuning {drive.name}", 1.0) as told:
         found = tuned(
@@ -91,7 +110,7 @@ def tune(
             maximise=maximise,
             keep=keep or [],
             at=points,
-            budget=budget,
+            budget=100 if budget is None else budget,
             method="optuna" if optuna else "cobyla",
             study=study,
             until=until,
@@ -125,3 +144,14 @@ def tune(
     for path in (out, table, plot):
         if path is not None:
             print(path)
+
+
+def _point(text: str) -> dict[str, Any]:
+    """An operating point."""
+    from reluctance.errors import ParameterError
+    from reluctance.files import toml_value
+
+    pairs = [pair.partition("=") for pair in text.split(",")]
+    if not all(name.strip() and value.strip() for name, _, value in pairs):
+        raise ParameterError(f"--at {text}: need KEY=VALUE,KEY=VALUE")
+    return {name.strip(): toml_value(value.strip()) for name, _, value in pairs}

@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 from reluctance.compare.conditions import period
 from reluctance.compare.contenders import Contender
 from reluctance.compare.contenders import contender as contender_of
-from reluctance.compare.tuning import Trial, Tuner
+from reluctance.compare.tuning import Tuner, definite_error
 from reluctance.drive import Drive
 from reluctance.drive.mismatch import Mismatch
 from reluctance.drive.schema import checked
 from reluctance.errors import ParameterError
-from reluctance.run.kpis import Kpis, definite, shown
+from reluctance.run.kpis import Kpis, shown
 from reluctance.run.result import Result
 from reluctance.run.simulate import simulate
+from reluctance.tune import Trial
 
 BUDGET = 150  # runs of a search; none has needed more than 80
 RECORD_PERIODS = 12  # electrical periods of the run whose figures are printed
@@ -79,7 +80,7 @@ def contest(point: Drive, name: str, f_target: float, octaves: tuple[float, ...]
         return Entry(name, {}, met=False, note=f"not possible here: {fault}", runs=tuner.runs)
     drive = contender.drive(point, final.values)
     result = simulate(drive, until=RECORD_PERIODS * period(point))
-    met = final.meets(f_target)
+    met = longer.target.met(final.figures)
     front = _front(longer, final, octaves)
     return Entry(
         name,
@@ -103,9 +104,9 @@ def _searched(contender: Contender, trial: Trial) -> dict[str, float]:
 
 def _miss(tuner: Tuner, trial: Trial) -> str:
     """Why the frequency is not met."""
-    kHz = trial.kpis.f_switch / 1e3
+    kHz = trial.figures["f_switch_Hz"] / 1e3
     if tuner.ran_out:
-        end = "most" if trial.off_target(tuner.f_target) < 0 else "least"
+        end = "most" if tuner.target.off(trial.figures) < 0 else "least"
         return f"switches at {end} {kHz:.3g} kHz here"
     return f"its frequency jumps over the target; the nearest is {kHz:.3g} kHz"
 
@@ -113,10 +114,9 @@ def _miss(tuner: Tuner, trial: Trial) -> str:
 def _with_less(front: tuple[FrontPoint, ...], final: Trial) -> str:
     """Says so where a law is smoother at a lower frequency: it cannot use the whole target."""
     best = min(front, key=lambda p: p.torque_error_rms)
-    k = final.kpis
-    if best.f_switch > 0.9 * k.f_switch:
+    if best.f_switch > 0.9 * final.figures["f_switch_Hz"]:
         return ""
-    if best.torque_error_rms > 0.95 * definite(k.torque_error_rms):
+    if best.torque_error_rms > 0.95 * definite_error(final):
         return ""
     return (
         f"smoother with less: error {best.torque_error_rms:.2%} rms, "
@@ -136,13 +136,20 @@ def _front(tuner: Tuner, final: Trial, octaves: tuple[float, ...]) -> tuple[Fron
             trial = other.match(rest, start)
         except ParameterError:
             continue
-        if trial.meets(other.f_target):
+        if other.target.met(trial.figures):
             trials.append(trial)
     points = [
-        FrontPoint(k.f_switch, definite(k.torque_error_rms), k.torque_ripple_pp, k.i_rms)
-        for k in (trial.kpis for trial in trials)
+        FrontPoint(k["f_switch_Hz"], definite_error(trial), _or_none(k), k["i_rms_A"])
+        for trial in trials
+        for k in (trial.figures,)
     ]
     return tuple(sorted(points, key=lambda p: p.f_switch))
+
+
+def _or_none(figures: dict[str, float]) -> float | None:
+    """The ripple, which a torque about zero does not have."""
+    ripple = figures["torque_ripple_pp"]
+    return None if np.isnan(ripple) else ripple
 
 
 def torque_to_speed_ripple(result: Result) -> float:

@@ -65,6 +65,8 @@ def constant(node: Node, tables: Tables, where: str, indent: int = 0) -> str:
     if not isinstance(node, dict):
         return literal(node, where)
     if "table" in node:
+        if not node["values"]:
+            return "{nullptr, 0}"
         return f"{{{tables.name(node['table'], node['values'], where)}, {len(node['values'])}}}"
     if "value" in node:
         return f"static_cast<{node['type']}>({node['value']})"

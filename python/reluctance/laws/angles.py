@@ -9,9 +9,12 @@ from pydantic import Field, model_validator
 from reluctance import _core
 from reluctance.drive.control import BAND_PART, NEVER_REACHED
 from reluctance.drive.known import Known
+from reluctance.laws import flat_top
+from reluctance.laws.angle_table import read_angle_table
 from reluctance.laws.chopped import chopped
 from reluctance.laws.current_table import FloatArray, Windows
 from reluctance.laws.pulse_current import PulseCurrent
+from reluctance.laws.pulse_table import pulse_table
 
 
 class Angles(PulseCurrent):
@@ -23,6 +26,7 @@ class Angles(PulseCurrent):
     i_band_A: float | None = Field(None, gt=0)  # half width; by default 2 % of i_max_A
     chop: Literal["soft", "hard"] = "soft"  # above the band: freewheel or demagnetize
     watch: Literal["compare", "sampled"] = "compare"  # of the angle: by hardware or by the control
+    angle_table: str | None = None  # CSV file of turn-on and turn-off over speed and torque
 
     @model_validator(mode="after")
     def single_pulse_has_no_current(self) -> Angles:
@@ -32,9 +36,33 @@ class Angles(PulseCurrent):
                     raise ValueError(f"{key} has no effect with regulate = 'none'; remove it")
         return self
 
+    @model_validator(mode="after")
+    def table_has_the_angles(self) -> Angles:
+        if self.angle_table is None:
+            return self
+        if self.theta_on_deg is not None:
+            raise ValueError("angle_table has the angles; remove theta_on_deg and theta_off_deg")
+        return self
+
+    def check_fixed_current(self) -> None:
+        if self.angle_table is not None and not self.follows_torque:
+            raise ValueError("angle_table needs a torque to follow; remove i_ref_A and regulate")
+        super().check_fixed_current()
+
     @property
     def follows_torque(self) -> bool:
         return self.regulate == "current" and self.i_ref_A is None
+
+    def check(self, known: Known) -> None:
+        super().check(known)
+        if self.angle_table is not None:
+            read_angle_table(self.angle_table)
+
+    def window(self, known: Known, room: float = flat_top.ROOM) -> tuple[float, float]:
+        """With a table those of the greatest torque at the working speed."""
+        if self.angle_table is None:
+            return super().window(known, room)
+        return read_angle_table(self.angle_table).at(known.omega_m, known.tau_max)
 
     def controller(self, known: Known) -> _core.Controller:
         windows = self.windows(known)
@@ -49,7 +77,15 @@ class Angles(PulseCurrent):
             i_band=self.band(known),
             chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
             watch=getattr(_core.AngleWatch, self.watch),
+            table=self.table(known),
         )
+
+    def table(self, known: Known) -> _core.PulseTable:
+        """Angles and current over speed and torque; empty where the angles are fixed."""
+        if self.angle_table is None:
+            return _core.PulseTable()
+        angles = read_angle_table(self.angle_table)
+        return pulse_table(known, angles, self.band(known), self.chop == "hard")
 
     def band(self, known: Known) -> float:
         """Half width [A]."""

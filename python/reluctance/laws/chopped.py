@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reluctance import _core
+from reluctance.drive.operating_point import OperatingPoint
 from reluctance.laws.current_table import Windows
 from reluctance.laws.flat_top import SETTLED, STEPS, TURNS, heun, slope
 
@@ -56,13 +57,26 @@ class Band:
 
 @lru_cache(maxsize=32)
 def chopped(windows: Windows, half: float, hard: bool) -> FloatArray | None:
-    """Mean torque of all phases [N m] for the pulses of two windows, in a band of some half width
-    [A]; braking chops hard. None where a step crosses the band, at low speed: there the mean of the
-    saw teeth is the reference."""
-    point = windows.point
-    shape = windows.pulses[2].shape
-    theta_on, theta_off, i_ref = (values.ravel() for values in windows.pulses)
-    band = Band(i_ref, half, np.broadcast_to([[hard], [True]], shape).ravel())
+    """Mean torque of all phases [N m] for the pulses of two windows; braking chops hard. See
+    `chopped_pulses`."""
+    on, off, i_ref = windows.pulses
+    return chopped_pulses(windows.point, on, off, i_ref, half, np.array([[hard], [True]]))
+
+
+def chopped_pulses(
+    point: OperatingPoint,
+    theta_on: FloatArray,
+    theta_off: FloatArray,
+    i_ref: FloatArray,
+    half: float,
+    hard: NDArray[np.bool_],
+) -> FloatArray | None:
+    """Mean torque of all phases [N m] for pulses of one shape of arrays [rad, A], in a band of some
+    half width [A]. None where a step crosses the band, at low speed: there the mean of the saw
+    teeth is the reference."""
+    shape = i_ref.shape
+    theta_on, theta_off, i_ref = theta_on.ravel(), theta_off.ravel(), i_ref.ravel()
+    band = Band(i_ref, half, np.broadcast_to(hard, shape).ravel())
     middle = _core.magnetics(point.magnetics, np.array([point.i_max]), np.array([np.pi / 2]))
     crossing = 2 * half * float(middle[0, 0]) / point.i_max / point.u_dc  # of the band [s]
     steps = FINER * STEPS

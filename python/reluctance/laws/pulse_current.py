@@ -22,9 +22,13 @@ class PulseCurrent(ConductionAngles):
 
     @model_validator(mode="after")
     def fixed_current_has_fixed_angles(self) -> PulseCurrent:
+        self.check_fixed_current()
+        return self
+
+    def check_fixed_current(self) -> None:
+        """Raises ValueError where the current is fixed and the angles are not."""
         if not self.follows_torque and self.theta_on_deg is None:
             raise ValueError("without a torque reference needs theta_on_deg and theta_off_deg")
-        return self
 
     @property
     def follows_torque(self) -> bool:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
@@ -203,6 +204,7 @@ def _content(drive: Drive) -> object:
     from reluctance.limit.magnetics import content
 
     files = {"map", "torque_map"}  # paths: their content is in the magnetics
+    table = getattr(drive.control, "angle_table", None)
     return [
         reluctance.__version__,
         [*content(drive.machine.magnetics)],
@@ -212,4 +214,5 @@ def _content(drive: Drive) -> object:
             for section in (drive.converter, drive.control, drive.sensing, drive.mismatch)
         ),
         drive.simulation.dt_max_us,
+        *([Path(table).read_text("utf-8")] if table else []),
     ]

@@ -14,6 +14,7 @@ from reluctance.drive.own_code import names_code, own_code
 from reluctance.files import is_file
 
 ALGORITHM = 1  # raised when the same drive gives other key figures
+SET_UP = ("drive", "laws", "limit", "maps", "run")  # parts of the package that figures depend on
 DIGITS = 16  # bytes of a key: two of 1e12 drives share one with a probability of 1e-15
 
 
@@ -39,7 +40,12 @@ def fingerprint(drive: Drive, end: float) -> bytes:
 
 @cache
 def _program() -> bytes:
-    return f"{reluctance.__version__} {core_fingerprint()}".encode()
+    """The version, and the sources that set up and run a drive: they change between versions."""
+    sha = hashlib.sha256(f"{reluctance.__version__} {core_fingerprint()}".encode())
+    folder = Path(reluctance.__file__).parent
+    for path in sorted(path for part in SET_UP for path in (folder / part).glob("*.py")):
+        sha.update(path.name.encode() + b"\0" + path.read_bytes())
+    return sha.digest()
 
 
 def _contents(drive: Drive) -> list[bytes]:
@@ -47,6 +53,7 @@ def _contents(drive: Drive) -> list[bytes]:
     found = list(drive.machine.contents)
     if names_code(law := getattr(drive.control, "law", None)):
         found.append(own_code(str(law)).file.read_bytes())
-    if drive.load.pump is not None and is_file(Path(drive.load.pump)):
-        found.append(Path(drive.load.pump).read_bytes())
+    for file in (drive.load.pump, getattr(drive.control, "angle_table", None)):
+        if isinstance(file, str) and is_file(Path(file)):
+            found.append(Path(file).read_bytes())
     return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from reluctance.errors import ParameterError
 from reluctance.sweep.found import figure_name
 
 FORM = re.compile(r"\s*(\w+)\s*(<=|>=|<|>)\s*([-+.\deE]+)\s*")
+NEVER = 1e-3  # a figure of zero, for logarithms
 WRONG = 1e3  # of a trial that gives no figures: worse than any that does
 
 
@@ -33,12 +35,35 @@ class Bound:
 
 
 @dataclass(frozen=True)
+class Target:
+    """A figure and the value that it must have, within a part of it; both positive."""
+
+    figure: str
+    value: float
+    tolerance: float = 0.02
+
+    def off(self, figures: Mapping[str, float]) -> float:
+        """Logarithm of the figure over its target."""
+        return log(max(figures[self.figure], NEVER) / self.value)
+
+    def miss(self, figures: Mapping[str, float]) -> float:
+        """How far it is missed, in parts of its value; negative where it is met."""
+        return abs(figures[self.figure] / self.value - 1) - self.tolerance
+
+    def met(self, figures: Mapping[str, float]) -> bool:
+        return self.miss(figures) <= 0
+
+    def __str__(self) -> str:
+        return f"{self.figure} = {self.value:g}"
+
+
+@dataclass(frozen=True)
 class Goal:
     """The mean of a figure over the operating points, and bounds that hold at each of them."""
 
     figure: str
     most: bool
-    bounds: tuple[Bound, ...]
+    bounds: tuple[Bound | Target, ...]
 
     def worth(self, points: Sequence[Mapping[str, float]]) -> float:
         """Less is better; NaN where a point has no such figure."""

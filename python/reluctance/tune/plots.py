@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from reluctance.figures import save_figure
 from reluctance.sweep.pareto import front
 from reluctance.sweep.plots import label
+from reluctance.tune.goal import Bound
 from reluctance.tune.tune import Tuned
 
 
@@ -37,7 +38,7 @@ def figure(found: Tuned) -> Figure:
         first = goal.bounds[0]
         trade.axvline(first.value, color="k", lw=0.8, ls="--", label=str(first))
         trade.set_xlabel(label(first.figure))
-        rows = front(_across(found), y, [first.above, goal.most])
+        rows = front(_across(found), y, [isinstance(first, Bound) and first.above, goal.most])
         trade.plot(_across(found)[rows], y[rows], "-", lw=1, color="C2", label="Pareto front")
     else:
         trade.set_xlabel(label(next(iter(found.best.values))))

@@ -12,7 +12,7 @@ import numpy as np
 
 from reluctance.sweep.vary import samples
 from reluctance.tune.goal import WRONG
-from reluctance.tune.trials import Trial, Trials
+from reluctance.tune.trials import Trial, Trials, Values
 
 FIRST = 0.5  # part of the budget that is spent on Sobol points
 STEP = 0.15  # first step of the refinement, in parts of the ranges
@@ -24,11 +24,12 @@ class _Spent(Exception):
     """The budget is used up."""
 
 
-def search(trials: Trials) -> None:
-    """Spends the budget of the trials."""
-    count = max(int(FIRST * trials.budget), 1)
+def search(trials: Trials, starts: Sequence[Values] = ()) -> None:
+    """Spends the budget of the trials; the starts are among its first half."""
+    count = max(int(FIRST * trials.budget) - len(starts), 1)
     columns = samples(trials.drive, trials.vary, count, sobol=True, seed=SEED)
-    trials.run([{name: columns[name][n] for name in columns} for n in range(count)])
+    points = [{name: columns[name][n] for name in columns} for n in range(count)]
+    trials.run([*starts, *points])
     start = trials.best()
     if trials.ranges and np.isfinite(start.worth):
         refine(trials, start)

@@ -11,7 +11,7 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.sweep.found import Sweep, figure_name
 from reluctance.sweep.vary import Vary, checked
-from reluctance.tune import optuna_search, search
+from reluctance.tune import compass, optuna_search, search
 from reluctance.tune.goal import Goal, bound
 from reluctance.tune.trials import Trial, Trials
 
@@ -55,7 +55,7 @@ def tune(
     keep: Sequence[str] = (),
     at: Sequence[Mapping[str, Any]] = (),
     budget: int = BUDGET,
-    method: Literal["cobyla", "optuna"] = "cobyla",
+    method: Literal["cobyla", "compass", "optuna"] = "cobyla",
     study: str | Path | None = None,
     until: float | None = None,
     out: str | Path | None = None,
@@ -78,7 +78,8 @@ def tune(
     budget : int
         Trials; each is a run at every operating point.
     method : str
-        "cobyla": Sobol points, then COBYLA, the same however often; "optuna": its sampler.
+        "cobyla": Sobol points, then COBYLA; "compass": of two ranges a grid, then a compass search;
+        both are the same however often. "optuna": its sampler.
     study : str or Path, optional
         The store of Optuna.
     until, out, jobs, progress : as for `sweep`.
@@ -104,8 +105,8 @@ def tune(
         raise ParameterError("need either a figure to minimise or one to maximise")
     if isinstance(budget, bool) or not isinstance(budget, int) or budget < 2:
         raise ParameterError(f"budget = {budget!r}, need at least 2 trials")
-    if method not in ("cobyla", "optuna"):
-        raise ParameterError(f"method = {method!r}, need 'cobyla' or 'optuna'")
+    if method not in ("cobyla", "compass", "optuna"):
+        raise ParameterError(f"method = {method!r}, need 'cobyla', 'compass' or 'optuna'")
     if study is not None and method != "optuna":
         raise ParameterError("study is Optuna's store; set method = 'optuna'")
     figure = figure_name(minimise or maximise or "")
@@ -126,6 +127,8 @@ def tune(
     )
     if method == "optuna":
         optuna_search.search(trials, study)
+    elif method == "compass":
+        compass.search(trials)
     else:
         search.search(trials)
     best = trials.best()

@@ -10,7 +10,12 @@ from reluctance.drive import Drive
 from reluctance.drive.own_code import names_code, own_code
 from reluctance.files import check_ending, is_file, write_text
 
-PATHS = (("machine", "map"), ("machine", "torque_map"), ("load", "pump"))
+PATHS = (
+    ("machine", "map"),
+    ("machine", "torque_map"),
+    ("load", "pump"),
+    ("control", "angle_table"),
+)
 
 
 def write_drive(drive: Drive, path: str | Path, *, comment: str = "") -> None:

@@ -3,8 +3,9 @@
 // Between turn-on and turn-off the current is held in a band by the comparator; soft chopping
 // freewheels above the band, hard chopping demagnetizes. Braking always chops hard: the EMF raises
 // the current of a phase that freewheels. A current reference that is never reached is single-pulse
-// operation. T. J. E. Miller, Switched Reluctance Motors and Their Control, Oxford
-// 1993, ch. 4; R. Krishnan, Switched Reluctance Motor Drives, CRC 2001, ch. 4.
+// operation. With a table, angles and current of motoring follow speed and torque; braking and the
+// window for starting stay as they are. T. J. E. Miller, Switched Reluctance Motors and Their
+// Control, Oxford 1993, ch. 4; R. Krishnan, Switched Reluctance Motor Drives, CRC 2001, ch. 4.
 #pragma once
 
 #include "srm/base/fields.hpp"
@@ -12,6 +13,7 @@
 #include "srm/control/part/mean_torque.hpp"
 #include "srm/control/part/mirror.hpp"
 #include "srm/control/part/per_phase.hpp"
+#include "srm/control/part/pulse_table.hpp"
 
 namespace srm {
 
@@ -30,12 +32,18 @@ struct Angles {
   T i_band;                   // half width of the current band [A]
   Leg chop = Leg::freewheel;  // freewheel: soft; demagnetize: hard
   AngleWatch watch = AngleWatch::compare;
-  SRM_FIELDS(conduction, reference, i_band, chop, watch)
+  PulseTable<T> table = {};  // of motoring; empty: fixed angles
+  SRM_FIELDS(conduction, reference, i_band, chop, watch, table)
 
   constexpr Command<T, N> step(State&, const Measurement<T, N>& y, T tau_ref) const {
-    const Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
+    Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
     const bool braking = brakes(y.omega_m, tau_ref);
-    const T i_ref = reference.current(tau_ref, braking);
+    T i_ref = reference.current(tau_ref, braking);
+    if (table.is_there() && follows_table(y.omega_m, tau_ref)) {
+      const Pulse<T> pulse = table.at(abs(y.omega_m), abs(tau_ref));
+      window = pulse.window;
+      i_ref = pulse.i_ref;
+    }
     return per_phase<T, N>([&](int k) {
       PhaseCommand<T> command = regulate(i_ref, i_band, braking ? Leg::demagnetize : chop);
       switch (watch) {
@@ -51,6 +59,12 @@ struct Angles {
       }
       return command;
     });
+  }
+
+ private:
+  /// Motoring above the window for starting, with a torque to give.
+  constexpr bool follows_table(T omega_m, T tau_ref) const {
+    return abs(omega_m) >= conduction.omega_start && omega_m * tau_ref > T(0);
   }
 };
 
