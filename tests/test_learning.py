@@ -4,6 +4,7 @@ docs/control/learning.csv is compared with runs; `python studies/learning.py` wr
 """
 
 import csv
+import ctypes
 import subprocess
 import sys
 from dataclasses import replace
@@ -35,6 +36,7 @@ def test_the_parts_follow_their_own_rules(tmp_path):
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", study.LAWS)
 @pytest.mark.parametrize("point", study.PAPER, ids=lambda p: f"{p.tau_Nm:g} N m")
 @pytest.mark.parametrize("belief", study.FEW[1:])
@@ -72,6 +74,7 @@ def test_without_learning_the_controller_is_what_it_was():
     assert one.kpis.torque_ripple_pp == other.kpis.torque_ripple_pp
 
 
+@pytest.mark.long
 def test_a_winding_that_warms_is_followed():
     result = study.warming("edge_mpc")
     assert study.lag(result) < 0.03
@@ -90,6 +93,7 @@ def test_without_excitation_nothing_moves_and_it_says_so(name):
     assert np.all(learned.R == learned.R[0])
 
 
+@pytest.mark.long
 def test_a_standstill_after_a_run_keeps_what_was_learned():
     """Learned while it turns; then the rotor stands."""
     given = study.drive("edge_mpc", HALF, study.BELIEFS["flux -10 %"], learn=True)
@@ -101,6 +105,7 @@ def test_a_standstill_after_a_run_keeps_what_was_learned():
     assert learned.t_since[-1] > 0.3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", study.LAWS)
 def test_random_plants_and_starts_are_held(law):
     """Thirty of the study's ten thousand."""
@@ -125,8 +130,6 @@ def test_what_is_learned_stays_within_its_range():
 
 
 def test_the_firmware_tells_what_it_has_learned(tmp_path):
-    import ctypes
-
     given = study.drive("edge_mpc", HALF, study.BELIEFS["flux +10 %"], learn=True)
     target = Native(given, tmp_path)
     desk = replace(given, control=given.control.model_copy(update={"precision": "float"}))
