@@ -102,7 +102,7 @@ reluctance_fault told(const srm::Fault<float>& fault) {
           fault.age};
 }
 
-}  // namespace@learned_code@
+}  // namespace
 
 void reluctance_init(reluctance_controller* controller) { ::new (controller) State(); }
 
@@ -171,6 +171,8 @@ reluctance_status reluctance_get_status(const reluctance_controller* controller)
 float reluctance_torque_reference(const reluctance_controller* controller) {
   return state_of(controller).law.tau_ref;
 }
+
+// Of a law that learns: what it has learned.@learned_code@
 
 const char* reluctance_describe(reluctance_status status) {
   return srm::describe(static_cast<srm::Status>(status));

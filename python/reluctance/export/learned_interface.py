@@ -22,7 +22,6 @@ typedef struct {
 reluctance_learned reluctance_get_learned(const reluctance_controller* controller);"""
 
 CODE = """
-
 reluctance_learned reluctance_get_learned(const reluctance_controller* controller) {
   const auto& x = control.law.learned(state_of(controller).law.law);
   return {x.R, x.unaligned, x.aligned, x.saturated, x.strokes, x.asked, x.t_since};
