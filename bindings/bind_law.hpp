@@ -58,34 +58,46 @@ using GivenField = typename Given<std::remove_reference_t<
                                   decltype(field_list(std::declval<Sample<Law>&>()))>::value)>>::
     type;
 
+/// The number of fields that Python gives for a law.
+template <template <class, int> class Law>
+inline constexpr std::size_t given_fields =
+    std::tuple_size_v<decltype(field_list(std::declval<Sample<Law>&>()))> - has_machine<Law>;
+
+/// The law from a machine and what Python gives for its other fields.
+template <template <class, int> class Law, int N, class M, class... Value>
+Law<M, N> filled(const M& machine, srm::Tables& tables, const Value&... value) {
+  Law<M, N> law{};
+  if constexpr (has_machine<Law> == 1) law.machine = machine;
+  const auto fields = field_list(law);
+  [&]<std::size_t... n>(std::index_sequence<n...>) {
+    (srm::assign(std::get<n + has_machine<Law>>(fields).value, value, tables), ...);
+  }
+  (std::index_sequence_for<Value...>());
+  if constexpr (requires { law.is_consistent(); }) {
+    if (!law.is_consistent()) throw std::invalid_argument("need a value for each speed");
+  }
+  return law;
+}
+
 /// Python's function that makes the controller of a law: the setting, then the fields of the law
 /// but its machine.
 template <template <class, int> class Law>
 void bind_law(nb::module_& m, const char* name, const char* doc) {
   Sample<Law> sample{};
   const auto list = field_list(sample);
-  constexpr std::size_t count = std::tuple_size_v<decltype(field_list(sample))> - has_machine<Law>;
   [&]<std::size_t... n>(std::index_sequence<n...>) {
     m.def(
         name,
         [](const Setting& setting, const GivenField<Law, n>&... value) {
-          return controller(
-              setting, [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
-                Law<M, N> law{};
-                if constexpr (has_machine<Law> == 1) law.machine = machine;
-                const auto fields = field_list(law);
-                (srm::assign(std::get<n + has_machine<Law>>(fields).value, value, tables), ...);
-                if constexpr (requires { law.is_consistent(); }) {
-                  if (!law.is_consistent())
-                    throw std::invalid_argument("need a value for each speed");
-                }
-                return law;
-              });
+          return controller(setting,
+                            [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
+                              return filled<Law, N>(machine, tables, value...);
+                            });
         },
         nb::arg("setting"), nb::kw_only(), nb::arg(std::get<n + has_machine<Law>>(list).name)...,
         doc);
   }
-  (std::make_index_sequence<count>());
+  (std::make_index_sequence<given_fields<Law>>());
 }
 
 }  // namespace bound

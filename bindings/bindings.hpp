@@ -156,6 +156,8 @@ void bind_deadbeat(nb::module_& m);
 void bind_ditc(nb::module_& m);
 void bind_edge_mpc(nb::module_& m);
 void bind_finite_set_mpc(nb::module_& m);
+void bind_learning_deadbeat(nb::module_& m);
+void bind_learning_edge_mpc(nb::module_& m);
 void bind_paper_mpc(nb::module_& m);
 void bind_pwm_current(nb::module_& m);
 void bind_torque_sharing(nb::module_& m);

@@ -5,6 +5,7 @@
 #include "srm/control/part/flux_lead.hpp"
 #include "srm/control/part/mean_torque.hpp"
 #include "srm/control/part/sharing.hpp"
+#include "srm/control/part/stroke_fit.hpp"
 #include "srm/control/part/turn_on.hpp"
 
 namespace bound {
@@ -29,6 +30,14 @@ void bind_law_parts(nb::module_& m) {
                                       "flux by 9 torques.");
   bind_struct<srm::FluxLead<double>>(m, "FluxLead",
                                      "Flux of a phase ahead of its share, motoring and braking.");
+  bind_struct<srm::Drops<double>>(m, "Drops",
+                                  "Dead time [s] and threshold voltages [V] of the converter.");
+  bind_struct<srm::EdgeLimits<double>>(m, "EdgeLimits",
+                                       "Shortest leg state, time without edges before a sample, "
+                                       "control period [s].");
+  bind_struct<srm::StrokeFit<double>>(m, "StrokeFit",
+                                      "Resistance and flux map from the strokes of the phases: "
+                                      "unaligned inductance [H], currents [A], period [s].");
   bind_struct<Sharing>(m, "Sharing",
                        "Torque sharing function. Turn-on and overlap angle, electrical [rad]; with "
                        "Shape.table the rise at 33 equally spaced angles of the overlap.")

@@ -22,4 +22,6 @@ NB_MODULE(_core, m) {
   bound::bind_paper_mpc(m);
   bound::bind_finite_set_mpc(m);
   bound::bind_edge_mpc(m);
+  bound::bind_learning_deadbeat(m);
+  bound::bind_learning_edge_mpc(m);
 }

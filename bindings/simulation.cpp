@@ -20,6 +20,10 @@ void bind_simulation(nb::module_& m) {
       .def_prop_ro("steps", &AnySimulation::steps, "Integration steps taken so far.")
       .def("state", &AnySimulation::state,
            "Currents of the phases [A], speed [rad/s], rotor angle [rad], dc-link voltage [V].")
+      .def("learned", &AnySimulation::learned,
+           "What the controller has learned of its machine, with the columns of learned_columns.")
+      .def("change_R", &AnySimulation::change_R, nb::arg("R"),
+           "The windings have another resistance from now on [ohm].")
       .def("record", &AnySimulation::record, "Adds the present instant to the waveforms.")
       .def("close_period", &AnySimulation::close_period,
            "Adds the integrals so far to the periods.")
@@ -40,6 +44,7 @@ void bind_simulation(nb::module_& m) {
         return with_phases(n_phases, []<int N>() { return srm::column_names(srm::Period<N>{}); });
       },
       nb::arg("n_phases"), "Names of the columns of a period row.");
+  m.attr("learned_columns") = nb::cast(srm::column_names(srm::Learned<double>{}));
   bind_runs(m);
   bind_environments(m);
   bind_bench(m);

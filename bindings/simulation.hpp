@@ -42,6 +42,10 @@ class AnySimulation {
             };
             record_ = [loop](srm::Rows& w) { loop->record(w); };
             steps_ = [loop] { return loop->steps(); };
+            learned_ = [loop] { return loop->learned(); };
+            change_R_ = [loop](double to) {
+              loop->change([to](auto& changed, auto&) { changed.R = to; });
+            };
             state_ = [loop] {
               const srm::State<N>& x = loop->state();
               return State{{x.i.begin(), x.i.end()}, x.omega_m, x.theta_m, x.u_dc};
@@ -55,6 +59,14 @@ class AnySimulation {
   double advance(double t_stop) { return advance_(t_stop, *waveforms_, *periods_); }
   long steps() const { return steps_(); }
   State state() const { return state_(); }
+  /// Columns of srm::Learned.
+  std::vector<double> learned() const {
+    const srm::Learned<double> now = learned_();
+    std::vector<double> row(srm::columns_of(now));
+    srm::write_columns(now, row.data());
+    return row;
+  }
+  void change_R(double to) { change_R_(to); }
   void record() { record_(*waveforms_); }
   void close_period() { close_period_(*periods_); }
   Table take_waveforms() { return as_table(taken(*waveforms_), waveforms_->columns()); }
@@ -80,6 +92,8 @@ class AnySimulation {
   std::function<void(srm::Rows&)> record_, close_period_;
   std::function<long()> steps_;
   std::function<State()> state_;
+  std::function<srm::Learned<double>()> learned_;
+  std::function<void(double)> change_R_;
   std::unique_ptr<srm::Rows> waveforms_, periods_;
   std::shared_ptr<const void> memory_;  // of the machine's tables
 };

@@ -58,6 +58,15 @@ DRIVES = {
     ),
     "angles_table": ("angle_table", []),
     "deadbeat_dead_time": ("deadbeat", ["converter.dead_time_us=1"]),
+    "edge_mpc_learning": ("edge_mpc_learning", []),
+    "edge_mpc_learning_map": (
+        "edge_mpc_learning",
+        [
+            *("machine=npf_vector_6_4", "converter.u_dc_V=560", "load.speed_rpm=1000"),
+            *("reference.tau_Nm=10", "sensing.i_range_A=50"),
+        ],
+    ),
+    "deadbeat_learning": ("deadbeat_learning", []),
     "sharing_sampled": ("sharing_cubic", ["sensing.comparators=sampled"]),
     "pwm_current": ("pwm_current", []),
     "sun_cloud": (

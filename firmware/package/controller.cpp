@@ -171,6 +171,8 @@ float reluctance_torque_reference(const reluctance_controller* controller) {
   return state_of(controller).law.tau_ref;
 }
 
+// Of a law that learns: what it has learned.@learned_code@
+
 const char* reluctance_describe(reluctance_status status) {
   return srm::describe(static_cast<srm::Status>(status));
 }

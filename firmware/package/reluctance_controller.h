@@ -134,7 +134,7 @@ typedef struct {
 
 /* What the controller remembers. Its content is its own business. */
 typedef struct {
-  uint32_t word[256];
+  @memory@
 } reluctance_controller;
 
 /* Before the first step. */
@@ -164,7 +164,7 @@ reluctance_status reluctance_get_status(const reluctance_controller* controller)
 const char* reluctance_describe(reluctance_status status);
 
 /* The torque that the last step worked to, for telemetry; with a speed loop, its output [N m]. */
-float reluctance_torque_reference(const reluctance_controller* controller);
+float reluctance_torque_reference(const reluctance_controller* controller);@learned_interface@
 
 /* Forgets the fault and all that was remembered, but no parameters. For a person's decision, not for a loop. */
 void reluctance_reset(reluctance_controller* controller);

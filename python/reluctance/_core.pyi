@@ -455,6 +455,14 @@ class Simulation:
         Currents of the phases [A], speed [rad/s], rotor angle [rad], dc-link voltage [V].
         """
 
+    def learned(self) -> list[float]:
+        """
+        What the controller has learned of its machine, with the columns of learned_columns.
+        """
+
+    def change_R(self, R: float) -> None:
+        """The windings have another resistance from now on [ohm]."""
+
     def record(self) -> None:
         """Adds the present instant to the waveforms."""
 
@@ -476,6 +484,8 @@ def waveform_columns(n_phases: int) -> list[str]:
 
 def period_columns(n_phases: int) -> list[str]:
     """Names of the columns of a period row."""
+
+learned_columns: list = ...
 
 class Within:
     """What a run must stay within: speed, current, voltage, steps."""
@@ -705,6 +715,25 @@ class FluxLead:
 
     def __init__(self, *, motoring: LeadLines, braking: LeadLines, tau_max: float, reach_max: float, drop: float) -> None: ...
 
+class Drops:
+    """Dead time [s] and threshold voltages [V] of the converter."""
+
+    def __init__(self, *, t_dead: float, v_switch: float, v_diode: float) -> None: ...
+
+class EdgeLimits:
+    """
+    Shortest leg state, time without edges before a sample, control period [s].
+    """
+
+    def __init__(self, *, t_min: float, t_blank: float, T_s: float) -> None: ...
+
+class StrokeFit:
+    """
+    Resistance and flux map from the strokes of the phases: unaligned inductance [H], currents [A], period [s].
+    """
+
+    def __init__(self, *, drops: Drops, edges: EdgeLimits, L_u: float, i_least: float, i_missing: float, psi_least: float, T_s: float, delay: int) -> None: ...
+
 class Sharing:
     """
     Torque sharing function. Turn-on and overlap angle, electrical [rad]; with Shape.table the rise at 33 equally spaced angles of the overlap.
@@ -769,3 +798,9 @@ def edge_mpc(setting: Setting, *, guide: Guide, w_sw: float, psi_slack: Sequence
     """
     Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; psi_slack: most that a phase may leave it, at each of its speeds [Wb].
     """
+
+def learning_deadbeat(setting: Setting, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
+    """The same law, which learns the machine that it drives."""
+
+def learning_edge_mpc(setting: Setting, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, guide: Guide, w_sw: float, psi_slack: Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Controller:
+    """The same law, which learns the machine that it drives."""

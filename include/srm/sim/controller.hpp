@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "srm/control/frame/interface.hpp"
+#include "srm/control/part/learned.hpp"
 
 namespace srm {
 
@@ -11,7 +12,8 @@ namespace srm {
 template <int N>
 struct Orders {
   Command<double, N> command;
-  double tau_ref = 0;  // the torque reference it worked to, for the record [N m]
+  double tau_ref = 0;         // the torque reference it worked to, for the record [N m]
+  Learned<double> learned{};  // of a law that learns
 };
 
 /// A complete controller with its state inside: speed loop, torque law, float or double. Erased to

@@ -21,10 +21,12 @@ Orders<Law::n_phases> step_on_desk(const DriveControl<Law>& control,
   assign(seen, y);
   seen.theta_e = wrap(seen.theta_e);
   const Command<T, N> command = control.step(state, seen, static_cast<T>(reference));
-  if constexpr (std::same_as<T, double>) return {command, state.tau_ref};
   Orders<N> orders;
   assign(orders.command, command);
   orders.tau_ref = state.tau_ref;
+  if constexpr (requires { Law::learned(state.law); }) {
+    assign(orders.learned, Law::learned(state.law));
+  }
   return orders;
 }
 

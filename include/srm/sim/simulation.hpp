@@ -51,6 +51,7 @@ struct Loop {
   double omega_e = 0, h_most = 0;           // meanwhile: electrical speed [rad/s], longest step [s]
   double h_fine = 1e300;                    // what a step may be, from the ones before [s]
   double tau_ref = 0;
+  Learned<double> learned;  // of the controller, where it learns
   long samples = 0, steps = 0;
   Switchings switchings;
   Extremes extremes;
@@ -125,6 +126,8 @@ class Simulation {
   double t() const { return now_.t; }
   const Integrals<N>& integrals() const { return now_.sums; }
   const Switchings& switchings() const { return now_.switchings; }
+  /// What the controller has learned by now.
+  const Learned<double>& learned() const { return now_.learned; }
   /// Integration steps taken so far.
   long steps() const { return now_.steps; }
 
@@ -269,6 +272,7 @@ class Simulation {
 
   void take(const Orders<N>& orders) {
     now_.tau_ref = orders.tau_ref;
+    now_.learned = orders.learned;
     bool windows = false;
     for (const auto& order : command()) windows = windows || order.gate == Gate::window;
     now_.gates.take(orders.command, sampling_.delay > 0, now_.t);

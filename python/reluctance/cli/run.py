@@ -83,11 +83,14 @@ def run(
 
         plots.save_plot(result, plot)
     if as_json:
-        print(json.dumps(result.kpis.with_units()))
+        learned = {} if result.learned is None else {"learned": result.learned.figures()}
+        print(json.dumps({**result.kpis.with_units(), **learned}))
     else:
         Console().print(kpi_table(drive.name, result.kpis))
         for remark in result.kpis.remarks():
             print(f"note: {remark}")
+        if result.learned is not None:
+            print(f"learned: {result.learned.text()}")
         for path in (out, plot, energy_loop):
             if path is not None:
                 print(path)

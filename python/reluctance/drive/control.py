@@ -43,6 +43,11 @@ class Control(Section):
         return True
 
     @property
+    def learns(self) -> bool:
+        """True where the controller learns the machine that it drives."""
+        return False
+
+    @property
     def headers(self) -> Mapping[str, str]:
         """Headers from outside the package that the law is written in: name to text."""
         return {}

@@ -101,6 +101,10 @@ class Drive:
             pv=self._pv_control() if self.reference.kind == "pv" else None,
             t_min=self.converter.t_min,
             t_blank=self.sensing.t_blank,
+            i_step=self.sensing.i_step,
+            i_noise=self.sensing.i_noise,
+            v_switch=self.converter.v_switch_V,
+            v_diode=self.converter.v_diode_V,
             u_brake=self.u_brake,
         )
 

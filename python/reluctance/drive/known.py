@@ -30,6 +30,10 @@ class Known:
     pv: _core.PvControl | None = None  # of a drive on a photovoltaic array
     t_min: float = 0.0  # shortest leg state [s]
     t_blank: float = 0.0  # without edges before a sample [s]
+    i_step: float = 0.0  # of the current converter; 0 of an ideal one [A]
+    i_noise: float = 0.0  # of the currents, rms [A]
+    v_switch: float = 0.0  # threshold voltages of a switch and of a diode [V]
+    v_diode: float = 0.0
     u_brake: tuple[float, float] = (1e30, 2e30)  # braking torque: all up to, none from here [V]
 
     @property

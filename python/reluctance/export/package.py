@@ -18,6 +18,7 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.commission_levels import commission_fields
 from reluctance.export.constants import Node, Tables, constant, literal
+from reluctance.export.learned_interface import learned_marks
 from reluctance.export.port import port_marks
 from reluctance.export.run_time import marks, run_time_code, run_time_parameters
 from reluctance.export.sequence_levels import sequence_fields, speed_limit
@@ -284,6 +285,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
     }
     gates = gates_of(drive)
     return {
+        **learned_marks(drive.control.learns),
         "phases": str(drive.machine.n_phases),
         "letters": ", ".join("abcdef"[: drive.machine.n_phases]),
         "T_s": literal(drive.control.T_s, "T_s"),

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 FULL_VOLTAGE = 0.98  # of the dc link: above, a leg is held
 LEAST_RESERVE = 0.2  # that weights are made for; the least that was tried is 0.25
+NEAR = 1.15  # of working torque and voltage: how far powers are measured
 # Least current of a guide, against its greatest: below it is zero, and the phase is idle. What the
 # optimiser leaves there is 1e-6 of the greatest; 1e-4 is 7 mA on the paper's machine.
 NO_CURRENT = 1e-4
@@ -76,14 +77,29 @@ class FluxGuide:
     def w_sw(self) -> float:
         """What a turn-on may cost [N^2 m^2 s]. The lowest speed decides: above it less of a period
         is left to switch in, and at the same cost there are fewer turn-ons."""
+        return self._weight(1.0, 1.0)
+
+    @property
+    def w_sw_powers(self) -> tuple[float, float]:
+        """Powers of torque and dc-link voltage that this cost grows with, near the working point
+        [1]: what a law needs that learns another flux map (control/frame/learning.hpp)."""
+        points = ((1.0, 1.0), (1 / NEAR, 1.0), (NEAR, 1.0), (1.0, 1 / NEAR), (1.0, NEAR))
+        weights = np.array([self._weight(tau, u) for tau, u in points])
+        if np.any(weights <= 0):  # one long pulse: nothing switches
+            return 0.0, 0.0
+        tau, u = np.log(weights[2::2] / weights[1::2]) / (2 * np.log(NEAR))
+        return float(tau), float(u)
+
+    def _weight(self, tau: float, u: float) -> float:
+        """Cost of a turn-on at such parts of working torque and nominal voltage."""
         lowest = self.tables[0]
         return _core.switching_weight(
             self.point.magnetics,
             guide=self.profiles,
             R=self.point.R,
-            tau_ref=self.tau_ref,
+            tau_ref=tau * self.tau_ref,
             omega_m=lowest.omega_m,
-            u_dc=lowest.u_dc,
+            u_dc=u * lowest.u_dc,
             i_max=self.point.i_max,
             f_switch=self.f_switch,
         )

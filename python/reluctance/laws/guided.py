@@ -56,14 +56,17 @@ class Guided(Control):
         """
         from reluctance import limit  # a tenth of the start-up time
 
-        speeds = self.guide_speed_rpm
-        omega = [known.omega_m] if speeds is None else [to_si(rpm, "rpm") for rpm in speeds]
         return [
             limit.profile_table(
                 known.at(omega_m), known.tau_max, n_levels=LEVELS, n_points=n_points
             )
-            for omega_m in omega
+            for omega_m in self.guide_speeds(known)
         ]
+
+    def guide_speeds(self, known: Known) -> list[float]:
+        """Speeds of the guide, rising [rad/s]."""
+        speeds = self.guide_speed_rpm
+        return [known.omega_m] if speeds is None else [to_si(rpm, "rpm") for rpm in speeds]
 
 
 class FluxGuided(Guided):

@@ -10,6 +10,7 @@ from reluctance.drive.pump_load import flow
 from reluctance.errors import ParameterError
 from reluctance.run.columns import LETTERS, FloatArray, Rows
 from reluctance.run.kpis import Kpis
+from reluctance.run.learned import Learned
 from reluctance.units import from_si
 
 if TYPE_CHECKING:
@@ -52,6 +53,8 @@ class Result:
         Dc-link voltage [V].
     periods : Rows
         One row per electrical period; columns as in include/srm/sim/recorder.hpp.
+    learned : Learned or None
+        What the controller has learned of its machine; None where it does not learn.
     """
 
     drive: Drive
@@ -69,6 +72,7 @@ class Result:
     tau_ph: FloatArray
     u_dc: FloatArray
     periods: Rows
+    learned: Learned | None = None
 
     def __repr__(self) -> str:
         k = self.kpis

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -15,9 +15,12 @@ from reluctance.errors import ParameterError
 from reluctance.run.bounds import Bounds
 from reluctance.run.columns import Rows
 from reluctance.run.kpis import Kpis, evaluated, kpis
+from reluctance.run.learned import Learned, learned
 from reluctance.run.losses import iron_loss
 from reluctance.run.plant import closed_loop
 from reluctance.run.result import Result
+
+WARMING_STEP = 1e-3  # [s]
 
 
 def simulate(
@@ -28,6 +31,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     law: Law | None = None,
     controller: _core.Controller | None = None,
+    warming: tuple[Sequence[float], Sequence[float]] | None = None,
 ) -> Result:
     """Run a drive from zero current.
 
@@ -45,6 +49,9 @@ def simulate(
         loop, comparators and dead-time compensation.
     controller : Controller, optional
         Takes the place of the drive's own, with all that stands around it.
+    warming : pair of sequences, optional
+        Times [s] and factors on the resistance of the windings, joined by lines; the control is not
+        told. It follows in steps of WARMING_STEP.
 
     Returns
     -------
@@ -75,10 +82,14 @@ def simulate(
     loop.close_period()
     waveforms, periods, kept = [], [], 0
     wall, t = 0.0, 0.0
+    history = [[t, *loop.learned()]]
     while t < end:
         start = time.perf_counter()
-        t = loop.advance(end)
+        if warming is not None:
+            loop.change_R(drive.machine.R * float(np.interp(t, *warming)))
+        t = loop.advance(end if warming is None else min(end, t + WARMING_STEP))
         wall += time.perf_counter() - start
+        history.append([t, *loop.learned()])
         waveforms.append(loop.take_waveforms())
         periods.append(loop.take_periods())
         kept += len(waveforms[-1])
@@ -95,7 +106,9 @@ def simulate(
     p_fe = _iron_loss(drive, rows, summed)
     if iron:
         rows = rows.between(0, 0) if record is None else _on_grid(rows, record)
-    return _result(drive, rows, kpis(summed, drive, p_fe=p_fe, wall_s_per_sim_s=wall / end), summed)
+    figures = kpis(summed, drive, p_fe=p_fe, wall_s_per_sim_s=wall / end)
+    known = learned(history, drive.known().R) if drive.control.learns else None
+    return _result(drive, rows, figures, summed, known)
 
 
 def checked(drive: object, until: object, record: object) -> float:
@@ -138,8 +151,10 @@ def _iron_loss(drive: Drive, rows: Rows, periods: Rows) -> float | None:
     return iron_loss(drive.machine.iron, inside["t"], inside.phases("psi"))
 
 
-def _result(drive: Drive, rows: Rows, figures: Kpis, periods: Rows) -> Result:
+def _result(
+    drive: Drive, rows: Rows, figures: Kpis, periods: Rows, known: Learned | None
+) -> Result:
     single = {name: rows[name] for name in ("t", "theta_m", "omega_m", "u_dc", "tau", "tau_ref")}
     phases = {name: rows.phases(name) for name in ("i", "i_ref", "leg", "u", "psi", "tau_ph")}
     phases["i_ref"] = np.where(phases["i_ref"] < NEVER_REACHED, phases["i_ref"], 0.0)
-    return Result(drive=drive, kpis=figures, periods=periods, **single, **phases)
+    return Result(drive=drive, kpis=figures, periods=periods, learned=known, **single, **phases)

@@ -1,0 +1,51 @@
+"""Laws that may learn the machine they drive: `learn = true` in their [control] table."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from reluctance import _core
+from reluctance.drive.control import Control
+from reluctance.drive.known import Known
+
+STEPS_OF_NOTHING = 1  # a current of as many steps of the converter is none
+NOISE_OF_NOTHING = 4  # times the rms noise
+LEAST_PART = 1e-4  # of the current limit, is none in any case
+LEAST_FLUX = 0.05  # of the flux linkage at the current limit: a smaller stroke says too little
+# A machine with less flux than believed is asked for more torque in the units of the law: its
+# tables go this much higher.
+MORE_TORQUE = 1.2
+
+
+class Learns(Control):
+    """A law with orders of timers, which can tell the volt-seconds of each stroke."""
+
+    learn: bool = False  # resistance and flux map, while it drives
+
+    @property
+    def learns(self) -> bool:
+        return self.learn
+
+    def of_tables(self, known: Known) -> Known:
+        """What the tables of the law are made for."""
+        return replace(known, tau_max=MORE_TORQUE * known.tau_max) if self.learn else known
+
+    def fit(self, known: Known) -> _core.StrokeFit:
+        """What tells resistance and flux map from the strokes."""
+        most = _core.magnetics(known.magnetics, np.array([known.i_max]), np.array([np.pi]))[0, 0]
+        inductance = _core.magnetics(known.magnetics, np.zeros(1), np.zeros(1))[0, 3]
+        return _core.StrokeFit(
+            drops=_core.Drops(t_dead=known.t_dead, v_switch=known.v_switch, v_diode=known.v_diode),
+            edges=_core.EdgeLimits(t_min=known.t_min, t_blank=known.t_blank, T_s=known.T_s),
+            L_u=float(inductance),
+            i_least=max(
+                STEPS_OF_NOTHING * known.i_step + NOISE_OF_NOTHING * known.i_noise,
+                LEAST_PART * known.i_max,
+            ),
+            i_missing=known.i_step / 2,
+            psi_least=LEAST_FLUX * float(most),
+            T_s=known.T_s,
+            delay=known.delay,
+        )

@@ -1,0 +1,169 @@
+// What a law that learns is made of, against independent sources: a line each, exit status 1 if any
+// is broken.
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "srm/control/frame/learning.hpp"
+#include "srm/control/law/deadbeat.hpp"
+#include "srm/machine/lehuy.hpp"
+#include "srm/sim/gates.hpp"
+
+using namespace srm;
+
+namespace {
+
+int failures = 0;
+
+void check(const char* law, double worst, double bound) {
+  const bool holds = worst <= bound;
+  if (!holds) ++failures;
+  std::printf("%-6s %-58s %.3g (bound %.3g)\n", holds ? "ok" : "BROKEN", law, worst, bound);
+}
+
+std::mt19937 draw(1);
+double uniform(double least, double most) {
+  return std::uniform_real_distribution<double>(least, most)(draw);
+}
+
+/// Rows without error give back the unknowns that they were made with, in either precision.
+template <Real T>
+double found_unknowns() {
+  double worst = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    NormalEquations<T> sums;
+    std::array<double, 4> wanted;
+    for (double& x : wanted) x = uniform(-0.3, 0.3);
+    for (int row = 0; row < 40; ++row) {
+      std::array<T, 4> phi;
+      double r = 0;
+      for (int j = 0; j < 4; ++j) {
+        phi[j] = static_cast<T>(uniform(-1, 1));
+        r += static_cast<double>(phi[j]) * wanted[j];
+      }
+      sums.add(phi, static_cast<T>(r));
+    }
+    const auto d = sums.solve();
+    for (int j = 0; j < 4; ++j) worst = std::fmax(worst, std::fabs(double(d[j]) - wanted[j]));
+    sums.moved(d);
+    for (const T g : sums.g) worst = std::fmax(worst, std::fabs(double(g)));
+  }
+  return worst;
+}
+
+/// A direction that no row shows does not move.
+double unseen() {
+  NormalEquations<double> sums;
+  for (int row = 0; row < 40; ++row) sums.add({uniform(-1, 1), uniform(-1, 1), 0, 0}, 0.1);
+  const auto d = sums.solve();
+  return std::fabs(d[2]) + std::fabs(d[3]) + (NormalEquations<double>{}.solve()[0] == 0 ? 0 : 1);
+}
+
+/// Orders with up to four edges, some of them closer than the dead time by which turn-ons are
+/// ordered earlier and come late: the seconds at each level against the gates of the simulation.
+double level_seconds() {
+  constexpr double T_s = 20e-6, t_dead = 1e-6, v_switch = 1.5, v_diode = 1;
+  const Drops<double> drops{t_dead, v_switch, v_diode};
+  double worst = 0;
+  Gates<1> gates{};
+  LateLeg<double> leg;
+  for (int sample = 0; sample < 2000; ++sample) {
+    Command<double, 1> order{};
+    double t = 0;
+    for (int n = 0; n <= max_edges; ++n) {
+      order[0].leg[n] = static_cast<Leg>(int(uniform(-1, 2) + 1) - 1);
+      if (n == max_edges) break;
+      t += uniform(0, 1) < 0.5 ? uniform(0, 2e-6) : uniform(2e-6, 8e-6);
+      order[0].t_edge[n] = t < T_s ? t : never<double>;
+    }
+    lead_turn_on<double, 1>(order, t_dead);
+    const OrderFlux<double> sum = drops.of(order[0], leg, T_s);
+    const double start = sample * T_s;
+    gates.take(order, false, start);
+    double level = 0, drop = 0, now = start;
+    while (now < start + T_s) {
+      gates.follow(0, now, 10, t_dead);
+      gates.settle(now);
+      const double next = std::fmin(gates.next_instant(0), start + T_s);
+      const int seen = int(gates.levels()[0]);
+      level += seen * (next - now);
+      drop += ((1 + seen) * v_switch + (1 - seen) * v_diode) * (next - now);
+      now = next;
+    }
+    worst = std::fmax(worst, std::fabs(sum.level - level) / T_s);
+    worst = std::fmax(worst, std::fabs(sum.drop - drop) / (2 * T_s));
+  }
+  return worst;
+}
+
+/// A machine of flux k psi(b i) under a law that knows it, and under the law of psi that has
+/// learned k and b: the same orders, at any currents, angle, speed, voltage and torque.
+double same_orders() {
+  constexpr int N = 3;
+  using Law = Deadbeat<LeHuy<double>, N>;
+  using Own = Deadbeat<WithInductance<LeHuy<double>>, N>;
+  const auto believed = lehuy<double>(4, 0.67e-3, 23.62e-3, 0.15e-3, 450, 0.468);
+  double worst = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    const double k = uniform(0.8, 1.25), b = uniform(0.9, 1.1), R = uniform(0.6, 1.8);
+    auto machine = believed;
+    machine.L_u *= k * b;
+    machine.L_sat *= k * b;
+    machine.A *= k;
+    machine.B *= b;
+    machine.i_sat /= b;
+    Law law{.machine = believed,
+            .R = 0.3,
+            .sharing = {},
+            .lead = {},
+            .i_max = 100,
+            .T_s = 20e-6,
+            .delay = 1};
+    law.sharing.shape = Shape::cubic;
+    law.sharing.theta_on = 0.2;
+    law.sharing.theta_ov = 0.7;
+    law.lead.motoring.reach_least = law.lead.braking.reach_least = 1e9;  // nothing is led
+    const Own own{.machine = {believed, believed.N_r, 0.0},
+                  .R = law.R,
+                  .sharing = law.sharing,
+                  .lead = law.lead,
+                  .i_max = law.i_max,
+                  .T_s = law.T_s,
+                  .delay = law.delay};
+    Learning<Own> learning{.law = own, .fit = {}, .w_sw_torque = 0, .w_sw_voltage = 0};
+    learning.fit.L_u = believed.L_u;
+    learning.fit.i_least = 1e9;  // nothing more is learned
+    learning.fit.T_s = law.T_s;
+    Law knows = law;
+    knows.machine = machine;
+    knows.R = 0.3 * R;
+    typename Law::State a;
+    typename Learning<Own>::State x;
+    x.fit.learned = {.R = R, .unaligned = k * b, .aligned = k * b, .saturated = k};
+    for (int sample = 0; sample < 3; ++sample) {
+      Measurement<double, N> y{
+          .theta_e = uniform(0, 6.28), .omega_m = uniform(0, 200), .u_dc = 240};
+      for (double& i : y.i) i = uniform(0, 60);
+      const double tau = uniform(1, 20);
+      const auto one = knows.step(a, y, tau), other = learning.step(x, y, tau);
+      for (int n = 0; n < N; ++n) {
+        for (int e = 0; e < 2; ++e) {
+          const double t = one[n].t_edge[e], u = other[n].t_edge[e];
+          if (t < law.T_s || u < law.T_s) worst = std::fmax(worst, std::fabs(t - u) / law.T_s);
+        }
+      }
+    }
+  }
+  return worst;
+}
+
+}  // namespace
+
+int main() {
+  check("least squares give back the unknowns, double", found_unknowns<double>(), 1e-4);
+  check("least squares give back the unknowns, float", found_unknowns<float>(), 1e-4);
+  check("what no row shows does not move", unseen(), 0);
+  check("seconds at each level are those of the gates", level_seconds(), 1e-9);
+  check("k psi(b i): the orders of the law that knows it", same_orders(), 1e-9);
+  return failures > 0 ? 1 : 0;
+}
