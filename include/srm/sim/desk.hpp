@@ -20,9 +20,16 @@ Orders<Law::n_phases> step_on_desk(const DriveControl<Law>& control,
   Measurement<T, N> seen;
   assign(seen, y);
   seen.theta_e = wrap(seen.theta_e);
-  const Command<T, N> command = control.step(state, seen, static_cast<T>(reference));
-  Orders<N> orders;
-  assign(orders.command, command);
+  const auto step = [&]() -> Orders<N> {
+    if constexpr (std::same_as<T, double>) {
+      return {.command = control.step(state, seen, reference)};  // without a copy
+    } else {
+      Orders<N> orders;
+      assign(orders.command, control.step(state, seen, static_cast<T>(reference)));
+      return orders;
+    }
+  };
+  Orders<N> orders = step();
   orders.tau_ref = state.tau_ref;
   if constexpr (requires { Law::learned(state.law); }) {
     assign(orders.learned, Law::learned(state.law));

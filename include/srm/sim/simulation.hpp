@@ -42,6 +42,7 @@ struct Loop {
   bool rated = false;     // the rates are those of this point and circuit
   bool prepared = false;  // what is due at this point is done
   bool alone = false;     // every phase is by itself
+  bool windows = false;   // an order has a conduction window
   std::array<Flight, N> flights;
   double t = 0, t_sample = 0, t_course = 0, t_record = 0;  // now, and next [s]
   double theta_period = 0, theta_next = 0;  // next end of a period; next angle that matters [rad]
@@ -273,15 +274,15 @@ class Simulation {
   void take(const Orders<N>& orders) {
     now_.tau_ref = orders.tau_ref;
     now_.learned = orders.learned;
-    bool windows = false;
-    for (const auto& order : command()) windows = windows || order.gate == Gate::window;
     now_.gates.take(orders.command, sampling_.delay > 0, now_.t);
     now_.t_sample = sampling_.T_s * static_cast<double>(++now_.samples);
+    bool windows = false;
     for (int k = 0; k < N; ++k) {
       windows = windows || command()[k].gate == Gate::window;
       follow_window(k);
     }
-    if (windows) now_.turns = 0;
+    if (windows || now_.windows) now_.turns = 0;
+    now_.windows = windows;
   }
 
   void follow_window(int k) {

@@ -1,7 +1,9 @@
 // Parameters from double to the precision of a control law, with the memory of their tables.
 #pragma once
 
+#include <concepts>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "srm/base/fields.hpp"
@@ -45,7 +47,9 @@ inline constexpr bool is_view<View<V>> = true;
 /// `to` becomes `from` in its own precision, field by field. Tables are copied into `memory`.
 template <class To, class From, class Keep = NoTables>
 constexpr void assign(To& to, const From& from, Keep&& memory = {}) {
-  if constexpr (requires { from.memory; }) {
+  if constexpr (std::same_as<To, From> && std::same_as<std::remove_cvref_t<Keep>, NoTables>) {
+    to = from;
+  } else if constexpr (requires { from.memory; }) {
     assign(to, from.value, memory);
   } else if constexpr (Listed<To>) {
     fields_of(to, [&](auto... target) {
