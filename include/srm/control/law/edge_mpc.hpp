@@ -10,12 +10,17 @@
 // Far outside the band, after a step of the reference, every phase is driven towards it by all of
 // the voltage until the torque is there, in whichever sample and at whichever instant that is.
 //
+// At high speed the guide may keep every phase in current. Flux linkage that a phase lacks there is
+// lacking for the whole period, for the guide asks for all of the voltage. So, when motoring, the
+// phases are brought to the guide first, and the mean is held by feedback (mean_hold.hpp).
+//
 // One law from "2 us, no delay" to "20 us, one sample late": the plan of a short sample almost
 // always has no edge at all.
 #pragma once
 
 #include "srm/base/fields.hpp"
 #include "srm/control/part/edge_plan.hpp"
+#include "srm/control/part/mean_hold.hpp"
 
 namespace srm {
 
@@ -31,6 +36,8 @@ struct EdgeMpc {
   /// Band of a sample of two pulses and more: this share of A T_s/pulse (0.4 would last for five
   /// edges).
   static constexpr T wide_band = T(0.53);
+  /// What a phase does, another one does this much later, electrical [rad].
+  static constexpr T stroke = two_pi<T> / T(N);
   /// A torque error of this many bands is far [1].
   static constexpr T far = T(8);
 
@@ -44,19 +51,29 @@ struct EdgeMpc {
   int delay;          // samples from measurement to effect: 0 or 1
   SRM_FIELDS(machine, guide, w_sw, psi_slack, R, i_max, T_s, delay)
 
-  using State = Memory<T, N>;
+  struct State : Memory<T, N> {
+    MeanHold<T> hold{};
+    T given{};  // torque of the last sample, in the frame of positive torque [N m]
+    T full{};   // electrical angle since the guide wanted no current in some phase [rad]
+  };
 
   constexpr bool is_consistent() const { return psi_slack.size == guide.omega.size; }
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     const T ahead = max(T_s, T(10e-6));
-    const Profile<T> profile = guide.at(abs(tau_ref), y.omega_m, y.u_dc);
+    T demand = abs(tau_ref);
+    const bool motoring = (tau_ref < T(0)) == (y.omega_m < T(0));
+    const T turn = static_cast<T>(machine.N_r) * abs(y.omega_m) * T_s;
+    if (motoring && state.full > stroke) {
+      demand = state.hold.asked(demand, state.given, turn, false);
+    }
+    const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T slack = profile.of(psi_slack);
     const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
     const auto phases = outlook.at(y, tau_ref, state);
 
     // Half width of the torque band [N m] and length of a pulse period at this band [s].
-    T ripple = max(abs(tau_ref) * T(1e3), T(1));  // 0.1 % in a microsecond, where no phase acts
+    T ripple = max(demand * T(1e3), T(1));  // 0.1 % in a microsecond, where no phase acts
     for (const PhaseOutlook<T>& x : phases) {
       if (!x.idle) ripple = max(ripple, ripple_rate(x.gain, x.goal_rate + R * x.i, y.u_dc));
     }
@@ -64,12 +81,20 @@ struct EdgeMpc {
     const T pulse = T(2) * A / ripple;
 
     typename Plan::Point x;
-    const Plan plan = problem(phases, y.u_dc, abs(tau_ref), slack, A, pulse, x);
+    state.full = motoring ? min(state.full + turn, T(2) * stroke) : T(0);
+    for (const PhaseOutlook<T>& p : phases) state.full = p.idle ? T(0) : state.full;
+    const bool full = state.full > stroke;
+    const Plan plan = problem(phases, full, y.u_dc, demand, slack, A, pulse, x);
+    state.given = x.e * A + demand;
     typename Plan::Levels last;
     for (int j = 0; j < plan.n_active; ++j) {
       const typename Plan::Active& p = plan.phases[j];
       last[j] = static_cast<int>(state.ordered[p.k].leg.back()) + 1;
-      if (is_far(phases[p.k], x.e)) last[j] = x.e < T(0) ? p.highest : p.lowest;
+      if (full && abs(x.e) > far) {
+        if (p.lowest == p.highest) last[j] = p.lowest;
+      } else if (is_far(phases[p.k], x.e)) {
+        last[j] = x.e < T(0) ? p.highest : p.lowest;
+      }
     }
 
     plan_edges(plan, x, last, pulse, state.ordered);
@@ -79,9 +104,9 @@ struct EdgeMpc {
  private:
   static constexpr int decisions_max = 2 * N + 2;
 
-  /// The plan's units and x, where it starts.
-  Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand, T slack, T A,
-               T pulse, typename Plan::Point& x) const {
+  /// The plan's units and x, where it starts. full: the flux linkages come first.
+  Plan problem(const std::array<PhaseOutlook<T>, N>& phases, bool full, T u_dc, T demand, T slack,
+               T A, T pulse, typename Plan::Point& x) const {
     Plan plan;
     const T per_A = T(1) / A;
     const T per_slack = T(1) / slack;
@@ -114,7 +139,7 @@ struct EdgeMpc {
         a.z_rate[level] = leaves * per_volt;
       }
       x.z[j] = (p.psi - p.goal) * per_flux;
-      set_levels(a, p, x.z[j], x.e);
+      set_levels(a, p, x.z[j], x.e, full);
     }
     return plan;
   }
@@ -123,11 +148,17 @@ struct EdgeMpc {
   static bool is_far(const PhaseOutlook<T>& p, T e) { return abs(e) > far && p.gain > T(0); }
 
   /// The two levels around the voltage that the guide asks for; beyond twice its slack, or with the
-  /// torque far away, also the third; and no magnetizing above the current limit.
-  void set_levels(typename Plan::Active& a, const PhaseOutlook<T>& p, T away, T e) const {
+  /// torque far away, also the third; and no magnetizing above the current limit. full: with the
+  /// torque far away, the one that leads back to the guide.
+  void set_levels(typename Plan::Active& a, const PhaseOutlook<T>& p, T away, T e,
+                  bool full) const {
     const bool falling = p.goal_rate + R * p.i < T(0);
     const bool over = p.i > i_max;
-    const bool low = is_far(p, e) && e < T(0), high = is_far(p, e) && e > T(0);
+    if (full && abs(e) > far && abs(away) > T(2)) {
+      a.lowest = a.highest = away > T(0) || over ? 0 : 2;
+      return;
+    }
+    const bool low = !full && is_far(p, e) && e < T(0), high = !full && is_far(p, e) && e > T(0);
     a.lowest = falling || away > T(2) || over || high ? 0 : 1;
     a.highest = (falling && away > T(-2) && !low) || over ? 1 : 2;
   }
