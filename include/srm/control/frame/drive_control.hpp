@@ -97,11 +97,10 @@ struct DriveControl {
     }
     if (motion == Motion::tracked) y.theta_e = state.tracker.theta_e;
     const T asked = folded(asked_torque<used>(state, y, reference, tuned), y);
-    state.tau_before = state.tau_ref;
+    if constexpr (used.observer) state.tau_before = state.tau_ref;
     state.tau_ref = outer == Outer::none ? T(0) : asked;
     Command<T, n_phases> orders = law.step(state.law, y, asked);
-    tuned.limits.template apply<n_phases>(orders, y);
-    set_thresholds<T, n_phases>(orders, comparators);
+    tuned.limits.template apply<n_phases>(orders, y, comparators);
     if (comparators == Comparators::sampled) compare_now<T, n_phases>(orders, y, state.leg);
     if constexpr (used.pv) {
       if (outer == Outer::pv) pv.template remember<n_phases>(state.pv, y, orders);
@@ -131,7 +130,7 @@ struct DriveControl {
  private:
   /// Braking feeds the dc link: less of it, the higher the voltage already is.
   constexpr T folded(T asked, const Measurement<T, n_phases>& y) const {
-    if (!(asked * y.omega_m < T(0) && y.u_dc > u_brake_full)) return asked;
+    if (!(y.u_dc > u_brake_full && asked * y.omega_m < T(0))) return asked;
     return asked * clamp((u_brake_none - y.u_dc) / (u_brake_none - u_brake_full), T(0), T(1));
   }
 

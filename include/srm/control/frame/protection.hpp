@@ -133,7 +133,7 @@ struct Protection {
   }
 
   [[gnu::cold, gnu::noinline]] constexpr Fault<T> cause(const Measurement<T, N>& y, T reference,
-                                                        const TripLevels<T>& at) const {
+                                                        TripLevels<T> at) const {
     if (!is_finite(reference)) return {Status::not_a_number, -1, reference, T(0)};
     for (const T value : {y.theta_e, y.omega_m, y.u_dc}) {
       if (!is_finite(value)) return {Status::not_a_number, -1, value, T(0)};

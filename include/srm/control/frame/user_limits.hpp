@@ -6,7 +6,7 @@
 #pragma once
 
 #include "srm/base/fields.hpp"
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/frame/comparator.hpp"
 
 namespace srm {
 
@@ -16,14 +16,22 @@ struct UserLimits {
   T i;    // of a phase; `never`: none [A]
   SRM_FIELDS(tau, i)
 
-  constexpr T cut(T tau_ref) const { return clamp(tau_ref, -tau, tau); }
+  constexpr T cut(T tau_ref) const {
+    if (abs(tau_ref) <= tau) [[likely]]
+      return tau_ref;
+    return clamp(tau_ref, -tau, tau);
+  }
 
+  /// Then sets the thresholds of the comparators.
   template <int N>
-  constexpr void apply(Command<T, N>& orders, const Measurement<T, N>& y) const {
+  constexpr void apply(Command<T, N>& orders, const Measurement<T, N>& y,
+                       Comparators comparators) const {
     for (int k = 0; k < N; ++k) {
       PhaseCommand<T>& order = orders[k];
       if (order.gate != Gate::timer) {
-        order.i_ref = min(order.i_ref, i);
+        if (order.i_ref > i) [[unlikely]]
+          order.i_ref = i;
+        set_thresholds(order, comparators);
       } else if (y.i[k] > i) {
         freewheel(order);
       }

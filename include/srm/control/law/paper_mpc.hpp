@@ -114,11 +114,12 @@ struct PaperMpc {
       const T theta_end = angle(delay + T(1));
       const T goal = max(target[0], here + i_band);
       const T psi = machine.at(here, angle(delay)).psi;
-      const T drop = R * here;
+      const T full = T_s * y.u_dc;
       const Magnetics<T> from = machine.at(here, theta_end);
       const T L_rise = (machine.at(goal, theta_end).psi - from.psi) / (goal - here);
-      const T rise = (psi + T_s * (y.u_dc - drop) - from.psi) / L_rise;
-      const T fall = (psi - T_s * (y.u_dc + drop) - from.psi) / from.L_inc;
+      const T coasting = psi - T_s * (R * here) - from.psi;
+      const T rise = (coasting + full) / L_rise;
+      const T fall = (coasting - full) / from.L_inc;
 
       auto& x = programme.channels[programme.n];
       phase[programme.n++] = k;
