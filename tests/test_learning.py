@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import refused
 from firmware_tools import Native
 
 import reluctance as rl
@@ -183,3 +184,11 @@ def test_the_file_is_current(task):
     for key, text in row.items():
         if isinstance(found[key], float):
             assert found[key] == pytest.approx(float(text), rel=0.01, abs=0.001), key
+
+
+@pytest.mark.parametrize("form", ["blob", "fmu"])
+def test_a_form_that_cannot_learn_says_so(form: str, tmp_path: Path) -> None:
+    drive = ROOT / "examples" / "edge_mpc_learning.toml"
+    line = refused("export", form, drive, "--out", tmp_path / f"unit.{form}")
+    assert line.startswith("error: [control] learn = true")
+    assert not list(tmp_path.iterdir())

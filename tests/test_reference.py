@@ -244,7 +244,7 @@ HYSTERESIS = [
         ("map_mpc", []),
     ],
 )
-def test_phases_alone_and_together_agree(example: str, overrides: list[str]) -> None:
+def test_independent_and_joint_steps_agree(example: str, overrides: list[str]) -> None:
     """A dc-link voltage that rises, by a millionth of a volt a second, takes the joint step."""
     drive = rl.load(EXAMPLES / f"{example}.toml", overrides)
     u_dc = drive.converter.u_dc_V

@@ -50,6 +50,15 @@ void begin_segment(reluctance_recorder& r, const reluctance_controller* controll
   __builtin_memcpy(head + 2, controller, sizeof(reluctance::State));
 }
 
+/// Parameters that a thread has set since the segment began. Its count of changes may still be the
+/// old one, where this interrupts it.
+bool tuned(const reluctance_recorder& r, const reluctance_controller* controller) {
+  const auto& now = state_of(controller).parameter;
+  const auto bytes = [](const auto* p) { return reinterpret_cast<const unsigned char*>(p); };
+  const auto offset = bytes(&now) - bytes(controller);
+  return __builtin_memcmp(bytes(segment(r, r.newest) + 2) + offset, &now, sizeof now) != 0;
+}
+
 struct Sink {
   void (*put)(void* context, const uint32_t* words, uint32_t count);
   void* context;
@@ -113,7 +122,7 @@ reluctance_mode reluctance_run_recorded(reluctance_recorder* recorder,
     return reluctance_run(controller, measurement, request, command, outputs);
   }
   const bool changed = state_of(controller).changes != r.changes;
-  if (r.used == 0 || changed || segment(r, r.newest)[1] == r.samples) {
+  if (r.used == 0 || changed || tuned(r, controller) || segment(r, r.newest)[1] == r.samples) {
     begin_segment(r, controller);
   }
   const reluctance_mode mode = reluctance_run(controller, measurement, request, command, outputs);

@@ -34,7 +34,7 @@ static void pin(uint32_t in, uint32_t number, uint32_t mode, uint32_t function) 
 static void start_clocks(void) {
   RCC_APB1ENR1 |= RCC_APB1ENR1_PWR;
   PWR_CR5 &= ~PWR_CR5_R1MODE;
-  FLASH_ACR = FLASH_ACR_CACHES | 4U;
+  FLASH_ACR = (FLASH_ACR & ~15U) | FLASH_ACR_CACHES | 4U;
   wait_for(&FLASH_ACR, 15U, 4U);
   RCC_CR |= RCC_CR_HSEON;
   wait_for(&RCC_CR, RCC_CR_HSERDY, RCC_CR_HSERDY);
@@ -48,6 +48,7 @@ static void start_clocks(void) {
   RCC_AHB2ENR |= RCC_AHB2ENR_GPIOA_B_C | RCC_AHB2ENR_ADC12 | RCC_AHB2ENR_ADC345;
   RCC_APB1ENR1 |= RCC_APB1ENR1_TIM3;
   RCC_APB2ENR |= RCC_APB2ENR_HRTIM1;
+  (void)RCC_APB2ENR; /* a clock is there two cycles after its bit: this takes as long */
 }
 
 static void start_pins(void) {
@@ -84,7 +85,7 @@ static void start_converters(void) {
     ADC_CR(adc) = ADC_CR_ADVREGEN | ADC_CR_ADEN;
     wait_for(&ADC_ISR(adc), ADC_ISR_ADRDY, ADC_ISR_ADRDY);
     ADC_CFGR(adc) = ADC_CFGR_JQDIS;         /* 12 bits, right */
-    ADC_SMPR1(adc) = (2U << 3) | (2U << 9); /* channels 1 and 3: 12.5 of its periods */
+    ADC_SMPR1(adc) = (2U << 3) | (2U << 6) | (2U << 9); /* channels 1 to 3: 12.5 of its periods */
     ADC_JSQR(adc) = more | ADC_JSQR_HRTIM_TRG2 | (channel[k] << 9) | (more * (3U << 15));
     ADC_CR(adc) = ADC_CR_ADVREGEN | ADC_CR_ADEN | ADC_CR_JADSTART;
   }
@@ -97,6 +98,7 @@ static void start_converters(void) {
 static void start_timers(void) {
   const uint32_t runs = HRTIM_CKPSC_1 | HRTIM_CR_CONT | HRTIM_CR_PREEN;
   HRTIM_FLTINR1 = HRTIM_FLTINR1_FLT1E | HRTIM_FLTINR1_FLT1P | HRTIM_FLTINR1_FLT1F_2;
+  HRTIM_MCR = HRTIM_CKPSC_1 | HRTIM_CR_CONT; /* before the values that it scales */
   HRTIM_MPER = PORT_PERIOD_TICKS;
   HRTIM_MCMP1 = PORT_START_TICK;
   HRTIM_ADC2R = HRTIM_ADC2R_MPER;
@@ -151,7 +153,8 @@ void board_read_currents(float i_A[RELUCTANCE_PHASES]) {
 float board_read_angle(void) {
   const uint32_t electrical = (PORT_N_R * TIM3_CNT) % PORT_ENCODER_COUNTS;
   const float theta = (float)electrical * (PORT_TWO_PI / PORT_ENCODER_COUNTS) - PORT_ENCODER_ZERO;
-  return theta < 0.0F ? theta + PORT_TWO_PI : theta;
+  const float turned = theta < 0.0F ? theta + PORT_TWO_PI : theta;
+  return turned < PORT_TWO_PI ? turned : turned - PORT_TWO_PI;
 }
 
 float board_read_speed(void) { return 0.0F; } /* the controller tracks it on the angle */
@@ -202,11 +205,13 @@ void board_write_outputs(const reluctance_outputs* outputs) {
   const uint32_t on = (outputs->gate_enable ? 1U : 0U) | (outputs->precharged ? 2U : 0U) |
                       (outputs->chopper ? 4U : 0U);
   GPIO_BSRR(PORT_C) = on | ((~on & 7U) << 16);
-  if (outputs->gate_enable) {
-    HRTIM_OENR = PORT_OUTPUTS;
-  } else {
+  /* Once, as they turn on: a trip that comes later switches off until they are ordered off. */
+  if (!outputs->gate_enable) {
     HRTIM_ODISR = PORT_OUTPUTS;
+  } else if (!port.enabled) {
+    HRTIM_OENR = PORT_OUTPUTS;
   }
+  port.enabled = outputs->gate_enable ? 1U : 0U;
 }
 
 void board_write_leg(int k, int8_t leg) {
@@ -232,12 +237,11 @@ void port_period_begins(void) {
 
 /* In time where no period has begun since port_period_begins. Only then the watchdog is fed. */
 void port_period_ends(void) {
-  if ((HRTIM_MISR & HRTIM_MISR_MREP) == 0U) {
-    IWDG_KR = 0xAAAAU;
-  } else {
+  if ((HRTIM_MISR & HRTIM_MISR_MREP) != 0U) {
     port.overrun = 1;
     HRTIM_ODISR = PORT_OUTPUTS;
   }
+  if (!port.overrun) IWDG_KR = 0xAAAAU;
 }
 
 uint32_t port_events(uint8_t bits) {

@@ -19,6 +19,7 @@
 
 typedef struct {
   uint32_t overrun; /* 1: a step came too late */
+  uint32_t enabled; /* 1: the outputs are ordered on */
   uint32_t refused; /* orders that the timer could not take */
 } port_counts;
 

@@ -11,10 +11,10 @@
 #include <optional>
 #include <utility>
 
-#include "srm/sim/alone.hpp"
 #include "srm/sim/controller.hpp"
 #include "srm/sim/gates.hpp"
 #include "srm/sim/guard.hpp"
+#include "srm/sim/independent.hpp"
 #include "srm/sim/recorder.hpp"
 #include "srm/sim/sampling.hpp"
 #include "srm/sim/together.hpp"
@@ -39,16 +39,16 @@ struct Loop {
   Gates<N> gates;
   AllLegs<N> legs;  // what the windings see
   Circuit<N> circuit;
-  bool rated = false;     // the rates are those of this point and circuit
-  bool prepared = false;  // what is due at this point is done
-  bool alone = false;     // every phase is by itself
-  bool windows = false;   // an order has a conduction window
-  std::array<Flight, N> flights;
+  bool rated = false;        // the rates are those of this point and circuit
+  bool prepared = false;     // what is due at this point is done
+  bool independent = false;  // each phase takes steps of its own
+  bool windows = false;      // an order has a conduction window
+  std::array<PhaseStep, N> phase_steps;
   double t = 0, t_sample = 0, t_course = 0, t_record = 0;  // now, and next [s]
   double theta_period = 0, theta_next = 0;  // next end of a period; next angle that matters [rad]
   double theta_begun = 0;                   // lower end of the present period [rad]
   int turns = 0;                            // direction in which theta_next is ahead; 0: unknown
-  double t_angle = 0;                       // when it is met while the phases are alone [s]
+  double t_angle = 0;                       // when it is met with independent phases [s]
   double omega_e = 0, h_most = 0;           // meanwhile: electrical speed [rad/s], longest step [s]
   double h_fine = 1e300;                    // what a step may be, from the ones before [s]
   double tau_ref = 0;
@@ -121,6 +121,13 @@ class Simulation {
     while (now_.t < t_stop && now_.steps < last) {
       step(std::min({t_stop, now_.t_sample, now_.t_record, now_.t_course}));
     }
+    finish_all();
+  }
+
+  /// True while a phase is under way: its current and its integrals are those of its start.
+  bool under_way() const {
+    return std::any_of(now_.phase_steps.begin(), now_.phase_steps.end(),
+                       [](auto& f) { return f.active; });
   }
 
   const State<N>& state() const { return at().x; }
@@ -142,7 +149,7 @@ class Simulation {
   /// Orders from outside, at the instant of a sample. Instants within a billionth of a period of a
   /// multiple of it are that multiple, as in a loop with a controller.
   void obey(const Orders<N>& orders) {
-    land_all();
+    finish_all();
     if (now_.t >= now_.t_course) follow_courses();
     now_.samples = static_cast<long>(now_.t / sampling_.T_s + 1e-9);
     take(orders);
@@ -155,8 +162,9 @@ class Simulation {
   /// Lets `change` alter plant and reference from outside; courses are followed anew.
   template <class F>
   void change(const F& how) {
-    land_all();
+    finish_all();
     how(plant_, reference_);
+    now_.circuit.paths = paths(plant_, now_.legs);
     now_.t_course = now_.t;
     now_.rated = false;
   }
@@ -173,8 +181,8 @@ class Simulation {
                     .tau_ref = now_.tau_ref};
     State<N> x = this->x();
     for (int k = 0; k < N; ++k) {
-      const Flight& f = now_.flights[k];
-      if (!f.aloft) continue;
+      const PhaseStep& f = now_.phase_steps[k];
+      if (!f.active) continue;
       x.i[k] = f.current(now_.t, plant_.machine, electrical_angle(plant_, x.theta_m, k));
     }
     row.i = x.i;
@@ -232,14 +240,14 @@ class Simulation {
     x.omega_m = forced(plant_.shaft, x.omega_m, now_.t);
     now_.t_course = std::min(next_change(plant_.source, now_.t), next_change(plant_.shaft, now_.t));
     now_.rated = false;
-    if (now_.alone) {
-      for (int k = 0; k < N; ++k) at().jets[k] = now_.flights[k].end.m;
+    if (now_.independent) {
+      for (int k = 0; k < N; ++k) at().jets[k] = now_.phase_steps[k].end.m;
     }
-    now_.alone = by_themselves(plant_, x, now_.t);
-    if (now_.alone) {
+    now_.independent = independent(plant_, x, now_.t);
+    if (now_.independent) {
       now_.omega_e = plant_.machine.N_r * x.omega_m;
       now_.h_most = std::min(resolution_.dt_max, longest_angle / std::abs(now_.omega_e));
-      for (int k = 0; k < N; ++k) now_.flights[k].end.m = at().jets[k];
+      for (int k = 0; k < N; ++k) now_.phase_steps[k].end.m = at().jets[k];
     }
     now_.turns = 0;
   }
@@ -375,7 +383,7 @@ class Simulation {
     now_.circuit.flows[k] = flows;
     if (flows) {
       const double theta_e = electrical_angle(plant_, x().theta_m, k);
-      now_.flights[k].end.m = at().jets[k] = plant_.machine.jet(x().i[k], theta_e);
+      now_.phase_steps[k].end.m = at().jets[k] = plant_.machine.jet(x().i[k], theta_e);
     }
     now_.rated = false;
   }
@@ -406,8 +414,8 @@ class Simulation {
     ++now_.steps;
     if (t_limit <= now_.t) {  // something is due here
       now_.prepared = false;
-    } else if (now_.alone) {
-      fly(t_limit);
+    } else if (now_.independent) {
+      step_independent(t_limit);
     } else {
       step_together(t_limit);
     }
@@ -488,9 +496,9 @@ class Simulation {
     now_.gates.order(met.k, after(c, gate, above), now_.t + t_dead_);
   }
 
-  /// Sends phase k off from here, or anew from where it is under way; it lands by t_limit.
-  [[gnu::always_inline]] void set_off(int k, double t_limit) {
-    Flight& f = now_.flights[k];
+  /// Begins a step of phase k here, or anew where it began; it ends by t_limit.
+  [[gnu::always_inline]] void begin_step(int k, double t_limit) {
+    PhaseStep& f = now_.phase_steps[k];
     const State<N>& x = this->x();
     const double t_end = std::min(t_limit, now_.gates.next_instant(k));
     if (conducts(now_.legs[k], x.i[k]) != now_.circuit.flows[k]) flow(k);
@@ -502,7 +510,7 @@ class Simulation {
     const double omega_m = x.omega_m;
     const Given g{path.level * x.u_dc - path.v, path.R, omega_m, now_.omega_e};
     double theta_m = x.theta_m - now_.theta_begun;  // spares a division
-    if (f.aloft) {
+    if (f.active) {
       theta_m -= omega_m * (now_.t - f.t0);
     } else {
       f.t0 = now_.t;
@@ -512,36 +520,37 @@ class Simulation {
       f.tau = f.start.tau;
     }
     const double theta_e = electrical_angle(plant_, theta_m, k);
-    srm::fly(plant_.machine, g, theta_e, k, span(k), resolution_.scale.i, t_end, now_.h_most, f);
+    advance_phase(plant_.machine, g, theta_e, k, span(k), resolution_.scale.i, t_end, now_.h_most,
+                  f);
   }
 
-  /// Phase k has arrived.
-  void land(int k, State<N>& x) {
-    Flight& f = now_.flights[k];
+  /// The step of phase k has ended.
+  void finish(int k, State<N>& x) {
+    PhaseStep& f = now_.phase_steps[k];
     add(now_.sums, f, k, now_.circuit.paths.phase[k].level * x.u_dc, plant_.R);
     now_.extremes.include(f.start.i, f.end.i, f.t1 - f.t0);
     x.i[k] = f.end.i.now;
-    f.aloft = false;
+    f.active = false;
     now_.rated = false;
     if (f.met.direction != 0) compare(f.met);
   }
 
-  /// Ends all flights here.
-  void land_all() {
+  /// Ends all phase_steps here.
+  void finish_all() {
     for (int k = 0; k < N; ++k) {
-      Flight& f = now_.flights[k];
-      if (f.aloft && f.t0 < now_.t) {
-        set_off(k, now_.t);
-        land(k, at().x);
+      PhaseStep& f = now_.phase_steps[k];
+      if (f.active && f.t0 < now_.t) {
+        begin_step(k, now_.t);
+        finish(k, at().x);
       }
-      f.aloft = false;
+      f.active = false;
       f.t1 = now_.t;
     }
     settle();
   }
 
-  /// Every phase by steps of its own: to the first instant at which one of them lands.
-  void fly(double t_limit) {
+  /// Every phase by steps of its own: to the first instant at which one of them ends.
+  void step_independent(double t_limit) {
     State<N>& x = at().x;
     if (now_.turns == 0) {
       now_.theta_next = next_angle();
@@ -552,8 +561,8 @@ class Simulation {
     t_limit = std::min(t_limit, now_.t_angle);
     double t = std::min(t_limit, now_.t + resolution_.dt_max);
     for (int k = 0; k < N; ++k) {
-      Flight& f = now_.flights[k];
-      if (f.t1 <= now_.t || f.t1 > t_limit) set_off(k, t_limit);
+      PhaseStep& f = now_.phase_steps[k];
+      if (f.t1 <= now_.t || f.t1 > t_limit) begin_step(k, t_limit);
       t = std::min(t, f.t1);
     }
 
@@ -565,13 +574,13 @@ class Simulation {
     const AsymmetricBridge* bridge = std::get_if<AsymmetricBridge>(&plant_.bridge);
     Moving tau0, tau1;
     for (int k = 0; k < N; ++k) {
-      Flight& f = now_.flights[k];
+      PhaseStep& f = now_.phase_steps[k];
       const bool ended = f.t1 == t;
-      if (f.aloft) {
+      if (f.active) {
         tau0 += f.tau;
         f.tau = ended ? f.end.tau : f.torque(t);
         tau1 += f.tau;
-        if (ended) land(k, x);
+        if (ended) finish(k, x);
       }
       if (ended) {
         if (command()[k].gate == Gate::timer) follow(k);

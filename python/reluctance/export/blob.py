@@ -95,6 +95,11 @@ def blob(drive: Drive, *, record: float | None = None) -> bytes:
 
 def kind(drive: Drive) -> Kind:
     """What a library must have been compiled with to run a drive."""
+    if drive.control.learns:
+        raise ParameterError(
+            "[control] learn = true has no form in the C interface, in units and in the studio; "
+            "need false there (the firmware package learns)"
+        )
     nodes = _controller(drive)
     found = NAME.match(nodes["control"]["type"])
     law = found[1] if found else ""

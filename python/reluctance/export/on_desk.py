@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import shlex
 import shutil
 import subprocess
 from pathlib import Path
@@ -62,12 +63,13 @@ class DeskPackage:
 
 
 def _compiled(folder: Path) -> Path:
-    compiler = os.environ.get("CXX") or shutil.which("g++") or shutil.which("clang++")
-    if compiler is None:
+    given = shlex.split(os.environ.get("CXX", ""))
+    compiler = given or [p for p in map(shutil.which, ("g++", "clang++")) if p][:1]
+    if not compiler or shutil.which(compiler[0]) is None:
         raise ParameterError("no C++ compiler; on Debian: apt install g++; or set CXX")
     library = folder / "package.so"
     done = subprocess.run(
-        [compiler, *FLAGS, "-I.", "-Iinclude", *SOURCES, "-o", library.name],
+        [*compiler, *FLAGS, "-I.", "-Iinclude", *SOURCES, "-o", library.name],
         cwd=folder,
         capture_output=True,
         text=True,

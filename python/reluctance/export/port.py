@@ -12,6 +12,7 @@ from reluctance.export.trip_levels import limits
 CLOCK_HZ = {"stm32g474": 170e6}  # of the timers
 MOST_TICKS = 65_535 - 32  # of a period: 16 bits
 DC_LINK_RANGE = 1.25  # of the over-voltage level: full scale of the dc-link converter
+CODES_ABOVE_ZERO = 4095 - 64  # of a current: code 64 is zero
 WATCHDOG_HZ, WATCHDOG_PERIODS, WATCHDOG_LEAST = 8e3, 50, 8  # ticks; control periods; ticks
 
 
@@ -31,7 +32,12 @@ def port_marks(name: str, drive: Drive, gates: set[int]) -> dict[str, str]:
         (gates != {1}, "law that orders timers, or [sensing] comparators = 'sampled'"),
         (sensing.delay_samples != 1, "[sensing] delay_samples = 1"),
         (sensing.adc_bits != 12, "[sensing] adc_bits = 12"),
-        (sensing.encoder_counts == 0, "[sensing] encoder_counts"),
+        (not 0 < sensing.encoder_counts <= 65536, "[sensing] encoder_counts of 1 to 65536"),
+        (sensing.hall or sensing.encoder_index, "[sensing] without hall and encoder_index"),
+        (
+            limits(drive).i_trip > CODES_ABOVE_ZERO / 4096 * sensing.i_range_A,
+            f"[sensing] i_range_A with the trip level below {CODES_ABOVE_ZERO}/4096 of it",
+        ),
         (drive.converter.t_min <= 0, "[converter] min_pulse_us"),
         (drive.reference.kind == "pv", "reference other than `pv`: it reads no source current"),
     ):

@@ -59,6 +59,11 @@ def replay_dump(path: str | Path, drive: Drive) -> Replayed:
         If the dump is damaged, or of another drive.
     """
     path = Path(path)
+    if drive.control.learns:
+        raise ParameterError(
+            f"[control] learn = true of {drive.name}: what a law has learned is not replayed; "
+            "need a drive that does not learn"
+        )
     dump = read_dump(path)
     with scratch() as place:
         made = firmware(drive, place / "package")

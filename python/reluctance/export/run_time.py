@@ -67,7 +67,13 @@ ENTRIES = (
     _Entry(
         "torque_limit", "N m", "control.limits.tau", _up_to_built, _kind("torque", "speed", "pv")
     ),
-    _Entry("current_limit", "A", "control.limits.i", _up_to_built),
+    _Entry(
+        "current_limit",
+        "A",
+        "control.limits.i",
+        _up_to_built,
+        lambda drive: not drive.control.learns,  # which takes its orders as given
+    ),
     _Entry("speed_limit", "rad/s", "sequence.omega_none", _up_to_built, _kind("torque", "none")),
     _Entry("speed_limit", "rad/s", "sequence.reference_max", _up_to_built, _kind("speed", "pv")),
     _Entry("speed_gain", "N m s/rad", "control.speed.K_p", _gain, _kind("speed", "pv")),

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Self
 
 import numpy as np
+from pydantic import model_validator
 
 from reluctance import _core
 from reluctance.drive.control import Control
@@ -27,6 +29,15 @@ class Learns(Control):
     @property
     def learns(self) -> bool:
         return self.learn
+
+    @model_validator(mode="after")
+    def _learns_from_its_own_orders(self) -> Self:
+        if self.learn and self.current_limit_A is not None:
+            raise ValueError(
+                f"learn = true with current_limit_A = {self.current_limit_A:g}, which changes the "
+                "orders that are learned from, need one of them"
+            )
+        return self
 
     def of_tables(self, known: Known) -> Known:
         """What the tables of the law are made for."""

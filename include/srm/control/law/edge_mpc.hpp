@@ -84,6 +84,7 @@ struct EdgeMpc {
     state.full = motoring ? min(state.full + turn, T(2) * stroke) : T(0);
     for (const PhaseOutlook<T>& p : phases) state.full = p.idle ? T(0) : state.full;
     const bool full = state.full > stroke;
+    if (!full) state.hold = {};
     const Plan plan = problem(phases, full, y.u_dc, demand, slack, A, pulse, x);
     state.given = x.e * A + demand;
     typename Plan::Levels last;

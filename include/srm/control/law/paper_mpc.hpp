@@ -75,7 +75,7 @@ struct PaperMpc {
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
     const T demand = sense * tau_ref;
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
-    const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;  // electrical, per sample
+    const T turn = sense * (static_cast<T>(machine.N_r) * y.omega_m * T_s);  // per sample
 
     // Of the phases that may carry current; an idle one that nobody asks for is left out.
     LevelProgramme<T, N, Np_max, Nc_max, Samples, Moves> programme;
@@ -88,8 +88,8 @@ struct PaperMpc {
     for (int j = 0; j < n_samples; ++j) error[j] = demand;
 
     for (int k = 0; k < N; ++k) {
-      const T theta_k = phase_angle<N>(y.theta_e, k);
-      const auto angle = [&](T samples) { return wrap(sense * (theta_k + turn * samples)); };
+      const T theta_k = sense * phase_angle<N>(y.theta_e, k);
+      const auto angle = [&](T samples) { return wrap(theta_k + turn * samples); };
 
       // Within reach of the regulator (twice its band, where it applies full voltage) the current
       // is as good as at its reference; outside, the prediction starts from what was reached.

@@ -75,12 +75,12 @@ struct Outlook {
   std::array<PhaseOutlook<T>, N> at(const Measurement<T, N>& y, T tau_ref,
                                     Memory<T, N>& memory) const {
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
-    const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
+    const T omega_e = sense * (static_cast<T>(machine.N_r) * y.omega_m);
     const T begin = static_cast<T>(delay) * T_s;
     std::array<PhaseOutlook<T>, N> phases;
     for (int k = 0; k < N; ++k) {
-      const T theta_k = phase_angle<N>(y.theta_e, k);
-      const auto angle = [&](T t) { return wrap(sense * (theta_k + omega_e * t)); };
+      const T theta_k = sense * phase_angle<N>(y.theta_e, k);
+      const auto angle = [&](T t) { return wrap(theta_k + omega_e * t); };
       T i = max(y.i[k], T(0));
       if (delay > 0) {
         i = carried(i, angle(T(0)), angle(begin), memory.ordered[k], y.u_dc, memory.i_expected[k],

@@ -1,6 +1,5 @@
-// One phase by itself, for as long as nothing else concerns it: where the speed and the dc-link
-// voltage are held, the phases know nothing of each other, and an event of one need not end the
-// step of another.
+// Steps of one phase. Where the speed and the dc-link voltage are held, the phases do not depend on
+// each other, and an event of one need not end the steps of the others.
 //
 // The rule is that of `step.hpp`, for one flux linkage.
 #pragma once
@@ -31,9 +30,9 @@ inline void rate(PhasePoint& p, const Given& g) {
   p.tau = {p.m.tau, p.m.psi_theta * p.i.rate + p.m.tau_theta * g.omega_m};
 }
 
-/// A phase from one of its events to the next.
-struct Flight {
-  bool aloft = false;     // under way
+/// The step of a phase, which begins and ends apart from those of the others.
+struct PhaseStep {
+  bool active = false;    // under way
   double t0{}, t1{};      // [s]
   double h_fine = 1e300;  // what a step may be, from the ones before [s]
   PhasePoint start, end;
@@ -120,10 +119,10 @@ template <Machine M>
   return y;
 }
 
-/// A flight that one step did not bring to its end, in shorter ones.
+/// A step that is too long, or passes a threshold, in shorter ones.
 template <class Go>
-[[gnu::noinline, gnu::cold]] void go_shorter(const Go& go, const Span& span, int k, Trial& y,
-                                             Flight& f) {
+[[gnu::noinline, gnu::cold]] void shorten(const Go& go, const Span& span, int k, Trial& y,
+                                          PhaseStep& f) {
   while (!y.fine || y.spread > spread_part) {
     const double half = y.h / 2;
     if (half < shortest_step) break;
@@ -150,12 +149,13 @@ template <class Go>
   }
 }
 
-/// Sends a phase off to its first threshold, or as far as one step of at most h_max goes, but not
+/// Advances a phase to its first threshold, or as far as one step of at most h_max goes, but not
 /// past t_end. k: its number. theta_e: its electrical angle now.
 template <Machine M>
-[[gnu::always_inline]] inline void fly(const M& machine, const Given& given, double theta_e, int k,
-                                       const Span& span, double scale, double t_end, double h_max,
-                                       Flight& f) {
+[[gnu::always_inline]] inline void advance_phase(const M& machine, const Given& given,
+                                                 double theta_e, int k, const Span& span,
+                                                 double scale, double t_end, double h_max,
+                                                 PhaseStep& f) {
   const PhasePoint &a = f.start, &b = f.end;
   const double d2i = bend(a.m, a.i, a.v, {given.omega_m, 0});
   const double whole = t_end - f.t0;
@@ -180,16 +180,16 @@ template <Machine M>
     const auto go = [&](double shorter, const Guard& g, double most) {
       return step(machine, given, theta_e, a, d2i, scale, shorter, g, most, f.end);
     };
-    go_shorter(go, span, k, y, f);
+    shorten(go, span, k, y, f);
   }
   if (y.h >= f.h_fine / 2 && y.spread < spread_part / 8) f.h_fine *= 2;
   f.t1 = y.h == whole ? t_end : min(f.t0 + y.h, t_end);
-  f.aloft = true;
+  f.active = true;
 }
 
-/// Adds what flight f of phase k has done. u: on the path, of the dc link [V]; R: of a phase.
+/// Adds what step f of phase k has done. u: on the path, of the dc link [V]; R: of a phase.
 template <int N>
-void add(Integrals<N>& q, const Flight& f, int k, double u, double R) {
+void add(Integrals<N>& q, const PhaseStep& f, int k, double u, double R) {
   const PhasePoint &a = f.start, &b = f.end;
   const double h = f.t1 - f.t0;
   const double i_squared = integral(a.i * a.i, b.i * b.i, h);
@@ -202,7 +202,7 @@ void add(Integrals<N>& q, const Flight& f, int k, double u, double R) {
 
 /// True where speed and dc-link voltage are held and the bridge lets each phase be by itself.
 template <Machine M, int N>
-bool by_themselves(const Plant<M, N>& p, const State<N>& x, double t) {
+bool independent(const Plant<M, N>& p, const State<N>& x, double t) {
   const StiffSource* source = std::get_if<StiffSource>(&p.source);
   return source && source->u_dc.rate(t) == 0 && x.u_dc > 0 &&
          p.shaft.rotation == Rotation::locked && p.shaft.omega.rate(t) == 0 &&
