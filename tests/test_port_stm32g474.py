@@ -165,6 +165,7 @@ def test_the_timers_run_at_the_control_period_and_start_the_converters(port):
         assert bits(sequence, 0, 2) == len(channels) - 1
         assert (bits(sequence, 2, 5), bits(sequence, 7, 2)) == (19, 1)  # HRTIM trigger 2, rising
         assert [bits(sequence, 9 + 6 * n, 5) for n in range(len(channels))] == list(channels)
+        assert all(bits(port[adc + 0x14], 3 * n, 3) == 2 for n in channels)  # 12.5 periods
         assert bits(port[adc + 0x0C], 3, 2) == 0  # 12 bits
         assert bits(port[adc + 0x08], 28, 2) == 1  # regulator on, not in deep power-down
         assert port[adc + 0x08] & (1 << 0 | 1 << 3) == 1 << 0 | 1 << 3
@@ -217,6 +218,20 @@ def test_the_watchdog_is_fed_by_a_step_in_time_only(port):
     port.interrupt()
     assert port[COMMON + 0x18] == ALL_OUTPUTS  # the drive has tripped
     assert (port.orders()["leg"] == -1).all()
+    assert port[IWDG] == 0  # until a person clears the fault, or the watchdog resets
+    port.ask(enable=0, clear=1)
+    port.interrupt()
+    assert port[IWDG] == 0xAAAA
+
+
+def test_outputs_are_enabled_once_so_that_a_trip_lasts(port):
+    """The latch of a trip that comes after the request is read is seen one period later: until then
+    software must not enable what the hardware has disabled."""
+    port.to_run(reference=5.0)
+    assert port[COMMON + 0x14] == ALL_OUTPUTS
+    port[COMMON + 0x14] = 0
+    port.interrupt()
+    assert port[COMMON + 0x14] == 0
 
 
 def test_a_hardware_trip_ends_the_run_until_a_person_clears_it(port):

@@ -14,7 +14,6 @@ from reluctance.drive.own_code import names_code, own_code
 from reluctance.files import is_file
 
 ALGORITHM = 1  # raised when the same drive gives other key figures
-SET_UP = ("drive", "laws", "limit", "maps", "run")  # parts of the package that figures depend on
 DIGITS = 16  # bytes of a key: two of 1e12 drives share one with a probability of 1e-15
 
 
@@ -40,11 +39,11 @@ def fingerprint(drive: Drive, end: float) -> bytes:
 
 @cache
 def _program() -> bytes:
-    """The version, and the sources that set up and run a drive: they change between versions."""
+    """The version, and the sources of the package: they change between versions."""
     sha = hashlib.sha256(f"{reluctance.__version__} {core_fingerprint()}".encode())
     folder = Path(reluctance.__file__).parent
-    for path in sorted(path for part in SET_UP for path in (folder / part).glob("*.py")):
-        sha.update(path.name.encode() + b"\0" + path.read_bytes())
+    for path in sorted(folder.rglob("*.py")):
+        sha.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
     return sha.digest()
 
 
