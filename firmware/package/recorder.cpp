@@ -8,6 +8,7 @@
 //
 // A dump: header, segments from the oldest to the newest, CRC-32 of all words before.
 #include <bit>
+#include <cstddef>
 
 #include "reluctance_recorder.h"
 #include "srm/base/crc32.hpp"
@@ -55,8 +56,13 @@ void begin_segment(reluctance_recorder& r, const reluctance_controller* controll
 bool tuned(const reluctance_recorder& r, const reluctance_controller* controller) {
   const auto& now = state_of(controller).parameter;
   const auto bytes = [](const auto* p) { return reinterpret_cast<const unsigned char*>(p); };
-  const auto offset = bytes(&now) - bytes(controller);
-  return __builtin_memcmp(bytes(segment(r, r.newest) + 2) + offset, &now, sizeof now) != 0;
+  auto then = now;
+  __builtin_memcpy(&then, bytes(segment(r, r.newest) + 2) + (bytes(&now) - bytes(controller)),
+                   sizeof then);
+  for (std::size_t n = 0; n < then.size(); ++n) {
+    if (std::bit_cast<uint32_t>(then[n]) != std::bit_cast<uint32_t>(now[n])) return true;
+  }
+  return false;
 }
 
 struct Sink {
