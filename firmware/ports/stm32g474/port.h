@@ -19,8 +19,8 @@
 
 typedef struct {
   uint32_t overrun; /* 1: a step came too late */
-  uint32_t enabled; /* 1: the outputs are ordered on */
   uint32_t refused; /* orders that the timer could not take */
+  uint32_t enabled; /* 1: the outputs are ordered on */
 } port_counts;
 
 extern volatile port_counts port;

@@ -38,6 +38,8 @@ struct EdgeMpc {
   static constexpr T wide_band = T(0.53);
   /// What a phase does, another one does this much later, electrical [rad].
   static constexpr T stroke = two_pi<T> / T(N);
+  /// What the feedback of the mean may add to the torque or take from it [1].
+  static constexpr T held_part = T(0.1);
   /// A torque error of this many bands is far [1].
   static constexpr T far = T(8);
 
@@ -65,7 +67,11 @@ struct EdgeMpc {
     const bool motoring = (tau_ref < T(0)) == (y.omega_m < T(0));
     const T turn = static_cast<T>(machine.N_r) * abs(y.omega_m) * T_s;
     if (motoring && state.full > stroke) {
-      demand = state.hold.asked(demand, state.given, turn, false);
+      state.hold.asked(demand, state.given, turn, false);
+      T& part = state.hold.part[0];  // of motoring; no more than the guide has
+      part =
+          clamp(part, -held_part, max(min(held_part, guide.first.level_max / demand - T(1)), T(0)));
+      demand = demand * (T(1) + part);
     }
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T slack = profile.of(psi_slack);
