@@ -135,9 +135,9 @@ def test_a_mistake_is_exit_2_and_leaves_no_file(tmp_path, arguments, says):
 
 def test_interrupting_a_run_leaves_no_file(tmp_path):
     path = tmp_path / "run.csv"
-    command = [sys.executable, "-m", "reluctance.cli", "run", RATED, "--until", "60"]
+    command = [sys.executable, "-m", "reluctance.cli", "run", RATED, "--until", "1000"]
     process = subprocess.Popen(
-        [*command, "--record-us", "1000", "--out", str(path)],
+        [*command, "--record-us", "10000", "--out", str(path)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

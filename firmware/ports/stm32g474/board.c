@@ -133,6 +133,7 @@ static void start_watchdog(void) {
 }
 
 void board_init(void) {
+  port.enabled = 0U;
   start_clocks();
   start_pins();
   start_timers();

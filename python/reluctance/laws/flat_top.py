@@ -103,10 +103,10 @@ def heun(
         Speeds; by default the point's [rad/s].
     """
     rate = slope(point, here, i, u, omega_m)
-    ahead = np.clip(i + dt * rate, 0, most)
+    ahead = np.minimum(np.maximum(i + dt * rate, 0), most)  # np.clip takes three times as long
     there = _core.magnetics(point.magnetics, ahead, theta_end)
-    after = np.clip(i + dt * (rate + slope(point, there, ahead, u, omega_m)) / 2, 0, most)
-    return after, there
+    after = i + dt * (rate + slope(point, there, ahead, u, omega_m)) / 2
+    return np.minimum(np.maximum(after, 0), most), there
 
 
 def slope(
