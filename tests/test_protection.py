@@ -241,4 +241,4 @@ def test_an_order_of_zeros_is_all_off(states):
     )
     for before in (-1, 0, 1):
         assert leg(zero.ctypes.data, before, 5.0, 1.0, 0) == -1
-    assert states.target.library.reluctance_api() == 2
+    assert states.target.library.reluctance_api() == 3
