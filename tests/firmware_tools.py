@@ -113,7 +113,7 @@ class Native:
     if given, changes the measurement (a structured array) of a sample before the step.
     """
 
-    FLAGS = ("-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared", "-fno-gnu-unique")
+    FLAGS = ("-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared")
 
     def __init__(self, given, folder, spoil=None):
         package = firmware(given, folder / "package").folder

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import re
 import shutil
 import subprocess
 
@@ -79,6 +80,36 @@ def test_two_drives_link_into_one_image_and_answer_for_themselves(tmp_path):
         fingerprint.restype = ctypes.c_uint32
         assert fingerprint() == one.fingerprint
     assert made["left"].fingerprint != made["right"].fingerprint
+
+
+def test_two_packages_in_one_process_keep_their_own_constants(tmp_path):
+    """A constant that the linker shares by name would give both the values of the one loaded first.
+    Both stay loaded: their functions have the same names."""
+    loaded = []
+    for limit in (200.0, 150.0):
+        one = drive("sharing").with_values({"machine.i_max_A": limit})
+        folder = firmware(one, tmp_path / f"{limit:.0f}").folder
+        flags = ["-std=c++20", "-O1", "-fPIC", "-shared", "-I.", "-Iinclude", "-o", "image.so"]
+        sources = ["controller.cpp", "run_time.cpp", "peripherals.cpp"]
+        subprocess.run(["g++", *flags, *sources], cwd=folder, check=True)
+        symbols = subprocess.run(
+            ["nm", "-DC", "--defined-only", "image.so"],
+            cwd=folder,
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout
+        assert not re.search(r" [uV] reluctance::", symbols)
+        loaded.append(ctypes.CDLL(str(folder / "image.so")))
+    built = []
+    for library in loaded:
+        library.reluctance_parameter_get.restype = ctypes.c_float
+        controller = ctypes.create_string_buffer(8192)
+        library.reluctance_init(controller)
+        number = library.reluctance_parameter_find(b"current_trip")
+        assert number >= 0
+        built.append(library.reluctance_parameter_get(controller, number))
+    assert built[0] != built[1]
 
 
 @pytest.mark.parametrize("prefix", ["", "Left", "1st", "a-b", "x" * 32])

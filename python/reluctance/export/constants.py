@@ -33,7 +33,7 @@ class Tables:
             self.size += BYTES[element] * len(values)
             self.text.append(
                 f"// {where}: {len(values)} values.\n"
-                f"inline constexpr {element} {name}[] = {{\n{content}}};\n"
+                f"constexpr {element} {name}[] = {{\n{content}}};\n"
             )
         return self.names[content]
 

@@ -200,7 +200,7 @@ def parameters(
     from outside the package, `more` is code that follows the constants."""
     tables = Tables()
     constants = [
-        f"inline constexpr {node['type']} {name} = {constant(node, tables, name)};\n"
+        f"constexpr {node['type']} {name} = {constant(node, tables, name)};\n"
         for name, node in tree.items()
     ]
     body = "\n".join([*tables.text, *constants, *([more] if more else [])])
@@ -217,7 +217,7 @@ def parameters(
             "namespace reluctance {",
             "",
             body,
-            f"inline constexpr std::uint32_t fingerprint = 0x{fingerprint:08X};",
+            f"constexpr std::uint32_t fingerprint = 0x{fingerprint:08X};",
             "",
             "}  // namespace reluctance",
             "",
@@ -242,7 +242,7 @@ def commission_parameters(drive: Drive) -> str:
 
 namespace reluctance {{
 
-inline constexpr srm::Commission<float> commission = {value};
+constexpr srm::Commission<float> commission = {value};
 
 }}  // namespace reluctance
 """

@@ -148,9 +148,9 @@ struct RunTimeParameter {{
   const char *name, *unit;
   float least, most, built;
 }};
-inline constexpr RunTimeParameter run_time[] = {{
+constexpr RunTimeParameter run_time[] = {{
 {rows}}};
-inline constexpr std::uint32_t run_time_layout = 0x{layout(entries):08X};
+constexpr std::uint32_t run_time_layout = 0x{layout(entries):08X};
 
 {_setter("tuning_of", "control.tuning()", "control.", entries)}
 {_setter("trip_levels_of", "protection.levels", "protection.levels.", entries)}
