@@ -63,8 +63,10 @@ wasm:
 
 # The page of `reluctance studio`: the core for its machines, and the drives with their limits. All
 # laws and machine models with three phases; with four, what the page has.
-# Little is written out in place: a page that loads at once.
-STUDIO_KINDS := -Os -mllvm -inline-threshold=50 -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double '-DSRM_TOGETHER(law,machine,phases)=( \
+# Less is written out in place, and no loop is: slower than `make wasm`, for a page that loads at
+# once.
+STUDIO_KINDS := -fno-vectorize -fno-slp-vectorize -fno-unroll-loops -mllvm -inline-threshold=100 \
+  -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double '-DSRM_TOGETHER(law,machine,phases)=( \
   phases == 3 || (machine == "LeHuy" && (law == "TorqueSharing" || law == "Ditc")))'
 studio: $(VENV)/installed
 	$(WASM_CXX) $(CXX_WASM) $(STUDIO_KINDS) -Iinclude web/reluctance.cpp -o web/reluctance.wasm

@@ -219,6 +219,15 @@ def test_the_command_writes_what_the_law_reads(tmp_path: Path) -> None:
     assert "22 trials, 0 runs made now" in command(*line, *over).out  # nothing is run twice
 
 
+def test_a_node_that_holds_the_torque_says_what_it_misses_besides() -> None:
+    """Less current would miss the impossible bound by less, and the torque."""
+    drive = rl.load(RATED, [*ANGLES])
+    over = {"speed_rpm": [1500, 2000], "torque_Nm": [10, 20]}
+    for node in tune_angles(drive, over, "p_cu", keep=["i_rms_A<1"], budget=12).nodes:
+        assert node.figures["tau_mean_Nm"] >= 0.98 * node.torque_Nm
+        assert node.note == "misses i_rms_A < 1"
+
+
 def test_what_cannot_be_meant_over_speed_and_torque_is_one_line(tmp_path: Path) -> None:
     line = ("tune", RATED, "--set", "control.law=angles", "--minimise", "p_cu")
     speed, torque = ("--over", "speed_rpm=500:1000:2"), ("--over", "torque_Nm=5,10")

@@ -10,19 +10,11 @@
 #include "srm/control/law/pwm_current.hpp"
 #include "srm/control/law/torque_sharing.hpp"
 #include "srm/machine/lehuy.hpp"
+#include "within.hpp"
 
 using namespace srm;
 
 namespace {
-
-int failures = 0;
-
-/// One line: the worst value found and the bound that it must not pass.
-void check(const char* law, double worst, double bound) {
-  const bool holds = worst <= bound;
-  if (!holds) ++failures;
-  std::printf("%-6s %-58s %.3g (bound %.3g)\n", holds ? "ok" : "BROKEN", law, worst, bound);
-}
 
 template <Real T>
 constexpr T rad(double degrees) {

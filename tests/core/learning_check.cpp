@@ -8,18 +8,11 @@
 #include "srm/control/law/deadbeat.hpp"
 #include "srm/machine/lehuy.hpp"
 #include "srm/sim/gates.hpp"
+#include "within.hpp"
 
 using namespace srm;
 
 namespace {
-
-int failures = 0;
-
-void check(const char* law, double worst, double bound) {
-  const bool holds = worst <= bound;
-  if (!holds) ++failures;
-  std::printf("%-6s %-58s %.3g (bound %.3g)\n", holds ? "ok" : "BROKEN", law, worst, bound);
-}
 
 std::mt19937 draw(1);
 double uniform(double least, double most) {

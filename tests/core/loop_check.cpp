@@ -48,7 +48,7 @@ int main() {
   srm::Controller<N> controller = [&law, state = decltype(law)::State{}](
                                       const srm::Measurement<double, N>& y, double tau) mutable {
     srm::Orders<N> orders{.command = law.step(state, y, tau), .tau_ref = tau};
-    srm::set_thresholds<double, N>(orders.command, srm::Comparators::analog);
+    for (auto& order : orders.command) srm::set_thresholds(order, srm::Comparators::analog);
     return orders;
   };
   const srm::Plant<Machine, N> plant{

@@ -15,6 +15,3 @@ volatile uint32_t* register_at(uint32_t address) {
 
 uint32_t peek(uint32_t address) { return *register_at(address); }
 void poke(uint32_t address, uint32_t word) { *register_at(address) = word; }
-void power_up(void) {
-  for (int n = 0; n < most; ++n) words[n] = 0;
-}

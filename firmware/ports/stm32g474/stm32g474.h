@@ -43,7 +43,6 @@ volatile uint32_t* register_at(uint32_t address);
 
 /* Ports A, B, C: 0x48000000 and 0x400 more each */
 #define GPIO_MODER(port) REGISTER(0x48000000U + 0x400U * (port))
-#define GPIO_PUPDR(port) REGISTER(0x4800000CU + 0x400U * (port))
 #define GPIO_BSRR(port) REGISTER(0x48000018U + 0x400U * (port))
 #define GPIO_AFR(port, half) REGISTER(0x48000020U + 0x400U * (port) + 4U * (half))
 

@@ -108,7 +108,7 @@ class DriveUnit final : public Unit {
       last_period_ = periods_->template row<Period<N>>(periods_->size() - 1);
     }
     if (reached < t_stop) return diverged() ? Outcome{SRM_DIVERGED} : Outcome{SRM_MORE};
-    if (loop_->t() < t_stop || loop_->under_way()) {
+    if (loop_->t() < t_stop || loop_->within_step()) {
       before_ = loop_->snapshot();
       loop_->look(t_stop);
       looked_ = true;

@@ -136,18 +136,31 @@ template <Machine M, int N>
   return y;
 }
 
+/// The cubic Hermite polynomial from a to b over x, the part of a step of length h [1].
+struct Cubic {
+  double y0, slope0, c2, c3;
+
+  Cubic(const Moving& a, const Moving& b, double h) : y0(a.now), slope0(h * a.rate) {
+    const double slope1 = h * b.rate, rise = b.now - a.now;
+    c3 = slope0 + slope1 - 2 * rise;
+    c2 = 3 * rise - 2 * slope0 - slope1;
+  }
+  double at(double x) const { return y0 + x * (slope0 + x * (c2 + x * c3)); }
+  double slope(double x) const { return slope0 + x * (2 * c2 + x * 3 * c3); }
+  double curve(double x) const { return 2 * c2 + 6 * c3 * x; }
+};
+
 /// The greatest or least value within a step of length h, where the cubic Hermite polynomial from
 /// a to b has one; else that at the end.
 inline double extreme(const Moving& a, const Moving& b, double h) {
   if (!(a.rate * b.rate < 0)) return b.now;
-  const double slope0 = h * a.rate, slope1 = h * b.rate, rise = b.now - a.now;
-  const double c3 = slope0 + slope1 - 2 * rise, c2 = 3 * rise - 2 * slope0 - slope1;
-  double x = slope0 / (slope0 - slope1);
+  const Cubic y(a, b, h);
+  double x = a.rate / (a.rate - b.rate);
   for (int round = 0; round < 2; ++round) {
-    const double curve = 2 * c2 + 6 * c3 * x;
-    if (curve != 0) x = clamp(x - (slope0 + x * (2 * c2 + x * 3 * c3)) / curve, 0.0, 1.0);
+    const double curve = y.curve(x);
+    if (curve != 0) x = clamp(x - y.slope(x) / curve, 0.0, 1.0);
   }
-  return a.now + x * (slope0 + x * (c2 + x * c3));
+  return y.at(x);
 }
 
 /// The first guard that a step meets.

@@ -32,23 +32,21 @@ inline void rate(PhasePoint& p, const Given& g) {
 
 /// The step of a phase, which begins and ends apart from those of the others.
 struct PhaseStep {
-  bool active = false;    // under way
+  bool active = false;    // has begun and has not ended
   double t0{}, t1{};      // [s]
   double h_fine = 1e300;  // what a step may be, from the ones before [s]
   PhasePoint start, end;
   Moving tau;  // torque now
   Guard met;   // at its end; direction 0: nothing
 
-  /// Torque on the way, by the polynomial of the integrals.
+  /// Torque within the step, by the polynomial of the integrals.
   Moving torque(double t) const {
-    const Moving &a = start.tau, &b = end.tau;
     const double h = t1 - t0, x = (t - t0) / h;
-    const double slope0 = h * a.rate, slope1 = h * b.rate, rise = b.now - a.now;
-    const double c3 = slope0 + slope1 - 2 * rise, c2 = rise - slope0 - c3;
-    return {a.now + x * (slope0 + x * (c2 + x * c3)), (slope0 + x * (2 * c2 + x * 3 * c3)) / h};
+    const Cubic y(start.tau, end.tau, h);
+    return {y.at(x), y.slope(x) / h};
   }
 
-  /// Flux linkage on the way: of order 5, for its rates have rates.
+  /// Flux linkage within the step: of order 5, for its rates have rates.
   double flux(double t) const {
     const double h = t1 - t0, x = (t - t0) / h;
     const double slope = h * start.v.now, half_bend = h * h / 2 * start.v.rate;
@@ -61,7 +59,7 @@ struct PhaseStep {
     return start.m.psi + x * (slope + x * (half_bend + x * (c3 + x * (c4 + x * c5))));
   }
 
-  /// Current on the way, where the machine shows `m` at a current i near it.
+  /// Current within the step, at the electrical angle theta_e of that time.
   template <class M>
   double current(double t, const M& machine, double theta_e) const {
     double i = start.i.now + (t - t0) / (t1 - t0) * (end.i.now - start.i.now);
@@ -85,14 +83,10 @@ template <Machine M>
   double i = start.i.now + h * (start.i.rate + h / 2 * d2i), off = 0;
   for (int round = 0; round < 8; ++round) {
     end.m = machine.jet(i, wrap(theta_e + y.h * given.omega_e));
-    // A prediction is off by a term in h^3, so its rate by three times that over h; with it, a
-    // change of the current lowers the flux linkage of Hermite's rule by h R/4 times as much.
     const double rate = start.i.rate + y.h * d2i + 3 / y.h * off;
     const Moving v{given.u - given.R * i, -given.R * rate};
     const double left = start.m.psi + integral(start.v, v, y.h) - end.m.psi;
-    const double per_psi = 1 / (end.m.L_inc + y.h / 4 * given.R);
-    const double change = left * per_psi;
-    double d = change - change * change / 2 * end.m.L_i * per_psi, dh = 0;
+    double d = correction(end.m, left, y.h, given.R), dh = 0;
     off += d;
     double most = abs(d);
     if (round == 0) y.spread = most / scale;
@@ -122,17 +116,17 @@ template <Machine M>
 /// A step that is too long, or passes a threshold, in shorter ones.
 template <class Go>
 [[gnu::noinline, gnu::cold]] void shorten(const Go& go, const Span& span, int k, Trial& y,
-                                          PhaseStep& f) {
+                                          PhaseStep& phase) {
   while (!y.fine || y.spread > spread_part) {
     const double half = y.h / 2;
     if (half < shortest_step) break;
-    f.h_fine = half;
-    f.met = {};
-    y = go(half, f.met, half);
+    phase.h_fine = half;
+    phase.met = {};
+    y = go(half, phase.met, half);
   }
   for (int trials = 8; trials > 0 && !y.landed; --trials) {
     Met first;
-    first.consider(span, k, f.start.i, f.end.i, y.h);
+    first.consider(span, k, phase.start.i, phase.end.i, y.h);
     const Guard g = first.guard;
     if (g.direction == 0) break;
     double lower = 0, upper = y.h, when = first.part * y.h;
@@ -141,10 +135,10 @@ template <class Go>
       y = go(when, g, upper);
       if (y.landed) break;
       y = go(when, Guard{}, when);
-      (g.direction * (g.value - f.end.i.now) > 0 ? lower : upper) = when;
+      (g.direction * (g.value - phase.end.i.now) > 0 ? lower : upper) = when;
       when = 0;
     }
-    f.met = g;
+    phase.met = g;
     if (!y.landed) break;
   }
 }
@@ -155,11 +149,11 @@ template <Machine M>
 [[gnu::always_inline]] inline void advance_phase(const M& machine, const Given& given,
                                                  double theta_e, int k, const Span& span,
                                                  double scale, double t_end, double h_max,
-                                                 PhaseStep& f) {
-  const PhasePoint &a = f.start, &b = f.end;
+                                                 PhaseStep& phase) {
+  const PhasePoint &a = phase.start, &b = phase.end;
   const double d2i = bend(a.m, a.i, a.v, {given.omega_m, 0});
-  const double whole = t_end - f.t0;
-  double h = min(min(whole, h_max), f.h_fine);
+  const double whole = t_end - phase.t0;
+  double h = min(min(whole, h_max), phase.h_fine);
   const double longest = h;
   const bool falls = a.i.rate < 0;
   Guard ahead{k, falls ? span.below : span.above, falls ? -1 : 1};
@@ -171,27 +165,27 @@ template <Machine M>
   } else {
     ahead.direction = 0;
   }
-  Trial y = step(machine, given, theta_e, a, d2i, scale, h, ahead, longest, f.end);
-  f.met = ahead;
-  if (!y.landed) f.met.direction = 0;
+  Trial y = step(machine, given, theta_e, a, d2i, scale, h, ahead, longest, phase.end);
+  phase.met = ahead;
+  if (!y.landed) phase.met.direction = 0;
   const bool fine = y.fine && y.spread <= spread_part;
   const bool passes = b.i.now <= span.below || b.i.now >= span.above || a.i.rate * b.i.rate < 0;
   if (!fine || (passes && !y.landed)) {
     const auto go = [&](double shorter, const Guard& g, double most) {
-      return step(machine, given, theta_e, a, d2i, scale, shorter, g, most, f.end);
+      return step(machine, given, theta_e, a, d2i, scale, shorter, g, most, phase.end);
     };
-    shorten(go, span, k, y, f);
+    shorten(go, span, k, y, phase);
   }
-  if (y.h >= f.h_fine / 2 && y.spread < spread_part / 8) f.h_fine *= 2;
-  f.t1 = y.h == whole ? t_end : min(f.t0 + y.h, t_end);
-  f.active = true;
+  if (y.h >= phase.h_fine / 2 && y.spread < spread_part / 8) phase.h_fine *= 2;
+  phase.t1 = y.h == whole ? t_end : min(phase.t0 + y.h, t_end);
+  phase.active = true;
 }
 
-/// Adds what step f of phase k has done. u: on the path, of the dc link [V]; R: of a phase.
+/// Adds what the step of phase k has done. u: on the path, of the dc link [V]; R: of a phase.
 template <int N>
-void add(Integrals<N>& q, const PhaseStep& f, int k, double u, double R) {
-  const PhasePoint &a = f.start, &b = f.end;
-  const double h = f.t1 - f.t0;
+void add(Integrals<N>& q, const PhaseStep& phase, int k, double u, double R) {
+  const PhasePoint &a = phase.start, &b = phase.end;
+  const double h = phase.t1 - phase.t0;
   const double i_squared = integral(a.i * a.i, b.i * b.i, h);
   q.i_squared[k] += i_squared;
   q.E_winding += integral(a.v * a.i, b.v * b.i, h) + R * i_squared;

@@ -124,10 +124,10 @@ class Simulation {
     finish_all();
   }
 
-  /// True while a phase is under way: its current and its integrals are those of its start.
-  bool under_way() const {
+  /// True while a phase is within a step: its current and its integrals are those of its start.
+  bool within_step() const {
     return std::any_of(now_.phase_steps.begin(), now_.phase_steps.end(),
-                       [](auto& f) { return f.active; });
+                       [](const PhaseStep& phase) { return phase.active; });
   }
 
   const State<N>& state() const { return at().x; }
@@ -181,9 +181,9 @@ class Simulation {
                     .tau_ref = now_.tau_ref};
     State<N> x = this->x();
     for (int k = 0; k < N; ++k) {
-      const PhaseStep& f = now_.phase_steps[k];
-      if (!f.active) continue;
-      x.i[k] = f.current(now_.t, plant_.machine, electrical_angle(plant_, x.theta_m, k));
+      const PhaseStep& phase = now_.phase_steps[k];
+      if (!phase.active) continue;
+      x.i[k] = phase.current(now_.t, plant_.machine, electrical_angle(plant_, x.theta_m, k));
     }
     row.i = x.i;
     for (int k = 0; k < N; ++k) {
@@ -498,53 +498,53 @@ class Simulation {
 
   /// Begins a step of phase k here, or anew where it began; it ends by t_limit.
   [[gnu::always_inline]] void begin_step(int k, double t_limit) {
-    PhaseStep& f = now_.phase_steps[k];
+    PhaseStep& phase = now_.phase_steps[k];
     const State<N>& x = this->x();
     const double t_end = std::min(t_limit, now_.gates.next_instant(k));
     if (conducts(now_.legs[k], x.i[k]) != now_.circuit.flows[k]) flow(k);
     if (!now_.circuit.flows[k]) {
-      f.t1 = t_end;
+      phase.t1 = t_end;
       return;
     }
     const Path& path = now_.circuit.paths.phase[k];
     const double omega_m = x.omega_m;
     const Given g{path.level * x.u_dc - path.v, path.R, omega_m, now_.omega_e};
     double theta_m = x.theta_m - now_.theta_begun;  // spares a division
-    if (f.active) {
-      theta_m -= omega_m * (now_.t - f.t0);
+    if (phase.active) {
+      theta_m -= omega_m * (now_.t - phase.t0);
     } else {
-      f.t0 = now_.t;
-      f.start.m = f.end.m;
-      f.start.i.now = x.i[k];
-      rate(f.start, g);
-      f.tau = f.start.tau;
+      phase.t0 = now_.t;
+      phase.start.m = phase.end.m;
+      phase.start.i.now = x.i[k];
+      rate(phase.start, g);
+      phase.tau = phase.start.tau;
     }
     const double theta_e = electrical_angle(plant_, theta_m, k);
     advance_phase(plant_.machine, g, theta_e, k, span(k), resolution_.scale.i, t_end, now_.h_most,
-                  f);
+                  phase);
   }
 
   /// The step of phase k has ended.
   void finish(int k, State<N>& x) {
-    PhaseStep& f = now_.phase_steps[k];
-    add(now_.sums, f, k, now_.circuit.paths.phase[k].level * x.u_dc, plant_.R);
-    now_.extremes.include(f.start.i, f.end.i, f.t1 - f.t0);
-    x.i[k] = f.end.i.now;
-    f.active = false;
+    PhaseStep& phase = now_.phase_steps[k];
+    add(now_.sums, phase, k, now_.circuit.paths.phase[k].level * x.u_dc, plant_.R);
+    now_.extremes.include(phase.start.i, phase.end.i, phase.t1 - phase.t0);
+    x.i[k] = phase.end.i.now;
+    phase.active = false;
     now_.rated = false;
-    if (f.met.direction != 0) compare(f.met);
+    if (phase.met.direction != 0) compare(phase.met);
   }
 
-  /// Ends all phase_steps here.
+  /// Ends the steps of all phases here.
   void finish_all() {
     for (int k = 0; k < N; ++k) {
-      PhaseStep& f = now_.phase_steps[k];
-      if (f.active && f.t0 < now_.t) {
+      PhaseStep& phase = now_.phase_steps[k];
+      if (phase.active && phase.t0 < now_.t) {
         begin_step(k, now_.t);
         finish(k, at().x);
       }
-      f.active = false;
-      f.t1 = now_.t;
+      phase.active = false;
+      phase.t1 = now_.t;
     }
     settle();
   }
@@ -561,9 +561,9 @@ class Simulation {
     t_limit = std::min(t_limit, now_.t_angle);
     double t = std::min(t_limit, now_.t + resolution_.dt_max);
     for (int k = 0; k < N; ++k) {
-      PhaseStep& f = now_.phase_steps[k];
-      if (f.t1 <= now_.t || f.t1 > t_limit) begin_step(k, t_limit);
-      t = std::min(t, f.t1);
+      PhaseStep& phase = now_.phase_steps[k];
+      if (phase.t1 <= now_.t || phase.t1 > t_limit) begin_step(k, t_limit);
+      t = std::min(t, phase.t1);
     }
 
     const double h = t - now_.t;
@@ -574,12 +574,12 @@ class Simulation {
     const AsymmetricBridge* bridge = std::get_if<AsymmetricBridge>(&plant_.bridge);
     Moving tau0, tau1;
     for (int k = 0; k < N; ++k) {
-      PhaseStep& f = now_.phase_steps[k];
-      const bool ended = f.t1 == t;
-      if (f.active) {
-        tau0 += f.tau;
-        f.tau = ended ? f.end.tau : f.torque(t);
-        tau1 += f.tau;
+      PhaseStep& phase = now_.phase_steps[k];
+      const bool ended = phase.t1 == t;
+      if (phase.active) {
+        tau0 += phase.tau;
+        phase.tau = ended ? phase.end.tau : phase.torque(t);
+        tau1 += phase.tau;
         if (ended) finish(k, x);
       }
       if (ended) {

@@ -117,11 +117,20 @@ void predict(const Point<N>& from, const Settled<N>& s, double h, State<N>& x) {
   x.u_dc = from.x.u_dc + h * (du.now + h / 2 * du.rate);
 }
 
+/// Newton's correction of a current where the flux linkage lacks `left` at the end of a step of
+/// length h, with the bend of the magnetisation.
+///
+/// A prediction of the current is off by a term in h^3, so its rate by three times that over h;
+/// with it, a change di lowers the flux linkage of Hermite's rule by h R di/4.
+[[gnu::always_inline]] inline double correction(const Jet<double>& m, double left, double h,
+                                                double R) {
+  const double per_psi = 1 / (m.L_inc + h / 4 * R);
+  const double change = left * per_psi;
+  return change - change * change / 2 * m.L_i * per_psi;
+}
+
 /// What the flux linkages ask the currents to change by, of a trial `end` at time h; so far they
 /// have been changed by `off` since their prediction.
-///
-/// A prediction is off by a term in h^3, so its rate by three times that over h; with it, a change
-/// di of the current lowers the flux linkage of Hermite's rule by h R di/4.
 template <int N>
 std::array<double, N> corrections(const Point<N>& start, const Point<N>& end, const Settled<N>& s,
                                   double h,
@@ -139,11 +148,8 @@ std::array<double, N> corrections(const Point<N>& start, const Point<N>& end, co
     const double R = paths.phase[k].R;
     const Moving di{end.x.i[k] - start.x.i[k], h * s.d2i[k] + 3 / h * off[k]};
     const Moving v = r.v[k] + paths.phase[k].level * du - R * di - shared;
-    const Jet<double>& m = end.jets[k];
-    const double left = start.jets[k].psi + integral(r.v[k], v, h) - m.psi;
-    const double per_psi = 1 / (m.L_inc + h / 4 * R);
-    const double change = left * per_psi;
-    d[k] = change - change * change / 2 * m.L_i * per_psi;
+    const double left = start.jets[k].psi + integral(r.v[k], v, h) - end.jets[k].psi;
+    d[k] = correction(end.jets[k], left, h, R);
   }
   return d;
 }

@@ -235,15 +235,16 @@ def _within(ranges: Mapping[str, list[Any]], angles: tuple[float, float]) -> Val
 def _node(
     drive: Drive, speed: float, torque: float, trials: Trials, rule: tuple[float, float]
 ) -> Node:
-    """The best trial; where none holds the torque, the rule's angles, which give most of it."""
-    best = trials.best()
-    held = np.isfinite(best.worth) and best.misses[0] <= 0
-    if not held:
+    """The best trial that holds the torque, whatever else it misses; where none does, the rule's
+    angles, which give most of it."""
+    holding = [t for t in trials.tried if np.isfinite(t.worth) and t.misses[0] <= 0]
+    if not holding:
         point = drive.at(to_si(speed, "rpm"))
         on, off = np.radians(rule)
         most = float(flat_top(point, on, off, point.i_max).tau)
         note = f"out of reach: these angles give at most {most:.4g} N m"
         return Node(speed, torque, *rule, {}, note)
+    best = min(holding, key=lambda trial: trial.rank)
     names = dict.fromkeys(
         [trials.goal.figure, "tau_mean_Nm", *(b.figure for b in trials.goal.bounds)]
     )
@@ -254,7 +255,7 @@ def _node(
 
 def _missed(best: Trial, goal: Goal) -> str:
     missed = [str(b) for b, miss in zip(goal.bounds, best.misses, strict=True) if miss > 0]
-    return f"misses {' and '.join(missed)} by least" if missed else ""
+    return f"misses {' and '.join(missed)}" if missed else ""
 
 
 def _part(

@@ -31,14 +31,6 @@ constexpr void set_thresholds(PhaseCommand<T>& order, Comparators comparators) {
   order.i_runaway = two_level ? never<T> : order.i_ref + T(2) * band;
 }
 
-/// Those of all phases.
-template <Real T, int N>
-constexpr void set_thresholds(Command<T, N>& orders, Comparators comparators) {
-  for (PhaseCommand<T>& order : orders) {
-    if (order.gate != Gate::timer) set_thresholds(order, comparators);
-  }
-}
-
 /// The leg for a current inside or outside the band; inside, the leg stays. NaN demagnetizes.
 template <Real T>
 constexpr Leg compared(const PhaseCommand<T>& order, Leg leg, T i) {

@@ -10,9 +10,8 @@
 //
 // What the inductance of the unaligned position has beyond this likeness makes no torque. It is
 // there while a phase builds up, and not where the iron saturates: the law's machine has half of it
-// in addition, at every angle. With all of it the ripple at rated torque of the paper's machine
-// rises by 12 % if the belief is 10 % high in saturation, with none by 13 % at 2250 rpm if it is
-// 10 % low; with half by 7 and 4 %.
+// in addition, at every angle: all of it costs ripple where the belief is high in saturation, none
+// of it where the belief is low.
 //
 // For laws whose orders are those of timers: what a comparator did is not known.
 #pragma once

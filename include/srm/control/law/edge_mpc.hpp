@@ -55,8 +55,8 @@ struct EdgeMpc {
 
   struct State : Memory<T, N> {
     MeanHold<T> hold{};
-    T given{};  // torque of the last sample, in the frame of positive torque [N m]
-    T full{};   // electrical angle since the guide wanted no current in some phase [rad]
+    T tau{};         // of the last sample, in the frame of positive torque [N m]
+    T full_angle{};  // electrical angle since the guide wanted no current in some phase [rad]
   };
 
   constexpr bool is_consistent() const { return psi_slack.size == guide.omega.size; }
@@ -66,8 +66,8 @@ struct EdgeMpc {
     T demand = abs(tau_ref);
     const bool motoring = (tau_ref < T(0)) == (y.omega_m < T(0));
     const T turn = static_cast<T>(machine.N_r) * abs(y.omega_m) * T_s;
-    if (motoring && state.full > stroke) {
-      state.hold.asked(demand, state.given, turn, false);
+    if (motoring && state.full_angle > stroke) {
+      state.hold.asked(demand, state.tau, turn, false);
       T& part = state.hold.part[0];  // of motoring; no more than the guide has
       part =
           clamp(part, -held_part, max(min(held_part, guide.first.level_max / demand - T(1)), T(0)));
@@ -87,12 +87,12 @@ struct EdgeMpc {
     const T pulse = T(2) * A / ripple;
 
     typename Plan::Point x;
-    state.full = motoring ? min(state.full + turn, T(2) * stroke) : T(0);
-    for (const PhaseOutlook<T>& p : phases) state.full = p.idle ? T(0) : state.full;
-    const bool full = state.full > stroke;
+    state.full_angle = motoring ? min(state.full_angle + turn, T(2) * stroke) : T(0);
+    for (const PhaseOutlook<T>& p : phases) state.full_angle = p.idle ? T(0) : state.full_angle;
+    const bool full = state.full_angle > stroke;
     if (!full) state.hold = {};
     const Plan plan = problem(phases, full, y.u_dc, demand, slack, A, pulse, x);
-    state.given = x.e * A + demand;
+    state.tau = x.e * A + demand;
     typename Plan::Levels last;
     for (int j = 0; j < plan.n_active; ++j) {
       const typename Plan::Active& p = plan.phases[j];

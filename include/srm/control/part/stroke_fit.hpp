@@ -12,7 +12,7 @@
 //
 // `unaligned` scales the inductance there, `aligned` what is unsaturated beyond it, and `saturated`
 // the flux linkage that saturates; with all three alike the map is scaled. It is the derivative of
-// a co-energy for any map, and torque scales by saturated/b (similar.hpp). Each sample of a stroke
+// a co-energy for any map, and torque scales by saturated/b (learning.hpp). Each sample of a stroke
 // is a row of a least-squares problem in these four unknowns, linear about the present ones:
 //
 //   U - psi - R I = dR I + d_unaligned L_u i + d_aligned i (L_inc - L_u)
