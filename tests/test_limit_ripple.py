@@ -51,8 +51,7 @@ def test_returning_fluxes_are_free_where_no_angle_has_two_phases() -> None:
     flows = np.arange(n) < n // N
     u = np.where(flows, rng.uniform(-0.9, 0.9, n) * u_dc, 0.0)
     gain = np.where(flows, rng.uniform(100.0, 900.0, n), 0.0)
-    weights = np.linspace(0.0, 1.0, 9) ** (2 / 3)
-    mean = returning_mean(u, gain, flows, n_phases=N, u_dc=u_dc, weights=weights)
+    mean = returning_mean(u, gain, flows, n_phases=N, u_dc=u_dc)
     alone = [_least(u[j : j + 1], gain[j : j + 1], u_dc)[0] for j in range(n // N)]
     assert mean == pytest.approx(np.mean(alone), rel=1e-3)
 

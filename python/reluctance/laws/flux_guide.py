@@ -47,6 +47,7 @@ class FluxGuide:
     point: OperatingPoint  # of the machine; speed and voltage are those of the tables
     tau_ref: float  # [N m]
     f_switch: float  # wanted turn-ons per switch per second [Hz]
+    slack: float = 1.0  # a part of what a phase may leave the guide by [1]
 
     @property
     def profiles(self) -> _core.Guide:
@@ -63,7 +64,7 @@ class FluxGuide:
         """How far a phase may leave the guide, (n_speeds,) [Wb]: reserve^2 times the flux linkage
         of a switching period."""
         period = self.tables[0].u_dc / self.f_switch
-        return [period * reserve**2 for reserve in self.reserve]
+        return [self.slack * period * reserve**2 for reserve in self.reserve]
 
     @property
     def w_psi(self) -> list[float]:

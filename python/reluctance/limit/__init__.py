@@ -2,6 +2,7 @@
 
 from reluctance.drive.operating_point import OperatingPoint
 from reluctance.limit.envelope import Envelope, torque_speed_envelope
+from reluctance.limit.least_ripple import least_ripple_table
 from reluctance.limit.magnetics import phase_magnetics
 from reluctance.limit.point import check_point, operating_point
 from reluctance.limit.profile import Profile, best_profile
@@ -25,6 +26,7 @@ __all__ = [
     "envelope_of",
     "fastest_torque_step",
     "floor_of",
+    "least_ripple_table",
     "limit_of",
     "operating_point",
     "phase_magnetics",

@@ -14,76 +14,31 @@ over all angles of a stroke:
 with the notation of ripple.py. It is a lower bound near the profile as well, and a higher one.
 """
 
-from itertools import product
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from reluctance.limit.magnetics import FloatArray
-
-FULL = 0.98  # of the dc link: a phase with more is driven as the profile drives it [1]
+from reluctance.limit.switching_programme import SwitchingProgramme
 
 
 def returning_mean(
-    u: FloatArray,
-    gain: FloatArray,
-    flows: NDArray[np.bool_],
-    *,
-    n_phases: int,
-    u_dc: float,
-    weights: FloatArray,
+    u: FloatArray, gain: FloatArray, flows: NDArray[np.bool_], *, n_phases: int, u_dc: float
 ) -> float:
-    """Mean of b over the angles.
-
-    Parameters
-    ----------
-    u, gain, flows : (n,) over the period of a phase: mean voltage [V], torque per flux linkage
-        [N m/Wb], and where current flows.
-    weights : of 3/2-norm 1 with their reverse.
-    """
+    """Mean of b over the angles; arguments as of SwitchingProgramme."""
+    programme = SwitchingProgramme(u, gain, flows, n_phases, u_dc)
     shared = np.tile(flows.reshape(n_phases, -1).sum(axis=0) > 1, n_phases) & flows
     run = _runs(shared).reshape(n_phases, -1).T  # (n_angles of a stroke, n_phases), as the others
-    u, gain = u.reshape(n_phases, -1).T, gain.reshape(n_phases, -1).T
-    flows = flows.reshape(n_phases, -1).T
-    n = len(u)
-    upper: list[tuple[int, int, float]] = []  # row, column, value
-    equal: list[tuple[int, int, float]] = []
-    held = [0.0] * int(run.max() + 1)  # the first rows: volt-seconds of each run
-    rows, columns = 0, n  # b first
-    for j in range(n):
-        on = flows[j]
-        mean, g = np.clip(u[j, on] / u_dc, -1.0, 1.0), gain[j, on]
-        vectors = np.array(list(product((-1.0, 0.0, 1.0), repeat=int(on.sum()))))
-        slope = (vectors - mean) @ g * u_dc
-        cost = np.abs(slope) ** (2 / 3)
-        even = (vectors == 0).sum(axis=1) % 2 == 0
-        place = range(columns, columns + len(vectors))
-        for w_E, w_O in zip(weights, weights[::-1], strict=True):
-            upper += zip([rows] * len(vectors), place, np.where(even, w_E, w_O) * cost, strict=True)
-            upper.append((rows, j, -1.0))
-            rows += 1
-        conditions = [(np.ones(len(vectors)), 1.0), (slope / u_dc, 0.0)]
-        conditions += [(vectors[:, k], m) for k, m in enumerate(mean.tolist()) if abs(m) > FULL]
-        for values, value in conditions:
-            equal += zip([len(held)] * len(vectors), place, values, strict=True)
-            held.append(value)
-        for k, r in enumerate(run[j, on].tolist()):
+    returned: list[list[tuple[int, float]]] = [[] for _ in range(int(run.max() + 1))]
+    for j, angle in enumerate(programme.angles):
+        programme.require(zip(angle.shares, angle.slope / u_dc, strict=True), 0.0)
+        for k, r in enumerate(run[j, angle.on].tolist()):
             if r >= 0:
-                equal += zip([r] * len(vectors), place, vectors[:, k] - mean[k], strict=True)
-        columns += len(vectors)
-    from scipy.optimize import linprog  # here, because it is slow to import
-
-    solution = linprog(
-        np.append(np.ones(n), np.zeros(columns - n)),
-        A_ub=_sparse(upper, rows, columns),
-        b_ub=np.zeros(rows),
-        A_eq=_sparse(equal, len(held), columns),
-        b_eq=held,
-    )
-    if not solution.success:
-        raise RuntimeError(f"no least ripple found: {solution.message}")
-    return float(solution.fun) / n
+                off = angle.vectors[:, k] - angle.mean[k]
+                returned[r] += zip(angle.shares, off, strict=True)
+    for volt_seconds in returned:
+        programme.require(volt_seconds, 0.0)
+    n = len(programme.angles)
+    return float(programme.solve()[:n].mean())
 
 
 def _runs(shared: NDArray[np.bool_]) -> NDArray[np.int_]:
@@ -94,11 +49,3 @@ def _runs(shared: NDArray[np.bool_]) -> NDArray[np.int_]:
     rolled = np.roll(shared, -first)
     number = np.cumsum(rolled & ~np.roll(rolled, 1)) - 1
     return np.roll(np.where(rolled, number, -1), first)
-
-
-def _sparse(entries: list[tuple[int, int, float]], rows: int, columns: int) -> Any:
-
-    from scipy.sparse import coo_array
-
-    row, column, value = zip(*entries, strict=True)
-    return coo_array((value, (row, column)), shape=(rows, columns))

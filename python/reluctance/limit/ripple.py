@@ -34,9 +34,9 @@ from reluctance.errors import ParameterError
 from reluctance.limit.magnetics import FloatArray
 from reluctance.limit.profile import Profile
 from reluctance.limit.returning_flux import returning_mean
+from reluctance.limit.switching_programme import weights
 
 AT_REST = 1e-3  # of the peak current: below it a phase is idle, its diodes block [1]
-WEIGHTS = 9  # pairs of weights per angle; fewer lower the bound, never raise it
 
 
 @dataclass(frozen=True)
@@ -80,9 +80,7 @@ def ripple_floor(
         [_least(u_k[on], g_k[on], profile.u_dc) for u_k, g_k, on in zip(*strokes, strict=True)]
     )
     free, peak, held = least.mean(axis=0)
-    returning = returning_mean(
-        u, gain, flows, n_phases=n_phases, u_dc=profile.u_dc, weights=_weights()
-    )
+    returning = returning_mean(u, gain, flows, n_phases=n_phases, u_dc=profile.u_dc)
     M = 4 * n_phases * F  # a turn-on and a turn-off of each of the 2 n_phases switches
     return RippleFloor(
         switching_frequency=F,
@@ -121,13 +119,13 @@ def _least(u: FloatArray, gain: FloatArray, u_dc: float) -> list[float]:
     one = np.ones(len(vectors))
     torque_held = np.vstack([slope / u_dc, one]), np.array([0.0, 1.0])
     fluxes_held = np.vstack([vectors.T, one]), np.append(mean, 1.0)
-    weights = _weights()
+    pairs = weights()
 
     def norm(shares: FloatArray, held: FloatArray) -> float:
         cost = np.abs(slope) ** (2 / 3)
         return max(
             _minimum(np.where(even, w_E, w_O) * cost, A_eq=shares, b_eq=held)
-            for w_E, w_O in zip(weights, weights[::-1], strict=True)
+            for w_E, w_O in zip(pairs, pairs[::-1], strict=True)
         )
 
     shares, held = torque_held
@@ -139,11 +137,6 @@ def _least(u: FloatArray, gain: FloatArray, u_dc: float) -> list[float]:
         b_eq=held,
     )
     return [norm(*torque_held), greater, norm(*fluxes_held)]
-
-
-def _weights() -> FloatArray:
-    """Of E; those of O are the same in reverse."""
-    return np.asarray(np.linspace(0.0, 1.0, WEIGHTS) ** (2 / 3))
 
 
 def _minimum(cost: FloatArray, **constraints: Any) -> float:
