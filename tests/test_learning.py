@@ -94,6 +94,27 @@ def test_without_excitation_nothing_moves_and_it_says_so(name):
     assert np.all(learned.R == learned.R[0])
 
 
+@pytest.mark.parametrize("rpm", [5659, 8488])
+def test_currents_that_never_end_tell_nothing(rpm):
+    """The 60 kW machine at 2 and 3 times its base speed: every phase stays in current, after a
+    first stroke from no current that does not end either."""
+    drive = rl.load(
+        ROOT / "examples" / "edge_mpc_learning.toml",
+        [
+            *("machine=generic_60kw_6_4", "converter.u_dc_V=300", "sensing.i_range_A=500"),
+            *(f"load.speed_rpm={rpm}", "reference.tau_Nm=60"),
+        ],
+    )
+    result = rl.simulate(drive, until=0.15)
+    i = np.asarray(result.i)
+    assert i[:, i.shape[1] // 2 :].min() > 1.0
+    learned = result.learned
+    assert learned.state == "waits" and learned.strokes[-1] == 0
+    factors = (learned.unaligned, learned.aligned, learned.saturated)
+    assert all(np.all(factor == 1.0) for factor in factors)
+    assert np.all(learned.R == learned.R[0])
+
+
 @pytest.mark.long
 def test_a_standstill_after_a_run_keeps_what_was_learned():
     """Learned while it turns; then the rotor stands."""
