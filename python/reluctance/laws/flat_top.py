@@ -8,6 +8,7 @@ band nor sampling is in it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -159,19 +160,42 @@ def _best_window(
     steps: int = STEPS // 3,
 ) -> tuple[float, float, bool]:
     """The best pair of some angles [deg], and whether it has room above the torque."""
-    on, off = (pair.ravel() for pair in np.meshgrid(on, off))
-    sign, middle = (-1, 270) if tau < 0 else (1, 90)
+    sign = -1 if tau < 0 else 1
+    tried = _windows(point, tuple(on.tolist()), tuple(off.tolist()), widest, tau < 0, steps)
+    most = (sign * tried.pulses.tau).max(axis=1)
+    enough = most >= room * abs(tau)
+    i_rms = [
+        np.interp(abs(tau), np.maximum.accumulate(sign * t), rms, left=rms[0])
+        for t, rms in zip(tried.pulses.tau, tried.pulses.i_rms, strict=True)
+    ]
+    best = np.argmin(np.where(enough, i_rms, np.inf)) if enough.any() else np.argmax(most)
+    return float(tried.on[best]), float(tried.off[best]), bool(enough[best])
+
+
+@dataclass(frozen=True)
+class _Windows:
+    """Windows that were tried [deg], and the pulses of each with CURRENTS currents."""
+
+    on: FloatArray
+    off: FloatArray
+    pulses: FlatTop
+
+
+@lru_cache(maxsize=16)  # the same ones serve for any torque and room
+def _windows(
+    point: OperatingPoint,
+    on_deg: tuple[float, ...],
+    off_deg: tuple[float, ...],
+    widest: float,
+    brakes: bool,
+    steps: int,
+) -> _Windows:
+    """Of some angles, those that can be meant."""
+    on, off = (pair.ravel() for pair in np.meshgrid(on_deg, off_deg))
+    middle = 270 if brakes else 90
     fits = (on <= middle) & (off >= middle)
     fits &= (off - on >= 360 / point.n_phases) & (off - on <= widest)
     on, off = on[fits], off[fits]
     i = point.i_max * np.linspace(0, 1, CURRENTS + 1)[1:] ** 1.5
     ends = np.radians(on)[:, None], np.radians(off)[:, None]
-    pulses = flat_top(point, *ends, i[None, :], steps=steps)
-    most = (sign * pulses.tau).max(axis=1)
-    enough = most >= room * abs(tau)
-    i_rms = [
-        np.interp(abs(tau), np.maximum.accumulate(sign * t), rms, left=rms[0])
-        for t, rms in zip(pulses.tau, pulses.i_rms, strict=True)
-    ]
-    best = np.argmin(np.where(enough, i_rms, np.inf)) if enough.any() else np.argmax(most)
-    return float(on[best]), float(off[best]), bool(enough[best])
+    return _Windows(on, off, flat_top(point, *ends, i[None, :], steps=steps))
