@@ -53,24 +53,19 @@ struct FiniteSetMpc {
     const T w_goal = profile.of(w_psi);
     const T off = w_goal > T(0) ? y.u_dc * T(1e-7) : T(0);  // the flux of 0.1 us
     const Outlook<M, N> model{machine, profile, R, T_s, delay, ahead, off};
-    LegSearch<T, N> search;
-    search.phases = model.at(y, tau_ref, state);
-    search.tau_ref = abs(tau_ref);
-    search.u_dc = y.u_dc;
-    search.R = R;
-    search.i_max = i_max;
-    search.T_s = T_s;
-    search.t_end = max(t_end, T_s);
-    search.w_psi = w_goal;
-    search.w_i = w_i;
-    search.w_sw = w_sw;
-    search.horizon = horizon;
+    const LegSearch<T, N> search{.phases = model.at(y, tau_ref, state),
+                                 .tau_ref = abs(tau_ref),
+                                 .u_dc = y.u_dc,
+                                 .R = R,
+                                 .i_max = i_max,
+                                 .T_s = T_s,
+                                 .t_end = max(t_end, T_s),
+                                 .w_psi = w_goal,
+                                 .w_i = w_i,
+                                 .w_sw = w_sw,
+                                 .horizon = horizon};
     std::array<int, N> last;
-    for (int k = 0; k < N; ++k) {
-      last[k] = static_cast<int>(state.ordered[k].leg.back());
-      search.lowest[k] = -1;
-      search.highest[k] = search.phases[k].idle || tau_ref == T(0) ? -1 : 1;
-    }
+    for (int k = 0; k < N; ++k) last[k] = static_cast<int>(state.ordered[k].leg.back());
     const auto best = search.best(last);
     for (int k = 0; k < N; ++k) state.ordered[k] = hold<T>(static_cast<Leg>(best.level[k]));
     return state.ordered;

@@ -22,88 +22,114 @@ template <Real T, int N>
 struct LegSearch {
   using Levels = std::array<int, N>;
 
-  std::array<PhaseOutlook<T>, N> phases{};
-  Levels lowest{}, highest{};  // levels that a phase may take
-  T tau_ref{};                 // [N m]
-  T u_dc{}, R{}, i_max{};
-  T T_s{}, t_end{};  // [s]
-  T w_psi{};         // [N^2 m^2/Wb^2]
-  T w_i{};           // [N^2 m^2/A^2]
-  T w_sw{};          // cost of a turn-on [N^2 m^2 s]
-  int horizon = 1;
+  std::array<PhaseOutlook<T>, N> phases;
+  T tau_ref;  // at least 0; at 0 all phases demagnetize [N m]
+  T u_dc, R, i_max;
+  T T_s, t_end;  // [s]
+  T w_psi;       // [N^2 m^2/Wb^2]
+  T w_i;         // [N^2 m^2/A^2]
+  T w_sw;        // cost of a turn-on [N^2 m^2 s]
+  int horizon;
 
   struct Best {
-    Levels level{};  // for the first sample
-    T cost = T(1e30);
-    int visited = 0;  // combinations whose cost was computed
+    Levels level;  // for the first sample
+    T cost;
+    int visited;  // combinations whose cost was computed
   };
 
-  Best best(const Levels& last, Pruning pruning = Pruning::on) const {
-    Best found;
+  template <Pruning pruning = Pruning::on>
+  Best best(const Levels& last) const {
+    Found found;
+    int n_free = 0, n_off = 0;
+    for (int k = 0; k < N; ++k) found.phase[off(k) ? N - ++n_off : n_free++] = k;
     std::array<Branch, N> start;
     Node root;
-    for (int k = 0; k < N; ++k) {
-      branch(start[k], k, phases[k].psi, last[k], 0);
-      root.phase[k] = &start[k];
+    for (int n = 0; n < N; ++n) {
+      const int k = found.phase[n];
+      branch(start[n], k, phases[k].psi, last[k], 0);
+      root.phase[n] = &start[n];
     }
-    descend(root, 0, pruning, found);
-    return found;
+    descend<pruning>(root, 0, found);
+    Best best{{}, found.cost, found.visited};
+    for (int n = 0; n < N; ++n) best.level[found.phase[n]] = level_of(found.legs, n);
+    return best;
   }
 
  private:
   static constexpr T beyond_limit = T(1e12);
   static constexpr T unbounded = T(1e30);
 
+  /// A leg combination: level + 1 in two bits a place.
+  using Packed = unsigned;
+  static constexpr int level_of(Packed legs, int n) {
+    return static_cast<int>(legs >> (2 * n) & 3u) - 1;
+  }
+
+  struct Found {
+    Levels phase;  // at each place; those without a choice come last
+    Packed legs = 0;
+    T cost = unbounded;
+    int visited = 0;
+  };
+
+  bool off(int k) const { return phases[k].idle || !(tau_ref > T(0)); }
   T weight(int j) const { return j + 1 == horizon ? t_end : T_s; }
 
   /// A phase at the end of a sample with each of its levels, and what that costs by itself. It
   /// depends on what the phase itself did before, not on the others.
   struct Branch {
-    std::array<T, 3> psi, tau, cost;
+    struct End {
+      T cost, tau, psi;
+    };
+    std::array<End, 3> end;
+    int n_ends;
     T least;              // cost
     T tau_low, tau_high;  // torques
   };
 
   struct Node {
     std::array<const Branch*, N> phase;
-    Levels first;
+    Packed first = 0;
     T cost{};
   };
 
   /// Phase k in sample j, from a flux linkage and a level on.
-  void branch(Branch& b, int k, T psi_from, int level_from, int j) const {
+  [[gnu::noinline]] void branch(Branch& b, int k, T psi_from, int level_from, int j) const {
     const PhaseOutlook<T>& x = phases[k];
     const T t = T_s * static_cast<T>(j + 1);
     const T w = weight(j);
     const bool carries = psi_from > T(0);
     const T goal = x.goal + x.goal_rate * t;
     const T still = T_s * (x.bias - R * x.i);  // volt-seconds without the dc link
-    b.least = b.tau_low = unbounded;
-    b.tau_high = -unbounded;
-    for (int level = lowest[k]; level <= highest[k]; ++level) {
-      const T rise = carries || level > 0 ? still + T_s * static_cast<T>(level) * u_dc : T(0);
+    const T swing = T_s * u_dc;
+    const T i_0 = x.i + x.i_drift * t;
+    const T tau_0 = x.tau + x.drift * t;
+    const T w_edge = carries ? w_sw / T(2) : T(0);  // without current a switch turns at no cost
+    const auto end = [&](int level) {
+      const T rise = carries || level > 0 ? still + static_cast<T>(level) * swing : T(0);
       const T psi = max(psi_from + rise, T(0));
       const T away = psi - goal;
       T cost = w * w_psi * away * away;
       T tau = T(0);
       if (psi > T(0)) {
         const T moved = psi - x.psi;
-        const T i = max(x.i + x.i_drift * t + x.i_gain * moved, T(0));
-        tau = x.tau + x.drift * t + x.gain * moved;
+        const T i = max(i_0 + x.i_gain * moved, T(0));
+        tau = tau_0 + x.gain * moved;
         cost = cost + w * w_i * i * i;
         if (i > i_max && level > -1) cost = cost + beyond_limit;
       }
-      if (carries) {  // without current a switch turns at no cost
-        const int levels = level > level_from ? level - level_from : level_from - level;
-        cost = cost + w_sw / T(2) * static_cast<T>(levels);
-      }
-      b.psi[level + 1] = psi;
-      b.tau[level + 1] = tau;
-      b.cost[level + 1] = cost;
-      b.least = min(b.least, cost);
-      b.tau_low = min(b.tau_low, tau);
-      b.tau_high = max(b.tau_high, tau);
-    }
+      cost = cost + w_edge * abs(static_cast<T>(level) - static_cast<T>(level_from));
+      b.end[level + 1] = {cost, tau, psi};
+      b.least = level < 0 ? cost : min(b.least, cost);
+      b.tau_low = level < 0 ? tau : min(b.tau_low, tau);
+      b.tau_high = level < 0 ? tau : max(b.tau_high, tau);
+    };
+    end(-1);
+    b.n_ends = 1;
+    if (off(k)) return;
+    b.n_ends = 3;
+    end(0);
+    end(1);
   }
 
   /// What the sample after a node costs at least.
@@ -118,67 +144,99 @@ struct LegSearch {
     return cost + w * e * e;
   }
 
-  /// Calls visit(cost) for every combination of levels of phases k, k-1, .. 0 that costs less than
-  /// `bound`, which may fall meanwhile. cost, e: of the phases above k.
-  template <int k, class Visit>
-  void combine(const Node& node, T w, T cost, T e, Levels& level, const T& bound, Best& found,
-               const Visit& visit) const {
-    const Branch& b = *node.phase[k];
-    for (int l = lowest[k]; l <= highest[k]; ++l) {
-      const T sum = cost + b.cost[l + 1];
-      const T error = e + b.tau[l + 1];
-      level[k] = l;
-      if constexpr (k > 0) {
-        if (sum < bound) combine<k - 1>(node, w, sum, error, level, bound, found, visit);
+  /// Calls visit(cost, legs) for every combination of levels at the places n, n-1, .. 0 that costs
+  /// less than `bound`, which may fall meanwhile. cost, e, legs: of the places above n.
+  template <int n, class Visit>
+  static void combine(const Node& node, T w, T cost, T e, Packed legs, const T& bound,
+                      const Visit& visit) {
+    const Branch& b = *node.phase[n];
+    const auto* end = b.end.data();
+    const auto* const past = end + b.n_ends;
+    do {
+      const T sum = cost + end->cost;
+      const T error = e + end->tau;
+      if constexpr (n > 0) {
+        if (sum < bound) combine<n - 1>(node, w, sum, error, legs, bound, visit);
       } else {
-        ++found.visited;
         const T whole = sum + w * error * error;
-        if (whole < bound) visit(whole);
+        if (whole < bound) visit(whole, legs);
       }
+      legs += 1u << (2 * n);
+    } while (++end != past);
+  }
+
+  /// The cheapest combination of a sample that costs less than `bound`.
+  struct Cheapest {
+    T cost;
+    Packed legs;
+  };
+
+  template <Pruning pruning>
+  [[gnu::noinline]] Cheapest cheapest(const Node& node, T w, T bound) const {
+    T cost = bound;
+    Packed best = 0;
+    combine<N - 1>(node, w, node.cost, -tau_ref, 0, cost, [&](T whole, Packed legs) {
+      cost = whole;
+      best = legs;
+    });
+    return {cost, best};
+  }
+
+  /// A node with what its phases may do next, as far as it was needed.
+  struct Fork {
+    const Node* node;
+    int j;
+    std::array<std::array<Branch, 3>, N> next;  // after each level
+    unsigned made;
+  };
+
+  template <Pruning pruning>
+  [[gnu::noinline]] void enter(Fork& fork, T cost, Packed to, Found& found) const {
+    Node child;
+    for (int n = 0; n < N; ++n) {
+      const int level = level_of(to, n);
+      Branch& b = fork.next[n][level + 1];
+      const unsigned mark = 1u << (3 * n + level + 1);
+      if (!(fork.made & mark)) {
+        branch(b, found.phase[n], fork.node->phase[n]->end[level + 1].psi, level, fork.j + 1);
+      }
+      fork.made |= mark;
+      child.phase[n] = &b;
+    }
+    child.first = fork.j == 0 ? to : fork.node->first;
+    child.cost = cost;
+    if (pruning == Pruning::off || least(child, weight(fork.j + 1)) < found.cost) {
+      descend<pruning>(child, fork.j + 1, found);
     }
   }
 
   /// The best continuation first: its cost bounds the others'.
-  void descend(const Node& node, int j, Pruning pruning, Best& found) const {
-    const bool prune = pruning == Pruning::on;
+  template <Pruning pruning>
+  void descend(const Node& node, int j, Found& found) const {
+    constexpr bool prune = pruning == Pruning::on;
     const T w = weight(j);
     const T none = unbounded;
-    const T& bound = prune ? found.cost : none;
-    Levels level;
     if (j + 1 == horizon) {
-      combine<N - 1>(node, w, node.cost, -tau_ref, level, bound, found, [&](T cost) {
-        if (!(cost < found.cost)) return;
-        found.cost = cost;
-        found.level = j == 0 ? level : node.first;
-      });
+      const Cheapest end = cheapest<pruning>(node, w, found.cost);
+      if (end.cost < found.cost) {
+        found.cost = end.cost;
+        found.legs = j == 0 ? end.legs : node.first;
+      }
       return;
     }
-    std::array<std::array<Branch, 3>, N> next;  // of a phase after each of its levels
-    std::array<std::array<bool, 3>, N> made{};
-    const auto enter = [&](const Levels& to, T cost) {
-      Node child;
-      for (int k = 0; k < N; ++k) {
-        const int place = to[k] + 1;
-        if (!made[k][place]) branch(next[k][place], k, node.phase[k]->psi[place], to[k], j + 1);
-        made[k][place] = true;
-        child.phase[k] = &next[k][place];
-      }
-      child.first = j == 0 ? to : node.first;
-      child.cost = cost;
-      if (!prune || least(child, weight(j + 1)) < found.cost) descend(child, j + 1, pruning, found);
-    };
-    Levels best = lowest;
+    Fork fork;
+    fork.node = &node;
+    fork.j = j;
+    fork.made = 0;
+    Cheapest first{};
     if (prune) {
-      T least_cost = unbounded;
-      combine<N - 1>(node, w, node.cost, -tau_ref, level, least_cost, found, [&](T cost) {
-        least_cost = cost;
-        best = level;
-      });
-      enter(best, least_cost);
+      first = cheapest<pruning>(node, w, unbounded);
+      enter<pruning>(fork, first.cost, first.legs, found);
     }
-    combine<N - 1>(node, w, node.cost, -tau_ref, level, bound, found, [&](T cost) {
-      if (!prune || level != best) enter(level, cost);
-    });
+    combine<N - 1>(node, w, node.cost, -tau_ref, 0, prune ? found.cost : none,
+                   [&](T cost, Packed legs) {
+                     if (!prune || legs != first.legs) enter<pruning>(fork, cost, legs, found);
+                   });
   }
 };
 
