@@ -126,6 +126,7 @@ struct LegSearch {
     };
     end(-1);
     b.n_ends = 1;
+    b.end[1] = b.end[2] = {unbounded, T(0), T(0)};
     if (off(k)) return;
     b.n_ends = 3;
     end(0);
@@ -150,19 +151,24 @@ struct LegSearch {
   static void combine(const Node& node, T w, T cost, T e, Packed legs, const T& bound,
                       const Visit& visit) {
     const Branch& b = *node.phase[n];
-    const auto* end = b.end.data();
-    const auto* const past = end + b.n_ends;
-    do {
-      const T sum = cost + end->cost;
-      const T error = e + end->tau;
-      if constexpr (n > 0) {
-        if (sum < bound) combine<n - 1>(node, w, sum, error, legs, bound, visit);
-      } else {
-        const T whole = sum + w * error * error;
+    if constexpr (n > 0) {
+      const auto* end = b.end.data();
+      const auto* const past = end + b.n_ends;
+      do {
+        const T sum = cost + end->cost;
+        if (sum < bound) {
+          combine<n - 1>(node, w, sum, e + end->tau, legs, bound, visit);
+        }
+        legs += 1u << (2 * n);
+      } while (++end != past);
+    } else {
+      for (const auto& end : b.end) {
+        const T error = e + end.tau;
+        const T whole = cost + end.cost + w * error * error;
         if (whole < bound) visit(whole, legs);
+        ++legs;
       }
-      legs += 1u << (2 * n);
-    } while (++end != past);
+    }
   }
 
   /// The cheapest combination of a sample that costs less than `bound`.
