@@ -64,17 +64,17 @@ def random_weights(rng: np.random.Generator) -> dict[str, float]:
 @pytest.mark.parametrize("horizon", [1, 2, 3])
 def test_branch_and_bound_equals_brute_force_on_random_states(horizon: int) -> None:
     rng = np.random.default_rng(horizon)
-    visited = np.zeros(2)
+    searched = np.zeros(2)
     for _ in range(10_000):
         x = random_state(rng)
         setting = {**WEIGHTS, **random_weights(rng), "horizon": horizon}
         *_, cost, pruned = _core_parts.leg_search(x, **setting, prune=True)
         *_, least, all_of_them = _core_parts.leg_search(x, **setting, prune=False)
         assert cost == pytest.approx(least, rel=1e-12)
-        visited += pruned, all_of_them
-    assert visited[1] == 10_000 * sum(27**j for j in range(1, horizon + 1))
-    share = {1: 1.0, 2: 0.8, 3: 0.5}[horizon]  # random states are hard: few are far from the best
-    assert visited[0] <= share * visited[1]
+        searched += pruned, all_of_them
+    assert searched[1] == 10_000 * sum(27**j for j in range(horizon))
+    share = {1: 1.0, 2: 0.2, 3: 0.1}[horizon]  # random states are hard: few are far from the best
+    assert searched[0] <= share * searched[1]
 
 
 @pytest.mark.parametrize(("horizon", "n_states"), [(1, 300), (2, 10)])

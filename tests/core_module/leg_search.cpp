@@ -20,8 +20,6 @@ nb::tuple leg_search(const Array<2>& phases, double tau_ref, double u_dc, double
   for (int k = 0; k < 3; ++k) {
     const double* x = phases.data() + 10 * k;
     s.phases[k] = {x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], false, 0};
-    s.lowest[k] = -1;
-    s.highest[k] = 1;
     last[k] = int(x[9]);
   }
   s.tau_ref = tau_ref;
@@ -34,19 +32,20 @@ nb::tuple leg_search(const Array<2>& phases, double tau_ref, double u_dc, double
   s.w_i = w_i;
   s.w_sw = w_sw;
   s.horizon = horizon;
-  const auto found = s.best(last, prune ? srm::Pruning::on : srm::Pruning::off);
-  return nb::make_tuple(found.level[0], found.level[1], found.level[2], found.cost, found.visited);
+  const auto found = prune ? s.best(last) : s.best<srm::Pruning::off>(last);
+  return nb::make_tuple(found.level[0], found.level[1], found.level[2], found.cost, found.nodes);
 }
 
 }  // namespace
 
 void bind_leg_search(nb::module_& m) {
-  m.def("leg_search", &leg_search, nb::arg("phases"), nb::kw_only(), nb::arg("tau_ref"),
-        nb::arg("u_dc"), nb::arg("R"), nb::arg("i_max"), nb::arg("T_s"), nb::arg("t_end"),
-        nb::arg("w_psi"), nb::arg("w_i"), nb::arg("w_sw"), nb::arg("horizon"), nb::arg("prune"),
-        "Best first legs of three phases, the cost of their sequence, and the combinations "
-        "visited. phases: (3, 10) psi, i, tau, gain, drift, goal, goal_rate, i_gain, i_drift, last "
-        "leg.");
+  m.def(
+      "leg_search", &leg_search, nb::arg("phases"), nb::kw_only(), nb::arg("tau_ref"),
+      nb::arg("u_dc"), nb::arg("R"), nb::arg("i_max"), nb::arg("T_s"), nb::arg("t_end"),
+      nb::arg("w_psi"), nb::arg("w_i"), nb::arg("w_sw"), nb::arg("horizon"), nb::arg("prune"),
+      "Best first legs of three phases, the cost of their sequence, and the nodes "
+      "searched. phases: (3, 10) psi, i, tau, gain, drift, goal, goal_rate, i_gain, i_drift, last "
+      "leg.");
 }
 
 }  // namespace bound

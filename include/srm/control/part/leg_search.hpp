@@ -8,8 +8,16 @@
 // more than a known whole one is out (J. Rodriguez, P. Cortes, Predictive Control of Power
 // Converters and Electrical Drives, Wiley 2012; T. Geyer, D. E. Quevedo, "Multistep finite control
 // set model predictive control for power electronics", IEEE Trans. Power Electron. 29(12), 2014).
-// The first known one takes the best step at each sample. The costs of the phases add up apart from
-// the torque error, so that they are summed phase by phase, and a sum that is too high ends there.
+// The first known one takes the best step at each sample.
+//
+// The costs of the phases add up apart from the torque error, so that they are summed phase by
+// phase, and a sum that is too high ends there. What follows a combination is bounded in the same
+// way. As e^2 >= 2 e e_0 - e_0^2 for any e_0, the next sample costs at least
+//
+//   sum over phases of min over levels (cost + 2 t e_0 tau) - 2 t e_0 tau_ref - t e_0^2,
+//
+// which is closest where e_0 is the torque error that the sequence will end with; that of the first
+// known one serves.
 #pragma once
 
 #include "srm/control/part/outlook.hpp"
@@ -34,7 +42,7 @@ struct LegSearch {
   struct Best {
     Levels level;  // for the first sample
     T cost;
-    int visited;  // combinations whose cost was computed
+    int nodes;  // whose combinations were compared
   };
 
   template <Pruning pruning = Pruning::on>
@@ -50,8 +58,8 @@ struct LegSearch {
       root.phase[n] = &start[n];
     }
     descend<pruning>(root, 0, found);
-    Best best{{}, found.cost, found.visited};
-    for (int n = 0; n < N; ++n) best.level[found.phase[n]] = level_of(found.legs, n);
+    Best best{{}, found.cost, found.nodes};
+    for (int n = 0; n < N; ++n) best.level[found.phase[n]] = place_of(found.legs, n) - 1;
     return best;
   }
 
@@ -61,15 +69,16 @@ struct LegSearch {
 
   /// A leg combination: level + 1 in two bits a place.
   using Packed = unsigned;
-  static constexpr int level_of(Packed legs, int n) {
-    return static_cast<int>(legs >> (2 * n) & 3u) - 1;
+  static constexpr int place_of(Packed legs, int n) {
+    return static_cast<int>(legs >> (2 * n) & 3u);
   }
 
   struct Found {
     Levels phase;  // at each place; those without a choice come last
     Packed legs = 0;
     T cost = unbounded;
-    int visited = 0;
+    T e{};  // torque error that the first sequence found ends with [N m]
+    int nodes = 0;
   };
 
   bool off(int k) const { return phases[k].idle || !(tau_ref > T(0)); }
@@ -81,11 +90,13 @@ struct LegSearch {
     struct End {
       T cost, tau, psi;
     };
-    std::array<End, 3> end;
+    std::array<End, 3> end;  // those from n_ends on cost too much to be taken
     int n_ends;
-    T least;              // cost
-    T tau_low, tau_high;  // torques
   };
+
+  static constexpr typename Branch::End no_end{unbounded, T(0), T(0)};
+
+  using Next = std::array<std::array<Branch, 3>, N>;  // after each level
 
   struct Node {
     std::array<const Branch*, N> phase;
@@ -120,29 +131,21 @@ struct LegSearch {
       }
       cost = cost + w_edge * abs(static_cast<T>(level) - static_cast<T>(level_from));
       b.end[level + 1] = {cost, tau, psi};
-      b.least = level < 0 ? cost : min(b.least, cost);
-      b.tau_low = level < 0 ? tau : min(b.tau_low, tau);
-      b.tau_high = level < 0 ? tau : max(b.tau_high, tau);
     };
     end(-1);
     b.n_ends = 1;
-    b.end[1] = b.end[2] = {unbounded, T(0), T(0)};
+    b.end[1] = b.end[2] = no_end;
     if (off(k)) return;
     b.n_ends = 3;
     end(0);
     end(1);
   }
 
-  /// What the sample after a node costs at least.
-  T least(const Node& node, T w) const {
-    T cost = node.cost, low = -tau_ref, high = -tau_ref;
-    for (const Branch* b : node.phase) {
-      cost = cost + b->least;
-      low = low + b->tau_low;
-      high = high + b->tau_high;
-    }
-    const T e = max(max(low, -high), T(0));
-    return cost + w * e * e;
+  /// The least of cost + price tau.
+  static T least(const Branch& b, T price) {
+    T found = b.end[0].cost + price * b.end[0].tau;
+    for (int n = 1; n < b.n_ends; ++n) found = min(found, b.end[n].cost + price * b.end[n].tau);
+    return found;
   }
 
   /// Calls visit(cost, legs) for every combination of levels at the places n, n-1, .. 0 that costs
@@ -177,7 +180,6 @@ struct LegSearch {
     Packed legs;
   };
 
-  template <Pruning pruning>
   [[gnu::noinline]] Cheapest cheapest(const Node& node, T w, T bound) const {
     T cost = bound;
     Packed best = 0;
@@ -188,61 +190,88 @@ struct LegSearch {
     return {cost, best};
   }
 
-  /// A node with what its phases may do next, as far as it was needed.
-  struct Fork {
-    const Node* node;
-    int j;
-    std::array<std::array<Branch, 3>, N> next;  // after each level
-    unsigned made;
-  };
-
+  /// The best of what follows a combination. Its cost is summed as combine() sums it.
   template <Pruning pruning>
-  [[gnu::noinline]] void enter(Fork& fork, T cost, Packed to, Found& found) const {
+  [[gnu::noinline]] void enter(const Node& node, const Next& next, Packed to, int j,
+                               Found& found) const {
     Node child;
-    for (int n = 0; n < N; ++n) {
-      const int level = level_of(to, n);
-      Branch& b = fork.next[n][level + 1];
-      const unsigned mark = 1u << (3 * n + level + 1);
-      if (!(fork.made & mark)) {
-        branch(b, found.phase[n], fork.node->phase[n]->end[level + 1].psi, level, fork.j + 1);
-      }
-      fork.made |= mark;
-      child.phase[n] = &b;
+    T cost = node.cost, e = -tau_ref;
+    for (int n = N - 1; n >= 0; --n) {
+      const int place = place_of(to, n);
+      cost = cost + node.phase[n]->end[place].cost;
+      e = e + node.phase[n]->end[place].tau;
+      child.phase[n] = &next[n][place];
     }
-    child.first = fork.j == 0 ? to : fork.node->first;
-    child.cost = cost;
-    if (pruning == Pruning::off || least(child, weight(fork.j + 1)) < found.cost) {
-      descend<pruning>(child, fork.j + 1, found);
-    }
+    child.cost = cost + weight(j) * e * e;
+    child.first = j == 0 ? to : node.first;
+    descend<pruning>(child, j + 1, found);
+  }
+
+  /// What the phase at a place may do after one of its levels.
+  void follow(Next& next, const Node& node, int n, int place, int j, const Found& found) const {
+    branch(next[n][place], found.phase[n], node.phase[n]->end[place].psi, place - 1, j + 1);
   }
 
   /// The best continuation first: its cost bounds the others'.
   template <Pruning pruning>
   void descend(const Node& node, int j, Found& found) const {
-    constexpr bool prune = pruning == Pruning::on;
     const T w = weight(j);
-    const T none = unbounded;
+    ++found.nodes;
     if (j + 1 == horizon) {
-      const Cheapest end = cheapest<pruning>(node, w, found.cost);
-      if (end.cost < found.cost) {
-        found.cost = end.cost;
-        found.legs = j == 0 ? end.legs : node.first;
-      }
+      finish(node, j, found);
       return;
     }
-    Fork fork;
-    fork.node = &node;
-    fork.j = j;
-    fork.made = 0;
-    Cheapest first{};
-    if (prune) {
-      first = cheapest<pruning>(node, w, unbounded);
-      enter<pruning>(fork, first.cost, first.legs, found);
+    Next next;
+    if constexpr (pruning == Pruning::off) {
+      for (int n = 0; n < N; ++n) {
+        for (int place = 0; place < 3; ++place) follow(next, node, n, place, j, found);
+      }
+      combine<N - 1>(node, w, node.cost, -tau_ref, 0, unbounded,
+                     [&](T, Packed to) { enter<pruning>(node, next, to, j, found); });
+      return;
     }
-    combine<N - 1>(node, w, node.cost, -tau_ref, 0, prune ? found.cost : none,
-                   [&](T cost, Packed legs) {
-                     if (!prune || legs != first.legs) enter<pruning>(fork, cost, legs, found);
-                   });
+    const Packed first = cheapest(node, w, unbounded).legs;
+    for (int n = 0; n < N; ++n) follow(next, node, n, place_of(first, n), j, found);
+    enter<pruning>(node, next, first, j, found);
+    const T price = T(2) * weight(j + 1) * found.e;
+    Node bound;  // the same with the least that follows, each phase less its own least
+    bound.cost = node.cost - price * (tau_ref + found.e / T(2));
+    std::array<Branch, N> ahead;
+    for (int n = 0; n < N; ++n) {
+      const Branch& b = *node.phase[n];
+      T lowest = unbounded;
+      for (int place = 0; place < b.n_ends; ++place) {
+        if (place != place_of(first, n)) follow(next, node, n, place, j, found);
+        const T cost = b.end[place].cost + least(next[n][place], price);
+        ahead[n].end[place] = {cost, b.end[place].tau, T(0)};
+        lowest = min(lowest, cost);
+      }
+      ahead[n].n_ends = b.n_ends;
+      for (int place = 0; place < b.n_ends; ++place) {
+        ahead[n].end[place].cost = ahead[n].end[place].cost - lowest;
+      }
+      if (b.n_ends == 1) ahead[n].end[1] = ahead[n].end[2] = no_end;
+      bound.cost = bound.cost + lowest;
+      bound.phase[n] = &ahead[n];
+    }
+    combine<N - 1>(bound, w, bound.cost, -tau_ref, 0, found.cost, [&](T, Packed to) {
+      if (to != first) enter<pruning>(node, next, to, j, found);
+    });
+  }
+
+  /// The last sample.
+  void finish(const Node& node, int j, Found& found) const {
+    const Cheapest end = cheapest(node, weight(j), found.cost);
+    if (j > 0 && !(found.cost < unbounded)) {
+      found.e = -tau_ref;
+      for (int n = 0; n < N; ++n) {
+        found.e = found.e + node.phase[n]->end[place_of(end.legs, n)].tau;
+      }
+    }
+    if (end.cost < found.cost) {
+      found.cost = end.cost;
+      found.legs = j == 0 ? end.legs : node.first;
+    }
   }
 };
 
