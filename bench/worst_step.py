@@ -24,6 +24,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -59,9 +60,8 @@ class Case:
         return rl.load(ROOT / "examples" / f"{self.example}.toml", list(self.overrides))
 
 
-# 20 us of a core with 480 MHz hold 9 600 instructions at one cycle each. More take the random samples
-# of paper_mpc, whose quadratic programme then has all of its iterations, and drives in which three
-# or four phases have a choice at once.
+# 20 us of a core with 480 MHz hold 9 600 instructions at one cycle each. More than these take
+# random samples of paper_mpc, and drives in which three or four phases have a choice at once.
 CASES = {
     "edge_mpc with delay": Case("edge_mpc_mcu", (), 9_600),
     "edge_mpc with delay, 8/6": Case("edge_mpc_mcu", tuple(ONE_HP_8_6), 14_000),
@@ -137,12 +137,12 @@ def operating_points(drive: Drive) -> Iterator[np.ndarray]:
     """The samples of closed loops at five speeds and four torques, 0.02 s of each."""
     for speed in (-1.2, 0.1, 0.5, 1.0, 1.2):
         for torque in (1.0, 0.5, 0.1, -0.5):
-            tau_Nm = torque * drive.reference.tau_Nm
+            tau_Nm = torque * (drive.reference.tau_Nm or drive.tau_max)
             run = _at(drive, speed * drive.load.speed_rpm, {"tau_Nm": tau_Nm})
             yield record(run, steps=round(0.02 / drive.control.T_s)).samples
 
 
-def _at(drive: Drive, speed_rpm: float, reference: dict[str, object]) -> Drive:
+def _at(drive: Drive, speed_rpm: float, reference: dict[str, Any]) -> Drive:
     return replace(
         drive,
         reference=drive.reference.model_copy(update=reference),
@@ -170,7 +170,8 @@ def longest(target: Target, sequences: np.ndarray) -> np.ndarray:
     n, length, width = sequences.shape
     rows = np.full((n, 1 + length, width), np.nan, np.float32)  # NaN trips
     rows[:, 1:] = sequences
-    return target.count(rows.reshape(-1, width)).reshape(n, -1)[:, 1:].max(axis=1)
+    counts = target.count(rows.reshape(-1, width)).reshape(n, -1)
+    return np.asarray(counts[:, 1:].max(axis=1))
 
 
 def climb(
