@@ -84,6 +84,23 @@ def test_a_torque_out_of_reach_leaves_nothing_behind(tmp_path: Path) -> None:
     assert kpis.tau_mean == pytest.approx(40, rel=0.01)
 
 
+@pytest.mark.parametrize("law", ["edge_mpc", "finite_set_mpc"])
+def test_a_drive_that_only_brakes_has_a_guide_for_braking(law: str) -> None:
+    """Twice the base speed of the paper's machine, where it can hardly motor. The same drive that
+    motors too has the mirrored profiles of motoring."""
+    overrides = [f"control.law={law}", "load.speed_rpm=4353", "control.tau_max_Nm=54"]
+    file = ROOT / "examples" / f"{'edge_mpc_fpga' if law == 'edge_mpc' else law}.toml"
+    brakes = rl.load(file, [*overrides, "reference.tau_Nm=-33.7"])
+    k = rl.simulate(brakes, until=0.1, record=None).kpis
+    assert k.tau_mean == pytest.approx(-33.7, rel=5e-3)
+    assert k.torque_error_rms < 0.01
+    both = {"reference.tau_Nm": None, "reference.t_s": [0, 1], "reference.values": [-33.7, 5]}
+    tables = [
+        drive.control.tables(drive.known(), 180) for drive in (brakes, brakes.with_values(both))
+    ]
+    assert [table.omega_m < 0 for (table,) in tables] == [True, False]
+
+
 def test_the_table_says_what_holds() -> None:
     rows = table()
     assert len(rows) == 4 * 8 * 2 * 6 * 3

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -92,6 +92,7 @@ class Drive:
             reference=self.reference.kind,
             tau_max=self.tau_max,
             tau_working=max((abs(tau) for tau in asked), default=0.0) or self.tau_max,
+            brakes=self._brakes(asked),
             T_s=self.control.T_s,
             delay=self.sensing.delay_samples,
             t_dead=self.converter.t_dead,
@@ -107,6 +108,13 @@ class Drive:
             v_diode=self.converter.v_diode_V,
             u_brake=self.u_brake,
         )
+
+    def _brakes(self, asked: Sequence[float]) -> bool:
+        """Every torque of a reference brakes, at a speed that is held."""
+        if self.load.kind != "locked":
+            return False
+        powers = [tau * omega for tau in asked for omega in self.load.omega[1]]
+        return min(powers, default=0.0) < 0 and max(powers) <= 0
 
     @property
     def u_brake(self) -> tuple[float, float]:

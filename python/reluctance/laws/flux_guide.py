@@ -33,7 +33,7 @@ def packed(tables: Sequence[Table], quantity: Literal["i", "psi"], R: float) -> 
     return _core.Guide(
         np.stack([np.where(table.i < least, 0.0, getattr(table, quantity)) for table in tables]),
         tau_max=tables[0].tau_ref[-1],
-        omega_m=[table.omega_m for table in tables],
+        omega_m=[abs(table.omega_m) for table in tables],
         u_dc=tables[0].u_dc,
         drop=R * float(tables[0].i.max()),
     )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from reluctance.drive.control import Control
@@ -18,6 +20,12 @@ if TYPE_CHECKING:
 LEVELS = 19  # torques in a guide, zero included
 CURRENT_POINTS = 180  # angles of a current guide, over one electrical period
 FLUX_POINTS = 360  # of a flux guide: the volt-seconds of a sample are its differences
+
+
+# Profiles of motoring that serve for braking: their ripple at the working torque, in parts of it,
+# and their rms current over that of the profiles of braking [1].
+RIPPLE = 1e-3
+MORE_CURRENT = 1.15
 
 
 class Guided(Control):
@@ -41,6 +49,10 @@ class Guided(Control):
     def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[limit.Table]:
         """Profiles over torque and angle, a table for each speed of the guide.
 
+        They are for positive torque, the frame in which the laws work. The profiles of motoring
+        serve for braking too. Where every reference brakes, and these cannot hold the working
+        torque or take much more current than the profiles of braking, it is those.
+
         Parameters
         ----------
         known : Known
@@ -56,12 +68,28 @@ class Guided(Control):
         """
         from reluctance import limit  # a tenth of the start-up time
 
-        return [
-            limit.profile_table(
-                known.at(omega_m), known.tau_max, n_levels=LEVELS, n_points=n_points
-            )
-            for omega_m in self.guide_speeds(known)
-        ]
+        def made(sense: int) -> list[limit.Table]:
+            return [
+                limit.profile_table(
+                    known.at(sense * omega_m), known.tau_max, n_levels=LEVELS, n_points=n_points
+                )
+                for omega_m in self.guide_speeds(known)
+            ]
+
+        motors = made(1)
+        if not known.brakes:
+            return motors
+        brakes = made(-1)
+
+        def level(table: limit.Table, of: NDArray[np.float64]) -> float:
+            return float(np.interp(known.tau_working, table.tau_ref, of))
+
+        serve = all(
+            level(m, m.tau_error_rms) <= RIPPLE * known.tau_working
+            and level(m, m.i_rms) <= MORE_CURRENT * level(b, b.i_rms)
+            for m, b in zip(motors, brakes, strict=True)
+        )
+        return motors if serve else brakes
 
     def guide_speeds(self, known: Known) -> list[float]:
         """Speeds of the guide, rising [rad/s]."""

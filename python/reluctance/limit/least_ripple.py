@@ -73,7 +73,7 @@ def _replanned(point: OperatingPoint, table: Table, level: int) -> tuple[FloatAr
     found = _without_ripple(point, table.theta_e, np.where(flows, i, 0.0), psi + d, flows, tau_ref)
     if found is None:
         return same
-    lacks = np.maximum(np.abs(_voltage(point.R, *found, h)) - table.u_dc, 0.0).sum() * h
+    lacks = np.maximum(np.abs(_voltage(point.R, *found, h)) - table.u_dc, 0.0).sum() * abs(h)
     fits = lacks <= LACKS * found[1].max() and found[0].max() <= point.i_max
     return found if fits else same
 
