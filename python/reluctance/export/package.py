@@ -287,6 +287,13 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
     return {
         **learned_marks(drive.control.learns),
         "phases": str(drive.machine.n_phases),
+        "straight": ", ".join(map(str, range(drive.machine.n_phases))),
+        "positive": ", ".join(["1"] * drive.machine.n_phases),
+        "swapped": ", ".join(map(str, [0, 2, 1, *range(3, drive.machine.n_phases)])),
+        "turned": ", ".join(["1", "-1", *["1"] * (drive.machine.n_phases - 2)]),
+        "N_s": str(drive.machine.N_s),
+        "R_ohm": f"{drive.machine.R:g}",
+        "J_kgm2": f"{drive.machine.J_kgm2:g}",
         "letters": ", ".join("abcdef"[: drive.machine.n_phases]),
         "T_s": literal(drive.control.T_s, "T_s"),
         "T_s_us": f"{drive.control.T_s_us:g}",
