@@ -55,7 +55,7 @@ def test_the_readme_leads_from_the_first_power_up_to_a_turning_rotor(tmp_path):
     states = ["precharge", "calibrate", "ready"]
     assert [line.split()[-1] for line in said["precharge"].splitlines()[:3]] == states
     offset = [float(x) for x in said["precharge"].splitlines()[3].split(":")[1].split(",")]
-    assert offset == pytest.approx([-1.0, -1.5, 0.4], abs=0.08)  # channels 1, 0, 2; one reversed
+    assert offset == pytest.approx([-1.0, -1.5, 0.4], abs=0.08)  # of phases 1, 0, 2; one reversed
 
 
 @pytest.fixture(scope="module")
@@ -145,6 +145,14 @@ def test_what_is_wired_wrongly_is_found_and_corrected(drive, uncorrected):
     write_wiring(uncorrected, read_wiring(uncorrected).with_sensors(found.sensor, found.sign))
     found = steps.routine(emulated(uncorrected, drive, CROSSED), "wiring")
     assert (found.sensor, found.sign) == ((0, 1, 2), (1, 1, 1))
+
+
+@needs_target
+def test_a_turning_rotor_goes_on_for_as_long_as_it_is_asked_to(drive, uncorrected):
+    """More electrical periods than the simulation keeps between two looks."""
+    found = steps.spin(emulated(uncorrected, drive, Wires()), until=1.2)
+    assert found.done
+    assert found.fastest_rpm > 1600
 
 
 @needs_target

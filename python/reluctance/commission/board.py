@@ -155,6 +155,7 @@ class Board:
             stop = min(end, self.t + SLICE)
             while self.t < stop:
                 self.t = self._loop.advance(stop)
+                self._loop.take_periods()  # a full table stops the loop
             if until(self):
                 return True
         return False

@@ -18,7 +18,9 @@ from reluctance.units import from_si, to_si
 
 CLAMPED = ("resistance", "pulses")
 MOST_TIME = 400.0  # of a routine [s]; it gives up before
+SPEEDS = ("speed", "pv")  # kinds of references that are speeds
 GENTLE = 0.1  # of the greatest torque, or of the speed: the first spin
+TURNING = 0.7  # of the speed: the trip tests of a drive with a speed reference
 SPIN_TIME, SPIN_ROOM = 0.5, 1.5  # of the first spin [s]; over the time to the speed limit [1]
 BRISK = 0.5  # of the speed that the drive works at: then something is pulled
 AFTER = 0.05  # until the board must have tripped [s]
@@ -154,7 +156,8 @@ def spin(
 
 def trips(on: Emulated, *, reference: float | None = None) -> list[Trip]:
     """What must stop a turning drive, one power cycle each."""
-    asked = _gentle(on) if reference is None else _asked(on, reference)
+    part = TURNING if on.drive.reference.kind in SPEEDS else GENTLE
+    asked = _gentle(on, part) if reference is None else _asked(on, reference)
     return [_trip(on, what, cause, asked) for what, cause in CAUSES.items()]
 
 
@@ -163,7 +166,11 @@ def _trip(on: Emulated, what: str, cause: Callable[[Board, bool], None], asked: 
     with powered(on, interrupt=CONTROL) as board:
         board.reference = asked
         if not board.run(3.0, lambda b: abs(b.omega_m) > brisk and b.mode == "run"):
-            why = "it does not turn" if board.fault is None else _said(board, "run")
+            why = (
+                f"it does not reach {from_si(brisk, 'rpm'):.0f} rpm"
+                if board.fault is None
+                else _said(board, "run")
+            )
             return Trip(what, 0, f"before the test: {why}", 0.0, not board.gates, False, False)
         at = board.period * board.T_s
         cause(board, True)
@@ -238,18 +245,18 @@ def _routine(board: Board, name: str, phase: int, pulses: int, progress: Told) -
     )
 
 
-def _gentle(on: Emulated) -> float:
-    """The first reference: in SI."""
+def _gentle(on: Emulated, part: float = GENTLE) -> float:
+    """Part of the greatest torque, or of the speed: in SI."""
     kind = on.drive.reference.kind
     if kind == "none":
         return 1.0
-    most = on.drive.omega_nominal if kind in ("speed", "pv") else on.drive.tau_max
-    return GENTLE * most
+    most = on.drive.omega_nominal if kind in SPEEDS else on.drive.tau_max
+    return part * most
 
 
 def _asked(on: Emulated, reference: float) -> float:
     """A reference of the border: rpm, or N m."""
-    return to_si(reference, "rpm") if on.drive.reference.kind in ("speed", "pv") else reference
+    return to_si(reference, "rpm") if on.drive.reference.kind in SPEEDS else reference
 
 
 def _time_to_limit(on: Emulated, asked: float) -> float:

@@ -290,6 +290,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "straight": ", ".join(map(str, range(drive.machine.n_phases))),
         "positive": ", ".join(["1"] * drive.machine.n_phases),
         "swapped": ", ".join(map(str, [0, 2, 1, *range(3, drive.machine.n_phases)])),
+        "exchanged": ", ".join(map(str, [1, 0, *range(2, drive.machine.n_phases)])),
         "turned": ", ".join(["1", "-1", *["1"] * (drive.machine.n_phases - 2)]),
         "N_s": str(drive.machine.N_s),
         "R_ohm": f"{drive.machine.R:g}",
