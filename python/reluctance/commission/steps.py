@@ -4,7 +4,7 @@ package asks for them, each from a power cycle of its own."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -111,12 +111,13 @@ def recordings(
     ParameterError
         If one was not completed.
     """
-    wiring, wires, found = read_wiring(on.package), on.wires, []
+    wiring, wires, seed, found = read_wiring(on.package), on.wires, on.drive.sensing.noise_seed, []
     first = 360 * phase / on.drive.machine.n_phases
     for n, shown in enumerate(np.linspace(first, first + 180, angles).tolist()):
         counted = wiring.direction * (shown + float(np.degrees(wiring.zero)))
         true = wires.direction * (counted - wires.zero_deg)
-        one = routine(on, "pulses", theta_e_deg=true, phase=phase, pulses=pulses)
+        other = replace(on, drive=on.drive.with_values({"sensing.noise_seed": seed + n}))
+        one = routine(other, "pulses", theta_e_deg=true, phase=phase, pulses=pulses)
         found.append(one)
         if not one.done:
             raise ParameterError(f"at {shown:g} deg electrical: {one.text}")
@@ -146,12 +147,14 @@ def spin(
 
     with powered(on, interrupt=CONTROL) as board:
         board.reference = asked
-        tripped = board.run(end, watch)
+        board.run(end, watch)
         counts = on.wires.direction * read_wiring(on.package).direction
         speed = from_si(counts * board.omega_m, "rpm")
-        done = not tripped and board.mode == "run"
+        text = _said(board, "run")
+        if text == "done" and speed * asked <= 0:
+            text = "it does not turn in the direction of the reference"
         fastest_rpm = from_si(fastest, "rpm")
-        return Spin(done, _said(board, "run"), board.modes, speed, fastest_rpm, i_peak)
+        return Spin(text == "done", text, board.modes, speed, fastest_rpm, i_peak)
 
 
 def trips(on: Emulated, *, reference: float | None = None) -> list[Trip]:

@@ -192,7 +192,7 @@ def processor_in_the_loop(program: Path, cpu: Cpu, *, n_phases: int) -> Iterator
         ) -> list[float]:
             sample = np.array([[*i, theta_e, omega_m, u_dc, i_source, reference]])
             told = np.frombuffer(answer(target_samples(sample).tobytes(), order.itemsize), order)
-            row: list[float] = columns(told, n_phases)[0].tolist()
+            row: list[float] = _columns(told, n_phases)[0].tolist()
             return row
 
         yield _core.controller_from(n_phases, step)
@@ -224,13 +224,13 @@ def _answers(data: bytes, n_phases: int) -> Answers:
     return Answers(
         status=orders["status"].copy(),
         instructions=orders["instructions"].copy(),
-        commands=columns(orders, n_phases),
+        commands=_columns(orders, n_phases),
         fingerprint=int(fingerprint),
         stack=int(stack),
     )
 
 
-def columns(orders: NDArray[np.void], n_phases: int) -> NDArray[np.float32]:
+def _columns(orders: NDArray[np.void], n_phases: int) -> NDArray[np.float32]:
     """Commands and torque reference as the rows of _core.step."""
     parts = []
     for k in range(n_phases):
