@@ -47,6 +47,7 @@ float board_read_dc_link(void) { return y->u_dc_V; }
 void board_read_request(reluctance_request* request) { *request = *ask; }
 void board_write_orders(const reluctance_command* command) { *orders = *command; }
 void board_write_outputs(const reluctance_outputs* outputs) { *out = *outputs; }
+void board_trip(const reluctance_fault* fault) { (void)fault; }
 void board_write_found(const reluctance_found* told) { *found = *told, ++written; }
 /* The interrupt, and how many times it has told what it found. */
 int32_t board_interrupt(const reluctance_measurement* sample, const reluctance_request* request,
@@ -93,7 +94,7 @@ class Board:
                 *(("sign", "<i4", (n,)), ("R", "<f4", (n,)), ("place", "<i4", (n,))),
                 *(("direction", "<i4"), ("zero", "<f4"), ("spread", "<f4")),
                 *(("pulse", "<i4"), ("sample", "<i4"), ("u_mean", "<f4"), ("i", "<f4")),
-                ("theta_e", "<f4"),
+                *(("theta_e", "<f4"), ("offset", "<f4", (n,))),
             ],
         )
         self.modes, self.samples, self.commands, self.trip_at = [], 0, True, None

@@ -1,14 +1,17 @@
 """The exported protection in closed loop, on the desk: no false alarms, and faults are found."""
 
+import csv
 import ctypes
 
 import numpy as np
 import pytest
+from false_alarms import COURSES, row
 from fault_table import FAULTS, LAWS, compiled, noisy, play
 from firmware_tools import ROOT, Native
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.export.trip_levels import limits
 
 pytestmark = pytest.mark.long
 
@@ -23,6 +26,37 @@ def test_noise_trips_nothing(name):
     rl.simulate(given, until=0.1, record=None, controller=target.controller)
     assert len(target.status) >= 1000
     assert target.trip is None
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_first_seconds_of_ten_minutes_have_no_false_alarm(law):
+    """`python tests/false_alarms.py` runs all of them."""
+    for course in COURSES:
+        found = row(law, course, 12.0)
+        assert found["in_run_pct"] > 99
+        assert (found["trips"], found["doubted_samples"]) == (0, 0)
+
+
+def test_ten_stored_minutes_of_each_law_have_no_false_alarm():
+    with (ROOT / "bench" / "protection_alarms.csv").open() as file:
+        stored = list(csv.DictReader(file))
+    for law in LAWS:
+        rows = [part for part in stored if part["law"] == law]
+        assert sum(float(part["simulated_s"]) for part in rows) == 600
+        assert {part["course"] for part in rows} == {*COURSES}
+        for part in rows:
+            assert (part["trips"], part["doubted_samples"]) == ("0", "0")
+            assert int(part["reversals"]) > 200
+
+
+def test_a_drive_that_brakes_together_with_its_fan_is_not_taken_for_a_stuck_angle():
+    """Both slow the rotor down, at up to twice the torque of the motor: the observer lags more."""
+    drive = COURSES["fan"]("paper_rated")
+    weak = drive.with_values({"load.k_fan_Nms2": drive.load.k / 4})
+    slack = [limits(d).angle_slack - 1.5 * 2 * np.pi * 4 / 4096 for d in (drive, weak)]
+    most = drive.tau_max
+    at_most = drive.load.k / 4 * limits(drive).omega_max ** 2
+    assert slack[1] / slack[0] == pytest.approx((most + min(most, at_most)) / (2 * most))
 
 
 @pytest.mark.parametrize("name", LAWS)

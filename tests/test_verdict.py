@@ -53,6 +53,22 @@ def test_the_verdict_compares_cycles_with_the_period():
         assert "37.6 to 49.4 us" in reason
 
 
+def test_the_cycles_hold_only_where_code_and_tables_need_not_wait():
+    """4000 instructions at 2.1 + 4 cycles and 170 MHz take 143.5 us; CCM SRAM has 32 KiB."""
+    given = example("edge_mpc_mcu", "control.T_s_us=200")
+    for changes, fits in (
+        ({"text": 32 * 1024}, True),
+        ({"text": 32 * 1024 + 1}, False),
+        ({"rodata": 95 * 1024}, True),
+        ({"rodata": 96 * 1024 - 999}, False),
+    ):
+        rows = verdict(given, mcu("stm32g474"), replace(STEP, **changes), {1})
+        yes, reason = next(row for row in rows if row[1].startswith("memory"))
+        assert yes is fits
+        assert "of code in CCM SRAM of 32 KiB" in reason
+        assert "the step would take 143.5 us" in reason
+
+
 def test_without_a_delay_the_step_must_be_short():
     late = example("edge_mpc_mcu", "control.T_s_us=200", "sensing.delay_samples=0")
     assert not verdict(late, mcu("stm32g474"), STEP, {1})[0][0]

@@ -85,8 +85,16 @@ reluctance_mode reluctance_commission(reluctance_commissioner* commissioner,
   return now;
 }
 
+reluctance_fault reluctance_commission_fault(const reluctance_commissioner* commissioner) {
+  const srm::Fault<float>& fault =
+      std::launder(reinterpret_cast<const State*>(commissioner))->states.fault;
+  return {static_cast<reluctance_status>(fault.status), fault.phase, fault.value, fault.limit,
+          fault.age};
+}
+
 void reluctance_get_found(const reluctance_commissioner* commissioner, reluctance_found* found) {
-  const auto& x = std::launder(reinterpret_cast<const State*>(commissioner))->routine;
+  const State& all = *std::launder(reinterpret_cast<const State*>(commissioner));
+  const auto& x = all.routine;
   found->finding = static_cast<reluctance_finding>(x.finding);
   found->progress = x.progress;
   for (int k = 0; k < N; ++k) {
@@ -94,6 +102,7 @@ void reluctance_get_found(const reluctance_commissioner* commissioner, reluctanc
     found->sign[k] = x.wiring.sign[k];
     found->R_ohm[k] = x.resistance.R[k];
     found->place[k] = x.alignment.place[k];
+    found->offset_A[k] = all.states.offset[k];
   }
   found->direction = x.alignment.direction;
   found->zero_rad = x.alignment.zero;

@@ -38,6 +38,10 @@ reluctance_finding commissioning_interrupt(void) {
   board_read_request(&request);
   const reluctance_mode mode =
       reluctance_commission(&commissioner, &y, &request, &buffers[next], &outputs);
+  if (mode == RELUCTANCE_MODE_FAULT) {
+    const reluctance_fault fault = reluctance_commission_fault(&commissioner);
+    board_trip(&fault); /* before the orders are written */
+  }
   if (RELUCTANCE_DELAY_SAMPLES == 0 || !outputs.gate_enable) {
     board_write_orders(&buffers[next]);
   }

@@ -14,7 +14,7 @@ extern "C" {
 
 typedef int32_t reluctance_routine;
 enum {
-  RELUCTANCE_ROUTINE_NONE = 0,
+  RELUCTANCE_ROUTINE_NONE = 0,       /* only precharge and the offsets of the sensors */
   RELUCTANCE_ROUTINE_WIRING = 1,     /* which sensor shows which leg, with which sign */
   RELUCTANCE_ROUTINE_RESISTANCE = 2, /* of each phase; clamp the rotor */
   RELUCTANCE_ROUTINE_ALIGNMENT = 3,  /* order of the phases, direction and zero; free rotor */
@@ -56,6 +56,7 @@ typedef struct {
   float u_mean_V;                    /* mean voltage since the row before, less device drops */
   float i_A;
   float theta_e_rad;
+  float offset_A[RELUCTANCE_PHASES]; /* of the current sensors: taken from every reading */
 } reluctance_found;
 
 /* What a routine remembers. Its content is its own business. */
@@ -72,6 +73,9 @@ reluctance_mode reluctance_commission(reluctance_commissioner* commissioner,
                                       const reluctance_measurement* measurement,
                                       const reluctance_request* request,
                                       reluctance_command* command, reluctance_outputs* outputs);
+
+/* The fault that led to RELUCTANCE_MODE_FAULT. */
+reluctance_fault reluctance_commission_fault(const reluctance_commissioner* commissioner);
 
 void reluctance_get_found(const reluctance_commissioner* commissioner, reluctance_found* found);
 const char* reluctance_describe_finding(reluctance_finding finding);

@@ -18,7 +18,7 @@ from reluctance.export.cost import Cost, costs
 from reluctance.export.package import FLASH_LIMIT_KIB, PREFIX, gates_of
 from reluctance.export.parity import STEPS, check_parity, in_the_loop
 from reluctance.export.port import CLOCK_HZ
-from reluctance.export.target import MACHINES, Cpu
+from reluctance.export.target import Cpu, known_cpu
 from reluctance.export.verdict import MCUS, left_out, verdict
 from reluctance.export.verdict import mcu as find_mcu
 from reluctance.run.kpis import shown
@@ -155,7 +155,7 @@ def parity(
     as_json: AsJson = False,
 ) -> None:
     """Replay a simulation on the emulated target and compare its commands bit for bit."""
-    found = check_parity(load(drive_file, overrides, trust=trust), cpu=_cpu(cpu), steps=steps)
+    found = check_parity(load(drive_file, overrides, trust=trust), cpu=known_cpu(cpu), steps=steps)
     if as_json:
         print(json.dumps({"steps": found.steps, "different": found.different, "cpu": cpu}))
     else:
@@ -180,7 +180,7 @@ def pil(
 ) -> None:
     """Processor in the loop: simulate with every control step on the emulated target."""
     drive: Drive = load(drive_file, overrides, trust=trust)
-    target, desk = in_the_loop(drive, cpu=_cpu(cpu), until=until)
+    target, desk = in_the_loop(drive, cpu=known_cpu(cpu), until=until)
     if as_json:
         print(json.dumps({"target": asdict(target), "desk": asdict(desk)}))
         return
@@ -196,10 +196,3 @@ def pil(
 
 def _spent_on(spent: list[Cost], core: Cpu) -> Cost:
     return next(cost for cost in spent if cost.cpu == core)
-
-
-def _cpu(name: str) -> Cpu:
-    for cpu in ("cortex-m4", "cortex-m7"):
-        if name == cpu:
-            return cpu
-    raise ParameterError(f"--cpu {name}, need one of: {', '.join(MACHINES)}")

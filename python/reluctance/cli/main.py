@@ -8,6 +8,7 @@ import typer
 import reluctance
 from reluctance.cli.compare import compare
 from reluctance.cli.efficiency import efficiency
+from reluctance.cli.emulate import emulate
 from reluctance.cli.ended import exit_code, watch_output, watch_signals
 from reluctance.cli.examples import examples
 from reluctance.cli.export import export_app
@@ -34,7 +35,7 @@ app = typer.Typer(
 )
 
 FIRST = (run, sweep, tune, efficiency, compare, limit, paper, machines, examples)
-for command in (*FIRST, studio, pump, size, replay, schema):
+for command in (*FIRST, studio, pump, size, emulate, replay, schema):
     app.command()(command)
 map_app.command()(identify)
 app.add_typer(map_app, name="map")

@@ -1,6 +1,18 @@
 """Commissioning: what is found out of a drive before it turns for the first time."""
 
 from reluctance.commission.bench import Found, Wires, commission, write_pulses
+from reluctance.commission.board import Emulated, emulated
+from reluctance.commission.wires_file import read_wires
 from reluctance.export.commission_levels import Levels, levels
 
-__all__ = ["Found", "Levels", "Wires", "commission", "levels", "write_pulses"]
+__all__ = [
+    "Emulated",
+    "Found",
+    "Levels",
+    "Wires",
+    "commission",
+    "emulated",
+    "levels",
+    "read_wires",
+    "write_pulses",
+]

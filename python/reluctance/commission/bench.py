@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +50,32 @@ class Wires:
     sign: tuple[int, ...] = ()
     direction: int = 1
     zero_deg: float = 0.0
+
+    def checked(self, n_phases: int) -> Wires:
+        """The same with nothing left out.
+
+        Raises
+        ------
+        ParameterError
+            If it cannot be meant.
+        """
+        straight = tuple(range(n_phases))
+        filled = replace(
+            self,
+            phase=self.phase or straight,
+            sensor=self.sensor or straight,
+            sign=self.sign or (1,) * n_phases,
+        )
+        for name in ("phase", "sensor"):
+            given = getattr(filled, name)
+            if sorted(given) != list(straight):
+                raise ParameterError(f"wires.{name} = {given}, need each of {straight} once")
+        if len(filled.sign) != n_phases or not {*filled.sign, self.direction} <= {1, -1}:
+            raise ParameterError(
+                f"wires.sign = {filled.sign}, direction = {self.direction}: need 1 or -1, a sign "
+                "for each phase"
+            )
+        return filled
 
 
 @dataclass(frozen=True)
@@ -132,19 +158,14 @@ def commission(
     if routine not in ROUTINES:
         raise ParameterError(f"routine {routine!r}, need one of {', '.join(ROUTINES)}")
     n = drive.machine.n_phases
-    wires = wires or Wires()
-    straight = tuple(range(n))
-    for name in ("phase", "sensor"):
-        given = getattr(wires, name) or straight
-        if sorted(given) != list(straight):
-            raise ParameterError(f"wires.{name} = {given}, need each of {straight} once")
+    wires = (wires or Wires()).checked(n)
     if not 0 <= phase < n or pulses < 1:
         raise ParameterError(f"phase = {phase}, pulses = {pulses}: need a phase and >= 1 pulse")
     bench = _core.Bench(
         routines=_routines(commission_fields(drive, levels)),
-        phase=wires.phase or straight,
-        sensor=wires.sensor or straight,
-        sign=wires.sign or (1,) * n,
+        phase=wires.phase,
+        sensor=wires.sensor,
+        sign=wires.sign,
         direction=wires.direction,
         zero=to_si(wires.zero_deg, "deg"),
         routine=getattr(_core.Routine, routine),
@@ -159,6 +180,7 @@ def commission(
     t = 0.0
     while bench.finding == RUNNING:
         t = loop.advance(t + SLICE)
+        loop.take_periods()  # a full table stops the loop
     found = bench.found()
     return Found(
         done=bench.finding == DONE,

@@ -10,7 +10,7 @@ import os
 import shutil
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.errors import ParameterError
+from reluctance.files import scratch
 
 Cpu = Literal["cortex-m4", "cortex-m7"]
 MACHINES: dict[str, str] = {"cortex-m4": "mps2-an386", "cortex-m7": "mps2-an500"}
@@ -29,6 +30,7 @@ PACKAGES = (
 )
 COMPILER, EMULATOR = "arm-none-eabi-g++", "qemu-system-arm"
 TIMEOUT = 300.0  # of a replay [s]
+LAST = 2.0  # from the last sample until it must have ended by itself [s]
 STOPPED = "the emulated target stopped before the simulation did"
 
 # Words of the C structs (reluctance_controller.h), as the desk numbers the same columns.
@@ -62,8 +64,22 @@ class Answers:
     stack: int  # deepest, from the call of the step [B]
 
 
-def build(folder: Path, cpu: Cpu) -> Path:
-    """Compile the replay program of a package; warnings are errors.
+def known_cpu(name: str) -> Cpu:
+    """The emulated processor of this name.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+    """
+    for cpu in ("cortex-m4", "cortex-m7"):
+        if name == cpu:
+            return cpu
+    raise ParameterError(f"--cpu {name}, need one of: {', '.join(MACHINES)}")
+
+
+def build(folder: Path, cpu: Cpu, goal: Literal["replay", "bench"] = "replay") -> Path:
+    """Compile the controller of a package and a program around it; warnings are errors.
 
     Raises
     ------
@@ -72,14 +88,14 @@ def build(folder: Path, cpu: Cpu) -> Path:
     """
     _need(COMPILER, "make")
     done = subprocess.run(
-        ["make", "--no-print-directory", "-s", "all", "replay", f"CPU={cpu}"],
+        ["make", "--no-print-directory", "-s", "all", goal, f"CPU={cpu}"],
         cwd=folder,
         capture_output=True,
         text=True,
     )
     if done.returncode != 0:
         raise ParameterError(f"{folder} does not compile for {cpu}: {done.stderr.strip()}")
-    return folder / "build" / cpu / "replay.elf"
+    return folder / "build" / cpu / f"{goal}.elf"
 
 
 def replay(program: Path, cpu: Cpu, samples: NDArray[np.float32]) -> Answers:
@@ -106,10 +122,52 @@ def run_program(program: Path, cpu: Cpu) -> None:
         If it ends with an error.
     """
     done = subprocess.run(
-        _emulator(program, cpu), cwd=program.parent, capture_output=True, text=True, timeout=TIMEOUT
+        _emulator(program.name, cpu),
+        cwd=program.parent,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
     )
     if done.returncode != 0:
         raise ParameterError(f"the emulated {cpu} stopped: {(done.stdout + done.stderr).strip()}")
+
+
+@contextmanager
+def answering(program: Path, cpu: Cpu) -> Iterator[Callable[[bytes, int], bytes]]:
+    """A program on the emulated target that answers records, over two pipes: called with a record
+    and the size of its answer [B].
+
+    Raises
+    ------
+    ParameterError
+        If the target stops.
+    """
+    _need(EMULATOR)
+    command = _emulator(str(program.resolve()), cpu)
+    with scratch() as folder:
+        for name in ("samples", "orders"):
+            os.mkfifo(folder / name)
+        emulator = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL)
+        try:
+            with (
+                open(_writing_end(folder / "samples", emulator), "wb", buffering=0) as samples,
+                open(folder / "orders", "rb", buffering=0) as orders,
+            ):
+
+                def answer(record: bytes, size: int) -> bytes:
+                    try:
+                        samples.write(record)
+                    except BrokenPipeError:
+                        raise ParameterError(STOPPED) from None
+                    return _read(orders, size)
+
+                yield answer
+        finally:
+            try:
+                emulator.wait(LAST)  # its samples have ended
+            except subprocess.TimeoutExpired:
+                emulator.terminate()
+                emulator.wait()
 
 
 @contextmanager
@@ -121,42 +179,23 @@ def processor_in_the_loop(program: Path, cpu: Cpu, *, n_phases: int) -> Iterator
     ParameterError
         If the target stops before the simulation does.
     """
-    _need(EMULATOR)
-    folder = program.parent
     order = order_type(n_phases)
-    for name in ("samples", "orders"):
-        (folder / name).unlink(missing_ok=True)
-        os.mkfifo(folder / name)
-    emulator = subprocess.Popen(_emulator(program, cpu), cwd=folder, stdout=subprocess.DEVNULL)
-    try:
-        with (
-            open(_writing_end(folder / "samples", emulator), "wb", buffering=0) as samples,
-            open(folder / "orders", "rb", buffering=0) as orders,
-        ):
+    with answering(program, cpu) as answer:
 
-            def step(
-                i: list[float],
-                theta_e: float,
-                omega_m: float,
-                u_dc: float,
-                reference: float,
-                i_source: float,
-            ) -> list[float]:
-                sample = np.array([[*i, theta_e, omega_m, u_dc, i_source, reference]])
-                try:
-                    samples.write(target_samples(sample).tobytes())
-                except BrokenPipeError:
-                    raise ParameterError(STOPPED) from None
-                answer = np.frombuffer(_read(orders, order.itemsize), order)
-                row: list[float] = _columns(answer, n_phases)[0].tolist()
-                return row
+        def step(
+            i: list[float],
+            theta_e: float,
+            omega_m: float,
+            u_dc: float,
+            reference: float,
+            i_source: float,
+        ) -> list[float]:
+            sample = np.array([[*i, theta_e, omega_m, u_dc, i_source, reference]])
+            told = np.frombuffer(answer(target_samples(sample).tobytes(), order.itemsize), order)
+            row: list[float] = _columns(told, n_phases)[0].tolist()
+            return row
 
-            yield _core.controller_from(n_phases, step)
-    finally:
-        emulator.terminate()
-        emulator.wait()
-        for name in ("samples", "orders"):
-            (folder / name).unlink(missing_ok=True)
+        yield _core.controller_from(n_phases, step)
 
 
 def target_samples(samples: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -202,12 +241,12 @@ def _columns(orders: NDArray[np.void], n_phases: int) -> NDArray[np.float32]:
     return np.hstack(parts)
 
 
-def _emulator(program: Path, cpu: Cpu) -> list[str]:
+def _emulator(program: str, cpu: Cpu) -> list[str]:
     _need(EMULATOR)
     return [
         *(EMULATOR, "-M", MACHINES[cpu], "-nographic", "-monitor", "none", "-serial", "none"),
         *("-semihosting-config", "enable=on,target=native", "-icount", "shift=10,sleep=off"),
-        *("-kernel", program.name),
+        *("-kernel", program),
     ]
 
 

@@ -86,7 +86,7 @@ def limits(drive: Drive) -> Limits:
             f"{from_si(drive.omega_nominal, 'rpm'):g} rpm that the drive works at; set it"
         )
     step = angle_step(drive)
-    slack = _given(table.angle_slack_deg, _slack(drive, step))
+    slack = _given(table.angle_slack_deg, _slack(drive, step, omega_max))
     if slack <= step:
         raise ParameterError(
             f"[protection] angle_slack_deg = {slack:g}, need more than the angle sensor's step of "
@@ -133,7 +133,7 @@ def angle_step(drive: Drive) -> float:
     return 180 / drive.machine.n_phases if drive.sensing.hall else 0.0
 
 
-def _slack(drive: Drive, step: float) -> float:
+def _slack(drive: Drive, step: float, omega_max: float) -> float:
     """Default of angle_slack_deg: steps of the sensor, what the observer's speed adds up to less
     than the rotor turns, and the correction that Hall edges and index make after the start.
 
@@ -143,7 +143,7 @@ def _slack(drive: Drive, step: float) -> float:
     sensing = drive.sensing
     slack = max(ENCODER_STEPS * step, SMALLEST_SLACK_DEG)
     if sensing.counted_angle:
-        a = (drive.tau_max + abs(drive.load.torque(drive.omega_nominal))) / drive.J
+        a = _acceleration(drive, omega_max)
         tracker = observer(drive.known())
         w = tracker.beyond
         lag = 3 * a / w**2 if tracker.with_load else MEMORY * drive.control.T_s * 2 * a / w  # [rad]
@@ -151,6 +151,16 @@ def _slack(drive: Drive, step: float) -> float:
     if sensing.encoder_index:
         slack += 90 / drive.machine.n_phases + abs(sensing.hall_error_deg)
     return min(slack, MOST_SLACK_DEG)
+
+
+def _acceleration(drive: Drive, omega_max: float) -> float:
+    """Greatest acceleration, that of a drive which brakes together with its load [rad/s^2]. The
+    speed may be any up to over-speed; a fan or a pump takes no more there than what drives it."""
+    load = drive.load
+    steady = max(abs(tau) for tau in load.tau_0[1])
+    driven = drive.tau_max + steady
+    passive = driven if load.pump is not None else min(load.k * omega_max**2, driven)
+    return (driven + passive) / drive.J
 
 
 def _model_error(drive: Drive, step: float) -> float:

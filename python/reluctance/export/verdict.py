@@ -28,19 +28,23 @@ class Mcu:
     ram_KiB: int
     timers: int  # units with four compare values and two outputs
     comparators: int  # with a DAC each
-    memory: str  # where code and tables have to lie for the cycles above
+    code: tuple[str, int]  # memory without wait states for code, and its size [KiB]
+    tables: tuple[str, int]  # likewise for tables and stack
+    wait: int  # cycles of the core that an instruction out of flash may wait
 
 
-# Of the manufacturer's data sheets (DS12288, DS12110). Cycles: a model of the Cortex-M4F without
-# wait states gives 1.6 to 2.1 (docs/firmware.md); that of the Cortex-M7 is an assumption.
+# Of the manufacturer's data sheets and manuals (DS12288, RM0440; DS12110, RM0433). Cycles: a model
+# of the Cortex-M4F without wait states gives 1.6 to 2.1 (docs/firmware.md); that of the Cortex-M7
+# is an assumption. Flash: four wait states, at 170 MHz of the core on the G474, whose cache holds
+# 1 KiB of code; of the bus, at half the core's clock, on the H743.
 MCUS = {
     "stm32g474": Mcu(
         *("stm32g474", "cortex-m4", 170.0, (1.6, 2.1), 512, 128, 6, 7),
-        "code in CCM SRAM: flash has four wait states, and its cache holds 1 KiB of code",
+        *(("CCM SRAM", 32), ("SRAM", 96), 4),
     ),
     "stm32h743": Mcu(
         *("stm32h743", "cortex-m7", 480.0, (1.0, 1.5), 2048, 1024, 5, 2),
-        "code in ITCM, tables and stack in DTCM",
+        *(("ITCM", 64), ("DTCM", 128), 8),
     ),
 }
 
@@ -87,13 +91,23 @@ def verdict(drive: Drive, part: Mcu, spent: Cost, gates: set[int]) -> list[tuple
     least, most = (spent.instructions_max * cpi / part.clock_MHz for cpi in part.cpi)
     allowed = T_s_us * (LOAD if drive.sensing.delay_samples else LATE)
     n_phases = drive.machine.n_phases
+    (code, code_KiB), (tables, tables_KiB) = part.code, part.tables
+    tables_B = spent.rodata + spent.stack
+    waiting = most + spent.instructions_max * part.wait / part.clock_MHz
     rows = [
         (
             most <= allowed,
             f"step: {least:.1f} to {most:.1f} us at {part.clock_MHz:g} MHz "
             f"({spent.instructions_max} instructions, {part.cpi[0]:g} to {part.cpi[1]:g} cycles "
-            f"each, {part.memory}); the period of {T_s_us:g} us allows {allowed:.3g} us with "
+            f"each without wait states); the period of {T_s_us:g} us allows {allowed:.3g} us with "
             f"delay_samples = {drive.sensing.delay_samples}",
+        ),
+        (
+            spent.text <= code_KiB * 1024 and tables_B <= tables_KiB * 1024,
+            f"memory: for that, {spent.text / 1024:.1f} KiB of code in {code} of {code_KiB} KiB, "
+            f"{tables_B / 1024:.1f} KiB of tables and stack in {tables} of {tables_KiB} KiB; if "
+            f"each instruction waited {part.wait} cycles for flash, the step would take "
+            f"{waiting:.1f} us",
         ),
         (
             part.timers >= n_phases,

@@ -1,0 +1,34 @@
+/* One control period of the emulated board: what the simulated bench shows, and what the board
+ * does. The program `bench` exchanges them with `reluctance emulate`, little-endian 32-bit words.
+ */
+#ifndef BENCH_H
+#define BENCH_H
+
+#include "reluctance_commission.h"
+
+/* Which interrupt the timer calls. */
+enum { BENCH_CONTROL = 0, BENCH_COMMISSIONING = 1 };
+
+/* Readings are as the sensors show them: current channels in their order, the angle as counted. */
+typedef struct {
+  int32_t interrupt;
+  int32_t routine; /* begins before this period; -1: none does */
+  int32_t phase;   /* of the pulses */
+  int32_t pulses;
+  reluctance_measurement shown;
+  reluctance_request request;
+} bench_sample;
+
+typedef struct {
+  reluctance_command orders; /* of the legs, in effect from now on */
+  reluctance_outputs outputs;
+  reluctance_fault fault; /* that board_trip was called with; of status 0 where it was not */
+  int32_t rows;           /* calls of board_write_found */
+  reluctance_found found;
+  char text[128]; /* the finding in words, or the fault */
+} bench_answer;
+
+void bench_start(void);
+void bench_period(const bench_sample* sample, bench_answer* answer);
+
+#endif

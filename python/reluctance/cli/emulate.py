@@ -1,0 +1,188 @@
+"""`reluctance emulate`: a package on the emulated board, one step of its README at a time."""
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from reluctance import load
+from reluctance.cli.options import AsJson, Overrides, Trust
+from reluctance.cli.progress import progress_bar
+from reluctance.errors import ParameterError
+from reluctance.files import check_ending, write_whole
+
+if TYPE_CHECKING:
+    from reluctance.commission.bench import Found
+    from reluctance.commission.board import Emulated
+    from reluctance.commission.wiring import Wiring
+
+STEPS = ("precharge", "wiring", "resistance", "alignment", "pulses", "spin", "trip")
+CORRECTING = ("wiring", "alignment")
+Told = Callable[[float], None]
+
+
+def emulate(
+    package: Annotated[
+        Path, typer.Argument(metavar="PACKAGE", help="Folder that `export firmware` wrote.")
+    ],
+    step: Annotated[str, typer.Argument(metavar="STEP", help=f"One of {', '.join(STEPS)}.")],
+    drive_file: Annotated[
+        Path,
+        typer.Option(
+            "--drive", metavar="DRIVE.toml", help="Machine, converter, sensors as they are."
+        ),
+    ],
+    overrides: Overrides = None,
+    trust: Trust = False,
+    wires: Annotated[
+        Path | None, typer.Option(metavar="WIRES.toml", help="How somebody has wired the board.")
+    ] = None,
+    correct: Annotated[
+        bool, typer.Option("--correct", help="Write what was found into emulated/wiring.h.")
+    ] = False,
+    angles: Annotated[int, typer.Option(metavar="N", min=2, help="Clamped positions.")] = 31,
+    pulses: Annotated[int, typer.Option(metavar="N", min=1, help="At each position.")] = 8,
+    phase: Annotated[int, typer.Option(metavar="K", min=0, help="That is pulsed.")] = 0,
+    out: Annotated[
+        Path | None, typer.Option(metavar="PULSES.csv", help="Recording of the pulses.")
+    ] = None,
+    reference: Annotated[
+        float | None, typer.Option(metavar="X", help="Of `spin` and `trip` [N m or rpm].")
+    ] = None,
+    until: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", min=0.2, help="Of `spin`; else to the speed limit."),
+    ] = None,
+    cpu: Annotated[str, typer.Option(help="cortex-m4 or cortex-m7, emulated.")] = "cortex-m7",
+    as_json: AsJson = False,
+) -> None:
+    """Take a package into operation on the emulated board, step by step."""
+    from reluctance.commission import Wires, emulated, read_wires
+    from reluctance.export.target import known_cpu
+
+    if step not in STEPS:
+        raise ParameterError(f"step `{step}`, need one of: {', '.join(STEPS)}")
+    if correct and step not in CORRECTING:
+        raise ParameterError(f"--correct goes with {' or '.join(CORRECTING)}, not with `{step}`")
+    drive = load(drive_file, overrides, trust=trust)
+    if phase >= drive.machine.n_phases:
+        raise ParameterError(f"--phase {phase}, need less than {drive.machine.n_phases}")
+    if step == "pulses":
+        if out is None:
+            raise ParameterError("`pulses` needs --out PULSES.csv")
+        check_ending(out, {".csv"})
+    on = emulated(package, drive, read_wires(wires) if wires else Wires(), known_cpu(cpu))
+    with progress_bar(step, 1.0) as told:
+        found, lines = _step(
+            on, step, told, (angles, pulses, phase), out, reference=reference, until=until
+        )
+    if correct and found["done"]:
+        lines += _corrected(on, step, found)
+    if as_json:
+        print(json.dumps(found))
+    elif lines:
+        print("\n".join(lines))
+    if not found["done"]:
+        raise ParameterError(f"{step}: {found['text']}")
+
+
+def _step(
+    on: "Emulated",
+    step: str,
+    told: Told,
+    recording: tuple[int, int, int],
+    out: Path | None,
+    *,
+    reference: float | None,
+    until: float | None,
+) -> tuple[dict[str, Any], list[str]]:
+    """What a step found, and the lines that tell it."""
+    from reluctance.commission import steps, write_pulses
+
+    if step == "precharge":
+        up = steps.precharge(on)
+        return asdict(up), [*_states(up.states), f"offsets [A]: {_numbers(up.offset, '.3f')}"]
+    if step == "spin":
+        turn = steps.spin(on, reference=reference, until=until, progress=told)
+        return asdict(turn), [
+            *_states(turn.states),
+            f"{turn.speed_rpm:.0f} rpm at the end, {turn.fastest_rpm:.0f} rpm at most; "
+            f"greatest current {turn.i_peak:.1f} A",
+        ]
+    if step == "trip":
+        all_trips = steps.trips(on, reference=reference)
+        good = all(t.off and t.stays and t.clears for t in all_trips)
+        text = "all stop the drive" if good else "a cause does not stop the drive as it must"
+        return {"done": good, "text": text, "trips": [asdict(t) for t in all_trips]}, [
+            f"{t.what}: {'legs off' if t.off else 'LEGS ARE ON'} after {t.late_us:.0f} us, "
+            f"{t.text}; "
+            f"{'stays' if t.stays else 'DOES NOT STAY'}, "
+            f"{'clears once the cause is gone' if t.clears else 'DOES NOT CLEAR'}"
+            for t in all_trips
+        ]
+    if step == "pulses":
+        assert out is not None
+        angles, pulses, phase = recording
+        runs = steps.recordings(on, angles=angles, pulses=pulses, phase=phase, progress=told)
+        write_whole(out, lambda path: write_pulses(path, runs, on.drive))
+        n_rows = sum(len(run.rows) for run in runs)
+        return {"done": True, "text": "done", "angles": angles, "rows": n_rows, "file": str(out)}, [
+            f"{out}: {pulses} pulses at each of {angles} angles, {n_rows} rows",
+            f"next: reluctance map identify {out} --R_ohm R --N_r {on.drive.machine.N_r} "
+            "--out map.csv",
+        ]
+    one = steps.routine(on, step, progress=told)
+    told_all = {k: v for k, v in asdict(one).items() if k != "rows"}
+    return told_all, _told(step, one) if one.done else []
+
+
+def _told(step: str, found: "Found") -> list[str]:
+    """What a routine found, and what to do about it."""
+    legs = range(len(found.sensor))
+    if step == "wiring":
+        straight = found.sensor == tuple(legs) and set(found.sign) == {1}
+        return [
+            *(f"leg {k}: sensor {found.sensor[k]}, sign {found.sign[k]:+d}" for k in legs),
+            "as it must be" if straight else "correct sensors and signs, then run `wiring` again",
+        ]
+    if step == "resistance":
+        mean = sum(found.R) / len(found.R)
+        return [f"R [ohm]: {_numbers(found.R, '.4f')}; mean {mean:.4f}"]
+    what = {
+        1: "subtract the zero from the angle",
+        -1: "count the other way; the zero is then minus this",
+        0: "the legs are in another order: exchange them, and run `alignment` again",
+    }[found.direction]
+    near = (found.zero_deg + 180) % 360 - 180
+    return [
+        f"place of legs {_numbers(legs, 'd')}: {_numbers(found.place, 'd')}",
+        f"direction {found.direction:+d}, zero {near:.3f} deg electrical, "
+        f"spread {found.spread_deg:.3f} deg",
+        "as it must be"
+        if found.direction == 1 and abs(near) <= max(found.spread_deg, 0.05)
+        else what,
+    ]
+
+
+def _corrected(on: "Emulated", step: str, found: dict[str, Any]) -> list[str]:
+    """Writes the wiring that follows from a finding."""
+    from reluctance.commission import wiring
+
+    now: Wiring = wiring.read_wiring(on.package)
+    if step == "wiring":
+        now = now.with_sensors(found["sensor"], found["sign"])
+    else:
+        now = now.with_angle(found["direction"], found["zero_deg"], found["place"])
+    wiring.write_wiring(on.package, now)
+    return [f"wrote {on.package / wiring.HEADER}:", *(f"  {line}" for line in now.lines())]
+
+
+def _states(states: list[tuple[float, str]]) -> list[str]:
+    return [f"{t:8.4f} s  {name}" for t, name in states]
+
+
+def _numbers(values: Any, form: str) -> str:
+    return ", ".join(format(value, form) for value in values)
