@@ -177,6 +177,41 @@ def test_a_wiring_is_read_as_it_was_written(uncorrected):
     assert read_wiring(uncorrected) == other
 
 
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (
+            "ZERO_RAD (70.0F * 0.0174532925F)",
+            "ZERO_RAD is `(70.0F * 0.0174532925F)`, need a line as",
+        ),
+        ("CHANNEL {0, 1}", "need each phase once"),
+        ("LEG {0, 1, 1}", "need each phase once"),
+        ("SIGN {1, 2, 1}", "need 1 or -1"),
+        ("DIRECTION 0", "need 1 or -1"),
+        ("DIRECTION", "is no such line"),
+    ],
+)
+def test_a_wiring_that_cannot_be_meant_is_refused(line, said, uncorrected):
+    path = uncorrected / "emulated" / "wiring.h"
+    text = path.read_text()
+    name = line.split()[0]
+    kept = [row for row in text.splitlines() if not row.startswith(f"#define WIRING_{name} ")]
+    try:
+        path.write_text("\n".join([*kept, f"#define WIRING_{line}", ""]))
+        with pytest.raises(rl.ParameterError) as fault:
+            read_wiring(uncorrected)
+        assert said in str(fault.value)
+    finally:
+        path.write_text(text)
+
+
+def test_a_package_without_its_numbers_is_refused(tmp_path):
+    """As the templates of the package are."""
+    path = drive_file("paper_6_4", tmp_path)
+    (tmp_path / "reluctance_controller.h").write_text("/* nothing */")
+    assert "does not define PHASES" in refused("emulate", tmp_path, "spin", "--drive", path)
+
+
 @pytest.mark.parametrize("way", [1, -1])
 def test_legs_in_another_order_are_put_in_order_before_the_zero_is_taken(way):
     drive = bench_drive("generic_1hp_8_6", **{"control.T_s_us": 50})
@@ -201,6 +236,12 @@ WRONG = {
     "goes with wiring or alignment": ["spin", "--correct"],
     "needs --out": ["pulses"],
     "need less than 3": ["spin", "--phase", "3"],
+    "--out goes with pulses": ["spin", "--out", "x.csv"],
+    "--until goes with spin": ["wiring", "--until", "1"],
+    "--reference goes with spin or trip": ["pulses", "--reference", "1"],
+    "need a finite number": ["spin", "--reference", "nan"],
+    "need at most 400 s": ["spin", "--reference", "1e-6"],
+    "spin for inf s": ["spin", "--until", "inf"],
     "has a control period of 5e-05 s": ["spin", "--set", "control.T_s_us=40"],
     "is for 3 phases, the drive has 4": [
         *("spin", "--set", "machine=generic_1hp_8_6", "--set", "reference.tau_Nm=2"),

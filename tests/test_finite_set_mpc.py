@@ -10,12 +10,12 @@ from reluctance import _core, _core_parts
 from reluctance.laws.finite_set_mpc import NO_GUIDE
 
 WEIGHTS = {"R": 0.72, "i_max": 150.0, "T_s": 20e-6, "t_end": 30e-6, "u_dc": 240.0, "tau_ref": 40.0}
-PSI, CURRENT, TAU, GAIN, DRIFT, GOAL, GOAL_RATE, I_GAIN, I_DRIFT, LEG = range(10)
+PSI, CURRENT, TAU, GAIN, DRIFT, GOAL, GOAL_RATE, I_GAIN, I_DRIFT, LEG, IDLE = range(11)
 
 
 def random_state(rng: np.random.Generator) -> np.ndarray:
-    """Three phases (3, 10), one in four of them without current."""
-    x = np.empty((3, 10))
+    """Three phases (3, 11), one in four of them without current, one in four idle."""
+    x = np.empty((3, 11))
     x[:, PSI] = rng.uniform(0, 0.4, 3)
     x[:, CURRENT] = rng.uniform(0, 160, 3)
     x[:, TAU] = rng.uniform(-10, 45, 3)
@@ -26,8 +26,9 @@ def random_state(rng: np.random.Generator) -> np.ndarray:
     x[:, I_GAIN] = 1 / rng.uniform(0.3e-3, 20e-3, 3)
     x[:, I_DRIFT] = rng.uniform(-1e5, 1e5, 3)
     x[:, LEG] = rng.integers(-1, 2, 3)
-    idle = rng.random(3) < 0.25
-    x[np.ix_(idle, [PSI, CURRENT, TAU, DRIFT, I_DRIFT])] = 0
+    x[:, IDLE] = rng.random(3) < 0.25
+    without = rng.random(3) < 0.25
+    x[np.ix_(without, [PSI, CURRENT, TAU, DRIFT, I_DRIFT])] = 0
     return x
 
 
@@ -64,7 +65,7 @@ def random_weights(rng: np.random.Generator) -> dict[str, float]:
 @pytest.mark.parametrize("horizon", [1, 2, 3])
 def test_branch_and_bound_equals_brute_force_on_random_states(horizon: int) -> None:
     rng = np.random.default_rng(horizon)
-    searched = np.zeros(2)
+    searched, expected = np.zeros(2), 0
     for _ in range(10_000):
         x = random_state(rng)
         setting = {**WEIGHTS, **random_weights(rng), "horizon": horizon}
@@ -72,9 +73,11 @@ def test_branch_and_bound_equals_brute_force_on_random_states(horizon: int) -> N
         *_, least, all_of_them = _core_parts.leg_search(x, **setting, prune=False)
         assert cost == pytest.approx(least, rel=1e-12)
         searched += pruned, all_of_them
-    assert searched[1] == 10_000 * sum(27**j for j in range(horizon))
-    share = {1: 1.0, 2: 0.2, 3: 0.1}[horizon]  # random states are hard: few are far from the best
-    assert searched[0] <= share * searched[1]
+        combinations = 3 ** int(3 - x[:, IDLE].sum())
+        expected += sum(combinations**j for j in range(horizon))
+    assert searched[1] == expected
+    if horizon > 1:  # random states are hard: few are far from the best
+        assert searched[0] <= {2: 0.2, 3: 0.1}[horizon] * searched[1]
 
 
 @pytest.mark.parametrize(("horizon", "n_states"), [(1, 300), (2, 10)])
@@ -86,6 +89,7 @@ def test_best_cost_is_that_of_the_written_formula(horizon: int, n_states: int) -
             np.array(s).reshape(horizon, 3)
             for s in itertools.product((-1, 0, 1), repeat=3 * horizon)
         ]
+        sequences = [s for s in sequences if (s[:, x[:, IDLE] > 0] == -1).all()]
         costs = [sequence_cost(x, s, **weights) for s in sequences]
         *legs, cost, _ = _core_parts.leg_search(
             x, **WEIGHTS, **weights, horizon=horizon, prune=True
@@ -96,7 +100,7 @@ def test_best_cost_is_that_of_the_written_formula(horizon: int, n_states: int) -
 
 
 def test_no_phase_above_the_current_limit_is_kept_on() -> None:
-    x = np.zeros((3, 10))
+    x = np.zeros((3, 11))
     x[:, [PSI, CURRENT, I_GAIN, GAIN]] = (
         0.3,
         170.0,

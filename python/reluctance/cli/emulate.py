@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 STEPS = ("precharge", "wiring", "resistance", "alignment", "pulses", "spin", "trip")
 CORRECTING = ("wiring", "alignment")
-Told = Callable[[float], None]
+Progress = Callable[[float], None]
 
 
 def emulate(
@@ -32,29 +32,35 @@ def emulate(
     drive_file: Annotated[
         Path,
         typer.Option(
-            "--drive", metavar="DRIVE.toml", help="Machine, converter, sensors as they are."
+            "--drive",
+            metavar="DRIVE.toml",
+            help="Drive file of the real machine, converter and sensors.",
         ),
     ],
     overrides: Overrides = None,
     trust: Trust = False,
     wires: Annotated[
-        Path | None, typer.Option(metavar="WIRES.toml", help="How somebody has wired the board.")
+        Path | None, typer.Option(metavar="WIRES.toml", help="How the board is wired.")
     ] = None,
     correct: Annotated[
         bool, typer.Option("--correct", help="Write what was found into emulated/wiring.h.")
     ] = False,
-    angles: Annotated[int, typer.Option(metavar="N", min=2, help="Clamped positions.")] = 31,
-    pulses: Annotated[int, typer.Option(metavar="N", min=1, help="At each position.")] = 8,
-    phase: Annotated[int, typer.Option(metavar="K", min=0, help="That is pulsed.")] = 0,
+    angles: Annotated[
+        int, typer.Option(metavar="N", min=2, help="Number of clamped positions.")
+    ] = 31,
+    pulses: Annotated[int, typer.Option(metavar="N", min=1, help="Pulses at each position.")] = 8,
+    phase: Annotated[int, typer.Option(metavar="K", min=0, help="Phase that is pulsed.")] = 0,
     out: Annotated[
-        Path | None, typer.Option(metavar="PULSES.csv", help="Recording of the pulses.")
+        Path | None, typer.Option(metavar="PULSES.csv", help="Recording that `pulses` writes.")
     ] = None,
     reference: Annotated[
-        float | None, typer.Option(metavar="X", help="Of `spin` and `trip` [N m or rpm].")
+        float | None, typer.Option(metavar="X", help="Reference of `spin` and `trip` [N m or rpm].")
     ] = None,
     until: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", min=0.2, help="Of `spin`; else to the speed limit."),
+        typer.Option(
+            metavar="SECONDS", min=0.2, help="Duration of `spin`; by default until the speed limit."
+        ),
     ] = None,
     cpu: Annotated[str, typer.Option(help="cortex-m4 or cortex-m7, emulated.")] = "cortex-m7",
     as_json: AsJson = False,
@@ -67,6 +73,13 @@ def emulate(
         raise ParameterError(f"step `{step}`, need one of: {', '.join(STEPS)}")
     if correct and step not in CORRECTING:
         raise ParameterError(f"--correct goes with {' or '.join(CORRECTING)}, not with `{step}`")
+    for name, value, of in (
+        ("--out", out, ("pulses",)),
+        ("--until", until, ("spin",)),
+        ("--reference", reference, ("spin", "trip")),
+    ):
+        if value is not None and step not in of:
+            raise ParameterError(f"{name} goes with {' or '.join(of)}, not with `{step}`")
     drive = load(drive_file, overrides, trust=trust)
     if phase >= drive.machine.n_phases:
         raise ParameterError(f"--phase {phase}, need less than {drive.machine.n_phases}")
@@ -75,9 +88,9 @@ def emulate(
             raise ParameterError("`pulses` needs --out PULSES.csv")
         check_ending(out, {".csv"})
     on = emulated(package, drive, read_wires(wires) if wires else Wires(), known_cpu(cpu))
-    with progress_bar(step, 1.0) as told:
+    with progress_bar(step, 1.0) as progress:
         found, lines = _step(
-            on, step, told, (angles, pulses, phase), out, reference=reference, until=until
+            on, step, progress, (angles, pulses, phase), out, reference=reference, until=until
         )
     if correct and found["done"]:
         lines += _corrected(on, step, found)
@@ -92,7 +105,7 @@ def emulate(
 def _step(
     on: "Emulated",
     step: str,
-    told: Told,
+    progress: Progress,
     recording: tuple[int, int, int],
     out: Path | None,
     *,
@@ -106,7 +119,7 @@ def _step(
         up = steps.precharge(on)
         return asdict(up), [*_states(up.states), f"offsets [A]: {_numbers(up.offset, '.3f')}"]
     if step == "spin":
-        turn = steps.spin(on, reference=reference, until=until, progress=told)
+        turn = steps.spin(on, reference=reference, until=until, progress=progress)
         return asdict(turn), [
             *_states(turn.states),
             f"{turn.speed_rpm:.0f} rpm at the end, {turn.fastest_rpm:.0f} rpm at most; "
@@ -126,7 +139,7 @@ def _step(
     if step == "pulses":
         assert out is not None
         angles, pulses, phase = recording
-        runs = steps.recordings(on, angles=angles, pulses=pulses, phase=phase, progress=told)
+        runs = steps.recordings(on, angles=angles, pulses=pulses, phase=phase, progress=progress)
         write_whole(out, lambda path: write_pulses(path, runs, on.drive))
         n_rows = sum(len(run.rows) for run in runs)
         return {"done": True, "text": "done", "angles": angles, "rows": n_rows, "file": str(out)}, [
@@ -134,12 +147,12 @@ def _step(
             f"next: reluctance map identify {out} --R_ohm R --N_r {on.drive.machine.N_r} "
             "--out map.csv",
         ]
-    one = steps.routine(on, step, progress=told)
-    told_all = {k: v for k, v in asdict(one).items() if k != "rows"}
-    return told_all, _told(step, one) if one.done else []
+    one = steps.routine(on, step, progress=progress)
+    values = {k: v for k, v in asdict(one).items() if k != "rows"}
+    return values, _lines(step, one) if one.done else []
 
 
-def _told(step: str, found: "Found") -> list[str]:
+def _lines(step: str, found: "Found") -> list[str]:
     """What a routine found, and what to do about it."""
     legs = range(len(found.sensor))
     if step == "wiring":

@@ -21,6 +21,7 @@ from reluctance.run.plant import loop_parts
 from reluctance.units import to_si
 
 ROUTINES = ("wiring", "resistance", "alignment", "pulses")
+CLAMPED = ("resistance", "pulses")  # those with a clamped rotor
 DONE = 2  # Finding::done
 RUNNING = 1
 SLICE = 0.05  # of simulated time between two looks [s]
@@ -173,7 +174,7 @@ def commission(
         count=pulses,
     )
     parts = loop_parts(drive, -1.0)
-    held = routine in ("resistance", "pulses") if clamped is None else clamped
+    held = routine in CLAMPED if clamped is None else clamped
     parts["shaft"] = rotor(drive, clamped=held, friction=friction_Nm)
     parts["theta_m"] = to_si(theta_e_deg, "deg") / drive.machine.N_r
     loop = _core.Simulation(n_phases=n, controller=bench.controller, **parts)

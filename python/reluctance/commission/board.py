@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from reluctance import _core
-from reluctance.commission.bench import ROUTINES, Wires, rotor
+from reluctance.commission.bench import ROUTINES, RUNNING, Wires, rotor
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.target import PHASE, Cpu, answering, build
@@ -21,7 +21,6 @@ from reluctance.run.plant import loop_parts
 
 CONTROL, COMMISSIONING = 0, 1  # interrupts, as in emulated/bench.h
 MODES = ("off", "precharge", "calibrate", "ready", "run", "fault")
-RUNNING, DONE = 1, 2  # findings
 NUMBERS = {name: n for n, name in enumerate(("none", *ROUTINES))}  # in reluctance_commission.h
 RISE = 0.1  # of the dc link, through the precharge resistor [s]
 EMPTY = 0.01  # of its voltage, at the start
@@ -58,9 +57,14 @@ def emulated(package: str | Path, drive: Drive, wires: Wires, cpu: Cpu = "cortex
     if header is None:
         raise ParameterError(f"{package} is no package of `reluctance export firmware`")
     text = header.read_text("utf-8")
-    n, T_s = (
-        float(re.findall(rf"_{name} ([0-9.e+-]+)", text)[0]) for name in ("PHASES", "PERIOD_S")
-    )
+
+    def number(name: str) -> float:
+        found = re.search(rf"_{name} ([0-9.e+-]+)", text)
+        if found is None:
+            raise ParameterError(f"{header} does not define {name}; export the package again")
+        return float(found[1])
+
+    n, T_s = number("PHASES"), number("PERIOD_S")
     if int(n) != drive.machine.n_phases:
         raise ParameterError(
             f"{package} is for {n:g} phases, the drive has {drive.machine.n_phases}"
@@ -115,6 +119,7 @@ class Board:
         self._records = False
         self.period, self.T_s = 0, on.drive.control.T_s
         self.gates = True  # the drivers may switch
+        self.i_peak = 0.0  # greatest true current at a sample so far [A]
         self.last = np.zeros(1, self._told)[0]
         sensing = on.drive.sensing.model_copy(update={"delay_samples": 0})  # the board delays
         parts = loop_parts(replace(on.drive, sensing=sensing), -1.0)
@@ -139,9 +144,9 @@ class Board:
         return self._loop.state()[1]
 
     @property
-    def i_most(self) -> float:
-        """Greatest true current now [A]."""
-        return max(self._loop.state()[0])
+    def text(self) -> str:
+        """What the routine says."""
+        return _text(self.last)
 
     def begin(self, routine: str, *, phase: int = 0, pulses: int = 1) -> None:
         """A commissioning routine begins in the next period."""
@@ -170,6 +175,7 @@ class Board:
         i_source: float,
     ) -> list[float]:
         wires = self._wires
+        self.i_peak = max(self.i_peak, *i)
         shown = [s * i[k] for s, k in zip(wires.sign, wires.sensor, strict=True)]
         angle = _core.wrap_float(wires.direction * theta_e + np.radians(wires.zero_deg))
         if self.spoil is not None:
@@ -229,12 +235,16 @@ def powered(
 
 def _evidence(last: np.void) -> str:
     """The fault in words, with its numbers."""
-    text = f"{last['text'].decode()} (status {last['status']}"
+    text = f"{_text(last)} (status {last['status']}"
     if last["phase"] >= 0:
         text += f", phase {last['phase']}"
     if last["limit"] != 0:
         text += f": {last['value']:.4g}, limit {last['limit']:.4g}"
     return text + ")"
+
+
+def _text(last: np.void) -> str:
+    return bytes(last["text"]).split(b"\0")[0].decode()
 
 
 def _answer_type(n: int) -> np.dtype[np.void]:

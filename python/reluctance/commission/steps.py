@@ -1,4 +1,4 @@
-"""The steps from the first power-up to the first turn, on the emulated board: as the README of a
+"""The steps from the first power-up to the first spin, on the emulated board: as the README of a
 package asks for them, each from a power cycle of its own."""
 
 from __future__ import annotations
@@ -8,15 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reluctance.commission.bench import Found
-from reluctance.commission.board import CONTROL, DONE, RUNNING, Board, Emulated, powered
+from reluctance.commission.bench import CLAMPED, DONE, RUNNING, Found
+from reluctance.commission.board import CONTROL, Board, Emulated, powered
 from reluctance.commission.wiring import read_wiring
 from reluctance.errors import ParameterError
 from reluctance.export.sequence_levels import speed_limit
 from reluctance.export.trip_levels import limits
 from reluctance.units import from_si, to_si
 
-CLAMPED = ("resistance", "pulses")
 MOST_TIME = 400.0  # of a routine [s]; it gives up before
 SPEEDS = ("speed", "pv")  # kinds of references that are speeds
 GENTLE = 0.1  # of the greatest torque, or of the speed: the first spin
@@ -25,7 +24,7 @@ SPIN_TIME, SPIN_ROOM = 0.5, 1.5  # of the first spin [s]; over the time to the s
 BRISK = 0.5  # of the speed that the drive works at: then something is pulled
 AFTER = 0.05  # until the board must have tripped [s]
 
-Told = Callable[[float], None]
+Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ class PowerUp:
 
 @dataclass(frozen=True)
 class Spin:
-    """The first turn: states with their times [s], speeds [rpm] and the greatest current [A]. The
+    """The first spin: states with their times [s], speeds [rpm] and the greatest current [A]. The
     speed is positive in the direction in which the board's angle rises."""
 
     done: bool
@@ -49,7 +48,7 @@ class Spin:
     states: list[tuple[float, str]]
     speed_rpm: float  # at the end
     fastest_rpm: float
-    i_peak: float
+    i_peak: float  # of the currents at the samples
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def routine(
     theta_e_deg: float = 40.0,
     phase: int = 0,
     pulses: int = 8,
-    progress: Told = lambda part: None,
+    progress: Progress = lambda part: None,
 ) -> Found:
     """One commissioning routine, with the rotor clamped or free as the routine needs it."""
     clamped = name in CLAMPED
@@ -101,7 +100,7 @@ def recordings(
     angles: int = 31,
     pulses: int = 8,
     phase: int = 0,
-    progress: Told = lambda part: None,
+    progress: Progress = lambda part: None,
 ) -> list[Found]:
     """Voltage pulses with the rotor turned to, and clamped at, angles that the board shows: from
     unaligned to aligned, if the board knows its zero.
@@ -130,18 +129,21 @@ def spin(
     *,
     reference: float | None = None,
     until: float | None = None,
-    progress: Told = lambda part: None,
+    progress: Progress = lambda part: None,
 ) -> Spin:
-    """The first turn, rotor free: a tenth of the torque, or of the speed; by default until a rotor
+    """The first spin, rotor free: a tenth of the torque, or of the speed; by default until a rotor
     without friction is at the speed limit."""
-    fastest, i_peak = 0.0, 0.0
+    fastest = 0.0
     asked = _gentle(on) if reference is None else _asked(on, reference)
     end = _time_to_limit(on, asked) if until is None else until
+    if not end <= MOST_TIME:
+        raise ParameterError(
+            f"spin for {end:g} s, need at most {MOST_TIME:g} s; give another --until or --reference"
+        )
 
     def watch(board: Board) -> bool:
-        nonlocal fastest, i_peak
+        nonlocal fastest
         fastest = max(fastest, abs(board.omega_m))
-        i_peak = max(i_peak, board.i_most)
         progress(board.t / end)
         return board.mode == "fault"
 
@@ -154,7 +156,7 @@ def spin(
         if text == "done" and speed * asked <= 0:
             text = "it does not turn in the direction of the reference"
         fastest_rpm = from_si(fastest, "rpm")
-        return Spin(text == "done", text, board.modes, speed, fastest_rpm, i_peak)
+        return Spin(text == "done", text, board.modes, speed, fastest_rpm, board.i_peak)
 
 
 def trips(on: Emulated, *, reference: float | None = None) -> list[Trip]:
@@ -225,7 +227,7 @@ CAUSES: dict[str, Callable[[Board, bool], None]] = {
 }
 
 
-def _routine(board: Board, name: str, phase: int, pulses: int, progress: Told) -> Found:
+def _routine(board: Board, name: str, phase: int, pulses: int, progress: Progress) -> Found:
     def ended(b: Board) -> bool:
         progress(float(b.last["progress"]))
         return b.mode == "fault" or b.last["finding"] > RUNNING
@@ -235,7 +237,7 @@ def _routine(board: Board, name: str, phase: int, pulses: int, progress: Told) -
     last = board.last
     return Found(
         done=int(last["finding"]) == DONE,
-        text=last["text"].decode() if last["finding"] > RUNNING else _said(board, ""),
+        text=board.text if last["finding"] > RUNNING else _said(board, ""),
         time_s=board.period * board.T_s,
         sensor=tuple(int(k) for k in last["sensor"]),
         sign=tuple(int(k) for k in last["sign"]),
@@ -259,6 +261,8 @@ def _gentle(on: Emulated, part: float = GENTLE) -> float:
 
 def _asked(on: Emulated, reference: float) -> float:
     """A reference of the border: rpm, or N m."""
+    if not np.isfinite(reference):
+        raise ParameterError(f"--reference {reference:g}, need a finite number")
     return to_si(reference, "rpm") if on.drive.reference.kind in SPEEDS else reference
 
 

@@ -14,7 +14,9 @@ from reluctance.errors import ParameterError
 from reluctance.files import write_whole
 
 HEADER = Path("emulated") / "wiring.h"
-NUMBER = r"-?[0-9][0-9.e+-]*"
+INTEGER = r"-?[0-9]+"
+ROW = rf"\{{{INTEGER}(?:, *{INTEGER})*\}}"
+REAL = r"-?[0-9][0-9.e+-]*F?"
 
 
 @dataclass(frozen=True)
@@ -82,14 +84,31 @@ def read_wiring(package: Path) -> Wiring:
     """
     text = (package / HEADER).read_text("utf-8")
 
-    def numbers(name: str) -> list[str]:
-        found = re.search(rf"^#define WIRING_{name} (.+)$", text, re.MULTILINE)
-        if found is None:
-            raise ParameterError(f"{package / HEADER} has no line `#define WIRING_{name} ...`")
-        return re.findall(NUMBER, found[1])
+    def value(name: str, form: str, example: str) -> str:
+        found = re.search(rf"^#define WIRING_{name} (.+?) *$", text, re.MULTILINE)
+        if found is None or not re.fullmatch(form, found[1]):
+            was = "no such line" if found is None else f"`{found[1]}`"
+            raise ParameterError(
+                f"{package / HEADER}: WIRING_{name} is {was}, need a line as "
+                f"`#define WIRING_{name} {example}`"
+            )
+        return found[1]
 
-    leg, channel, sign = (tuple(map(int, numbers(name))) for name in ("LEG", "CHANNEL", "SIGN"))
-    return Wiring(leg, channel, sign, int(numbers("DIRECTION")[0]), float(numbers("ZERO_RAD")[0]))
+    leg, channel, sign = (
+        tuple(map(int, re.findall(INTEGER, value(name, ROW, "{0, 1, 2}"))))
+        for name in ("LEG", "CHANNEL", "SIGN")
+    )
+    direction = int(value("DIRECTION", INTEGER, "1"))
+    zero = float(value("ZERO_RAD", REAL, "0.0F").rstrip("F"))
+    places = list(range(len(leg)))
+    if not (sorted(leg) == sorted(channel) == places and len(sign) == len(leg)):
+        rows = f"legs {leg}, channels {channel}, signs {sign}"
+        raise ParameterError(f"{package / HEADER}: {rows}, need each phase once")
+    if not {direction, *sign} <= {1, -1}:
+        raise ParameterError(
+            f"{package / HEADER}: direction {direction}, signs {sign}: need 1 or -1"
+        )
+    return Wiring(leg, channel, sign, direction, zero)
 
 
 def write_wiring(package: Path, wiring: Wiring) -> None:

@@ -9,7 +9,8 @@ LEARNING_MEMORY = "union {\n    uint32_t word[1024];\n    const void* aligned;\n
 INTERFACE = """
 
 /* What the control has learned of the machine: factors on what it was exported with. They move as
- * long as currents return to zero; t_since_s grows where none does, as at standstill. */
+ * long as currents return to zero; t_since_s grows where none does, as at standstill: it is a
+ * float of added periods, wrong by half after minutes, and constant after some more. */
 typedef struct {
   float R;         /* of the phase resistance [1] */
   float unaligned; /* of the unaligned inductance [1] */

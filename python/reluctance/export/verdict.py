@@ -104,7 +104,8 @@ def verdict(drive: Drive, part: Mcu, spent: Cost, gates: set[int]) -> list[tuple
         ),
         (
             spent.text <= code_KiB * 1024 and tables_B <= tables_KiB * 1024,
-            f"memory: for that, {spent.text / 1024:.1f} KiB of code in {code} of {code_KiB} KiB, "
+            f"memory without wait states: {spent.text / 1024:.1f} KiB of code in {code} of "
+            f"{code_KiB} KiB, "
             f"{tables_B / 1024:.1f} KiB of tables and stack in {tables} of {tables_KiB} KiB; if "
             f"each instruction waited {part.wait} cycles for flash, the step would take "
             f"{waiting:.1f} us",

@@ -15,15 +15,18 @@ if TYPE_CHECKING:
     from reluctance import limit
 
 MORE_FLUX = 1.2  # than believed
-SLACK = 0.6  # of a guide for least ripple: it asks for the deviations itself [1]
+# Of a guide for least ripple, which asks for deviations itself: of 0.4 to 1 the one with the least
+# ripple from 5 to 40 kHz on the paper's machine [1].
+SLACK = 0.6
 
 
 class EdgeMpc(FluxGuided, Learns):
     """Switching instants as variables; torque in a band, flux near the guide."""
 
     law: Literal["edge_mpc"]
-    # What the profiles of the guide have least, without ripple: copper loss, or the ripple that the
-    # switching of two phases at once leaves, for about 4 % more copper loss.
+    # What the profiles of the guide have least, without ripple of their own: copper loss, or the
+    # ripple that switching leaves, for up to 6 % more copper loss at rated torque
+    # (docs/control/least_ripple.csv).
     guide: Literal["least_copper", "least_ripple"] = "least_copper"
 
     def guide_speeds(self, known: Known) -> list[float]:

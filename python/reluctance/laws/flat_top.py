@@ -190,7 +190,7 @@ def _windows(
     brakes: bool,
     steps: int,
 ) -> _Windows:
-    """Of some angles, those that can be meant."""
+    """The valid windows among these angles, with their pulses."""
     on, off = (pair.ravel() for pair in np.meshgrid(on_deg, off_deg))
     middle = 270 if brakes else 90
     fits = (on <= middle) & (off >= middle)

@@ -41,13 +41,13 @@ def packed(tables: Sequence[Table], quantity: Literal["i", "psi"], R: float) -> 
 
 @dataclass(frozen=True)
 class FluxGuide:
-    """Least-copper profiles of one or several speeds, at a working torque."""
+    """Profiles of one or several speeds without ripple, at a working torque."""
 
     tables: tuple[Table, ...]  # of rising speeds
     point: OperatingPoint  # of the machine; speed and voltage are those of the tables
     tau_ref: float  # [N m]
     f_switch: float  # wanted turn-ons per switch per second [Hz]
-    slack: float = 1.0  # a part of what a phase may leave the guide by [1]
+    slack: float = 1.0  # factor on psi_slack [1]
 
     @property
     def profiles(self) -> _core.Guide:

@@ -22,9 +22,9 @@ CURRENT_POINTS = 180  # angles of a current guide, over one electrical period
 FLUX_POINTS = 360  # of a flux guide: the volt-seconds of a sample are its differences
 
 
-# Profiles of motoring that serve for braking: their ripple at the working torque, in parts of it,
-# and their rms current over that of the profiles of braking [1].
-RIPPLE = 1e-3
+# The profiles of motoring serve for braking up to this rms torque error at the working torque,
+# relative to it, and up to this rms current relative to the profiles of braking [1].
+TORQUE_ERROR = 1e-3
 MORE_CURRENT = 1.15
 
 
@@ -85,7 +85,7 @@ class Guided(Control):
             return float(np.interp(known.tau_working, table.tau_ref, of))
 
         serve = all(
-            level(m, m.tau_error_rms) <= RIPPLE * known.tau_working
+            level(m, m.tau_error_rms) <= TORQUE_ERROR * known.tau_working
             and level(m, m.i_rms) <= MORE_CURRENT * level(b, b.i_rms)
             for m, b in zip(motors, brakes, strict=True)
         )

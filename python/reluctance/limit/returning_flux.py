@@ -25,7 +25,7 @@ def returning_mean(
     u: FloatArray, gain: FloatArray, flows: NDArray[np.bool_], *, n_phases: int, u_dc: float
 ) -> float:
     """Mean of b over the angles; arguments as of SwitchingProgramme."""
-    programme = SwitchingProgramme(u, gain, flows, n_phases, u_dc)
+    programme = SwitchingProgramme(u, gain, flows, n_phases=n_phases, u_dc=u_dc)
     shared = np.tile(flows.reshape(n_phases, -1).sum(axis=0) > 1, n_phases) & flows
     run = _runs(shared).reshape(n_phases, -1).T  # (n_angles of a stroke, n_phases), as the others
     returned: list[list[tuple[int, float]]] = [[] for _ in range(int(run.max() + 1))]

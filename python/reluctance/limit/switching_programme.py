@@ -39,7 +39,13 @@ class SwitchingProgramme:
     """Columns are b of every angle, the time shares, then further unknowns."""
 
     def __init__(
-        self, u: FloatArray, gain: FloatArray, flows: NDArray[np.bool_], n_phases: int, u_dc: float
+        self,
+        u: FloatArray,
+        gain: FloatArray,
+        flows: NDArray[np.bool_],
+        *,
+        n_phases: int,
+        u_dc: float,
     ) -> None:
         """u, gain, flows (n,) over the period of a phase: mean voltage [V], torque per flux linkage
         [N m/Wb], and where current flows."""

@@ -12,7 +12,7 @@ struct Learned {
   T R = T(1), unaligned = T(1), aligned = T(1), saturated = T(1);
   T strokes{};  // that counted
   T asked{};    // greatest change that the last one asked for [1]
-  T t_since{};  // since then, or since the start; a float stops at some minutes [s]
+  T t_since{};  // since then, or since the start; a float is coarse after minutes [s]
   SRM_FIELDS(R, unaligned, aligned, saturated, strokes, asked, t_since)
 };
 
