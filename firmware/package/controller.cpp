@@ -3,6 +3,10 @@
 #include <new>
 
 #include "reluctance_controller.h"
+#ifdef RELUCTANCE_SELF_TEST
+#include "reluctance_self_test.h"
+#include "srm/base/crc32.hpp"
+#endif
 #include "srm/control/frame/comparator.hpp"
 #include "state.hpp"
 
@@ -93,6 +97,24 @@ reluctance_fault told(const srm::Fault<float>& fault) {
 }
 
 }  // namespace
+
+#ifdef RELUCTANCE_SELF_TEST
+/// Each word is read from where it lies: the compiler must not know it.
+uint32_t reluctance_tables_crc(void) {
+  uint32_t crc = 0;
+  for (const reluctance::StoredTable& table : reluctance::stored_tables) {
+    const auto* at = static_cast<const volatile unsigned char*>(table.at);
+    for (uint32_t n = 0; n < table.bytes; n += 4) {
+      uint32_t word = 0;
+      for (uint32_t b = 0; b < 4 && n + b < table.bytes; ++b) {
+        word |= static_cast<uint32_t>(at[n + b]) << (8 * b);
+      }
+      crc = srm::crc32(&word, 1, crc);
+    }
+  }
+  return crc;
+}
+#endif
 
 void reluctance_init(reluctance_controller* controller) { ::new (controller) State(); }
 

@@ -43,6 +43,9 @@ def firmware(
     prefix: Annotated[
         str, typer.Option(metavar="NAME", help="Of all symbols: two drives in one image.")
     ] = PREFIX,
+    self_test: Annotated[
+        bool, typer.Option("--self-test", help="With stored samples and checksums for the boot.")
+    ] = False,
     port: Annotated[
         str | None,
         typer.Option(metavar="NAME", help=f"Add a reference port: {', '.join(CLOCK_HZ)}."),
@@ -59,7 +62,9 @@ def firmware(
     """Write the controller as a self-contained firmware package."""
     drive = load(drive_file, overrides, trust=trust)
     part = find_mcu(mcu) if mcu is not None else None
-    made = export.firmware(drive, out, flash_limit_KiB=flash_limit, prefix=prefix, port=port)
+    made = export.firmware(
+        drive, out, flash_limit_KiB=flash_limit, prefix=prefix, port=port, self_test=self_test
+    )
     spent = costs(drive, steps=steps) if cost or part else []
     rows = [c.with_units() for c in spent] if cost else []
     gates = gates_of(drive)

@@ -13,6 +13,7 @@ import numpy as np
 from reluctance.errors import ParameterError
 
 BYTES = {"float": 4, "std::uint8_t": 1}  # of a table's element
+DTYPES = {"float": "<f4", "std::uint8_t": "u1"}
 Node = Any  # number, list, or one of the dicts of bindings/describe.hpp
 
 
@@ -23,6 +24,7 @@ class Tables:
     text: list[str] = field(default_factory=list)
     size: int = 0  # [B]
     names: dict[str, str] = field(default_factory=dict)  # content to name
+    data: dict[str, bytes] = field(default_factory=dict)  # of each name, as it lies in flash
 
     def name(self, element: str, values: list[float], where: str) -> str:
         """The name of the table with these values, printed if it is new."""
@@ -30,10 +32,11 @@ class Tables:
         if content not in self.names:
             name = f"table_{len(self.names)}"
             self.names[content] = name
+            self.data[name] = np.array(values, DTYPES[element]).tobytes()
             self.size += BYTES[element] * len(values)
             self.text.append(
                 f"// {where}: {len(values)} values.\n"
-                f"constexpr {element} {name}[] = {{\n{content}}};\n"
+                f"RELUCTANCE_TABLE constexpr {element} {name}[] = {{\n{content}}};\n"
             )
         return self.names[content]
 

@@ -21,6 +21,7 @@ from reluctance.export.constants import Node, Tables, constant, literal
 from reluctance.export.learned_interface import learned_marks
 from reluctance.export.port import port_marks
 from reluctance.export.run_time import marks, run_time_code, run_time_parameters
+from reluctance.export.self_test import STEPS, self_test_data, stored_tables
 from reluctance.export.sequence_levels import sequence_fields, speed_limit
 from reluctance.export.trip_levels import VOLTAGE_MARGIN, limits
 from reluctance.files import check_folder, make_folder, scratch, told
@@ -53,6 +54,7 @@ def firmware(
     flash_limit_KiB: float = FLASH_LIMIT_KIB,
     prefix: str = PREFIX,
     port: str | None = None,
+    self_test: bool = False,
 ) -> Firmware:
     """Write the firmware package of a drive.
 
@@ -69,6 +71,8 @@ def firmware(
         one image.
     port : str, optional
         Reference port to put into the folder: stm32g474.
+    self_test : bool
+        Stored samples and checksums, and `reluctance_self_test` for the boot: 8 to 11 kB of flash.
 
     Raises
     ------
@@ -96,6 +100,7 @@ def firmware(
         )
     law = tree["control"]["fields"]["law"]["type"]
     values = _values(drive, law, fingerprint) | marks(at_run_time)
+    values["self_test_steps"] = str(STEPS)
     if port is not None:
         values |= port_marks(port, drive, gates_of(drive))
     make_folder(folder.parent)
@@ -105,6 +110,8 @@ def firmware(
         templates = {source / "package": made}
         if port is not None:
             templates[source / "ports" / port] = made / port
+        if self_test:
+            templates[source / "self_test"] = made
         for folder_of, to in templates.items():
             for path in sorted(p for p in folder_of.rglob("*") if p.is_file()):
                 filled = MARK.sub(lambda m: values[m[1]], path.read_text("utf-8"))
@@ -112,6 +119,8 @@ def firmware(
                 _put(to / name, renamed(filled, prefix))
         _put(made / "parameters.hpp", renamed(text, prefix))
         _put(made / "commission_parameters.hpp", renamed(commission_parameters(drive), prefix))
+        if self_test:
+            _put(made / "self_test_data.hpp", renamed(self_test_data(drive), prefix))
         for header, code in own.items():
             _put(made / "include" / header, code)
         for header in headers(
@@ -214,10 +223,17 @@ def parameters(
             "",
             *(f'#include "{header}"' for header in includes),
             "",
+            "// What stands before a table, as an attribute that names its section.",
+            "#ifndef RELUCTANCE_TABLE",
+            "#define RELUCTANCE_TABLE",
+            "#endif",
+            "",
             "namespace reluctance {",
             "",
             body,
             f"constexpr std::uint32_t fingerprint = 0x{fingerprint:08X};",
+            "",
+            stored_tables(tables),
             "",
             "}  // namespace reluctance",
             "",
