@@ -92,6 +92,19 @@ def test_sensors_with_great_errors_are_not_taken_for_a_short(machine, sensing):
         assert found.sensor == (0, 1, 2)
 
 
+@pytest.mark.parametrize("u_dc", [24, 48, 72])
+@pytest.mark.parametrize("delay", [0, 1])
+def test_a_tenth_to_a_third_of_the_dc_link_suffices(u_dc, delay):
+    """As a package says for its first power-up: the currents that are held follow the voltage."""
+    low = {"converter.u_dc_V": u_dc, "protection.u_dc_min_V": 5, "sensing.delay_samples": delay}
+    drive = bench_drive("paper_6_4", **low)
+    found = commission(drive, "resistance")
+    assert found.done and found.R == pytest.approx([0.72] * 3, rel=0.01)
+    found = commission(drive, "alignment")
+    assert found.done and found.direction == 1
+    assert abs((found.zero_deg + 180) % 360 - 180) < np.degrees(2 * np.pi * 4 / 4096)
+
+
 def test_the_rotor_is_clamped_for_the_resistance():
     short = replace(levels(PAPER), t_settle=0.05, t_mean=0.05)
     by_default, clamped, free = (

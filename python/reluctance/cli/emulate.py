@@ -97,9 +97,9 @@ def emulate(
     if as_json:
         print(json.dumps(found))
     elif lines:
-        print("\n".join(lines))
+        print("\n".join(lines), flush=True)
     if not found["done"]:
-        raise ParameterError(f"{step}: {found['text']}")
+        raise ParameterError(f"{step}: {found['text']}{_hint(package, step)}")
 
 
 def _step(
@@ -117,7 +117,10 @@ def _step(
 
     if step == "precharge":
         up = steps.precharge(on)
-        return asdict(up), [*_states(up.states), f"offsets [A]: {_numbers(up.offset, '.3f')}"]
+        return asdict(up), [
+            *_states(up.states),
+            *([f"offsets [A]: {_numbers(up.offset, '.3f')}"] if up.done else []),
+        ]
     if step == "spin":
         turn = steps.spin(on, reference=reference, until=until, progress=progress)
         return asdict(turn), [
@@ -166,7 +169,9 @@ def _lines(step: str, found: "Found") -> list[str]:
         return [f"R [ohm]: {_numbers(found.R, '.4f')}; mean {mean:.4f}"]
     what = {
         1: "subtract the zero from the angle",
-        -1: "count the other way; the zero is then minus this",
+        -1: "the angle counts against the order of the legs. Where the direction of rotation is "
+        "chosen, exchange two legs with their sensors; else count the other way, and the zero is "
+        "then minus this",
         0: "the legs are in another order: exchange them, and run `alignment` again",
     }[found.direction]
     near = (found.zero_deg + 180) % 360 - 180
@@ -178,6 +183,15 @@ def _lines(step: str, found: "Found") -> list[str]:
         if found.direction == 1 and abs(near) <= max(found.spread_deg, 0.05)
         else what,
     ]
+
+
+def _hint(package: Path, step: str) -> str:
+    """What may be behind a step that fails on a board that was never corrected."""
+    from reluctance.commission import wiring
+
+    if step in ("precharge", "wiring") or not wiring.read_wiring(package).straight:
+        return ""
+    return f"; {package / wiring.HEADER} corrects nothing: were `wiring` and `alignment` done?"
 
 
 def _corrected(on: "Emulated", step: str, found: dict[str, Any]) -> list[str]:

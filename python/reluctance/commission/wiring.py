@@ -41,6 +41,13 @@ class Wiring:
     direction: int = 1
     zero: float = 0.0
 
+    @property
+    def straight(self) -> bool:
+        """It corrects nothing."""
+        places = tuple(range(len(self.leg)))
+        signs = {self.direction, *self.sign}
+        return self.leg == self.channel == places and signs == {1} and self.zero == 0
+
     def lines(self) -> list[str]:
         """As wiring.h defines it."""
         rows = {"LEG": self.leg, "CHANNEL": self.channel, "SIGN": self.sign}

@@ -26,6 +26,7 @@ END = 0.02  # of the top current: a pulse has ended
 PI_GAIN = 0.25  # of the least inductance over the period: stable with a sample of delay
 PI_ZERO = 0.25  # of the slowest bandwidth
 DUTY_MAX = 0.5  # of a held current
+HELD = 0.45  # of the current that this duty drives through R: a swinging rotor needs the rest [1]
 SLACK_STEPS = 1.25  # of the encoder: noise of a standing rotor is one
 SLACK_DEG = 0.3  # electrical; with an ideal sensor
 REST_TIME, WAIT_TIME = 0.5, 10.0  # at rest; longest wait for it [s]
@@ -63,16 +64,18 @@ def levels(drive: Drive) -> Levels:
     i_top = min(i_max, u_dc / (REACH * machine.R))  # more does not flow
     duty = max(STEP * i_max * L_min / (u_dc * T_s), REACH * machine.R * i_top / u_dc)
     duty = min(duty, 1.0)
+    most = HELD * DUTY_MAX * u_dc / machine.R
+    i_hold, i_2 = min(HOLD * i_max, most), min(R_CURRENTS[1] * i_max, most)
     step = 0.0
     if drive.sensing.counted_angle:
         step = drive.sensing.angle_step(machine.n_phases, machine.N_r) * machine.N_r
     return Levels(
         duty=duty,
         i_detect=max(DETECT * i_max, ABOVE_ERROR * current_error(drive)),
-        i_hold=HOLD * i_max,
-        i_low=LOW * HOLD * i_max,
-        i_1=R_CURRENTS[0] * i_max,
-        i_2=R_CURRENTS[1] * i_max,
+        i_hold=i_hold,
+        i_low=LOW * i_hold,
+        i_1=R_CURRENTS[0] / R_CURRENTS[1] * i_2,
+        i_2=i_2,
         i_top=i_top,
         slack=max(SLACK_STEPS * step, float(np.radians(SLACK_DEG))),
         t_rest=REST_TIME,
