@@ -15,7 +15,7 @@ import reluctance as rl
 from reluctance.export import firmware
 from reluctance.export.cost import cost
 from reluctance.export.package import gates_of
-from reluctance.export.parity import STEPS, record
+from reluctance.export.recording import STEPS, record
 from reluctance.export.verdict import LOAD, mcu, verdict
 from reluctance.files import scratch
 

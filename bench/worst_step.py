@@ -31,7 +31,7 @@ import numpy as np
 import reluctance as rl
 from reluctance.drive import Drive
 from reluctance.export import firmware
-from reluctance.export.parity import record
+from reluctance.export.recording import record
 from reluctance.export.target import build, replay
 from reluctance.export.trip_levels import limits
 from reluctance.files import scratch

@@ -12,7 +12,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from reluctance.export.package import described
-from reluctance.export.parity import record
+from reluctance.export.recording import record
 from reluctance.export.run_time import layout, run_time_parameters
 from reluctance.units import to_si
 

@@ -16,7 +16,8 @@ import reluctance as rl
 from reluctance._core import ORDER_COLUMNS
 from reluctance.export import firmware
 from reluctance.export.cost import cost
-from reluctance.export.parity import in_the_loop, parity, record
+from reluctance.export.parity import in_the_loop, parity
+from reluctance.export.recording import record
 from reluctance.export.target import build, processor_in_the_loop, replay
 from reluctance.export.trip_levels import limits
 

@@ -9,7 +9,7 @@ from hypothesis import given as any_given
 from hypothesis import strategies as st
 
 import reluctance as rl
-from reluctance.export.parity import record
+from reluctance.export.recording import record
 from reluctance.export.target import PHASE
 
 TICKS = 2_000  # of a control period

@@ -13,7 +13,7 @@ from firmware_tools import ROOT, Native, drive, needs_target
 import reluctance as rl
 from reluctance.export import firmware
 from reluctance.export.dump import HEADER, read_dump, record_type
-from reluctance.export.parity import record
+from reluctance.export.recording import record
 from reluctance.export.replay_dump import replay_dump
 from reluctance.export.target import build, run_program
 

@@ -58,6 +58,7 @@ def test_a_search_finds_no_longer_step_than_the_file_has(name: str, tmp_path: Pa
 
 
 @needs_target
+@pytest.mark.long
 @pytest.mark.parametrize("name", CASES)
 def test_the_worst_sequence_takes_what_the_file_says(name: str, tmp_path: Path) -> None:
     """Where it does not, the law has changed: `python bench/worst_step.py` again."""

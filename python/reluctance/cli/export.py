@@ -16,8 +16,9 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.cost import Cost, costs
 from reluctance.export.package import FLASH_LIMIT_KIB, PREFIX, gates_of
-from reluctance.export.parity import STEPS, check_parity, in_the_loop
+from reluctance.export.parity import check_parity, in_the_loop
 from reluctance.export.port import CLOCK_HZ
+from reluctance.export.recording import STEPS
 from reluctance.export.target import Cpu, known_cpu
 from reluctance.export.verdict import MCUS, left_out, verdict
 from reluctance.export.verdict import mcu as find_mcu

@@ -15,7 +15,8 @@ from typing import Any
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.package import firmware
-from reluctance.export.parity import STEPS, Recording, parity, record
+from reluctance.export.parity import parity
+from reluctance.export.recording import STEPS, Recording, record
 from reluctance.export.target import Cpu, build
 from reluctance.files import scratch
 

@@ -20,6 +20,7 @@ from reluctance.export.commission_levels import commission_fields
 from reluctance.export.constants import Node, Tables, constant, literal
 from reluctance.export.learned_interface import learned_marks
 from reluctance.export.port import port_marks
+from reluctance.export.recording import desk_controller
 from reluctance.export.run_time import marks, run_time_code, run_time_parameters
 from reluctance.export.self_test import STEPS, self_test_data, stored_tables
 from reluctance.export.sequence_levels import sequence_fields, speed_limit
@@ -195,11 +196,6 @@ def described(drive: Drive) -> dict[str, Node]:
     guard = {"type": f"srm::Protection<{nodes['machine']['type']}, {n_phases}>", "fields": fields}
     states = {"type": "srm::Sequence<float>", "fields": sequence_fields(drive, levels)}
     return {"control": nodes["control"], "protection": guard, "sequence": states}
-
-
-def desk_controller(drive: Drive) -> _core.Controller:
-    """The controller that the target will run, on the desk: in single precision."""
-    return drive.control.model_copy(update={"precision": "float"}).controller(drive.known())
 
 
 def parameters(

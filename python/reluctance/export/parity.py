@@ -7,34 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-from reluctance.export.package import desk_controller, firmware
+from reluctance.export.package import firmware
+from reluctance.export.recording import STEPS, Recording, desk_controller, record
 from reluctance.export.target import (
     Answers,
     Cpu,
     build,
     processor_in_the_loop,
     replay,
-    target_samples,
 )
 from reluctance.files import scratch
 from reluctance.run.kpis import Kpis
 from reluctance.run.simulate import simulate
-
-STEPS = 20_000  # of a replay, by default
-
-
-@dataclass(frozen=True)
-class Recording:
-    """The samples that a controller saw in a simulation, and its answers in single precision."""
-
-    samples: NDArray[np.float32]  # (n, n_phases + 5): i, theta_e, omega_m, u_dc, i_source,
-    # reference
-    commands: NDArray[np.float32]  # columns as _core.step
 
 
 @dataclass(frozen=True)
@@ -50,43 +37,6 @@ class Parity:
     def exact(self) -> bool:
         """True where every bit of every command agrees."""
         return self.different == 0
-
-
-def record(drive: Drive, *, steps: int = STEPS) -> Recording:
-    """Simulate a drive with its controller in single precision, for a number of control periods."""
-    controller = desk_controller(drive)
-    samples: list[list[float]] = []
-    commands: list[list[float]] = []
-
-    def step(
-        i: list[float],
-        theta_e: float,
-        omega_m: float,
-        u_dc: float,
-        reference: float,
-        i_source: float,
-    ) -> list[float]:
-        answer = _core.step(
-            controller,
-            i,
-            theta_e=theta_e,
-            omega_m=omega_m,
-            u_dc=u_dc,
-            reference=reference,
-            i_source=i_source,
-        )
-        samples.append([*i, theta_e, omega_m, u_dc, i_source, reference])
-        commands.append(answer)
-        return answer
-
-    simulate(
-        drive,
-        until=(steps - 0.5) * drive.control.T_s,
-        record=None,
-        controller=_core.controller_from(drive.machine.n_phases, step),
-    )
-    seen, answers = target_samples(np.array(samples)), np.array(commands, np.float32)
-    return Recording(samples=seen, commands=answers)
 
 
 def parity(program: Path, cpu: Cpu, recording: Recording) -> Parity:

@@ -4,16 +4,14 @@ and the answers to these samples have."""
 from __future__ import annotations
 
 import zlib
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from reluctance.drive import Drive
 from reluctance.export.constants import Tables, literal
+from reluctance.export.recording import record
 from reluctance.export.target import PHASE
-
-if TYPE_CHECKING:
-    from reluctance.drive import Drive
 
 STEPS = 256  # stored samples, from the start of a simulation on
 
@@ -35,8 +33,6 @@ constexpr std::uint32_t tables_crc = 0x{crc:08X};
 
 def self_test_data(drive: Drive) -> str:
     """The text of self_test_data.hpp."""
-    from reluctance.export.parity import record
-
     recording = record(drive, steps=STEPS)
     crc = zlib.crc32(_orders(recording.commands, drive.machine.n_phases).tobytes())
     rows = ",\n".join(
