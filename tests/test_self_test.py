@@ -28,9 +28,7 @@ def ends_with(program: Path) -> int:
     return subprocess.run(command, cwd=program.parent, timeout=60).returncode
 
 
-@pytest.mark.parametrize(
-    "name", ["angles", "paper_mpc_map"]
-)
+@pytest.mark.parametrize("name", ["angles", "paper_mpc_map"])
 def test_it_passes_as_exported(name: str, tmp_path: Path) -> None:
     folder = firmware(drive(name), tmp_path / "package", prefix="left", self_test=True).folder
     assert ends_with(built(folder)) == PASSES
