@@ -73,7 +73,7 @@ def firmware(
     port : str, optional
         Reference port to put into the folder: stm32g474.
     self_test : bool
-        Stored samples and checksums, and `reluctance_self_test` for the boot: 8 to 11 kB of flash.
+        Stored samples and checksums, and `reluctance_self_test` for the boot.
 
     Raises
     ------

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from reluctance import limit
 
 MORE_FLUX = 1.2  # than believed
-# Of a guide for least ripple, which asks for deviations itself: of 0.4 to 1 the one with the least
-# ripple from 5 to 40 kHz on the paper's machine [1].
+# Of a guide for least ripple, which asks for deviations itself; chosen on the paper's machine
+# (studies/least_ripple.py measures the result) [1].
 SLACK = 0.6
 
 
