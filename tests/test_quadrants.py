@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import reluctance as rl
-from reluctance.laws import ditc, flux_lead
+from reluctance.laws import ditc, flux_lead, short_voltage
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "studies"))
@@ -16,7 +16,7 @@ import quadrants  # noqa: E402
 from drawn_machine import drawn_machine  # noqa: E402
 
 LAWS = [*quadrants.PERIODS]
-BY_RULE = LAWS[:5]  # those without a reference profile
+BY_RULE = LAWS[:6]  # those whose whole range takes seconds
 BAND = {"torque_sharing": ["control.i_band_A=1"], "deadbeat": [], "ditc": ["control.T_s_us=5"]}
 TABLE = ROOT / "docs" / "control" / "quadrants.csv"
 each_law = pytest.mark.parametrize("law", LAWS)
@@ -56,6 +56,25 @@ def test_laws_hold_the_mean(machine: str, tmp_path: Path, monkeypatch: pytest.Mo
     rows = quadrants.study(quadrants.bench(machine, tmp_path), BY_RULE)
     assert len(rows) == 2 * 2 * 3 * len(BY_RULE)
     assert not [row for row in rows if row.torque_part > 0.2 and not row.holds]
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+def test_predictive_current_references_above_base_speed(delay: int, tmp_path: Path) -> None:
+    """Twice the base speed of the 60 kW machine: -97 % before the references followed the flux of
+    the guide there. The law with delay is as good."""
+    drive = quadrants.bench("generic_60kw_6_4", tmp_path).drive("paper_mpc", 5659.0, 72.4, 115.8)
+    drive = drive.with_values({"sensing.delay_samples": delay})
+    kpis = rl.simulate(drive, until=0.1, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(72.4, rel=0.01)
+    assert kpis.torque_error_rms < 0.05
+
+
+def test_the_paper_s_design_point_is_far_from_short_of_voltage() -> None:
+    """Short there means that the guide takes all of the voltage for more than 0.3 of the period."""
+    for name in ("paper_rated", "paper_half", "map_mpc"):
+        known = rl.load(ROOT / "examples" / f"{name}.toml").known()
+        control = rl.load(ROOT / "examples" / f"{name}.toml").control
+        assert short_voltage.short_from(control.tables(known), known) == short_voltage.NEVER
 
 
 @pytest.mark.parametrize("law", ["torque_sharing", "deadbeat", "ditc"])

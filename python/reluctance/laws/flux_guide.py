@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive.operating_point import OperatingPoint
@@ -37,6 +38,18 @@ def packed(tables: Sequence[Table], quantity: Literal["i", "psi"], R: float) -> 
         u_dc=tables[0].u_dc,
         drop=R * float(tables[0].i.max()),
     )
+
+
+def nearest_level(table: Table, tau_ref: float) -> int:
+    """The row nearest to a torque [N m], zero torque left out."""
+    return 1 + int(np.argmin(np.abs(table.tau_ref[1:] - tau_ref)))
+
+
+def voltage(point: OperatingPoint, table: Table, level: int) -> NDArray[np.float64]:
+    """What a row takes at each angle, at the speed of the table, (n_points,) [V]."""
+    psi = table.psi[level]
+    slope = (np.roll(psi, -1) - np.roll(psi, 1)) * psi.size / (4 * np.pi)  # [Wb/rad]
+    return np.asarray(point.R * table.i[level] + point.N_r * table.omega_m * slope)
 
 
 @dataclass(frozen=True)
@@ -70,7 +83,7 @@ class FluxGuide:
     def w_psi(self) -> list[float]:
         """Weight of the distance to the guide, (n_speeds,) [N^2 m^2/Wb^2]: with full reserve all
         of the flux linkage counts as all of the torque."""
-        levels = [self._level(table) for table in self.tables]
+        levels = [nearest_level(table, self.tau_ref) for table in self.tables]
         per_flux = [t.tau_ref[j] / t.psi[j].max() for t, j in zip(self.tables, levels, strict=True)]
         return [(g / r) ** 2 for g, r in zip(per_flux, self.reserve, strict=True)]
 
@@ -105,16 +118,10 @@ class FluxGuide:
             f_switch=self.f_switch,
         )
 
-    def _level(self, table: Table) -> int:
-        """The row nearest to the working torque, zero torque left out."""
-        return 1 + int(np.argmin(np.abs(table.tau_ref[1:] - self.tau_ref)))
-
     def _reserve(self, table: Table) -> float:
-        level = self._level(table)
-        psi, i = table.psi[level], table.i[level]
-        slope = (np.roll(psi, -1) - np.roll(psi, 1)) * psi.size / (4 * np.pi)  # [Wb/rad]
-        u = self.point.R * i + self.point.N_r * table.omega_m * slope
-        conducts = i > self.point.i_max / 200
+        level = nearest_level(table, self.tau_ref)
+        u = voltage(self.point, table, level)
+        conducts = table.i[level] > self.point.i_max / 200
         if not conducts.any():
             return 1.0
         share = np.mean(np.abs(u[conducts]) < FULL_VOLTAGE * table.u_dc)

@@ -76,10 +76,13 @@ class Guided(Control):
                 for omega_m in self.guide_speeds(known)
             ]
 
-        motors = made(1)
         if not known.brakes:
-            return motors
+            return made(1)
         brakes = made(-1)
+        try:
+            motors = made(1)
+        except RuntimeError:
+            return brakes
 
         def level(table: limit.Table, of: NDArray[np.float64]) -> float:
             return float(np.interp(known.tau_working, table.tau_ref, of))

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field, model_validator
 
 from reluctance import _core
 from reluctance.drive.known import Known
 from reluctance.laws.flux_guide import packed
-from reluctance.laws.guided import Guided
+from reluctance.laws.guided import CURRENT_POINTS, Guided
+from reluctance.laws.short_voltage import NEVER, short_from
+
+if TYPE_CHECKING:
+    from reluctance import limit
 
 BAND_PART = 0.01  # of the current limit: default half width of the band
+# Greatest torque of the guide over the greatest reference, where feedback holds the mean [1].
+ROOM = 1.1
 
 
 class PaperMpc(Guided):
@@ -32,11 +39,20 @@ class PaperMpc(Guided):
             )
         return self
 
+    def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[limit.Table]:
+        tables = super().tables(known, n_points)
+        if short_from(tables, known) == NEVER:
+            return tables
+        try:
+            return super().tables(replace(known, tau_max=ROOM * known.tau_max), n_points)
+        except RuntimeError:  # no profile is found above the greatest reference
+            return tables
+
     def controller(self, known: Known) -> _core.Controller:
-        i_max = known.i_max
+        i_max, tables = known.i_max, self.tables(known)
         return _core.paper_mpc(
             self.setting(known),
-            guide=packed(self.tables(known), "i", known.R),
+            guide=packed(tables, "i", known.R),
             N_p=self.N_p,
             N_c=self.N_c,
             r_w=self.r_w,
@@ -46,4 +62,5 @@ class PaperMpc(Guided):
             i_band=BAND_PART * i_max if self.i_band_A is None else self.i_band_A,
             T_s=self.T_s,
             delay=known.delay,
+            short_from=short_from(tables, known),
         )

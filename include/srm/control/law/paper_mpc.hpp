@@ -13,6 +13,9 @@
 // The prediction is linearised along the currents that lead from here to the guide as fast as the
 // dc link allows, and among equal torques the guide's currents are preferred (weight w_i). So the
 // guide decides turn-on and turn-off, and the torque error is what the optimiser removes.
+//
+// At high speed the guide takes all of the voltage, and the optimiser has nothing to choose. There
+// the references keep the flux linkages on the guide (guide_currents.hpp).
 // docs/control/paper_mpc.md has the reasons in full.
 #pragma once
 
@@ -22,7 +25,9 @@
 #include "srm/control/frame/interface.hpp"
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/guide.hpp"
+#include "srm/control/part/guide_currents.hpp"
 #include "srm/control/part/level_programme.hpp"
+#include "srm/control/part/mean_hold.hpp"
 #include "srm/control/part/per_phase.hpp"
 #include "srm/machine/magnetics.hpp"
 
@@ -33,7 +38,8 @@ struct PaperMpc {
   using Scalar = typename M::Scalar;
   using T = Scalar;
   static constexpr int n_phases = N;
-  static constexpr int guesses = 5;  // of the bounds that act
+  static constexpr int guesses = 5;    // of the bounds that act
+  static constexpr T dead = T(0.002);  // a miss of the mean that is left alone [1]
 
   M machine;
   Guide<T> guide;  // phase current over torque reference, electrical angle and speed [A]
@@ -46,31 +52,50 @@ struct PaperMpc {
   T i_band;        // half width of the regulator's band [A]
   T T_s;           // control period [s]
   T delay;         // samples from measurement to effect
-  SRM_FIELDS(machine, guide, N_p, N_c, r_w, w_i, R, i_max, i_band, T_s, delay)
+  T short_from;    // speed over voltage from which the voltage is short [rad/(s V)]
+  SRM_FIELDS(machine, guide, N_p, N_c, r_w, w_i, R, i_max, i_band, T_s, delay, short_from)
 
   struct State {
     std::array<T, N> u{};                                   // last references [A]
     std::array<std::array<std::int8_t, Nc_max>, N> side{};  // bounds that acted last
+    std::array<T, N> i_before{};                            // currents a sample ago [A]
+    MeanHold<T> mean{};
   };
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
+    if (abs(y.omega_m) > short_from * y.u_dc) {
+      follow(state, y, tau_ref);
+    } else {
+      plan(state, y, tau_ref);
+    }
+
+    // Braking, the EMF raises the current of a phase that freewheels.
+    const Leg chop = brakes(y.omega_m, tau_ref) ? Leg::demagnetize : Leg::freewheel;
+    const T least = i_band / T(4);  // a smaller reference is off
+    return per_phase<T, N>(
+        [&](int k) { return regulate(state.u[k] > least ? state.u[k] : T(0), i_band, chop); });
+  }
+
+ private:
+  /// References that remove the torque error; for the horizons of most drives the loops are written
+  /// out.
+  void plan(State& state, const Measurement<T, N>& y, T tau_ref) const {
     using std::integral_constant;
     if (N_p == Np_max && N_c == Nc_max) {
       return plan(state, y, tau_ref, integral_constant<int, Np_max>{},
                   integral_constant<int, Nc_max>{});
     }
-    if constexpr (Np_max > 3 && Nc_max > 2) {  // the horizons of most drives, loops written out
+    if constexpr (Np_max > 3 && Nc_max > 2) {
       if (N_p == 3 && N_c == 2) {
         return plan(state, y, tau_ref, integral_constant<int, 3>{}, integral_constant<int, 2>{});
       }
     }
-    return plan(state, y, tau_ref, N_p, N_c);
+    plan(state, y, tau_ref, N_p, N_c);
   }
 
- private:
   template <class Samples, class Moves>
-  Command<T, N> plan(State& state, const Measurement<T, N>& y, T tau_ref, Samples n_samples,
-                     Moves n_moves) const {
+  void plan(State& state, const Measurement<T, N>& y, T tau_ref, Samples n_samples,
+            Moves n_moves) const {
     // A negative torque is the positive one of the mirrored machine.
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
     const T demand = sense * tau_ref;
@@ -144,12 +169,29 @@ struct PaperMpc {
       state.u[k] = state.u[k] + programme.channels[j].v[0];
       state.side[k] = programme.channels[j].side;
     }
+  }
 
-    // Braking, the EMF raises the current of a phase that freewheels.
-    const Leg chop = brakes(y.omega_m, tau_ref) ? Leg::demagnetize : Leg::freewheel;
-    const T least = i_band / T(4);  // a smaller reference is off
-    return per_phase<T, N>(
-        [&](int k) { return regulate(state.u[k] > least ? state.u[k] : T(0), i_band, chop); });
+  /// References where the voltage is short.
+  [[gnu::noinline, gnu::cold]] void follow(State& state, const Measurement<T, N>& y,
+                                           T tau_ref) const {
+    const bool braking = brakes(y.omega_m, tau_ref);
+    const T sense = tau_ref < T(0) ? T(-1) : T(1);
+    const T turn = sense * (static_cast<T>(machine.N_r) * y.omega_m * T_s);
+    const GuideCurrents<M, N> currents{machine, R, i_max, T_s, delay};
+    T given = T(0);
+    for (int k = 0; k < N; ++k) {
+      const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
+      given =
+          given + currents.torque(state.u[k], state.i_before[k], max(y.i[k], T(0)), theta, turn);
+      state.i_before[k] = max(y.i[k], T(0));
+    }
+    const T asked =
+        state.mean.asked(abs(tau_ref), given, turn, braking, guide.first.level_max, dead);
+    const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
+    for (int k = 0; k < N; ++k) {
+      const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
+      state.u[k] = currents.reference(profile, state.u[k], state.i_before[k], theta, turn, y.u_dc);
+    }
   }
 };
 

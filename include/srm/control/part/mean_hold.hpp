@@ -39,8 +39,8 @@ struct MeanHold {
   T tau_before{};           // the reference, signed by the motion, smoothed over a radian [N m]
 
   /// The torque to ask for. given: by the measured currents [N m], in the frame of positive torque;
-  /// turn: electrical angle since the last sample [rad].
-  constexpr T asked(T tau, T given, T turn, bool braking) {
+  /// turn: electrical angle since the last sample [rad]; most: what the law can ask for [N m].
+  constexpr T asked(T tau, T given, T turn, bool braking, T most = T(1e30), T alone = dead) {
     const T angle = abs(turn);
     const T moving = braking ? -tau : tau;
     tau_before = tau_before + min(angle, T(1)) * (moving - tau_before);
@@ -49,8 +49,8 @@ struct MeanHold {
     if (abs(moving - tau_before) < moves * tau) {
       const T error = clamp(T(1) - given / tau, T(-2), T(2));
       miss = miss + min(angle / smooth, T(1)) * (error - miss);
-      const T much = miss - clamp(miss, -dead, dead);
-      own = clamp(own + gain * angle * much, part_min, part_max);
+      const T much = miss - clamp(miss, -alone, alone);
+      own = clamp(own + gain * angle * much, part_min, max(min(most / tau - T(1), part_max), T(0)));
     }
     return tau * (T(1) + own);
   }

@@ -1,0 +1,68 @@
+// Current references that keep the flux linkages on the guide where the voltage is short.
+//
+// At high speed the guide takes all of the voltage for much of the period. A torque error can then
+// no longer be removed within a few samples, and a phase that leaves the guide to do so lacks flux
+// for the rest of the period. So each phase follows the flux linkage of the guide on its own, and
+// feedback holds the mean torque (mean_hold.hpp).
+//
+// A phase that is to be on the guide at the end of the sample needs a mean voltage for it. Where
+// that is most of what there is, the reference lies out of reach, so that the regulator applies all
+// of the voltage throughout the sample. Elsewhere it is the guide's current in the middle.
+#pragma once
+
+#include <array>
+
+#include "srm/control/frame/interface.hpp"
+#include "srm/control/part/guide.hpp"
+#include "srm/control/part/mirror.hpp"
+#include "srm/machine/magnetics.hpp"
+
+namespace srm {
+
+template <Machine M, int N>
+struct GuideCurrents {
+  using T = typename M::Scalar;
+
+  /// Of the dc-link voltage: who needs more takes all of it [1].
+  static constexpr T most = T(0.7);
+  /// The mean current of a sample lies so far on the way from its begin to its end, by the machines
+  /// of studies/quadrants.py. It makes 1 % of the mean torque at 90 samples a period [1].
+  static constexpr T way = T(0.6);
+
+  M machine;
+  T R;      // phase resistance [ohm]
+  T i_max;  // current limit [A]
+  T T_s;    // control period [s]
+  T delay;  // samples from measurement to effect
+
+  /// The reference of a phase, from the one before [A]. theta: its angle now, in the frame of
+  /// positive torque; turn: what it turns in a sample [rad].
+  T reference(const Profile<T>& guide, T before, T i, T theta, T turn, T u_dc) const {
+    const T begin = wrap(theta + turn * delay), end = wrap(theta + turn * (delay + T(1)));
+    T psi = at(i, theta).psi;
+    if (delay > T(0)) {  // through the sample under way: to its reference, as far as it can go
+      const T coasting = psi - T_s * R * i;
+      psi = clamp(at(before, begin).psi, max(coasting - T_s * u_dc, T(0)),
+                  max(coasting + T_s * u_dc, T(0)));
+    }
+    const T needed = (at(guide.at(end), end).psi - psi) / T_s + R * i;
+    if (needed > most * u_dc) return i_max;
+    if (needed < -most * u_dc) return T(0);
+    return min(guide.at(wrap(theta + turn * (delay + T(0.5)))), i_max);
+  }
+
+  /// Mean torque of a phase over the sample that ends now, in the frame of positive torque [N m]. A
+  /// regulated current arrives before the sample ends; under all of the voltage the torque is
+  /// nearly linear in time.
+  T torque(T reference, T i_before, T i, T theta, T turn) const {
+    if (reference > T(0) && reference < i_max) {
+      return at(i_before + way * (i - i_before), wrap(theta - turn / T(2))).tau;
+    }
+    return (at(i, theta).tau + at(i_before, wrap(theta - turn)).tau) / T(2);
+  }
+
+ private:
+  [[gnu::noinline]] Magnetics<T> at(T i, T theta) const { return machine.at(i, theta); }
+};
+
+}  // namespace srm
