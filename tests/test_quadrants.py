@@ -58,6 +58,17 @@ def test_laws_hold_the_mean(machine: str, tmp_path: Path, monkeypatch: pytest.Mo
     assert not [row for row in rows if row.torque_part > 0.2 and not row.holds]
 
 
+@pytest.mark.parametrize(
+    "law, tau", [("torque_sharing", 78.88), ("deadbeat", 78.88), ("ditc", 49.3), ("ditc", 19.72)]
+)
+def test_where_flux_cannot_end(law: str, tau: float, tmp_path: Path) -> None:
+    """Three times the base speed of the 60 kW machine: 33, 25, 7 and 12 % short before the overlap
+    followed the flux, and before the feedback could ask for more than twice the torque."""
+    drive = quadrants.bench("generic_60kw_6_4", tmp_path).drive(law, 8487.8, tau, 78.88)
+    kpis = rl.simulate(drive, until=0.2, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
+
+
 @pytest.mark.parametrize("law", ["torque_sharing", "deadbeat", "ditc"])
 def test_at_the_design_point_nothing_is_led(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same bits as with nothing to lead; at twice the speed it is another run."""
