@@ -69,6 +69,23 @@ def test_where_flux_cannot_end(law: str, tau: float, tmp_path: Path) -> None:
     assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
 
 
+@pytest.mark.parametrize(
+    "machine, speed, tau, tau_max",
+    [
+        ("generic_60kw_6_4", 8487.8, 78.88, 78.88),  # -2.3 %: every second period another pulse
+        ("generic_1hp_8_6", 9571.1, 0.054946, 0.087913),  # -3.5 %: too few currents were tried
+        ("generic_1hp_8_6", 9571.1, 0.076, 0.087913),  # -4.7 %: the mean jumps
+        ("random_4", 4800.01, 5.1382, 5.1382),  # -5.3 %: the same
+    ],
+)
+def test_angles_hold_the_mean_with_few_choppings(
+    machine: str, speed: float, tau: float, tau_max: float, tmp_path: Path
+) -> None:
+    drive = quadrants.bench(machine, tmp_path).drive("angles", speed, tau, tau_max)
+    kpis = rl.simulate(drive, until=0.2, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
+
+
 @pytest.mark.parametrize("law", ["torque_sharing", "deadbeat", "ditc"])
 def test_at_the_design_point_nothing_is_led(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same bits as with nothing to lead; at twice the speed it is another run."""
