@@ -69,6 +69,15 @@ def test_where_flux_cannot_end(law: str, tau: float, tmp_path: Path) -> None:
     assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
 
 
+@pytest.mark.parametrize("tau", [15.116, 24.186])
+def test_ditc_takes_a_longer_window_for_more_torque(tau: float, tmp_path: Path) -> None:
+    """Where the whole window magnetizes, a higher reference changes nothing: 3.5 and 3.1 % short
+    before what feedback asks for lengthened the lead."""
+    drive = quadrants.bench("random_2", tmp_path).drive("ditc", 5340.57, tau, 24.186)
+    kpis = rl.simulate(drive, until=0.3, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
+
+
 @pytest.mark.parametrize(
     "machine, speed, tau, tau_max",
     [
