@@ -53,8 +53,9 @@ def left_earlier(
 
     wanted = np.linspace(0, tau_max, len(i_ref))
     low = wanted <= FROM * tau_max
-    i = np.geomspace(i_ref[int(low.sum()) - 1] / MORE, i_ref[-1] * MORE, CURRENTS)
-    tau = np.maximum.accumulate(given(off, i))
+    most = min(i_ref[-1] * MORE, windows.point.i_max)
+    i = np.geomspace(i_ref[int(low.sum()) - 1] / MORE, most, CURRENTS)
+    tau = given(off, i)
     if not len(tau):
         return _core.PulseTable()
     jumps = _jumps(tau, i, tau_max)
@@ -63,15 +64,14 @@ def left_earlier(
     angles = np.linspace(on + EARLIEST * (off - on), off, ANGLES)
     curves = given(angles, i[[above for _, above in jumps], None])
     torques = np.linspace(0, tau_max, TORQUES + 1)
-    torques = torques[(torques > FROM * tau_max)]
+    torques = torques[torques > FROM * tau_max]
     nodes = [(t, c, off) for t, c in zip(wanted[low], np.array(i_ref)[low], strict=True)]
     for (below, above), curve in zip(jumps, curves, strict=True):
         torques = torques[(torques < tau[below]) | (torques > tau[above])]
         nodes.append((tau[below], i[below], off))
         for level in np.linspace((1 + NEXT) * tau[below], tau[above], LEVELS):
             nodes.append((level, i[above], _last(angles, curve, level)))
-    rising = np.flatnonzero(np.diff(tau, prepend=0.0) > 0)
-    nodes += [(t, float(np.interp(t, tau[rising], i[rising])), off) for t in torques]
+    nodes += [(t, _last(i, tau, t), off) for t in torques]
     return _same_at_every_speed(windows, np.array(sorted(nodes)))
 
 

@@ -79,11 +79,12 @@ class SharedTorque(Control):
     def _by_rule(self, known: Known) -> _core.Sharing:
         """The usual overlap, or all of the free angle where currents need it. Where flux cannot
         rise and fall within TURN periods it is the shorter for that, and a phase is left the
-        earlier: what it keeps past alignment would brake."""
+        earlier: what it keeps past alignment brakes, which a drive that only brakes wants."""
         free = 180 - 360 / known.n_phases
         ends = [((1 - part) / 2 * free, part * free) for part in (OVERLAP_PART, 1.0)]
         on, ov = min(ends, key=lambda angles: max(_load(known, self._sharing(*angles)), 1.0))
-        return self._sharing(on, ov / max(_turn(known, self._sharing(on, ov)) / TURN, 1.0))
+        turn = 0.0 if known.brakes else _turn(known, self._sharing(on, ov))
+        return self._sharing(on, ov / max(turn / TURN, 1.0))
 
     def _sharing(self, on_deg: float, ov_deg: float) -> _core.Sharing:
         return _core.Sharing(
