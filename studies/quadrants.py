@@ -181,8 +181,8 @@ def _loaded(file: Path, overrides: tuple[str, ...]) -> Drive:
 
 
 def bench(name: str, folder: Path) -> Bench:
-    """One of MACHINES; the drawn one is written to the folder."""
-    machine, u_dc = name, MACHINES[name]
+    """One of MACHINES, or drawn from another seed; a drawn one is written to the folder."""
+    machine, u_dc = name, MACHINES.get(name)
     if u_dc is None:
         text, u_dc = drawn_machine(int(name.removeprefix("random_")))
         machine = str(folder / f"{name}.toml")

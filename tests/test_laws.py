@@ -1,5 +1,6 @@
 """The [control] tables: what they compute at set-up, what they refuse, what the laws then do."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -80,7 +81,7 @@ def test_least_copper_angles_have_no_better_neighbour() -> None:
 def test_current_table_rises_from_nothing() -> None:
     drive = rl.load(PWM)
     windows = Windows(drive.control.point(drive.known()), (0.35, 2.5), (2.8, 5.6))
-    for table in windows.tables(41.339, None, by_rule=True):
+    for table in windows.tables(41.339, lambda _: None, by_rule=True):
         assert table[0] == 0.0
         assert all(a < b for a, b in pairwise(table))
 
@@ -90,19 +91,24 @@ def test_the_flat_top_serves_where_a_law_s_own_pulses_have_its_mean() -> None:
     current."""
     drive = rl.load(PWM)
     windows = Windows(drive.control.point(drive.known()), (0.35, 2.5), (2.8, 5.6))
-    flat = flat_top.flat_top(windows.point, *windows.pulses).tau
-    usual = windows.tables(41.339, None, by_rule=True)
-    assert windows.tables(41.339, 1.004 * flat, by_rule=True) == usual
-    for table, before in zip(windows.tables(41.339, 1.02 * flat, by_rule=True), usual, strict=True):
+
+    def of_flat(part: float) -> Callable[[Windows], np.ndarray]:
+        return lambda windows: part * flat_top.flat_top(windows.point, *windows.pulses).tau
+
+    usual = windows.tables(41.339, lambda _: None, by_rule=True)
+    assert windows.tables(41.339, of_flat(1.004), by_rule=True) == usual
+    for table, before in zip(
+        windows.tables(41.339, of_flat(1.02), by_rule=True), usual, strict=True
+    ):
         assert np.all(np.array(table[1:]) < before[1:])
 
 
 def test_own_angles_that_do_not_motor_are_refused() -> None:
     drive = rl.load(PWM)
     windows = Windows(drive.control.point(drive.known()), (3.3, 5.5), (2.8, 5.6))
-    windows.tables(41.339, None, by_rule=True)
+    windows.tables(41.339, lambda _: None, by_rule=True)
     with pytest.raises(rl.ParameterError, match="give a mean torque of at most"):
-        windows.tables(41.339, None, by_rule=False)
+        windows.tables(41.339, lambda _: None, by_rule=False)
 
 
 @pytest.mark.parametrize("shape", ["linear", "cubic", "sinusoidal", "exponential", "table"])

@@ -77,6 +77,44 @@ def test_the_paper_s_design_point_is_far_from_short_of_voltage() -> None:
         assert short_voltage.short_from(control.tables(known), known) == short_voltage.NEVER
 
 
+@pytest.mark.parametrize(
+    "law, tau", [("torque_sharing", 78.88), ("deadbeat", 78.88), ("ditc", 49.3), ("ditc", 19.72)]
+)
+def test_where_flux_cannot_end(law: str, tau: float, tmp_path: Path) -> None:
+    """Three times the base speed of the 60 kW machine: 33, 25, 7 and 12 % short before the overlap
+    followed the flux, and before the feedback could ask for more than twice the torque."""
+    drive = quadrants.bench("generic_60kw_6_4", tmp_path).drive(law, 8487.8, tau, 78.88)
+    kpis = rl.simulate(drive, until=0.2, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
+
+
+@pytest.mark.parametrize("tau", [15.116, 24.186])
+def test_ditc_takes_a_longer_window_for_more_torque(tau: float, tmp_path: Path) -> None:
+    """Where the whole window magnetizes, a higher reference changes nothing: 3.5 and 3.1 % short
+    before what feedback asks for lengthened the lead."""
+    drive = quadrants.bench("random_2", tmp_path).drive("ditc", 5340.57, tau, 24.186)
+    kpis = rl.simulate(drive, until=0.3, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
+
+
+@pytest.mark.parametrize(
+    "machine, speed, tau, tau_max",
+    [
+        ("generic_60kw_6_4", 8487.8, 78.88, 78.88),  # -2.3 %: every second period another pulse
+        ("generic_1hp_8_6", 9571.1, 0.054946, 0.087913),  # -3.5 %: too few currents were tried
+        ("generic_1hp_8_6", 9571.1, 0.076, 0.087913),  # -4.7 %: the mean jumps
+        ("random_4", 4800.01, 5.1382, 5.1382),  # -5.3 %: the same
+        ("random_2", 3560.38, 26.897, 43.035),  # a mean that falls over some currents
+    ],
+)
+def test_angles_hold_the_mean_with_few_choppings(
+    machine: str, speed: float, tau: float, tau_max: float, tmp_path: Path
+) -> None:
+    drive = quadrants.bench(machine, tmp_path).drive("angles", speed, tau, tau_max)
+    kpis = rl.simulate(drive, until=0.2, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
+
+
 @pytest.mark.parametrize("law", ["torque_sharing", "deadbeat", "ditc"])
 def test_at_the_design_point_nothing_is_led(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same bits as with nothing to lead; at twice the speed it is another run."""

@@ -7,12 +7,13 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.drive.control import BAND_PART, NEVER_REACHED
+from reluctance.drive.control import BAND_PART
 from reluctance.drive.known import Known
 from reluctance.laws import flat_top
 from reluctance.laws.angle_table import read_angle_table
 from reluctance.laws.chopped import chopped
-from reluctance.laws.current_table import FloatArray, Windows
+from reluctance.laws.current_table import Currents, FloatArray, Windows
+from reluctance.laws.left_earlier import left_earlier
 from reluctance.laws.pulse_current import PulseCurrent
 from reluctance.laws.pulse_table import pulse_table
 
@@ -66,26 +67,25 @@ class Angles(PulseCurrent):
 
     def controller(self, known: Known) -> _core.Controller:
         windows = self.windows(known)
-        if self.regulate == "none":
-            reference = _core.MeanTorque.constant(NEVER_REACHED)
-        else:
-            reference = self.reference(known, windows)
+        currents = self.currents(known, windows)
         return _core.angles(
             self.setting(known),
             conduction=self.conduction(known, windows.motors, windows.brakes),
-            reference=reference,
+            reference=self.reference(known, currents),
             i_band=self.band(known),
             chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
             watch=getattr(_core.AngleWatch, self.watch),
-            table=self.table(known),
+            table=self.table(known, windows, currents),
         )
 
-    def table(self, known: Known) -> _core.PulseTable:
+    def table(self, known: Known, windows: Windows, currents: Currents | None) -> _core.PulseTable:
         """Angles and current over speed and torque; empty where the angles are fixed."""
-        if self.angle_table is None:
+        hard = self.chop == "hard"
+        if self.angle_table is not None:
+            return pulse_table(known, read_angle_table(self.angle_table), self.band(known), hard)
+        if currents is None or self.theta_on_deg is not None or known.brakes:
             return _core.PulseTable()
-        angles = read_angle_table(self.angle_table)
-        return pulse_table(known, angles, self.band(known), self.chop == "hard")
+        return left_earlier(windows, known.tau_max, currents[0], self.band(known), hard)
 
     def band(self, known: Known) -> float:
         """Half width [A]."""

@@ -73,7 +73,8 @@ def chopped_pulses(
 ) -> FloatArray | None:
     """Mean torque of all phases [N m] for pulses of one shape of arrays [rad, A], in a band of some
     half width [A]. None where a step crosses the band, at low speed: there the mean of the saw
-    teeth is the reference."""
+    teeth is the reference. A current that does not return to zero can have one chopping fewer every
+    second period: the mean is that of two."""
     shape = i_ref.shape
     theta_on, theta_off, i_ref = theta_on.ravel(), theta_off.ravel(), i_ref.ravel()
     band = Band(i_ref, half, np.broadcast_to(hard, shape).ravel())
@@ -84,7 +85,7 @@ def chopped_pulses(
     dt = turn / (point.N_r * point.omega_m)
     if crossing < dt:
         return None
-    i = np.zeros_like(i_ref)
+    i, means = np.zeros_like(i_ref), []
     for _ in range(TURNS):
         start, tau, leg = i, np.zeros_like(i), np.ones_like(i)
         for step in range(steps):
@@ -103,6 +104,8 @@ def chopped_pulses(
             after = edge + rest * dt * slope(point, there, edge, point.u_dc * chosen)
             after = np.clip(after, band.low, np.maximum(band.high, edge))  # it may turn again
             i, leg = np.where(turned, after, i), np.where(turned, chosen, leg)
+        means.append(point.n_phases * tau / steps)
         if np.all(np.abs(i - start) <= SETTLED * point.i_max):
             break
-    return np.asarray((point.n_phases * tau / steps).reshape(shape))
+    mean = means[-1] if len(means) < TURNS else (means[-2] + means[-1]) / 2
+    return np.asarray(mean.reshape(shape))

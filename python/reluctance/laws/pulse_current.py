@@ -6,10 +6,11 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
+from reluctance.drive.control import NEVER_REACHED
 from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
 from reluctance.laws.conduction import ConductionAngles
-from reluctance.laws.current_table import FloatArray, Windows
+from reluctance.laws.current_table import Currents, FloatArray, Windows
 from reluctance.laws.flat_top import ROOM
 
 MORE_ROOM = (1.3, 1.6)  # over the torque: for windows whose pulses fall short of the flat top's
@@ -56,13 +57,22 @@ class PulseCurrent(ConductionAngles):
             windows = Windows(point, motors, brakes)
         return windows
 
-    def reference(self, known: Known, windows: Windows) -> _core.MeanTorque:
+    def currents(self, known: Known, windows: Windows) -> Currents | None:
+        """Of the torques 0..tau_max in equal steps, motoring and braking [A]; None where the
+        current does not follow the torque."""
+        if not self.follows_torque:
+            return None
+        return windows.tables(
+            known.tau_max,
+            lambda windows: self.mean_torque(known, windows),
+            by_rule=self.theta_on_deg is None,
+        )
+
+    def reference(self, known: Known, currents: Currents | None) -> _core.MeanTorque:
         """The current over the torque reference."""
-        if self.i_ref_A is not None:
-            return _core.MeanTorque.constant(self.i_ref_A)
-        own, by_rule = self.mean_torque(known, windows), self.theta_on_deg is None
-        i_ref, i_brake = windows.tables(known.tau_max, own, by_rule=by_rule)
-        return _core.MeanTorque(tau_max=known.tau_max, i_ref=i_ref, i_brake=i_brake)
+        if currents is None:
+            return _core.MeanTorque.constant(self.i_ref_A or NEVER_REACHED)
+        return _core.MeanTorque(tau_max=known.tau_max, i_ref=currents[0], i_brake=currents[1])
 
     def mean_torque(self, known: Known, windows: Windows) -> FloatArray | None:
         """What the law's own pulses give [N m]; None where flat-top pulses are known to serve."""

@@ -40,7 +40,7 @@ class PwmCurrent(PulseCurrent):
         return _core.pwm_current(
             self.setting(known),
             conduction=self.conduction(known, windows.motors, windows.brakes),
-            reference=self.reference(known, windows),
+            reference=self.reference(known, self.currents(known, windows)),
             R=known.R,
             bandwidth=self.bandwidth,
             T_s=self.T_s,

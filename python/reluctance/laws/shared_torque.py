@@ -11,6 +11,7 @@ from reluctance import _core
 from reluctance.drive.control import Control
 from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
+from reluctance.laws.flux_lead import ANGLES, Shares
 
 TABLE_POINTS = 33  # of srm::Sharing
 NO_SHARE = 1e-3  # of the torque: less, or as much short of all of it, is no sharing
@@ -19,6 +20,9 @@ NO_SHARE = 1e-3  # of the torque: less, or as much short of all of it, is no sha
 # 1/2, 2/3 and 1 give torque errors of 1.8, 1.3 and 1.0 % rms (cubic, at 49.4, 49.1 and 49.3 A
 # rms) and 2.1, 1.4 and 2.6 % (linear).
 OVERLAP_PART = 2 / 3
+# What flux may take to rise and to fall, over a period, with this overlap: at 1.4 every machine
+# that was tried holds the mean, at 1.47 the generic 60 kW machine is 18 % short.
+TURN = 1.2
 
 
 class SharedTorque(Control):
@@ -69,14 +73,18 @@ class SharedTorque(Control):
         if self.sharing == "optimal":
             return _optimal(known)
         if self.theta_on_deg is None or self.theta_ov_deg is None:
-            usual, full = (self._overlapping(known, part) for part in (OVERLAP_PART, 1.0))
-            return min((usual, full), key=lambda sharing: max(_load(known, sharing), 1.0))
+            return self._by_rule(known)
         return self._sharing(self.theta_on_deg, self.theta_ov_deg)
 
-    def _overlapping(self, known: Known, part: float) -> _core.Sharing:
-        """An overlap that is this part of the angle free for it, the rest at both ends."""
+    def _by_rule(self, known: Known) -> _core.Sharing:
+        """The usual overlap, or all of the free angle where currents need it. Where flux cannot
+        rise and fall within TURN periods it is the shorter for that, and a phase is left the
+        earlier: what it keeps past alignment brakes, which a drive that only brakes wants."""
         free = 180 - 360 / known.n_phases
-        return self._sharing((1 - part) / 2 * free, part * free)
+        ends = [((1 - part) / 2 * free, part * free) for part in (OVERLAP_PART, 1.0)]
+        on, ov = min(ends, key=lambda angles: max(_load(known, self._sharing(*angles)), 1.0))
+        turn = 0.0 if known.brakes else _turn(known, self._sharing(on, ov))
+        return self._sharing(on, ov / max(turn / TURN, 1.0))
 
     def _sharing(self, on_deg: float, ov_deg: float) -> _core.Sharing:
         return _core.Sharing(
@@ -95,6 +103,13 @@ def _load(known: Known, sharing: _core.Sharing) -> float:
     share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])
     most = _core.magnetics(known.magnetics, np.full_like(theta, known.i_max), theta)[:, 2]
     return float(np.max(share * known.tau_max / most))
+
+
+def _turn(known: Known, sharing: _core.Sharing) -> float:
+    """What the flux of the greatest torque takes to rise and to fall, over a period [1]."""
+    shares = Shares(known, sharing, np.linspace(0, np.pi, ANGLES))
+    rise = known.N_r * known.omega_m * float(shares.psi[-1].max()) / known.u_dc  # [rad]
+    return rise / np.pi
 
 
 def _optimal(known: Known) -> _core.Sharing:

@@ -16,6 +16,7 @@
 // At other torques and speeds than those that the window is made for it opens as early as flux
 // needs to be built up (turn_on.hpp), and the mean is held by feedback (mean_hold.hpp): incoming
 // phases push the torque to the upper end of the band, and above base speed the voltage is short.
+// Where that asks for more than twice the torque the whole window magnetizes, and the lead grows.
 #pragma once
 
 #include "srm/base/fields.hpp"
@@ -79,7 +80,8 @@ struct Ditc {
     Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
     if (leads && !(abs(y.omega_m) < conduction.omega_start)) {
       const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
-      window = turn_on.ahead(window, abs(tau_ref), omega_e, y.u_dc, braking);
+      const T more = max(x.mean.part[0], T(1));
+      window = turn_on.ahead(window, abs(tau_ref), omega_e, y.u_dc, more, braking);
     }
     const T dwell = wrap(window.theta_off - window.theta_on);
     std::array<T, N> past_on{};  // angle since turn-on; the newest phase has the least
