@@ -31,8 +31,8 @@ from reluctance.limit.table import Table
 
 # Of half the relative rise of the copper loss, in parts of the sum of b; chosen at rated torque of
 # the paper's machine (studies/least_ripple.py measures the result) [1].
-PRICE = 14.0
-SMOOTH = 9.0  # width of the smoothing, electrical [deg]: a few pulses follow no sharper corner
+PRICE = 20.0
+SMOOTH = 18.0  # width of the smoothing, electrical [deg]: a few pulses follow no sharper corner
 LACKS = 0.02  # of the peak flux linkage: what the voltage may lack for the smoothed profile [1]
 ROUNDS = 8  # of Newton's method
 
