@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive.operating_point import OperatingPoint
@@ -58,6 +59,13 @@ class FluxGuide:
     def reserve(self) -> list[float]:
         """Share of the conduction that leaves some voltage, (n_speeds,) [1]."""
         return [self._reserve(table) for table in self.tables]
+
+    @property
+    def conducts(self) -> list[float]:
+        """Share of the period in which a phase has current, (n_speeds,) [1]."""
+        return [
+            float(np.mean(self._conducting(table, self._level(table)))) for table in self.tables
+        ]
 
     @property
     def psi_slack(self) -> list[float]:
@@ -109,12 +117,16 @@ class FluxGuide:
         """The row nearest to the working torque, zero torque left out."""
         return 1 + int(np.argmin(np.abs(table.tau_ref[1:] - self.tau_ref)))
 
+    def _conducting(self, table: Table, level: int) -> NDArray[np.bool_]:
+        """Where the guide has current, over the angle."""
+        return table.i[level] > self.point.i_max / 200
+
     def _reserve(self, table: Table) -> float:
         level = self._level(table)
         psi, i = table.psi[level], table.i[level]
         slope = (np.roll(psi, -1) - np.roll(psi, 1)) * psi.size / (4 * np.pi)  # [Wb/rad]
         u = self.point.R * i + self.point.N_r * table.omega_m * slope
-        conducts = i > self.point.i_max / 200
+        conducts = self._conducting(table, level)
         if not conducts.any():
             return 1.0
         share = np.mean(np.abs(u[conducts]) < FULL_VOLTAGE * table.u_dc)
