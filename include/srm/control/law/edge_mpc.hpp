@@ -42,7 +42,7 @@ struct EdgeMpc {
   /// [rad].
   static constexpr T coarse = T(0.1);
   /// When motoring, a guide that conducts in more than this part of the period is tracked [1].
-  static constexpr T conducts_most = T(0.8);
+  static constexpr T conducts_most = T(0.9);
   /// What the feedback of the mean may add to the torque or take from it [1].
   static constexpr T held_part = T(0.1);
   /// A torque error of this many bands is far [1].
@@ -79,9 +79,10 @@ struct EdgeMpc {
     const T slack = profile.of(psi_slack);
     const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
     const auto phases = outlook.at(y, tau_ref, state);
-    state.tracks = turn > coarse || (motoring && profile.of(conducts) > conducts_most);
+    const bool is_coarse = turn > coarse;
+    state.tracks = is_coarse || (motoring && profile.of(conducts) > conducts_most);
     if (state.tracks) {
-      track_all(state, phases, slack, y.u_dc);
+      track_all(state, phases, is_coarse ? T(0) : slack, y.u_dc);
       return state.ordered;
     }
     state.hold = {};
@@ -121,10 +122,10 @@ struct EdgeMpc {
     return demand * (T(1) + part);
   }
 
-  /// Each phase to the guide.
+  /// Each phase to the guide, which it may leave by `slack`, a pulse inside the sample included.
   [[gnu::noinline, gnu::cold]] void track_all(State& state, const Phases& phases, T slack,
                                               T u_dc) const {
-    const T near = max((slack - u_dc * T_s) / T(4), T(0));  // a pulse leaves it by u_dc T_s/4
+    const T near = max(slack / T(4) - u_dc * T_s / T(8), T(0));
     state.tau = T(0);
     for (int k = 0; k < N; ++k) {
       state.tau = state.tau + phases[k].tau;
