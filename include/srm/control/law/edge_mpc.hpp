@@ -74,18 +74,19 @@ struct EdgeMpc {
     T demand = abs(tau_ref);
     const bool motoring = (tau_ref < T(0)) == (y.omega_m < T(0));
     const T turn = static_cast<T>(machine.N_r) * abs(y.omega_m) * T_s;
-    if (state.tracks) demand = held(state, demand, turn, !motoring);
+    const bool tracked = state.tracks;
+    if (tracked) demand = held(state, demand, turn, !motoring);
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T slack = profile.of(psi_slack);
-    const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
-    const auto phases = outlook.at(y, tau_ref, state);
     const bool is_coarse = turn > coarse;
     state.tracks = is_coarse || (motoring && profile.of(conducts) > conducts_most);
+    const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
+    const auto phases = outlook.at(y, tau_ref, state);
     if (state.tracks) {
       track_all(state, phases, is_coarse ? T(0) : slack, y.u_dc);
       return state.ordered;
     }
-    state.hold = {};
+    if (tracked) state.hold = {};
 
     // Half width of the torque band [N m] and length of a pulse period at this band [s].
     T ripple = max(demand * T(1e3), T(1));  // 0.1 % in a microsecond, where no phase acts
@@ -135,8 +136,8 @@ struct EdgeMpc {
   }
 
   /// The plan's units and x, where it starts.
-  Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand, T slack, T A,
-               T pulse, typename Plan::Point& x) const {
+  [[gnu::noinline]] Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand,
+                                 T slack, T A, T pulse, typename Plan::Point& x) const {
     Plan plan;
     const T per_A = T(1) / A;
     const T per_slack = T(1) / slack;
