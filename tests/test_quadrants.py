@@ -73,13 +73,11 @@ def test_predictive_laws_hold_the_mean_where_the_current_hardly_ends(
     assert not [row for row in fast if not row.holds]
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("seed", [3, 8])
 def test_predictive_laws_hold_the_mean_of_other_drawn_machines(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Machines on which the law was not made: three and five phases, 15 to 53 samples of 20 us in a
-    period."""
+    """Machines on which the laws were not made, with 20 to 53 samples of 20 us in a period."""
     name = f"random_{seed}"
     monkeypatch.setattr(quadrants, "SPEEDS", (1.5, 2.0, 3.0))
     monkeypatch.setitem(quadrants.MACHINES, name, None)

@@ -15,8 +15,9 @@ from reluctance.laws.guided import FluxGuided
 PULSES_PER_TURN_ON = 4.8  # pulses a second of the phase in charge, of a turn-on of one switch
 # When motoring, a guide that conducts in more than this part of the period is followed closer, by
 # this factor on the weight: flux that is left past alignment to win torque now brakes later.
-# Measured on docs/control/quadrants.md and eleven other drawn machines: with 1 the torque of three
-# of them collapses at three times base speed, 4 to 256 hold it, and 4 has the least ripple.
+# Measured at the speeds of docs/control/quadrants.md on two of its machines and twelve others that
+# were drawn: with 1 the torque of two collapses at three times base speed, 4 and 16 hold all, and 4
+# has less ripple.
 CONDUCTS_MOST = 0.9  # [1]
 CLOSER = 4.0  # [1]
 NO_GUIDE = _core.Guide(np.zeros((1, 2, 3)), tau_max=1.0, omega_m=[0.0], u_dc=1.0)
