@@ -43,6 +43,9 @@ struct EdgeMpc {
   static constexpr T coarse = T(0.1);
   /// When motoring, a guide that conducts in more than this part of the period is tracked [1].
   static constexpr T conducts_most = T(0.9);
+  /// Where the resistance takes more of the voltage, deviations from the guide decay by themselves,
+  /// and the plan serves [1].
+  static constexpr T damping = T(0.1);
   /// What the feedback of the mean may add to the torque or take from it [1].
   static constexpr T held_part = T(0.1);
   /// A torque error of this many bands is far [1].
@@ -79,7 +82,8 @@ struct EdgeMpc {
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T slack = profile.of(psi_slack);
     const bool is_coarse = turn > coarse;
-    state.tracks = is_coarse || (motoring && profile.of(conducts) > conducts_most);
+    const bool lasts = guide.drop < damping * y.u_dc && profile.of(conducts) > conducts_most;
+    state.tracks = is_coarse || (motoring && lasts);
     const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
     const auto phases = outlook.at(y, tau_ref, state);
     if (state.tracks) {
