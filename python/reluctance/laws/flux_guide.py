@@ -119,7 +119,8 @@ class FluxGuide:
 
     def _conducting(self, table: Table, level: int) -> NDArray[np.bool_]:
         """Where the guide has current, over the angle."""
-        return table.i[level] > self.point.i_max / 200
+        conducting: NDArray[np.bool_] = table.i[level] > self.point.i_max / 200
+        return conducting
 
     def _reserve(self, table: Table) -> float:
         level = self._level(table)
