@@ -7,7 +7,8 @@ void bind_edge_mpc(nb::module_& m) {
   bind_law<srm::EdgeMpc>(
       m, "edge_mpc",
       "Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; "
-      "psi_slack: most that a phase may leave it, at each of its speeds [Wb].");
+      "psi_slack: most that a phase may leave it, conducts: part of the period in which it has "
+      "current, each at each of its speeds [Wb, 1].");
 }
 
 }  // namespace bound

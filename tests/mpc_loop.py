@@ -113,7 +113,7 @@ def controller(
         "delay": timing.delay,
     }
     if law == "edge_mpc":
-        return _core.edge_mpc(setting, psi_slack=guide.psi_slack, **common)
+        return _core.edge_mpc(setting, psi_slack=guide.psi_slack, conducts=guide.conducts, **common)
     return _core.finite_set_mpc(
         setting,
         horizon=horizon,

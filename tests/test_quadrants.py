@@ -115,6 +115,57 @@ def test_angles_hold_the_mean_with_few_choppings(
     assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
 
 
+@pytest.mark.parametrize(
+    ("machine", "law"),
+    [("random_2026", "edge_mpc"), ("generic_60kw_6_4", "finite_set_mpc")],
+)
+def test_predictive_laws_hold_the_mean_where_the_current_hardly_ends(
+    machine: str, law: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A law that trades flux for torque there loses up to 69 % of it."""
+    monkeypatch.setattr(quadrants, "SPEEDS", (1.0, 1.5, 3.0))
+    rows = quadrants.study(quadrants.bench(machine, tmp_path), [law])
+    fast = [row for row in rows if row.torque_part > 0.2 and row.speed_part > 1]
+    assert sum(row.limit_conducts > 0.9 for row in fast) == len(fast) == 8
+    assert not [row for row in fast if not row.holds]
+
+
+@pytest.mark.parametrize("seed", [3, 8])
+def test_predictive_laws_hold_the_mean_of_other_drawn_machines(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Machines on which the laws were not made, with 20 to 53 samples of 20 us in a period."""
+    name = f"random_{seed}"
+    monkeypatch.setattr(quadrants, "SPEEDS", (1.5, 2.0, 3.0))
+    monkeypatch.setitem(quadrants.MACHINES, name, None)
+    laws = ["edge_mpc", "finite_set_mpc"]
+    rows = quadrants.study(quadrants.bench(name, tmp_path), laws)
+    assert not [row for row in rows if row.torque_part > 0.2 and not row.holds]
+
+
+@pytest.mark.parametrize(
+    ("law", "machine", "speed_rpm", "tau", "ripple"),
+    [
+        ("edge_mpc", "random_2026", 8751.0, 3.361, 0.05),
+        ("finite_set_mpc", "generic_60kw_6_4", 8488.0, 78.88, 0.005),
+    ],
+)
+def test_a_step_of_the_torque_where_the_current_never_ends(
+    law: str, machine: str, speed_rpm: float, tau: float, ripple: float, tmp_path: Path
+) -> None:
+    """From a quarter to all of the torque that the drive is set up for, at three times base speed:
+    after 0.05 s, 28 and more electrical periods, the mean is there."""
+    drive = quadrants.bench(machine, tmp_path).drive(law, speed_rpm, tau, tau)
+    course = {
+        "reference.tau_Nm": None,
+        "reference.values": [tau / 4, tau / 4, tau],
+        "reference.t_s": [0.0, 0.05, 0.0501],
+    }
+    kpis = rl.simulate(drive.with_values(course), until=0.2, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(tau, rel=0.01)
+    assert kpis.torque_error_rms < ripple
+
+
 @pytest.mark.parametrize("law", ["torque_sharing", "deadbeat", "ditc"])
 def test_at_the_design_point_nothing_is_led(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same bits as with nothing to lead; at twice the speed it is another run."""

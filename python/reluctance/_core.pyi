@@ -794,13 +794,13 @@ def finite_set_mpc(setting: Setting, *, guide: Guide, horizon: int, w_psi: Seque
     Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of the distance to it, at each of its speeds [N^2 m^2/Wb^2].
     """
 
-def edge_mpc(setting: Setting, *, guide: Guide, w_sw: float, psi_slack: Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Controller:
+def edge_mpc(setting: Setting, *, guide: Guide, w_sw: float, psi_slack: Sequence[float], conducts: Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Controller:
     """
-    Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; psi_slack: most that a phase may leave it, at each of its speeds [Wb].
+    Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; psi_slack: most that a phase may leave it, conducts: part of the period in which it has current, each at each of its speeds [Wb, 1].
     """
 
 def learning_deadbeat(setting: Setting, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
     """The same law, which learns the machine that it drives."""
 
-def learning_edge_mpc(setting: Setting, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, guide: Guide, w_sw: float, psi_slack: Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Controller:
+def learning_edge_mpc(setting: Setting, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, guide: Guide, w_sw: float, psi_slack: Sequence[float], conducts: Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Controller:
     """The same law, which learns the machine that it drives."""

@@ -55,6 +55,7 @@ class EdgeMpc(FluxGuided, Learns):
             "guide": guide.profiles,
             "w_sw": guide.w_sw,
             "psi_slack": guide.psi_slack,
+            "conducts": guide.conducts,
             "R": known.R,
             "i_max": known.i_max,
             "T_s": self.T_s,

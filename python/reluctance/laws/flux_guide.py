@@ -73,6 +73,11 @@ class FluxGuide:
         return [self._reserve(table) for table in self.tables]
 
     @property
+    def conducts(self) -> list[float]:
+        """Share of the period in which a phase has current, (n_speeds,) [1]."""
+        return [float(np.mean(self._conducting(table))) for table in self.tables]
+
+    @property
     def psi_slack(self) -> list[float]:
         """How far a phase may leave the guide, (n_speeds,) [Wb]: reserve^2 times the flux linkage
         of a switching period."""
@@ -118,10 +123,14 @@ class FluxGuide:
             f_switch=self.f_switch,
         )
 
+    def _conducting(self, table: Table) -> NDArray[np.bool_]:
+        """Where the guide has current, over the angle."""
+        row = table.i[nearest_level(table, self.tau_ref)]
+        return np.asarray(row > self.point.i_max / 200)
+
     def _reserve(self, table: Table) -> float:
-        level = nearest_level(table, self.tau_ref)
-        u = voltage(self.point, table, level)
-        conducts = table.i[level] > self.point.i_max / 200
+        u = voltage(self.point, table, nearest_level(table, self.tau_ref))
+        conducts = self._conducting(table)
         if not conducts.any():
             return 1.0
         share = np.mean(np.abs(u[conducts]) < FULL_VOLTAGE * table.u_dc)

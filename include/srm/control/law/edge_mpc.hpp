@@ -10,9 +10,10 @@
 // Far outside the band, after a step of the reference, every phase is driven towards it by all of
 // the voltage until the torque is there, in whichever sample and at whichever instant that is.
 //
-// At high speed the guide may keep every phase in current. Flux linkage that a phase lacks there is
-// lacking for the whole period, for the guide asks for all of the voltage. So, when motoring, the
-// phases are brought to the guide first, and the mean is held by feedback (mean_hold.hpp).
+// At high speed the guide may keep a phase in current nearly throughout, and a sample may be a
+// large part of the period. Flux linkage that a phase lacks there is lacking for the whole period.
+// So each phase is brought to the guide by itself (guide_track.hpp), and the mean is held by
+// feedback (mean_hold.hpp).
 //
 // One law from "2 us, no delay" to "20 us, one sample late": the plan of a short sample almost
 // always has no edge at all.
@@ -20,6 +21,7 @@
 
 #include "srm/base/fields.hpp"
 #include "srm/control/part/edge_plan.hpp"
+#include "srm/control/part/guide_track.hpp"
 #include "srm/control/part/mean_hold.hpp"
 
 namespace srm {
@@ -36,8 +38,14 @@ struct EdgeMpc {
   /// Band of a sample of two pulses and more: this share of A T_s/pulse (0.4 would last for five
   /// edges).
   static constexpr T wide_band = T(0.53);
-  /// What a phase does, another one does this much later, electrical [rad].
-  static constexpr T stroke = two_pi<T> / T(N);
+  /// A sample that turns the rotor by more is coarse: the torque within it is no straight line
+  /// [rad].
+  static constexpr T coarse = T(0.1);
+  /// When motoring, a guide that conducts in more than this part of the period is tracked [1].
+  static constexpr T conducts_most = T(0.9);
+  /// Where the resistance takes more of the voltage, deviations from the guide decay by themselves,
+  /// and the plan serves [1].
+  static constexpr T damping = T(0.1);
   /// What the feedback of the mean may add to the torque or take from it [1].
   static constexpr T held_part = T(0.1);
   /// A torque error of this many bands is far [1].
@@ -47,36 +55,42 @@ struct EdgeMpc {
   Guide<T> guide;     // flux linkage over torque reference, electrical angle and speed [Wb]
   T w_sw;             // cost of a turn-on: switching_weight.hpp [N^2 m^2 s]
   View<T> psi_slack;  // most that a phase may leave the guide, at each of its speeds [Wb]
+  View<T> conducts;   // part of the period in which the guide has current, at each speed [1]
   T R;                // phase resistance [ohm]
   T i_max;            // current limit [A]
   T T_s;              // control period [s]
   int delay;          // samples from measurement to effect: 0 or 1
-  SRM_FIELDS(machine, guide, w_sw, psi_slack, R, i_max, T_s, delay)
+  SRM_FIELDS(machine, guide, w_sw, psi_slack, conducts, R, i_max, T_s, delay)
 
   struct State : Memory<T, N> {
     MeanHold<T> hold{};
-    T tau{};         // of the last sample, in the frame of positive torque [N m]
-    T full_angle{};  // electrical angle since the guide wanted no current in some phase [rad]
+    T tau{};              // of the last sample, in the frame of positive torque [N m]
+    bool tracks = false;  // in the last sample
   };
 
-  constexpr bool is_consistent() const { return psi_slack.size == guide.omega.size; }
+  constexpr bool is_consistent() const {
+    return psi_slack.size == guide.omega.size && conducts.size == guide.omega.size;
+  }
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     const T ahead = max(T_s, T(10e-6));
     T demand = abs(tau_ref);
     const bool motoring = (tau_ref < T(0)) == (y.omega_m < T(0));
     const T turn = static_cast<T>(machine.N_r) * abs(y.omega_m) * T_s;
-    if (motoring && state.full_angle > stroke) {
-      state.hold.asked(demand, state.tau, turn, false);
-      T& part = state.hold.part[0];  // of motoring; no more than the guide has
-      part =
-          clamp(part, -held_part, max(min(held_part, guide.first.level_max / demand - T(1)), T(0)));
-      demand = demand * (T(1) + part);
-    }
+    const bool tracked = state.tracks;
+    if (tracked) demand = held(state, demand, turn, !motoring);
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T slack = profile.of(psi_slack);
+    const bool is_coarse = turn > coarse;
+    const bool lasts = guide.drop < damping * y.u_dc && profile.of(conducts) > conducts_most;
+    state.tracks = is_coarse || (motoring && lasts);
     const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
     const auto phases = outlook.at(y, tau_ref, state);
+    if (state.tracks) {
+      track_all(state, phases, is_coarse ? T(0) : slack, y.u_dc);
+      return state.ordered;
+    }
+    if (tracked) state.hold = {};
 
     // Half width of the torque band [N m] and length of a pulse period at this band [s].
     T ripple = max(demand * T(1e3), T(1));  // 0.1 % in a microsecond, where no phase acts
@@ -87,21 +101,12 @@ struct EdgeMpc {
     const T pulse = T(2) * A / ripple;
 
     typename Plan::Point x;
-    state.full_angle = motoring ? min(state.full_angle + turn, T(2) * stroke) : T(0);
-    for (const PhaseOutlook<T>& p : phases) state.full_angle = p.idle ? T(0) : state.full_angle;
-    const bool full = state.full_angle > stroke;
-    if (!full) state.hold = {};
-    const Plan plan = problem(phases, full, y.u_dc, demand, slack, A, pulse, x);
-    state.tau = x.e * A + demand;
+    const Plan plan = problem(phases, y.u_dc, demand, slack, A, pulse, x);
     typename Plan::Levels last;
     for (int j = 0; j < plan.n_active; ++j) {
       const typename Plan::Active& p = plan.phases[j];
       last[j] = static_cast<int>(state.ordered[p.k].leg.back()) + 1;
-      if (full && abs(x.e) > far) {
-        if (p.lowest == p.highest) last[j] = p.lowest;
-      } else if (is_far(phases[p.k], x.e)) {
-        last[j] = x.e < T(0) ? p.highest : p.lowest;
-      }
+      if (is_far(phases[p.k], x.e)) last[j] = x.e < T(0) ? p.highest : p.lowest;
     }
 
     plan_edges(plan, x, last, pulse, state.ordered);
@@ -110,10 +115,33 @@ struct EdgeMpc {
 
  private:
   static constexpr int decisions_max = 2 * N + 2;
+  using Phases = std::array<PhaseOutlook<T>, N>;
 
-  /// The plan's units and x, where it starts. full: the flux linkages come first.
-  Plan problem(const std::array<PhaseOutlook<T>, N>& phases, bool full, T u_dc, T demand, T slack,
-               T A, T pulse, typename Plan::Point& x) const {
+  /// The torque to ask for while the guide is tracked, so that the mean of the torque is `demand`;
+  /// no more than the guide has.
+  [[gnu::noinline, gnu::cold]] T held(State& state, T demand, T turn, bool braking) const {
+    state.hold.asked(demand, state.tau, turn, braking);
+    T& part = state.hold.part[braking ? 1 : 0];
+    const T most = max(guide.first.level_max / demand - T(1), T(0));
+    part = clamp(part, -held_part, min(held_part, most));
+    return demand * (T(1) + part);
+  }
+
+  /// Each phase to the guide, which it may leave by `slack`, a pulse inside the sample included.
+  [[gnu::noinline, gnu::cold]] void track_all(State& state, const Phases& phases, T slack,
+                                              T u_dc) const {
+    const T near = max(slack / T(4) - u_dc * T_s / T(8), T(0));
+    state.tau = T(0);
+    for (int k = 0; k < N; ++k) {
+      state.tau = state.tau + phases[k].tau;
+      const Leg last = state.ordered[k].leg.back();
+      state.ordered[k] = track(phases[k], last, near, u_dc, R, i_max, T_s);
+    }
+  }
+
+  /// The plan's units and x, where it starts.
+  [[gnu::noinline]] Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand,
+                                 T slack, T A, T pulse, typename Plan::Point& x) const {
     Plan plan;
     const T per_A = T(1) / A;
     const T per_slack = T(1) / slack;
@@ -146,7 +174,7 @@ struct EdgeMpc {
         a.z_rate[level] = leaves * per_volt;
       }
       x.z[j] = (p.psi - p.goal) * per_flux;
-      set_levels(a, p, x.z[j], x.e, full);
+      set_levels(a, p, x.z[j], x.e);
     }
     return plan;
   }
@@ -155,17 +183,11 @@ struct EdgeMpc {
   static bool is_far(const PhaseOutlook<T>& p, T e) { return abs(e) > far && p.gain > T(0); }
 
   /// The two levels around the voltage that the guide asks for; beyond twice its slack, or with the
-  /// torque far away, also the third; and no magnetizing above the current limit. full: with the
-  /// torque far away, the one that leads back to the guide.
-  void set_levels(typename Plan::Active& a, const PhaseOutlook<T>& p, T away, T e,
-                  bool full) const {
+  /// torque far away, also the third; and no magnetizing above the current limit.
+  void set_levels(typename Plan::Active& a, const PhaseOutlook<T>& p, T away, T e) const {
     const bool falling = p.goal_rate + R * p.i < T(0);
     const bool over = p.i > i_max;
-    if (full && abs(e) > far && abs(away) > T(2)) {
-      a.lowest = a.highest = away > T(0) || over ? 0 : 2;
-      return;
-    }
-    const bool low = !full && is_far(p, e) && e < T(0), high = !full && is_far(p, e) && e > T(0);
+    const bool low = is_far(p, e) && e < T(0), high = is_far(p, e) && e > T(0);
     a.lowest = falling || away > T(2) || over || high ? 0 : 1;
     a.highest = (falling && away > T(-2) && !low) || over ? 1 : 2;
   }
