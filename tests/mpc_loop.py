@@ -118,6 +118,7 @@ def controller(
         setting,
         horizon=horizon,
         w_psi=guide.w_psi,
+        conducts=guide.conducts,
         w_i=0.0,
         t_end=pulse**2 / (24 * horizon * timing.T_s),
         **common,

@@ -136,7 +136,7 @@ def test_without_guide_and_horizon_the_law_is_myopic() -> None:
         K_p=0, K_i=0, tau_min=0, tau_max=0, T_s=5e-6,
     )  # fmt: skip
     law = _core.finite_set_mpc(
-        setting, guide=NO_GUIDE, horizon=1, w_psi=[0], w_i=1e-4, w_sw=1e-6,
+        setting, guide=NO_GUIDE, horizon=1, w_psi=[0], conducts=[0], w_i=1e-4, w_sw=1e-6,
         t_end=5e-6, R=0.72, i_max=150, T_s=5e-6, delay=0,
     )  # fmt: skip
     y = figures(law, RATED, Timing(5e-6), periods=4)

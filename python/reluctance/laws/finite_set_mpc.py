@@ -39,6 +39,7 @@ class FiniteSetMpc(FluxGuided):
             guide=guide.profiles if self.guided else NO_GUIDE,
             horizon=self.horizon,
             w_psi=self.w_psi(guide, known) if self.guided else [0.0],
+            conducts=guide.conducts if self.guided else [0.0],
             w_i=self.w_i,
             w_sw=guide.w_sw,
             t_end=pulse**2 / (24 * self.horizon * self.T_s),

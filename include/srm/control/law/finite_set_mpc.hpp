@@ -14,12 +14,16 @@
 //   w_psi = (tau_ref/(psi_max reserve))^2: with full voltage reserve the whole flux linkage counts
 //   as the whole torque; where the guide takes all of the voltage no deviation is made good
 //
+// Where the guide conducts nearly throughout, a small part of its flux linkage makes all of the
+// torque. There the mean is held by feedback (mean_hold.hpp).
+//
 // Measured with T_s = 2 us, h = 2..6 us, f = 18 kHz: 19 to 23 kHz. A long sample limits it by
 // itself.
 #pragma once
 
 #include "srm/base/fields.hpp"
 #include "srm/control/part/leg_search.hpp"
+#include "srm/control/part/mean_hold.hpp"
 
 namespace srm {
 
@@ -29,32 +33,44 @@ struct FiniteSetMpc {
   using T = Scalar;
   static constexpr int n_phases = N;
   static constexpr int horizon_max = 4;
+  /// Where the guide conducts in more than this part of the period the mean is held [1].
+  static constexpr T conducts_most = T(0.9);
+  static constexpr T dead = T(0.002);     // a miss of the mean that is left alone [1]
+  static constexpr T held_part = T(0.1);  // what the feedback may add to the torque [1]
 
   M machine;
-  Guide<T> guide;  // flux linkage over torque reference, electrical angle and speed [Wb]
-  int horizon;     // samples, 1..horizon_max
-  View<T> w_psi;   // distance to the guide, at each of its speeds [N^2 m^2/Wb^2]; 0: none
-  T w_i;           // copper [N^2 m^2/A^2]
-  T w_sw;          // cost of a turn-on [N^2 m^2 s]
-  T t_end;         // weight of the last sample, at least T_s [s]
-  T R;             // phase resistance [ohm]
-  T i_max;         // current limit [A]
-  T T_s;           // control period [s]
-  int delay;       // samples from measurement to effect: 0 or 1
-  SRM_FIELDS(machine, guide, horizon, w_psi, w_i, w_sw, t_end, R, i_max, T_s, delay)
+  Guide<T> guide;    // flux linkage over torque reference, electrical angle and speed [Wb]
+  int horizon;       // samples, 1..horizon_max
+  View<T> w_psi;     // distance to the guide, at each of its speeds [N^2 m^2/Wb^2]; 0: none
+  View<T> conducts;  // part of the period in which the guide has current, at each speed [1]
+  T w_i;             // copper [N^2 m^2/A^2]
+  T w_sw;            // cost of a turn-on [N^2 m^2 s]
+  T t_end;           // weight of the last sample, at least T_s [s]
+  T R;               // phase resistance [ohm]
+  T i_max;           // current limit [A]
+  T T_s;             // control period [s]
+  int delay;         // samples from measurement to effect: 0 or 1
+  SRM_FIELDS(machine, guide, horizon, w_psi, conducts, w_i, w_sw, t_end, R, i_max, T_s, delay)
 
-  using State = Memory<T, N>;
+  struct State : Memory<T, N> {
+    MeanHold<T> hold{};
+    T tau{};             // of the last sample, in the frame of positive torque [N m]
+    bool holds = false;  // the mean, in the last sample
+  };
 
-  constexpr bool is_consistent() const { return w_psi.size == guide.omega.size; }
+  constexpr bool is_consistent() const {
+    return w_psi.size == guide.omega.size && conducts.size == guide.omega.size;
+  }
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
     const T ahead = T_s * static_cast<T>(horizon);
-    const Profile<T> profile = guide.at(abs(tau_ref), y.omega_m, y.u_dc);
+    const T demand = state.holds ? held(state, y.omega_m, tau_ref) : abs(tau_ref);
+    const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T w_goal = profile.of(w_psi);
     const T off = w_goal > T(0) ? y.u_dc * T(1e-7) : T(0);  // the flux of 0.1 us
     const Outlook<M, N> model{machine, profile, R, T_s, delay, ahead, off};
     const LegSearch<T, N> search{.phases = model.at(y, tau_ref, state),
-                                 .tau_ref = abs(tau_ref),
+                                 .tau_ref = demand,
                                  .u_dc = y.u_dc,
                                  .R = R,
                                  .i_max = i_max,
@@ -64,11 +80,29 @@ struct FiniteSetMpc {
                                  .w_i = w_i,
                                  .w_sw = w_sw,
                                  .horizon = horizon};
+    state.holds = profile.of(conducts) > conducts_most;
+    if (state.holds) remember(state, search.phases);
     std::array<int, N> last;
     for (int k = 0; k < N; ++k) last[k] = static_cast<int>(state.ordered[k].leg.back());
     const auto best = search.best(last);
     for (int k = 0; k < N; ++k) state.ordered[k] = hold<T>(static_cast<Leg>(best.level[k]));
     return state.ordered;
+  }
+
+ private:
+  /// The torque to ask for, so that the mean is that of the reference; no more than the guide has.
+  [[gnu::noinline, gnu::cold]] T held(State& state, T omega_m, T tau_ref) const {
+    const T demand = abs(tau_ref);
+    const T turn = static_cast<T>(machine.N_r) * omega_m * T_s;
+    const T most = min(guide.first.level_max, (T(1) + held_part) * demand);
+    const bool braking = (tau_ref < T(0)) != (omega_m < T(0));
+    return state.hold.asked(demand, state.tau, turn, braking, most, dead);
+  }
+
+  [[gnu::noinline, gnu::cold]] void remember(State& state,
+                                             const std::array<PhaseOutlook<T>, N>& phases) const {
+    state.tau = T(0);
+    for (const PhaseOutlook<T>& x : phases) state.tau = state.tau + x.tau;
   }
 };
 
