@@ -75,7 +75,7 @@ CASES = {
         "finite_set_mpc", ("control.horizon=2", *ONE_HP_8_6), 60_000
     ),
     "deadbeat": Case("deadbeat", (), 4_500),
-    "paper_mpc": Case("paper_rated", (), 12_000),
+    "paper_mpc": Case("paper_rated", (), 12_500),
 }
 
 

@@ -1,6 +1,7 @@
 """Question: which law holds its torque where, motoring and braking, up to three times base speed?
 
-    python studies/quadrants.py [--out DIR] [--machine NAME] [--law NAME] [--drive DRIVE.toml]
+    python studies/quadrants.py [--out DIR] [--machine NAME] [--seed N ...] [--law NAME]
+                                [--drive DRIVE.toml]
 
 At 0.1 to 3 times base speed each law is asked for 20, 50 and 80 % of the greatest torque without
 ripple at that speed (`reluctance limit`), of either sign. Base speed is the greatest at which that
@@ -311,6 +312,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "control")
     parser.add_argument("--machine", choices=[*MACHINES], action="append")
+    parser.add_argument("--seed", type=int, nargs="+", help="machines drawn from these seeds")
     parser.add_argument("--law", choices=[*PERIODS], action="append")
     parser.add_argument("--drive", type=Path, help="a drive file instead of the study's machines")
     arguments = parser.parse_args()
@@ -320,7 +322,9 @@ def main() -> None:
             law = str(getattr(rl.load(arguments.drive).control, "law"))  # noqa: B009
             benches, laws = [Bench(arguments.drive.stem, (), arguments.drive, own_law=True)], [law]
         else:
-            benches = [bench(name, Path(folder)) for name in arguments.machine or MACHINES]
+            drawn = [f"random_{seed}" for seed in arguments.seed or ()]
+            names = [*(arguments.machine or ()), *drawn] or MACHINES
+            benches = [bench(name, Path(folder)) for name in names]
             laws = arguments.law or [*PERIODS]
         for at in benches:
             found = study(at, laws)

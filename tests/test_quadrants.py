@@ -19,11 +19,12 @@ LAWS = [*quadrants.PERIODS]
 BY_RULE = LAWS[:6]  # those whose whole range takes seconds
 BAND = {"torque_sharing": ["control.i_band_A=1"], "deadbeat": [], "ditc": ["control.T_s_us=5"]}
 TABLE = ROOT / "docs" / "control" / "quadrants.csv"
+DRAWN = ROOT / "docs" / "control" / "drawn" / "quadrants.csv"  # machines of other seeds
 each_law = pytest.mark.parametrize("law", LAWS)
 
 
-def table() -> list[dict[str, str]]:
-    with TABLE.open(newline="", encoding="utf-8") as file:
+def table(path: Path = TABLE) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
@@ -224,12 +225,12 @@ def test_the_drawn_machine_is_the_same_each_time() -> None:
     assert drawn_machine(2026) != drawn_machine(2027)
 
 
-def compared(machine: str, laws: list[str], tmp_path: Path) -> int:
-    """Runs of a machine, compared with the table."""
+def compared(machine: str, laws: list[str], tmp_path: Path, path: Path = TABLE) -> int:
+    """Runs of a machine, compared with a table."""
     rows = quadrants.study(quadrants.bench(machine, tmp_path), laws)
     kept = {
         (r["law"], r["quadrant"], float(r["speed_part"]), float(r["torque_part"])): r
-        for r in table()
+        for r in table(path)
         if r["machine"] == machine
     }
     for row in rows:
@@ -252,3 +253,16 @@ def test_the_table_is_current(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize("machine", quadrants.MACHINES)
 def test_the_whole_table_is_current(machine: str, tmp_path: Path) -> None:
     assert compared(machine, LAWS, tmp_path) == 2 * 6 * 3 * len(LAWS)
+
+
+@pytest.mark.long
+def test_the_table_of_other_machines_is_current(tmp_path: Path) -> None:
+    assert compared("random_23", LAWS, tmp_path, DRAWN) == 2 * 6 * 3 * len(LAWS)
+
+
+def test_ditc_brakes_at_low_speed_with_short_strokes(tmp_path: Path) -> None:
+    """Five phases at a tenth of base speed: a stroke at i_max gives two thirds of this torque, and
+    the EMF does not hold the current up. 30 % short before."""
+    drive = quadrants.bench("random_22", tmp_path).drive("ditc", 481.5, -1.141, 1.141)
+    kpis = rl.simulate(drive, until=0.3, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(-1.141, rel=0.05)

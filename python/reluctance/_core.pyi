@@ -786,12 +786,12 @@ N_p_max: int = 10
 
 N_c_max: int = 4
 
-def paper_mpc(setting: Setting, *, guide: Guide, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: float) -> Controller:
+def paper_mpc(setting: Setting, *, guide: Guide, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: float, short_from: float) -> Controller:
     """Predictive controller of current references. guide: phase current [A]."""
 
-def finite_set_mpc(setting: Setting, *, guide: Guide, horizon: int, w_psi: Sequence[float], w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Controller:
+def finite_set_mpc(setting: Setting, *, guide: Guide, horizon: int, w_psi: Sequence[float], conducts: Sequence[float], w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Controller:
     """
-    Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of the distance to it, at each of its speeds [N^2 m^2/Wb^2].
+    Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of the distance to it [N^2 m^2/Wb^2], conducts: part of the period in which it has current [1], each at each of its speeds.
     """
 
 def edge_mpc(setting: Setting, *, guide: Guide, w_sw: float, psi_slack: Sequence[float], conducts: Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Controller:

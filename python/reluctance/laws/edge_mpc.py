@@ -25,7 +25,7 @@ class EdgeMpc(FluxGuided, Learns):
 
     law: Literal["edge_mpc"]
     # What the profiles of the guide have least, without ripple of their own: copper loss, or the
-    # ripple that switching leaves, for up to 6 % more copper loss at rated torque
+    # ripple that switching leaves, for up to 3 % more copper loss at rated torque
     # (docs/control/least_ripple.csv).
     guide: Literal["least_copper", "least_ripple"] = "least_copper"
 

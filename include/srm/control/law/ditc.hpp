@@ -16,7 +16,8 @@
 // At other torques and speeds than those that the window is made for it opens as early as flux
 // needs to be built up (turn_on.hpp), and the mean is held by feedback (mean_hold.hpp): incoming
 // phases push the torque to the upper end of the band, and above base speed the voltage is short.
-// Where that asks for more than twice the torque the whole window magnetizes, and the lead grows.
+// Where that asks for more than twice the torque the whole window magnetizes, and it is entered
+// earlier.
 #pragma once
 
 #include "srm/base/fields.hpp"
@@ -80,7 +81,7 @@ struct Ditc {
     Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
     if (leads && !(abs(y.omega_m) < conduction.omega_start)) {
       const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
-      const T more = max(x.mean.part[0], T(1));
+      const T more = max(x.mean.part[braking ? 1 : 0], T(1));
       window = turn_on.ahead(window, abs(tau_ref), omega_e, y.u_dc, more, braking);
     }
     const T dwell = wrap(window.theta_off - window.theta_on);

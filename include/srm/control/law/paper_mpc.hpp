@@ -63,14 +63,17 @@ struct PaperMpc {
   };
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
+    // A negative torque is the positive one of the mirrored machine.
+    const T sense = tau_ref < T(0) ? T(-1) : T(1);
+    const T turn = sense * (static_cast<T>(machine.N_r) * y.omega_m * T_s);  // per sample
     if (abs(y.omega_m) > short_from * y.u_dc) {
-      follow(state, y, tau_ref);
+      follow(state, y, tau_ref, turn);
     } else {
-      plan(state, y, tau_ref);
+      plan(state, y, sense * tau_ref, sense, turn);
     }
 
     // Braking, the EMF raises the current of a phase that freewheels.
-    const Leg chop = brakes(y.omega_m, tau_ref) ? Leg::demagnetize : Leg::freewheel;
+    const Leg chop = turn < T(0) ? Leg::demagnetize : Leg::freewheel;
     const T least = i_band / T(4);  // a smaller reference is off
     return per_phase<T, N>(
         [&](int k) { return regulate(state.u[k] > least ? state.u[k] : T(0), i_band, chop); });
@@ -79,28 +82,25 @@ struct PaperMpc {
  private:
   /// References that remove the torque error; for the horizons of most drives the loops are written
   /// out.
-  void plan(State& state, const Measurement<T, N>& y, T tau_ref) const {
+  void plan(State& state, const Measurement<T, N>& y, T demand, T sense, T turn) const {
     using std::integral_constant;
     if (N_p == Np_max && N_c == Nc_max) {
-      return plan(state, y, tau_ref, integral_constant<int, Np_max>{},
+      return plan(state, y, demand, sense, turn, integral_constant<int, Np_max>{},
                   integral_constant<int, Nc_max>{});
     }
     if constexpr (Np_max > 3 && Nc_max > 2) {
       if (N_p == 3 && N_c == 2) {
-        return plan(state, y, tau_ref, integral_constant<int, 3>{}, integral_constant<int, 2>{});
+        return plan(state, y, demand, sense, turn, integral_constant<int, 3>{},
+                    integral_constant<int, 2>{});
       }
     }
-    plan(state, y, tau_ref, N_p, N_c);
+    plan(state, y, demand, sense, turn, N_p, N_c);
   }
 
   template <class Samples, class Moves>
-  void plan(State& state, const Measurement<T, N>& y, T tau_ref, Samples n_samples,
+  void plan(State& state, const Measurement<T, N>& y, T demand, T sense, T turn, Samples n_samples,
             Moves n_moves) const {
-    // A negative torque is the positive one of the mirrored machine.
-    const T sense = tau_ref < T(0) ? T(-1) : T(1);
-    const T demand = sense * tau_ref;
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
-    const T turn = sense * (static_cast<T>(machine.N_r) * y.omega_m * T_s);  // per sample
 
     // Of the phases that may carry current; an idle one that nobody asks for is left out.
     LevelProgramme<T, N, Np_max, Nc_max, Samples, Moves> programme;
@@ -111,10 +111,14 @@ struct PaperMpc {
     std::array<int, N> phase;
     std::array<T, Np_max> error;
     for (int j = 0; j < n_samples; ++j) error[j] = demand;
+    const T to_begin = turn * delay, to_end = turn * (delay + T(1));
+    std::array<T, Np_max> to_middle;  // of the samples
+    for (int j = 0; j < n_samples; ++j) {
+      to_middle[j] = turn * (delay + static_cast<T>(j) + T(0.5));
+    }
 
     for (int k = 0; k < N; ++k) {
       const T theta_k = sense * phase_angle<N>(y.theta_e, k);
-      const auto angle = [&](T samples) { return wrap(theta_k + turn * samples); };
 
       // Within reach of the regulator (twice its band, where it applies full voltage) the current
       // is as good as at its reference; outside, the prediction starts from what was reached.
@@ -124,7 +128,7 @@ struct PaperMpc {
       std::array<T, Np_max> target;  // the guide there
       T most = here;
       for (int j = 0; j < n_samples; ++j) {
-        middle[j] = angle(delay + static_cast<T>(j) + T(0.5));
+        middle[j] = wrap(theta_k + to_middle[j]);
         target[j] = profile.at(middle[j]);
         most = max(most, target[j]);
       }
@@ -136,9 +140,9 @@ struct PaperMpc {
 
       // What a sample of full voltage makes of the flux linkage, as a current at its end. A secant
       // towards the guide serves upwards, where saturation makes the present slope too careful.
-      const T theta_end = angle(delay + T(1));
+      const T theta_end = wrap(theta_k + to_end);
       const T goal = max(target[0], here + i_band);
-      const T psi = machine.at(here, angle(delay)).psi;
+      const T psi = machine.at(here, wrap(theta_k + to_begin)).psi;
       const T full = T_s * y.u_dc;
       const Magnetics<T> from = machine.at(here, theta_end);
       const T L_rise = (machine.at(goal, theta_end).psi - from.psi) / (goal - here);
@@ -172,11 +176,8 @@ struct PaperMpc {
   }
 
   /// References where the voltage is short.
-  [[gnu::noinline, gnu::cold]] void follow(State& state, const Measurement<T, N>& y,
-                                           T tau_ref) const {
-    const bool braking = brakes(y.omega_m, tau_ref);
-    const T sense = tau_ref < T(0) ? T(-1) : T(1);
-    const T turn = sense * (static_cast<T>(machine.N_r) * y.omega_m * T_s);
+  [[gnu::noinline, gnu::cold]] void follow(State& state, const Measurement<T, N>& y, T tau_ref,
+                                           T turn) const {
     const GuideCurrents<M, N> currents{machine, R, i_max, T_s, delay};
     T given = T(0);
     for (int k = 0; k < N; ++k) {
@@ -186,7 +187,7 @@ struct PaperMpc {
       state.i_before[k] = max(y.i[k], T(0));
     }
     const T asked =
-        state.mean.asked(abs(tau_ref), given, turn, braking, guide.first.level_max, dead);
+        state.mean.asked(abs(tau_ref), given, turn, turn < T(0), guide.first.level_max, dead);
     const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
     for (int k = 0; k < N; ++k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);

@@ -36,14 +36,14 @@ struct TurnOn {
   }
 
   /// The given window, entered earlier by the lead; the angle at which it is left stays. omega_e:
-  /// electrical speed [rad/s]; more: factor on the lead when motoring [1]; braking, the window is
-  /// entered at theta_off.
+  /// electrical speed [rad/s]; more: factor on the lead, braking on the dwell [1]; braking, the
+  /// window is entered at theta_off.
   constexpr Window<T> ahead(Window<T> window, T tau, T omega_e, T u_dc, T more,
                             bool braking) const {
     const T u = max(u_dc, T(1e-3));
     const T lead = abs(omega_e) * interpolate(braking ? psi_brake : psi, tau / tau_max) / u;
     if (braking) {
-      window.theta_off = window.theta_on + min(dwell_brake + lead, longest_brake);
+      window.theta_off = window.theta_on + min(more * dwell_brake + lead, longest_brake);
     } else {
       window.theta_on = window.theta_off - min(dwell + more * lead, longest);
     }
