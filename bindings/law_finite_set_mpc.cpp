@@ -8,8 +8,7 @@ void bind_finite_set_mpc(nb::module_& m) {
       m, "finite_set_mpc",
       "Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of "
       "the distance to it [N^2 m^2/Wb^2], conducts: part of the period in which it has current "
-      "[1], "
-      "each at each of its speeds.");
+      "[1], each at each of its speeds.");
 }
 
 }  // namespace bound
