@@ -44,7 +44,8 @@ int main() {
       .i_max = 150,
       .i_band = 1,
       .T_s = 20e-6,
-      .delay = 0};
+      .delay = 0,
+      .short_from = 1e30};
   srm::Controller<N> controller = [&law, state = decltype(law)::State{}](
                                       const srm::Measurement<double, N>& y, double tau) mutable {
     srm::Orders<N> orders{.command = law.step(state, y, tau), .tau_ref = tau};

@@ -32,7 +32,9 @@ from reluctance.limit.table import Table
 # Of half the relative rise of the copper loss, in parts of the sum of b; chosen at rated torque of
 # the paper's machine (studies/least_ripple.py measures the result) [1].
 PRICE = 20.0
-SMOOTH = 18.0  # width of the smoothing, electrical [deg]: a few pulses follow no sharper corner
+# Width of the smoothing, electrical [deg]: a few pulses follow no sharper corner. The second where
+# the first takes more than the voltage.
+SMOOTH = (18.0, 9.0)
 LACKS = 0.02  # of the peak flux linkage: what the voltage may lack for the smoothed profile [1]
 ROUNDS = 8  # of Newton's method
 
@@ -59,7 +61,7 @@ def least_ripple_table(point: OperatingPoint, table: Table) -> Table:
         return replace(table, i=i, psi=psi, i_rms=np.sqrt(np.mean(i * i, axis=1)))
 
     numbers = [point.n_phases, point.R, table.u_dc, table.omega_m, *table.psi.shape]
-    numbers += [point.i_max, PRICE, SMOOTH, LACKS]
+    numbers += [point.i_max, PRICE, *SMOOTH, LACKS]
     rows = (table.tau_ref, table.i, table.psi, table.tau_error_max, table.tau_error_rms)
     profiles = b"".join(row.tobytes() for row in rows)
     inputs = [*content(point.magnetics), *numbers, hashlib.sha256(profiles).hexdigest()]
@@ -78,12 +80,16 @@ def _replanned(point: OperatingPoint, table: Table, level: int) -> tuple[FloatAr
         d = _deviation(point, table, i, psi, flows, h)
     except RuntimeError:
         return same
-    found = _without_ripple(point, table.theta_e, np.where(flows, i, 0.0), psi + d, flows, tau_ref)
-    if found is None:
-        return same
-    lacks = np.maximum(np.abs(_voltage(point.R, *found, h)) - table.u_dc, 0.0).sum() * abs(h)
-    fits = lacks <= LACKS * found[1].max() and found[0].max() <= point.i_max
-    return found if fits else same
+    start = np.where(flows, i, 0.0)
+    for width in SMOOTH:
+        near = psi + np.where(flows, _smoothed(d, width), 0.0)
+        found = _without_ripple(point, table.theta_e, start, near, flows, tau_ref)
+        if found is None:
+            continue
+        lacks = np.maximum(np.abs(_voltage(point.R, *found, h)) - table.u_dc, 0.0).sum() * abs(h)
+        if lacks <= LACKS * found[1].max() and found[0].max() <= point.i_max:
+            return found
+    return same
 
 
 def _voltage(R: float, i: FloatArray, psi: FloatArray, h: float) -> FloatArray:
@@ -99,7 +105,7 @@ def _deviation(
     flows: NDArray[np.bool_],
     h: float,
 ) -> FloatArray:
-    """Smoothed deviations of the flux linkage, (n,) [Wb]."""
+    """Deviations of the flux linkage, (n,) [Wb]."""
     n, u_dc = len(i), table.u_dc
     stroke = n // point.n_phases
     at = _core.magnetics(point.magnetics, i, table.theta_e)
@@ -141,12 +147,11 @@ def _deviation(
         torque = [term for k in phases for term in terms(k, float(gain[k]))]
         if torque:
             programme.require(torque, 0.0)
-    d = np.where(column >= 0, programme.solve()[column], 0.0)
-    return np.where(flows, _smoothed(d), 0.0)
+    return np.where(column >= 0, programme.solve()[column], 0.0)
 
 
-def _smoothed(d: FloatArray) -> FloatArray:
-    width = max(round(len(d) * SMOOTH / 360), 1)
+def _smoothed(d: FloatArray, degrees: float) -> FloatArray:
+    width = max(round(len(d) * degrees / 360), 1)
     kernel = np.hanning(width + 2)[1:-1]
     around = np.concatenate([d[-width:], d, d[:width]])
     return np.convolve(around, kernel / kernel.sum(), "same")[width:-width]
