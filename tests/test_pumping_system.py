@@ -262,7 +262,7 @@ def test_no_water_names_what_fails_at_the_threshold_and_books_the_energy_there(
         assert c.above_limit == 0 and with_units(found)["limited_h"] == 0
     else:
         assert c.above_limit > 0.75 * c.e_mp
-        assert with_units(found)[f"limited_{limit}_h"] > 7
+        assert with_units(found)[f"limited_{limit}_h"] > 6
 
 
 def test_hours_at_a_limit_are_those_of_speed_torque_voltage_and_well(day):

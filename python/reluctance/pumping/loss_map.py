@@ -22,7 +22,7 @@ from reluctance.drive.single_diode import FloatArray
 from reluctance.efficiency.locked import at, length, rising
 from reluctance.errors import ParameterError
 
-ALGORITHM = 3  # raised when the same drive gives other numbers
+ALGORITHM = 4  # raised when the same drive gives other numbers
 SHAPE = (3, 5, 5)  # voltages, speeds, torques
 HELD = 0.97  # of the last torque asked for: from here on the drive holds it
 LEAST_TORQUE = 0.05  # of the greatest: the first of the torques
