@@ -20,7 +20,7 @@ from reluctance.laws.chopped import chopped_pulses
 from reluctance.laws.flat_top import flat_top
 from reluctance.limit.magnetics import content
 
-ALGORITHM = 1  # raised when the same table gives other currents
+ALGORITHM = 2  # raised when the same table gives other currents
 TORQUES = 12  # between 0 and the top, in equal steps of their square root, besides the table's
 FAR = 1 / 8  # of the top speed: between speeds farther apart currents are computed too
 NEAR = 0.02  # of the top: a torque this close to one of the table's is left out

@@ -13,7 +13,7 @@ from reluctance.drive.compiled_law import core_fingerprint
 from reluctance.drive.own_code import names_code, own_code
 from reluctance.files import is_file
 
-ALGORITHM = 1  # raised when the same drive gives other key figures
+ALGORITHM = 2  # raised when the same drive gives other key figures
 DIGITS = 16  # bytes of a key: two of 1e12 drives share one with a probability of 1e-15
 
 
