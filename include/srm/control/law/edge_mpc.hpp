@@ -10,6 +10,10 @@
 // Far outside the band, after a step of the reference, every phase is driven towards it by all of
 // the voltage until the torque is there, in whichever sample and at whichever instant that is.
 //
+// After such a step a phase whose guide has not begun can help too: it is magnetized if the rotor
+// takes it past the unaligned position before the phase in charge has the flux that the torque
+// needs.
+//
 // At high speed the guide may keep a phase in current nearly throughout, and a sample may be a
 // large part of the period. Flux linkage that a phase lacks there is lacking for the whole period.
 // So each phase is brought to the guide by itself (guide_track.hpp), and the mean is held by
@@ -23,6 +27,7 @@
 #include "srm/control/part/edge_plan.hpp"
 #include "srm/control/part/guide_track.hpp"
 #include "srm/control/part/mean_hold.hpp"
+#include "srm/control/part/mirror.hpp"
 
 namespace srm {
 
@@ -50,6 +55,10 @@ struct EdgeMpc {
   static constexpr T held_part = T(0.1);
   /// A torque error of this many bands is far [1].
   static constexpr T far = T(8);
+  /// Phases whose guide has not begun help while so much of the torque is lacking [1].
+  static constexpr T lacks = T(0.05);
+  /// Flux at the end of a step, over that of the guide in the middle of the stroke [1].
+  static constexpr T end_flux = T(1.1);
 
   M machine;
   Guide<T> guide;     // flux linkage over torque reference, electrical angle and speed [Wb]
@@ -110,6 +119,7 @@ struct EdgeMpc {
     }
 
     plan_edges(plan, x, last, pulse, state.ordered);
+    if (motoring && x.e * A < -lacks * demand) wake(state, y, tau_ref, phases, profile, turn);
     return state.ordered;
   }
 
@@ -136,6 +146,21 @@ struct EdgeMpc {
       state.tau = state.tau + phases[k].tau;
       const Leg last = state.ordered[k].leg.back();
       state.ordered[k] = track(phases[k], last, near, u_dc, R, i_max, T_s);
+    }
+  }
+
+  /// Magnetizes the idle phases that can give torque at the end of a step. turn: of a sample [rad].
+  [[gnu::noinline, gnu::cold]] void wake(State& state, const Measurement<T, N>& y, T tau_ref,
+                                         const Phases& phases, const Profile<T>& profile,
+                                         T turn) const {
+    T built = T(0);
+    for (const PhaseOutlook<T>& p : phases) built = p.gain > T(0) ? max(built, p.psi) : built;
+    const T left = end_flux * profile.at(pi<T> / T(2)) - built;
+    const T lead = clamp(turn / T_s * left / y.u_dc, T(0), pi<T> / T(2));
+    for (int k = 0; k < N; ++k) {
+      const T theta = drive_angle<N>(y.theta_e, k, tau_ref) + turn * static_cast<T>(delay);
+      if (!phases[k].idle || !(wrap(theta + lead) < lead + pi<T> / T(2))) continue;
+      state.ordered[k] = hold<T>(phases[k].i < i_max ? Leg::magnetize : Leg::freewheel);
     }
   }
 
