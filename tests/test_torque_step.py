@@ -18,7 +18,7 @@ from reluctance.errors import ParameterError
 from reluctance.run.columns import Rows
 
 GIVEN = {"n_phases": 3, "R": RATED.R, "u_dc": U_DC, "i_max": 150.0}
-ANGLES, STROKE = 30, 10  # the steps of three phases repeat after a stroke of ten
+ANGLES, STROKE = 120, 40  # the steps of three phases repeat after a stroke of forty
 SHARE = 0.95
 
 
@@ -134,7 +134,7 @@ def reached(point: Point, timing, f_switch: float, before: float, after: float, 
 
 @dataclass(frozen=True)
 class Stepped:
-    """Steps of the torque from each of ten angles, a stroke of three phases."""
+    """Steps of the torque from each of forty angles, a stroke of three phases."""
 
     time: np.ndarray  # to 95 % [s]
     least: np.ndarray  # that physics allows [s]
@@ -165,7 +165,7 @@ def stepped(timing, f_switch: float, before: float, after: float) -> Stepped:
 
 
 TIMINGS = {"2 us": (FPGA, 21e3), "20 us": (MICROCONTROLLER, 16e3)}
-STEPS = [(0.0, 41.339), (0.0, 20.669), (41.339, -41.339)]
+STEPS = [(0.0, 41.339), (0.0, 20.669), (41.339, -41.339), (0.0, -41.339), (0.0, -20.669)]
 FILE = Path(__file__).parents[1] / "bench" / "torque_step.csv"
 
 
@@ -173,21 +173,20 @@ def named(before: float, after: float) -> str:
     return f"{before:g} to {after:g} N m"
 
 
-@pytest.mark.parametrize(("sampling", "overshoot"), [("2 us", 0.03), ("20 us", 0.055)])
-@pytest.mark.parametrize(
-    ("before", "after", "worst"), [(*STEPS[0], 1.08), (*STEPS[1], 1.30), (*STEPS[2], 1.10)]
-)
+@pytest.mark.parametrize(("before", "after"), STEPS)
+@pytest.mark.parametrize(("sampling", "overshoot"), [("2 us", 0.03), ("20 us", 0.04)])
 def test_edge_mpc_steps_the_torque_within_a_tenth_of_the_bound(
-    sampling: str, overshoot: float, before: float, after: float, worst: float
+    sampling: str, overshoot: float, before: float, after: float
 ) -> None:
-    """Mean over the angle, and the worst angle. From zero to half torque a phase whose guide has
-    not begun could help at 3 angles of 10, which the law leaves off. At 20 us the straight lines of
-    the prediction miss the torque of a phase far from its guide."""
+    """At each angle of a stroke. With 20 us, one sample late, a braking step may miss the peak of
+    the torque of a phase that leaves, which at 2 us it just reaches: the bound jumps there."""
     found = stepped(*TIMINGS[sampling], before, after)
     ripple = 0.02 * found.least.mean()  # before the step: it helps or hinders
-    assert found.time.mean() < 1.10 * found.least.mean()
-    assert (found.time < worst * found.least).all()
-    assert (found.time > found.least - ripple).all()
+    near = np.minimum(np.roll(found.least, 1), np.roll(found.least, -1))
+    slow = found.time > 1.10 * found.least
+    assert found.time.mean() < 1.05 * found.least.mean()
+    assert slow.sum() <= (2 if sampling == "20 us" and before == 0 and after < 0 else 0)
+    assert (found.time > np.minimum(found.least, near) - ripple).all()
     assert found.overshoot < overshoot
     with FILE.open(encoding="utf-8") as file:
         (row,) = [
@@ -196,8 +195,8 @@ def test_edge_mpc_steps_the_torque_within_a_tenth_of_the_bound(
             if (row["step"], row["sampling"]) == (named(before, after), sampling)
         ]
     for key, text in found.row().items():
-        near = 0.1 if key == "overshoot_pct" else 0.01
-        assert float(text) == pytest.approx(float(row[key]), abs=near), key
+        off = 0.1 if key == "overshoot_pct" else 0.01
+        assert float(text) == pytest.approx(float(row[key]), abs=off), key
 
 
 def main() -> None:

@@ -12,7 +12,8 @@
 //
 // After such a step a phase whose guide has not begun can help too: it is magnetized if the rotor
 // takes it past the unaligned position before the phase in charge has the flux that the torque
-// needs.
+// needs. Its own flux stays below what the guide has early in the stroke, where the torque over the
+// flux is greatest; with more, a small step would overshoot.
 //
 // At high speed the guide may keep a phase in current nearly throughout, and a sample may be a
 // large part of the period. Flux linkage that a phase lacks there is lacking for the whole period.
@@ -54,11 +55,11 @@ struct EdgeMpc {
   /// What the feedback of the mean may add to the torque or take from it [1].
   static constexpr T held_part = T(0.1);
   /// A torque error of this many bands is far [1].
-  static constexpr T far = T(8);
+  static constexpr T far = T(5);
   /// Phases whose guide has not begun help while so much of the torque is lacking [1].
   static constexpr T lacks = T(0.05);
   /// Flux at the end of a step, over that of the guide in the middle of the stroke [1].
-  static constexpr T end_flux = T(1.1);
+  static constexpr T end_flux = T(1.2);
 
   M machine;
   Guide<T> guide;     // flux linkage over torque reference, electrical angle and speed [Wb]
@@ -149,18 +150,21 @@ struct EdgeMpc {
     }
   }
 
-  /// Magnetizes the idle phases that can give torque at the end of a step. turn: of a sample [rad].
+  /// Magnetizes the idle phases that can give torque at the end of a step, up to the flux linkage
+  /// of the guide early in its stroke. turn: of a sample [rad].
   [[gnu::noinline, gnu::cold]] void wake(State& state, const Measurement<T, N>& y, T tau_ref,
                                          const Phases& phases, const Profile<T>& profile,
                                          T turn) const {
+    const T early = profile.at(pi<T> / T(4)) - y.u_dc * T_s;
     T built = T(0);
     for (const PhaseOutlook<T>& p : phases) built = p.gain > T(0) ? max(built, p.psi) : built;
     const T left = end_flux * profile.at(pi<T> / T(2)) - built;
     const T lead = clamp(turn / T_s * left / y.u_dc, T(0), pi<T> / T(2));
     for (int k = 0; k < N; ++k) {
+      const PhaseOutlook<T>& p = phases[k];
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref) + turn * static_cast<T>(delay);
-      if (!phases[k].idle || !(wrap(theta + lead) < lead + pi<T> / T(2))) continue;
-      state.ordered[k] = hold<T>(phases[k].i < i_max ? Leg::magnetize : Leg::freewheel);
+      if (!p.idle || !(wrap(theta + lead) < lead + pi<T> / T(2))) continue;
+      state.ordered[k] = hold<T>(p.i < i_max && p.psi < early ? Leg::magnetize : Leg::freewheel);
     }
   }
 
@@ -188,7 +192,8 @@ struct EdgeMpc {
       if (p.idle) continue;
       const int j = plan.n_active++;
       typename Plan::Active& a = plan.phases[j];
-      const T per_flux = abs(p.gain) * (per_A / looseness) + per_slack;
+      // Where only the torque counts, a deviation from the guide has no unit and no cost.
+      const T per_flux = is_far(p, x.e) ? T(0) : abs(p.gain) * (per_A / looseness) + per_slack;
       a.k = k;
       a.spread = p.gain * share * per_flux;
       plan.spread_squared = plan.spread_squared + a.spread * a.spread;

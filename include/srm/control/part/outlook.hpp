@@ -130,7 +130,8 @@ struct Outlook {
     }
     const Magnetics<T> here = machine.at(i, theta);
     // A phase without current can only be magnetized: its secant goes there.
-    const T move = i > T(0) ? max(goal_next - goal, -here.psi) : u_dc * ahead;
+    const T move =
+        i > T(0) ? clamp(goal_next - here.psi, -u_dc * ahead, u_dc * ahead) : u_dc * ahead;
     const T emf = i > T(0) ? omega_m * here.psi_theta : T(0);
     const T L_inverse = T(1) / here.L_inc;
     const Magnetics<T> next =
