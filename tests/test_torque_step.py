@@ -149,15 +149,15 @@ class Stepped:
         }
 
 
-def stepped(timing, f_switch: float, before: float, after: float) -> Stepped:
-    """`edge_mpc` on the paper's machine at 1500 rpm and 240 V."""
-    point = Point(41.339, 1500, PAPER)
+def stepped(timing, f_switch: float, before: float, after: float, rpm: float) -> Stepped:
+    """`edge_mpc` on the paper's machine at 240 V."""
+    point = Point(41.339, rpm, PAPER)
     start = None
     if before:
         start = best_profile(
-            point.machine, tau_ref=before, omega_m=1500 * RPM, n_points=180, **GIVEN
+            point.machine, tau_ref=before, omega_m=rpm * RPM, n_points=180, **GIVEN
         )
-    least = bound(after, 1500.0, start=start)
+    least = bound(after, rpm, start=start)
     angles = least.theta_e[:STROKE]
     found = [reached(point, timing, f_switch, before, after, theta) for theta in angles]
     times = np.array([time for time, _ in found])
@@ -165,22 +165,32 @@ def stepped(timing, f_switch: float, before: float, after: float) -> Stepped:
 
 
 TIMINGS = {"2 us": (FPGA, 21e3), "20 us": (MICROCONTROLLER, 16e3)}
-STEPS = [(0.0, 41.339), (0.0, 20.669), (41.339, -41.339), (0.0, -41.339), (0.0, -20.669)]
+TORQUES = [(0.0, 41.339), (0.0, 20.669), (41.339, -41.339), (0.0, -41.339), (0.0, -20.669)]
+STEPS = [(*torques, 1500.0) for torques in TORQUES]
+FARTHER = [(0.0, 5.0, 1500.0), (0.0, 20.669, 500.0), (0.0, 20.669, 2250.0), (0.0, 20.669, 3000.0)]
 FILE = Path(__file__).parents[1] / "bench" / "torque_step.csv"
 
 
-def named(before: float, after: float) -> str:
-    return f"{before:g} to {after:g} N m"
+def named(before: float, after: float, rpm: float) -> str:
+    return f"{before:g} to {after:g} N m, {rpm:g} rpm"
 
 
-@pytest.mark.parametrize(("before", "after"), STEPS)
+def is_in_the_file(found: Stepped, step: str, sampling: str) -> None:
+    with FILE.open(encoding="utf-8") as file:
+        rows = {(row["step"], row["sampling"]): row for row in csv.DictReader(file)}
+    for key, text in found.row().items():
+        off = 0.1 if key == "overshoot_pct" else 0.01
+        assert float(text) == pytest.approx(float(rows[step, sampling][key]), abs=off), key
+
+
+@pytest.mark.parametrize(("before", "after", "rpm"), STEPS)
 @pytest.mark.parametrize(("sampling", "overshoot"), [("2 us", 0.03), ("20 us", 0.04)])
 def test_edge_mpc_steps_the_torque_within_a_tenth_of_the_bound(
-    sampling: str, overshoot: float, before: float, after: float
+    sampling: str, overshoot: float, before: float, after: float, rpm: float
 ) -> None:
     """At each angle of a stroke. With 20 us, one sample late, a braking step may miss the peak of
     the torque of a phase that leaves, which at 2 us it just reaches: the bound jumps there."""
-    found = stepped(*TIMINGS[sampling], before, after)
+    found = stepped(*TIMINGS[sampling], before, after, rpm)
     ripple = 0.02 * found.least.mean()  # before the step: it helps or hinders
     near = np.minimum(np.roll(found.least, 1), np.roll(found.least, -1))
     slow = found.time > 1.10 * found.least
@@ -188,22 +198,22 @@ def test_edge_mpc_steps_the_torque_within_a_tenth_of_the_bound(
     assert slow.sum() <= (2 if sampling == "20 us" and before == 0 and after < 0 else 0)
     assert (found.time > np.minimum(found.least, near) - ripple).all()
     assert found.overshoot < overshoot
-    with FILE.open(encoding="utf-8") as file:
-        (row,) = [
-            row
-            for row in csv.DictReader(file)
-            if (row["step"], row["sampling"]) == (named(before, after), sampling)
-        ]
-    for key, text in found.row().items():
-        off = 0.1 if key == "overshoot_pct" else 0.01
-        assert float(text) == pytest.approx(float(row[key]), abs=off), key
+    is_in_the_file(found, named(before, after, rpm), sampling)
+
+
+@pytest.mark.parametrize("step", FARTHER, ids=lambda step: named(*step))
+@pytest.mark.parametrize("sampling", TIMINGS)
+def test_steps_at_other_points_are_those_of_the_file(
+    sampling: str, step: tuple[float, float, float]
+) -> None:
+    is_in_the_file(stepped(*TIMINGS[sampling], *step), named(*step), sampling)
 
 
 def main() -> None:
     """Writes bench/torque_step.csv."""
     rows = [
         {"step": named(*step), "sampling": sampling, **stepped(*timing, *step).row()}
-        for step in STEPS
+        for step in STEPS + FARTHER
         for sampling, timing in TIMINGS.items()
     ]
     with FILE.open("w", newline="", encoding="utf-8") as file:

@@ -58,6 +58,9 @@ struct EdgeMpc {
   static constexpr T far = T(5);
   /// Phases whose guide has not begun help while so much of the torque is lacking [1].
   static constexpr T lacks = T(0.05);
+  /// The guide counts for nothing while so much of the torque is lacking, which is so only after a
+  /// step of the reference [1].
+  static constexpr T lacks_much = T(0.3);
   /// Flux at the end of a step, over that of the guide in the middle of the stroke [1].
   static constexpr T end_flux = T(1.2);
 
@@ -186,14 +189,15 @@ struct EdgeMpc {
     x.e = e * per_A;
     x.along = along * per_A;
     plan.drift = drift * pulse * per_A;
+    const T free = -lacks_much * demand;
     const T share = gain_squared > T(0) ? A / gain_squared : T(0);
     for (int k = 0; k < N; ++k) {
       const PhaseOutlook<T>& p = phases[k];
       if (p.idle) continue;
       const int j = plan.n_active++;
       typename Plan::Active& a = plan.phases[j];
-      // Where only the torque counts, a deviation from the guide has no unit and no cost.
-      const T per_flux = is_far(p, x.e) ? T(0) : abs(p.gain) * (per_A / looseness) + per_slack;
+      const T per_flux =
+          e < free && is_far(p, x.e) ? T(0) : abs(p.gain) * (per_A / looseness) + per_slack;
       a.k = k;
       a.spread = p.gain * share * per_flux;
       plan.spread_squared = plan.spread_squared + a.spread * a.spread;
