@@ -14,7 +14,11 @@ import reluctance as rl
 from reluctance.export.cost import costs
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-VARIANTS = {"finite_set_mpc": [[], ["control.horizon=2"]]}  # more than the file as it is
+ONE_HP_8_6 = ["machine=generic_1hp_8_6", "reference.tau_Nm=2", "control.tau_max_Nm=2.2"]
+VARIANTS = {  # more than the file as it is
+    "finite_set_mpc": [[], ["control.horizon=2"]],
+    "edge_mpc_mcu": [[], [*ONE_HP_8_6, "sensing.i_range_A=10"]],
+}
 
 
 def main() -> None:

@@ -158,7 +158,7 @@ struct EdgeMpc {
   [[gnu::noinline, gnu::cold]] void wake(State& state, const Measurement<T, N>& y, T tau_ref,
                                          const Phases& phases, const Profile<T>& profile,
                                          T turn) const {
-    const T early = profile.at(pi<T> / T(4)) - y.u_dc * T_s;
+    const T early = profile.at(pi<T> / T(6)) - y.u_dc * T_s;
     T built = T(0);
     for (const PhaseOutlook<T>& p : phases) built = p.gain > T(0) ? max(built, p.psi) : built;
     const T left = end_flux * profile.at(pi<T> / T(2)) - built;
