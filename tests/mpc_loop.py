@@ -1,11 +1,14 @@
 """The closed loop of the guided predictive laws, for their tests and docs/control/best_mpc.md.
 
-`python tests/mpc_loop.py` prints the numbers of the page.
+`python tests/mpc_loop.py` writes bench/mpc_loop.csv and bench/mpc_speed.csv, the numbers of the
+page.
 """
 
 from __future__ import annotations
 
+import csv
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +20,7 @@ from reluctance.laws.flux_guide import FluxGuide
 from reluctance.limit import OperatingPoint, best_profile, profile_table
 from reluctance.run.columns import Rows
 
+BENCH = Path(__file__).parents[1] / "bench"
 RPM = np.pi / 30
 NO_PUMP = pump(Load(kind="locked"))
 U_DC = 240.0  # of the guides
@@ -75,7 +79,8 @@ class Timing:
 
 FPGA = Timing(2e-6)
 STUDY = Timing(5e-6)
-MICROCONTROLLER = Timing(20e-6, delay=1, adc_bits=12, encoder_counts=4096)
+TEN = Timing(10e-6, delay=1, adc_bits=12, encoder_counts=4096)
+MICROCONTROLLER = replace(TEN, T_s=20e-6)
 RATED = Point(41.339, 1500, PAPER)
 HALF = Point(20.669, 1060.7, PAPER)
 ONE_HP = Point(2.0, 1500, SMALL, R=2.15, i_max=5.0, n_phases=4, i_range=10.0)  # 8/6
@@ -219,79 +224,113 @@ def figures(law: Any, point: Point, timing: Timing, *, periods: int = 6) -> Figu
     )
 
 
-def over_speed() -> None:
-    """The second table of docs/control/best_mpc.md: one guide over speed."""
+def over_speed() -> list[dict[str, str]]:
+    """Rows of bench/mpc_speed.csv: one guide over speed."""
     speeds = (1500, 1800, 2100, 2400, 2550, 2700, 2850, 3000)
+    rows = []
     for u_dc, rpm in ((240, 1500), (240, 2250), (240, 2625), (240, 3000), (200, 1500), (200, 2250)):
         limit = best_profile(RATED.at(rpm, u_dc), RATED.tau, norm="rms")
-        row = f"| {u_dc} V, {rpm} rpm | {limit.tau_error_rms / RATED.tau:.2%}, {limit.i_rms:.1f} A "
+        row = {
+            "point": f"{u_dc} V, {rpm} rpm",
+            "limit_pct": f"{100 * limit.tau_error_rms / RATED.tau:.3f}",
+            "limit_A": f"{limit.i_rms:.2f}",
+        }
         for law in ("edge_mpc", "finite_set_mpc"):
-            for guide_rpm in ((1500,), speeds):
+            for guide, guide_rpm in (("one", (1500,)), ("eight", speeds)):
                 point = replace(RATED, rpm=rpm, u_dc=float(u_dc), guide_rpm=guide_rpm)
                 y = figures(controller(law, point, STUDY, 10e3), point, STUDY, periods=30)
-                row += f"| {y.error_rms:.2%}, {y.i_rms:.1f} A "
-        print(row + "|")
+                row[f"{law}_{guide}_pct"] = f"{100 * y.error_rms:.3f}"
+                row[f"{law}_{guide}_A"] = f"{y.i_rms:.2f}"
+        rows.append(row)
+    return rows
 
 
-def single_figures() -> None:
-    """What the text of docs/control/best_mpc.md says beside its tables, of edge_mpc."""
+@dataclass(frozen=True)
+class Run:
+    """A law at a point, with the name that its row of bench/mpc_loop.csv has."""
 
-    def told(what: str, point: Point, timing: Timing, f_switch: float) -> None:
-        y = figures(controller("edge_mpc", point, timing, f_switch), point, timing, periods=30)
-        print(f"{what}: {y.error_rms:.2%} rms, {y.i_rms:.2f} A at {y.f_switch / 1e3:.1f} kHz")
+    name: str
+    point: Point
+    timing: Timing
+    f_switch: float  # asked for [Hz]
+    law: str = "edge_mpc"
+    horizon: int = 1
 
-    reserve = replace(RATED, guide_rpm=(1500, 2625, 3000)).guide(10e3).reserve
-    print("voltage reserve at 1500, 2625, 3000 rpm:", ", ".join(f"{r:.2f}" for r in reserve))
-    for guide_rpm in ((2625, 3000), (2700, 2850), (2812,)):
-        told(
-            f"2812 rpm, guide {guide_rpm}",
-            replace(RATED, rpm=2812, guide_rpm=guide_rpm),
-            STUDY,
-            10e3,
-        )
-    for smoothing, f_switch in ((1e-3, 21e3), (0.1, 22e3)):
-        told(
-            f"guide smoothed by {smoothing:g}", replace(RATED, smoothing=smoothing), FPGA, f_switch
-        )
-    for f_switch in (5.67e3, 11.3e3, 22.7e3, 45.4e3):  # about 5, 10, 20, 40 kHz are reached
-        told("2 us, ideal", RATED, FPGA, f_switch)
-    told("20 us, one sample late, sensed", RATED, MICROCONTROLLER, 16e3)
-    told("20 us, ideal", RATED, Timing(20e-6), 16e3)
-    told("2 us, ideal", RATED, FPGA, 14e3)
-    told("20 us, one sample late, sensed", RATED, MICROCONTROLLER, 26e3)
+    def row(self) -> dict[str, str]:
+        law = controller(self.law, self.point, self.timing, self.f_switch, horizon=self.horizon)
+        y = figures(law, self.point, self.timing, periods=30)
+        return {
+            "run": self.name,
+            "error_rms_pct": f"{100 * y.error_rms:.3f}",
+            "ripple_pp_pct": f"{100 * y.ripple_pp:.2f}",
+            "i_rms_A": f"{y.i_rms:.3f}",
+            "asked_kHz": f"{self.f_switch / 1e3:g}",
+            "f_switch_kHz": f"{y.f_switch / 1e3:.2f}",
+        }
 
 
-def main() -> None:
-    """The first table of docs/control/best_mpc.md."""
-    generic = Point(80.0, 1500, GENERIC, R=0.05, i_max=200.0)
+def tabled() -> list[Run]:
+    """The first table of the page, and what it leaves out."""
     points = {
         "paper 41.339 N m 1500 rpm": RATED,
         "paper 20.669 N m 1060.7 rpm": HALF,
-        "60 kW 80 N m 1500 rpm": generic,
+        "60 kW 80 N m 1500 rpm": Point(80.0, 1500, GENERIC, R=0.05, i_max=200.0),
         "four phases 41.339 N m 1500 rpm": Point(41.339, 1500, PAPER, n_phases=4),
         "8/6, 1 hp, 2 N m 1500 rpm": ONE_HP,
     }
-    cells = [
-        ("edge_mpc", FPGA, 21e3, 1),
-        ("edge_mpc", MICROCONTROLLER, 16e3, 1),
-        ("finite_set_mpc", FPGA, 18e3, 1),
-        ("finite_set_mpc", FPGA, 18e3, 3),
-        ("finite_set_mpc", Timing(10e-6, delay=1, adc_bits=12, encoder_counts=4096), 20e3, 1),
+    laws = [
+        ("edge_mpc, 2 µs", FPGA, 21e3, "edge_mpc", 1),
+        ("edge_mpc, 20 µs late", MICROCONTROLLER, 16e3, "edge_mpc", 1),
+        ("finite_set_mpc, 2 µs", FPGA, 18e3, "finite_set_mpc", 1),
+        ("finite_set_mpc, horizon 3, 2 µs", FPGA, 18e3, "finite_set_mpc", 3),
+        ("finite_set_mpc, 10 µs late", TEN, 20e3, "finite_set_mpc", 1),
     ]
-    for law, timing, f, horizon in cells:
-        for name, point in points.items():
-            y = figures(
-                controller(law, point, timing, f, horizon=horizon), point, timing, periods=30
-            )
-            sampling = f"{timing.T_s * 1e6:.0f} us, {timing.delay}"
-            values = f"{100 * y.error_rms:.2f} % | {100 * y.ripple_pp:.1f} % | {y.i_rms:.2f} A"
-            reached = f"{y.f_switch / 1e3:.1f} kHz"
-            print(
-                f"| {law} {horizon} | {sampling} | {name} | {values} | {f / 1e3:.0f} | {reached} |"
-            )
+    return [
+        Run(f"{name}, {where}", point, timing, f_switch, law, horizon)
+        for name, timing, f_switch, law, horizon in laws
+        for where, point in points.items()
+    ]
+
+
+def single() -> list[Run]:
+    """What the text of the page says beside its tables, of edge_mpc."""
+    guides = {"2625 and 3000": (2625, 3000), "2700 and 2850": (2700, 2850), "2812": (2812,)}
+    return [
+        *(
+            Run(f"2812 rpm, guide {name}", replace(RATED, rpm=2812, guide_rpm=rpm), STUDY, 10e3)
+            for name, rpm in guides.items()
+        ),
+        Run("guide smoothed by 0.1", replace(RATED, smoothing=0.1), FPGA, 22e3),
+        # about 5, 10, 20 and 40 kHz are reached
+        *(
+            Run(f"2 µs at {name} kHz", RATED, FPGA, f_switch)
+            for name, f_switch in ((5, 5.67e3), (10, 11.3e3), (20, 22.7e3), (40, 45.4e3))
+        ),
+        Run("20 µs ideal", RATED, Timing(20e-6), 16e3),
+        Run("2 µs at 12 kHz", RATED, FPGA, 14e3),
+        Run("20 µs late at 15 kHz", RATED, MICROCONTROLLER, 26e3),
+    ]
+
+
+def reserves() -> list[dict[str, str]]:
+    """Rows of bench/mpc_reserve.csv: voltage reserve of the guide."""
+    speeds = (1500, 2625, 3000)
+    found = replace(RATED, guide_rpm=speeds).guide(10e3).reserve
+    return [{"rpm": str(rpm), "reserve": f"{r:.3f}"} for rpm, r in zip(speeds, found, strict=True)]
+
+
+def written(name: str, rows: list[dict[str, str]]) -> None:
+    with (BENCH / name).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def main() -> None:
+    written("mpc_loop.csv", [run.row() for run in (*tabled(), *single())])
+    written("mpc_speed.csv", over_speed())
+    written("mpc_reserve.csv", reserves())
 
 
 if __name__ == "__main__":
     main()
-    over_speed()
-    single_figures()

@@ -1,10 +1,12 @@
 """Predictive control with switching instants: the targets, the rule, every start."""
 
+import csv
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from mpc_loop import (
+    BENCH,
     FPGA,
     GENERIC,
     HALF,
@@ -17,7 +19,11 @@ from mpc_loop import (
     controller,
     figures,
     loop,
+    over_speed,
+    reserves,
+    single,
     sums,
+    tabled,
 )
 
 from reluctance.limit import best_profile
@@ -119,3 +125,19 @@ def test_wrong_resistance_moves_neither_torque_nor_ripple(factor: float) -> None
         y = figures(controller("edge_mpc", believed, timing, f), RATED, timing)
         assert y.error_rms < rms
         assert y.i_rms == pytest.approx(48.93, rel=5e-3)
+
+
+@pytest.mark.long
+def test_the_files_of_the_page_are_what_the_laws_do() -> None:
+    files = {
+        "mpc_loop.csv": [run.row() for run in (*tabled(), *single())],
+        "mpc_speed.csv": over_speed(),
+        "mpc_reserve.csv": reserves(),
+    }
+    for name, found in files.items():
+        with (BENCH / name).open(encoding="utf-8") as file:
+            stored = list(csv.DictReader(file))
+        for row, was in zip(found, stored, strict=True):
+            for key, text in row.items():
+                same = text == was[key] or float(text) == pytest.approx(float(was[key]), rel=0.02)
+                assert same, (name, row, key, was[key])

@@ -129,9 +129,12 @@ struct Outlook {
       return nothing;
     }
     const Magnetics<T> here = machine.at(i, theta);
-    // A phase without current can only be magnetized: its secant goes there.
-    const T move =
-        i > T(0) ? clamp(goal_next - here.psi, -u_dc * ahead, u_dc * ahead) : u_dc * ahead;
+    // A phase without current can only be magnetized: its secant goes there. One far from the guide
+    // takes all of the voltage.
+    const T most = u_dc * ahead;
+    const T back = goal_next - here.psi;
+    T move = i > T(0) ? max(goal_next - goal, -here.psi) : most;
+    if (abs(back) > most) move = back > T(0) ? most : -most;
     const T emf = i > T(0) ? omega_m * here.psi_theta : T(0);
     const T L_inverse = T(1) / here.L_inc;
     const Magnetics<T> next =
