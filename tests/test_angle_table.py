@@ -219,6 +219,7 @@ def test_the_command_writes_what_the_law_reads(tmp_path: Path) -> None:
     assert "22 trials, 0 runs made now" in command(*line, *over).out  # nothing is run twice
 
 
+@pytest.mark.long
 def test_a_node_that_holds_the_torque_says_what_it_misses_besides() -> None:
     """Less current would miss the impossible bound by less, and the torque."""
     drive = rl.load(RATED, [*ANGLES])

@@ -127,6 +127,14 @@ def test_wrong_resistance_moves_neither_torque_nor_ripple(factor: float) -> None
         assert y.i_rms == pytest.approx(48.93, rel=5e-3)
 
 
+def test_torque_that_the_voltage_does_not_give_takes_no_more_current_for_long() -> None:
+    """All phases help for a stroke after a step; for ever they would carry 52 A for 16 N m."""
+    point = Point(41.339, 2000, PAPER, u_dc=120.0, guide_rpm=(1500,))
+    found = figures(controller("edge_mpc", point, MICROCONTROLLER, 16e3), point, MICROCONTROLLER)
+    assert 0.5 < found.error_rms < 1
+    assert found.i_rms < 30
+
+
 @pytest.mark.long
 def test_the_files_of_the_page_are_what_the_laws_do() -> None:
     files = {

@@ -150,6 +150,7 @@ def test_sizes_of_a_village_mark_the_smallest_array_that_meets_the_demand(tmp_pa
     assert "no size of these" in strict
 
 
+@pytest.mark.long
 def test_a_system_of_one_string_is_varied_to_four_and_its_own_head_decides():
     shown = reluctance("size", VILLAGE, "--json").stdout
     first, second = json.loads(shown)

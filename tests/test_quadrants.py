@@ -131,6 +131,7 @@ def test_predictive_laws_hold_the_mean_where_the_current_hardly_ends(
     assert not [row for row in fast if not row.holds]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [3, 8])
 def test_predictive_laws_hold_the_mean_of_other_drawn_machines(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -193,6 +194,7 @@ def test_a_torque_out_of_reach_leaves_nothing_behind(tmp_path: Path) -> None:
     assert kpis.tau_mean == pytest.approx(40, rel=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", ["edge_mpc", "finite_set_mpc"])
 def test_a_drive_that_only_brakes_has_a_guide_for_braking(law: str) -> None:
     """Twice the base speed of the paper's machine, where it can hardly motor. The same drive that

@@ -10,10 +10,11 @@
 // Far outside the band, after a step of the reference, every phase is driven towards it by all of
 // the voltage until the torque is there, in whichever sample and at whichever instant that is.
 //
-// After such a step a phase whose guide has not begun can help too: it is magnetized if the rotor
-// takes it past the unaligned position before the phase in charge has the flux that the torque
-// needs. Its own flux stays below what the guide has early in the stroke, where the torque over the
-// flux is greatest; with more, a small step would overshoot.
+// Until the step ends or a stroke is over, a phase whose guide has not begun can help too: it is
+// magnetized if the rotor takes it past the unaligned position before the phase in charge has the
+// flux that the torque needs. Its own flux stays below what the guide has early in the stroke,
+// where the torque over the flux is greatest; with more, a small step would overshoot. A stroke is
+// the limit because torque that the voltage does not give would cost current for ever.
 //
 // At high speed the guide may keep a phase in current nearly throughout, and a sample may be a
 // large part of the period. Flux linkage that a phase lacks there is lacking for the whole period.
@@ -56,11 +57,8 @@ struct EdgeMpc {
   static constexpr T held_part = T(0.1);
   /// A torque error of this many bands is far [1].
   static constexpr T far = T(5);
-  /// Phases whose guide has not begun help while so much of the torque is lacking [1].
+  /// A change of the reference by more than this is a step, which ends where less is lacking [1].
   static constexpr T lacks = T(0.05);
-  /// The guide counts for nothing while so much of the torque is lacking, which is so only after a
-  /// step of the reference [1].
-  static constexpr T lacks_much = T(0.3);
   /// Flux at the end of a step, over that of the guide in the middle of the stroke [1].
   static constexpr T end_flux = T(1.2);
 
@@ -78,6 +76,8 @@ struct EdgeMpc {
   struct State : Memory<T, N> {
     MeanHold<T> hold{};
     T tau{};              // of the last sample, in the frame of positive torque [N m]
+    T reference{};        // of the last sample [N m]
+    T way{};              // that a step of the reference may still take [rad]
     bool tracks = false;  // in the last sample
   };
 
@@ -90,6 +90,9 @@ struct EdgeMpc {
     T demand = abs(tau_ref);
     const bool motoring = (tau_ref < T(0)) == (y.omega_m < T(0));
     const T turn = static_cast<T>(machine.N_r) * abs(y.omega_m) * T_s;
+    const bool jumps = abs(tau_ref - state.reference) > lacks * demand;
+    state.reference = tau_ref;
+    state.way = jumps ? stroke : state.way - turn;
     const bool tracked = state.tracks;
     if (tracked) demand = held(state, demand, turn, !motoring);
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
@@ -114,7 +117,7 @@ struct EdgeMpc {
     const T pulse = T(2) * A / ripple;
 
     typename Plan::Point x;
-    const Plan plan = problem(phases, y.u_dc, demand, slack, A, pulse, x);
+    const Plan plan = problem(phases, y.u_dc, demand, state.way > T(0), slack, A, pulse, x);
     typename Plan::Levels last;
     for (int j = 0; j < plan.n_active; ++j) {
       const typename Plan::Active& p = plan.phases[j];
@@ -123,12 +126,14 @@ struct EdgeMpc {
     }
 
     plan_edges(plan, x, last, pulse, state.ordered);
-    if (motoring && x.e * A < -lacks * demand) wake(state, y, tau_ref, phases, profile, turn);
+    if (!(x.e * A < -lacks * demand)) state.way = T(0);
+    if (motoring && state.way > T(0)) wake(state, y, tau_ref, phases, profile, turn);
     return state.ordered;
   }
 
  private:
   static constexpr int decisions_max = 2 * N + 2;
+  static constexpr T stroke = T(2) * pi<T> / static_cast<T>(N);
   using Phases = std::array<PhaseOutlook<T>, N>;
 
   /// The torque to ask for while the guide is tracked, so that the mean of the torque is `demand`;
@@ -171,9 +176,10 @@ struct EdgeMpc {
     }
   }
 
-  /// The plan's units and x, where it starts.
+  /// The plan's units and x, where it starts. steps: after a step of the reference, where the guide
+  /// counts for nothing while the torque is far from it.
   [[gnu::noinline]] Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand,
-                                 T slack, T A, T pulse, typename Plan::Point& x) const {
+                                 bool steps, T slack, T A, T pulse, typename Plan::Point& x) const {
     Plan plan;
     const T per_A = T(1) / A;
     const T per_slack = T(1) / slack;
@@ -189,7 +195,6 @@ struct EdgeMpc {
     x.e = e * per_A;
     x.along = along * per_A;
     plan.drift = drift * pulse * per_A;
-    const T free = -lacks_much * demand;
     const T share = gain_squared > T(0) ? A / gain_squared : T(0);
     for (int k = 0; k < N; ++k) {
       const PhaseOutlook<T>& p = phases[k];
@@ -197,7 +202,7 @@ struct EdgeMpc {
       const int j = plan.n_active++;
       typename Plan::Active& a = plan.phases[j];
       const T per_flux =
-          e < free && is_far(p, x.e) ? T(0) : abs(p.gain) * (per_A / looseness) + per_slack;
+          steps && is_far(p, x.e) ? T(0) : abs(p.gain) * (per_A / looseness) + per_slack;
       a.k = k;
       a.spread = p.gain * share * per_flux;
       plan.spread_squared = plan.spread_squared + a.spread * a.spread;
