@@ -115,7 +115,9 @@ def test_a_law_that_is_smoother_with_less_switching_is_told(rated):
     assert entry.note.startswith("smoother with less") and entry.note in markdown(out)
 
 
-@pytest.mark.parametrize("point", ["paper_rated", "paper_half"])
+@pytest.mark.parametrize(
+    "point", ["paper_rated", pytest.param("paper_half", marks=pytest.mark.long)]
+)
 def test_predictive_edges_halve_ditc_and_third_every_sharing_function_at_equal_sampling(point):
     """At 5 us and just below 20 kHz; with analog comparators no control can
     (docs/control/best_mpc.md). A rival that cannot switch so often has its ripple scaled down."""

@@ -94,7 +94,8 @@ def test_without_excitation_nothing_moves_and_it_says_so(name):
     assert np.all(learned.R == learned.R[0])
 
 
-@pytest.mark.parametrize("rpm", [5659, pytest.param(8488, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("rpm", [5659, 8488])
 def test_currents_that_never_end_tell_nothing(rpm):
     """The 60 kW machine at 2 and 3 times its base speed: every phase stays in current, after a
     first stroke from no current that does not end either."""

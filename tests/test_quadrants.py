@@ -149,7 +149,9 @@ def test_predictive_laws_hold_the_mean_of_other_drawn_machines(
     ("law", "machine", "speed_rpm", "tau", "ripple"),
     [
         ("edge_mpc", "random_2026", 8751.0, 3.361, 0.05),
-        ("finite_set_mpc", "generic_60kw_6_4", 8488.0, 78.88, 0.005),
+        pytest.param(
+            *("finite_set_mpc", "generic_60kw_6_4", 8488.0, 78.88, 0.005), marks=pytest.mark.long
+        ),
     ],
 )
 def test_a_step_of_the_torque_where_the_current_never_ends(
