@@ -51,7 +51,14 @@ def test_backwards_is_the_mirror_image(law: str, sign: int, tmp_path: Path) -> N
     assert back.p_in == pytest.approx(there.p_in, rel=1e-3)
 
 
-@pytest.mark.parametrize("machine", ["paper_6_4", "generic_1hp_8_6", "random_2026"])
+@pytest.mark.parametrize(
+    "machine",
+    [
+        "generic_1hp_8_6",
+        pytest.param("paper_6_4", marks=pytest.mark.long),
+        pytest.param("random_2026", marks=pytest.mark.long),
+    ],
+)
 def test_laws_hold_the_mean(machine: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(quadrants, "SPEEDS", (1.0, 2.0))
     rows = quadrants.study(quadrants.bench(machine, tmp_path), BY_RULE)
@@ -118,7 +125,10 @@ def test_angles_hold_the_mean_with_few_choppings(
 
 @pytest.mark.parametrize(
     ("machine", "law"),
-    [("random_2026", "edge_mpc"), ("generic_60kw_6_4", "finite_set_mpc")],
+    [
+        ("random_2026", "edge_mpc"),
+        pytest.param("generic_60kw_6_4", "finite_set_mpc", marks=pytest.mark.long),
+    ],
 )
 def test_predictive_laws_hold_the_mean_where_the_current_hardly_ends(
     machine: str, law: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

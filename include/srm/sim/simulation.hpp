@@ -11,14 +11,11 @@
 #include <optional>
 #include <utility>
 
-#include "srm/sim/controller.hpp"
-#include "srm/sim/gates.hpp"
-#include "srm/sim/guard.hpp"
-#include "srm/sim/independent.hpp"
-#include "srm/sim/recorder.hpp"
+#include "srm/sim/angle_ahead.hpp"
+#include "srm/sim/instant.hpp"
+#include "srm/sim/loop.hpp"
 #include "srm/sim/sampling.hpp"
 #include "srm/sim/together.hpp"
-#include "srm/sim/window.hpp"
 
 namespace srm {
 
@@ -28,35 +25,6 @@ struct Resolution {
   Scale scale;          // currents and voltages are resolved to a small part of this
   double record_every;  // waveform interval [s]; 0: every solver point and event; < 0: nothing
   SRM_FIELDS(dt_max, scale, record_every)
-};
-
-/// All that changes from step to step but the state of the controller: a plain value.
-template <int N>
-struct Loop {
-  std::array<Point<N>, 2> points;  // this one and the end of the step, in turns
-  int here = 0;
-  Integrals<N> sums;
-  Gates<N> gates;
-  AllLegs<N> legs;  // what the windings see
-  Circuit<N> circuit;
-  bool rated = false;        // the rates are those of this point and circuit
-  bool prepared = false;     // what is due at this point is done
-  bool independent = false;  // each phase takes steps of its own
-  bool windows = false;      // an order has a conduction window
-  std::array<PhaseStep, N> phase_steps;
-  double t = 0, t_sample = 0, t_course = 0, t_record = 0;  // now, and next [s]
-  double theta_period = 0, theta_next = 0;  // next end of a period; next angle that matters [rad]
-  double theta_begun = 0;                   // lower end of the present period [rad]
-  int turns = 0;                            // direction in which theta_next is ahead; 0: unknown
-  double t_angle = 0;                       // when it is met with independent phases [s]
-  double omega_e = 0, h_most = 0;           // meanwhile: electrical speed [rad/s], longest step [s]
-  double h_fine = 1e300;                    // what a step may be, from the ones before [s]
-  double tau_ref = 0;
-  Learned<double> learned;  // of the controller, where it learns
-  long samples = 0, steps = 0;
-  Switchings switchings;
-  Extremes extremes;
-  RotorSensor::State rotor;
 };
 
 template <Motor M, int N>
@@ -124,12 +92,7 @@ class Simulation {
     finish_all();
   }
 
-  /// True while a phase is within a step: its current and its integrals are those of its start.
-  bool within_step() const {
-    return std::any_of(now_.phase_steps.begin(), now_.phase_steps.end(),
-                       [](const PhaseStep& phase) { return phase.active; });
-  }
-
+  bool within_step() const { return now_.within_step(); }
   const State<N>& state() const { return at().x; }
   double t() const { return now_.t; }
   const Integrals<N>& integrals() const { return now_.sums; }
@@ -173,32 +136,7 @@ class Simulation {
   void restore(const Loop<N>& s) { now_ = s; }
 
   /// The present instant as a row of the waveforms.
-  Waveform<N> waveform() const {
-    Waveform<N> row{.t = now_.t,
-                    .theta_m = x().theta_m,
-                    .omega_m = x().omega_m,
-                    .u_dc = x().u_dc,
-                    .tau_ref = now_.tau_ref};
-    State<N> x = this->x();
-    for (int k = 0; k < N; ++k) {
-      const PhaseStep& phase = now_.phase_steps[k];
-      if (!phase.active) continue;
-      x.i[k] = phase.current(now_.t, plant_.machine, electrical_angle(plant_, x.theta_m, k));
-    }
-    row.i = x.i;
-    for (int k = 0; k < N; ++k) {
-      row.i_ref[k] = command()[k].i_ref;
-      row.leg[k] = static_cast<double>(now_.legs[k]);
-      if (!conducts(now_.legs[k], x.i[k])) continue;
-      const double theta_e = electrical_angle(plant_, x.theta_m, k);
-      const Magnetics<double> m = plant_.machine.at(x.i[k], theta_e);
-      row.u[k] = winding_voltage(plant_, now_.circuit, x, k);
-      row.psi[k] = m.psi;
-      row.tau_ph[k] = m.tau;
-      row.tau += m.tau;
-    }
-    return row;
-  }
+  Waveform<N> waveform() const { return srm::waveform(plant_, now_); }
 
   /// Adds the present instant to the waveforms.
   void record(Rows& waveforms) {
@@ -208,16 +146,7 @@ class Simulation {
   }
 
   /// The integrals so far, and the extremes since the last `close_period`.
-  Period<N> period() const {
-    return {.t = now_.t,
-            .theta_m = x().theta_m,
-            .omega_m = x().omega_m,
-            .W_f = field_energy(plant_, x()),
-            .W_dc = stored(plant_.source, x().u_dc),
-            .switchings = now_.switchings,
-            .extremes = now_.extremes,
-            .integrals = now_.sums};
-  }
+  Period<N> period() const { return srm::period(plant_, now_); }
 
   /// Adds them to the periods.
   void close_period(Rows& periods) {
@@ -228,9 +157,9 @@ class Simulation {
  private:
   static constexpr long slice = 20000;  // steps of one call of `advance`; some ten milliseconds
 
-  Point<N>& at() { return now_.points[now_.here]; }
-  const Point<N>& at() const { return now_.points[now_.here]; }
-  Point<N>& end() { return now_.points[1 - now_.here]; }
+  Point<N>& at() { return now_.at(); }
+  const Point<N>& at() const { return now_.at(); }
+  Point<N>& end() { return now_.end(); }
   const State<N>& x() const { return at().x; }
 
   /// Courses over time step, if at all, at their points.
@@ -333,7 +262,7 @@ class Simulation {
     now_.rated = false;
   }
 
-  int direction() const { return x().omega_m < 0 ? -1 : 1; }
+  int direction() const { return now_.direction(); }
 
   SensedAngle sensed() const {
     const int N_r = plant_.machine.N_r;
@@ -341,28 +270,9 @@ class Simulation {
   }
 
   void begin_period() {
-    now_.theta_period = next_period();
+    now_.theta_period = next_period(plant_, now_);
     const double pitch = two_pi<double> / plant_.machine.N_r;
     now_.theta_begun = now_.theta_period - (direction() < 0 ? 0 : pitch);
-  }
-
-  /// Nearest angle ahead that matters: the end of the period or an edge of a window.
-  double next_angle() const {
-    double ahead = std::abs(now_.theta_period - x().theta_m);
-    for (int k = 0; k < N; ++k) {
-      if (command()[k].gate != Gate::window) continue;
-      const double theta_e = electrical_angle(plant_, x().theta_m, k);
-      ahead = std::min(ahead, sensed().to_edge(command()[k], theta_e));
-    }
-    return x().theta_m + direction() * ahead;
-  }
-
-  double next_period() const {
-    const double pitch = two_pi<double> / plant_.machine.N_r;
-    const double passed = std::round(x().theta_m / pitch);
-    const bool near = std::abs(x().theta_m - passed * pitch) <= angle_tolerance;
-    const double periods = near ? passed : x().theta_m / pitch;
-    return pitch * (direction() < 0 ? std::ceil(periods) - 1 : std::floor(periods) + 1);
   }
 
   /// The currents between which nothing happens to phase k.
@@ -426,7 +336,7 @@ class Simulation {
     for (int k = 0; k < N; ++k) t_limit = std::min(t_limit, now_.gates.next_instant(k));
     const Settled<N> s = settled();
     if (now_.turns != direction()) {
-      now_.theta_next = next_angle();
+      now_.theta_next = next_angle(plant_, now_, sensed());
       now_.turns = direction();
     }
     Spans<N> spans;
@@ -553,7 +463,7 @@ class Simulation {
   void step_independent(double t_limit) {
     State<N>& x = at().x;
     if (now_.turns == 0) {
-      now_.theta_next = next_angle();
+      now_.theta_next = next_angle(plant_, now_, sensed());
       now_.turns = direction();
       now_.t_angle = now_.t + (now_.theta_next - x.theta_m) / x.omega_m;
       now_.extremes.include(x);

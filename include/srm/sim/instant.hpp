@@ -1,0 +1,51 @@
+// The present instant of a loop as a row of the tables.
+#pragma once
+
+#include "srm/sim/loop.hpp"
+
+namespace srm {
+
+/// A row of the waveforms.
+template <Motor M, int N>
+Waveform<N> waveform(const Plant<M, N>& plant, const Loop<N>& now) {
+  State<N> x = now.x();
+  Waveform<N> row{.t = now.t,
+                  .theta_m = x.theta_m,
+                  .omega_m = x.omega_m,
+                  .u_dc = x.u_dc,
+                  .tau_ref = now.tau_ref};
+  for (int k = 0; k < N; ++k) {
+    const PhaseStep& phase = now.phase_steps[k];
+    if (!phase.active) continue;
+    x.i[k] = phase.current(now.t, plant.machine, electrical_angle(plant, x.theta_m, k));
+  }
+  row.i = x.i;
+  for (int k = 0; k < N; ++k) {
+    row.i_ref[k] = now.gates.command[k].i_ref;
+    row.leg[k] = static_cast<double>(now.legs[k]);
+    if (!conducts(now.legs[k], x.i[k])) continue;
+    const double theta_e = electrical_angle(plant, x.theta_m, k);
+    const Magnetics<double> m = plant.machine.at(x.i[k], theta_e);
+    row.u[k] = winding_voltage(plant, now.circuit, x, k);
+    row.psi[k] = m.psi;
+    row.tau_ph[k] = m.tau;
+    row.tau += m.tau;
+  }
+  return row;
+}
+
+/// A row of the periods: the integrals so far, and the extremes since the last one.
+template <Motor M, int N>
+Period<N> period(const Plant<M, N>& plant, const Loop<N>& now) {
+  const State<N>& x = now.x();
+  return {.t = now.t,
+          .theta_m = x.theta_m,
+          .omega_m = x.omega_m,
+          .W_f = field_energy(plant, x),
+          .W_dc = stored(plant.source, x.u_dc),
+          .switchings = now.switchings,
+          .extremes = now.extremes,
+          .integrals = now.sums};
+}
+
+}  // namespace srm

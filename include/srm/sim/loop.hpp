@@ -1,0 +1,56 @@
+// What changes while plant and control run together.
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "srm/sim/controller.hpp"
+#include "srm/sim/gates.hpp"
+#include "srm/sim/independent.hpp"
+#include "srm/sim/recorder.hpp"
+#include "srm/sim/rotor_sensor.hpp"
+
+namespace srm {
+
+/// All that changes from step to step but the state of the controller: a plain value.
+template <int N>
+struct Loop {
+  std::array<Point<N>, 2> points;  // this one and the end of the step, in turns
+  int here = 0;                    // which of them is this one
+  Integrals<N> sums;
+  Gates<N> gates;
+  AllLegs<N> legs;  // what the windings see
+  Circuit<N> circuit;
+  bool rated = false;        // the rates are those of this point and circuit
+  bool prepared = false;     // what is due at this point is done
+  bool independent = false;  // each phase takes steps of its own
+  bool windows = false;      // an order has a conduction window
+  std::array<PhaseStep, N> phase_steps;
+  double t = 0, t_sample = 0, t_course = 0, t_record = 0;  // now, and next [s]
+  double theta_period = 0, theta_next = 0;  // next end of a period; next angle that matters [rad]
+  double theta_begun = 0;                   // lower end of the present period [rad]
+  int turns = 0;                            // direction in which theta_next is ahead; 0: unknown
+  double t_angle = 0;                       // when it is met with independent phases [s]
+  double omega_e = 0, h_most = 0;           // meanwhile: electrical speed [rad/s], longest step [s]
+  double h_fine = 1e300;                    // what a step may be, from the ones before [s]
+  double tau_ref = 0;
+  Learned<double> learned;  // of the controller, where it learns
+  long samples = 0, steps = 0;
+  Switchings switchings;
+  Extremes extremes;
+  RotorSensor::State rotor;
+
+  Point<N>& at() { return points[here]; }
+  const Point<N>& at() const { return points[here]; }
+  Point<N>& end() { return points[1 - here]; }
+  const State<N>& x() const { return at().x; }
+  int direction() const { return x().omega_m < 0 ? -1 : 1; }
+
+  /// True while a phase is within a step: its current and its integrals are those of its start.
+  bool within_step() const {
+    return std::any_of(phase_steps.begin(), phase_steps.end(),
+                       [](const PhaseStep& phase) { return phase.active; });
+  }
+};
+
+}  // namespace srm
