@@ -83,6 +83,8 @@ BELIEFS = {
     "flux -10 %, R -20 %": Belief(flux=0.9, R=0.8),
     "unaligned +10 %, saturated -10 %": Belief(unaligned=1.1, saturated=0.9),
     "unaligned -10 %, saturated +10 %": Belief(unaligned=0.9, saturated=1.1),
+    "all: flux -10 %, R -20 %, u. +10 %, s. -10 %": Belief(0.9, 0.8, 1.1, 0.9),
+    "all: flux +10 %, R -20 %, u. -10 %, s. +10 %": Belief(1.1, 0.8, 0.9, 1.1),
 }
 FEW = ("right", "flux +10 %, R -20 %", "flux -10 %, R +20 %", "unaligned +10 %, saturated -10 %")
 
@@ -370,7 +372,7 @@ def main() -> None:
     plot(warming("edge_mpc")).savefig(out / "learning.png", dpi=80, metadata={"Software": None})
     for row in rows:
         print(
-            f"{row.law:9s} {row.machine:16s} {row.rpm:5.0f} {row.tau_Nm:7.2f} {row.belief:33s}"
+            f"{row.law:9s} {row.machine:16s} {row.rpm:5.0f} {row.tau_Nm:7.2f} {row.belief:45s}"
             f" mean {100 * row.mean_error:+6.2f} ({100 * row.mean_error_without:+6.1f}) %"
             f"  ripple x {row.ripple_ratio:.3f}  R {100 * row.R_error:+6.2f} %  {row.state}"
         )

@@ -1,5 +1,6 @@
 """The physical limit: published operating points, laws of the profile, and the cache."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
@@ -7,10 +8,19 @@ import numpy as np
 import pytest
 from limit_at import best_profile, profile_table, torque_speed_envelope
 
+import reluctance as rl
 from reluctance import _core, limit
 from reluctance.errors import ParameterError
 from reluctance.limit import OperatingPoint, phase_magnetics
 
+ROOT = Path(__file__).parents[1]
+EIGHT_SIX = [
+    "machine=generic_1hp_8_6",
+    "sensing.i_range_A=10",
+    "reference.tau_Nm=2",
+    "mismatch.flux_factor=1",
+    "mismatch.R_factor=1",
+]
 RATED = 1500 * np.pi / 30  # [rad/s]
 L_U, L_SAT, I_M = 0.67e-3, 0.15e-3, 450.0
 
@@ -177,6 +187,17 @@ def test_table_levels_hold_their_torque_and_record_where_they_cannot() -> None:
     np.testing.assert_array_equal(ripple_free, t.tau_ref <= envelope.tau_max[0])
     psi, _ = phase_magnetics(PAPER)(ca.DM(t.i[5]), t.theta_e)
     np.testing.assert_allclose(psi.full().ravel(), t.psi[5], atol=1e-12)
+
+
+def test_a_torque_just_beyond_the_greatest_without_ripple_has_a_profile() -> None:
+    """Where the least error is nearly none, a share of it leaves no room to the least copper."""
+    study = rl.load(ROOT / "examples/edge_mpc_learning.toml", EIGHT_SIX).known()
+    less = study.machine.computed(
+        L_u_H=1.1 * study.machine.L_u_H, psi_m_Wb=0.9 * study.machine.psi_m_Wb
+    )
+    point = replace(study, machine=less).at(study.omega_m)
+    t = limit.profile_table(point, 2.7, n_points=360, n_levels=2)
+    assert 0 < t.tau_error_rms[1] < 2e-3 * t.tau_ref[1]
 
 
 def test_smoothing_of_the_table_costs_next_to_no_copper() -> None:

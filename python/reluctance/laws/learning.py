@@ -18,7 +18,7 @@ LEAST_PART = 1e-4  # of the current limit, is none in any case
 LEAST_FLUX = 0.05  # of the flux linkage at the current limit: a smaller stroke says too little
 # A machine with less flux than believed is asked for more torque in the units of the law: its
 # tables go this much higher.
-MORE_TORQUE = 1.2
+MORE_TORQUE = 1.4
 
 
 class Learns(Control):

@@ -30,7 +30,9 @@ Constraint = Literal["none", "max", "rms", "constant"]
 
 ALGORITHM = 3  # part of every cache key: raise it when the numbers of this package move
 SLACK = 1e-4  # share of the least error given back before copper is minimised at that error
-MORE_SLACK = (SLACK, 10 * SLACK, 100 * SLACK)  # in this order until IPOPT finds an optimum
+# In this order until IPOPT finds an optimum: shares of the least error, and of the torque, where
+# the least error is nearly none.
+MORE_SLACK = ((SLACK, 0.0), (10 * SLACK, 0.0), (100 * SLACK, 0.0), (0.0, 1e-3))
 FEASIBLE = 1e-6  # error relative to tau_ref below which a profile counts as free of ripple
 
 _IPOPT: dict[str, Any] = {
@@ -121,10 +123,10 @@ class Programme:
         tries = [self._solve("error", norm, i_0, tau_ref=tau_ref, s=any_error) for i_0 in tried]
         # The next step can fail from an ill-conditioned least error: then from the second least.
         least = sorted(((e, i_0) for i_0, e, found in tries if found), key=lambda t: t[0])
-        for slack, (e, i_0) in product(MORE_SLACK, least):
+        for (of_error, of_torque), (e, i_0) in product(MORE_SLACK, least):
             if e > FEASIBLE * tau_ref:
-                bounds = (e * (1 + slack), e * (1 + slack))
-                i, _, found = self._solve("copper", norm, i_0, tau_ref=tau_ref, s=bounds)
+                given = e * (1 + of_error) + of_torque * tau_ref
+                i, _, found = self._solve("copper", norm, i_0, tau_ref=tau_ref, s=(given, given))
             else:
                 i, _, found = self._solve("copper", "none", i_0, tau_ref=tau_ref)
             if found:
