@@ -156,6 +156,25 @@ def test_predictive_laws_hold_the_mean_of_other_drawn_machines(
 
 
 @pytest.mark.parametrize(
+    ("law", "machine", "speed_rpm", "tau", "tau_max"),
+    [
+        ("edge_mpc", "random_25", 3125.0, 0.8922, 0.8922),  # -26 %, the current ends for 12 %
+        pytest.param(
+            "edge_mpc", "random_24", 4588.0, 12.49, 12.49, marks=pytest.mark.long
+        ),  # -49 %
+        # -250 %, 36 samples in a period
+        pytest.param("finite_set_mpc", "random_24", 13760.0, 0.404, 0.6464, marks=pytest.mark.long),
+    ],
+)
+def test_a_plan_that_has_lost_the_torque_follows_the_guide(
+    law: str, machine: str, speed_rpm: float, tau: float, tau_max: float, tmp_path: Path
+) -> None:
+    drive = quadrants.bench(machine, tmp_path).drive(law, speed_rpm, tau, tau_max)
+    kpis = rl.simulate(drive, until=0.2, record=None).kpis
+    assert kpis.tau_mean == pytest.approx(tau, rel=0.01)
+
+
+@pytest.mark.parametrize(
     ("law", "machine", "speed_rpm", "tau", "ripple"),
     [
         ("edge_mpc", "random_2026", 8751.0, 3.361, 0.05),

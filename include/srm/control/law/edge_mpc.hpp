@@ -19,7 +19,8 @@
 // At high speed the guide may keep a phase in current nearly throughout, and a sample may be a
 // large part of the period. Flux linkage that a phase lacks there is lacking for the whole period.
 // So each phase is brought to the guide by itself (guide_track.hpp), and the mean is held by
-// feedback (mean_hold.hpp).
+// feedback (mean_hold.hpp). The same is done where the guide conducts for much of the period and
+// the plan has lost the torque for a period.
 //
 // One law from "2 us, no delay" to "20 us, one sample late": the plan of a short sample almost
 // always has no edge at all.
@@ -49,7 +50,9 @@ struct EdgeMpc {
   /// [rad].
   static constexpr T coarse = T(0.1);
   /// When motoring, a guide that conducts in more than this part of the period is tracked [1].
-  static constexpr T conducts_most = T(0.9);
+  static constexpr T conducts_most = T(0.88);
+  /// And one that conducts in more than this part, where the plan has lost the torque [1].
+  static constexpr T conducts_much = T(0.7);
   /// Where the resistance takes more of the voltage, deviations from the guide decay by themselves,
   /// and the plan serves [1].
   static constexpr T damping = T(0.1);
@@ -75,9 +78,11 @@ struct EdgeMpc {
 
   struct State : Memory<T, N> {
     MeanHold<T> hold{};
-    T tau{};              // of the last sample, in the frame of positive torque [N m]
-    T reference{};        // of the last sample [N m]
-    T way{};              // that a step of the reference may still take [rad]
+    T tau{};        // of the last sample, in the frame of positive torque [N m]
+    T reference{};  // of the last sample [N m]
+    // Angle that a step of the reference may still take; below zero: on which torque was lacking
+    // since then, less that on which it was there [rad].
+    T way{};
     bool tracks = false;  // in the last sample
   };
 
@@ -92,13 +97,14 @@ struct EdgeMpc {
     const T turn = static_cast<T>(machine.N_r) * abs(y.omega_m) * T_s;
     const bool jumps = abs(tau_ref - state.reference) > lacks * demand;
     state.reference = tau_ref;
-    state.way = jumps ? stroke : state.way - turn;
+    state.way = jumps ? stroke : max(state.way - turn, T(-4) * pi<T>);
     const bool tracked = state.tracks;
     if (tracked) demand = held(state, demand, turn, !motoring);
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T slack = profile.of(psi_slack);
     const bool is_coarse = turn > coarse;
-    const bool lasts = guide.drop < damping * y.u_dc && profile.of(conducts) > conducts_most;
+    const T most = state.way < T(-2) * pi<T> ? conducts_much : conducts_most;
+    const bool lasts = guide.drop < damping * y.u_dc && profile.of(conducts) > most;
     state.tracks = is_coarse || (motoring && lasts);
     const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
     const auto phases = outlook.at(y, tau_ref, state);
@@ -126,7 +132,7 @@ struct EdgeMpc {
     }
 
     plan_edges(plan, x, last, pulse, state.ordered);
-    if (!(x.e * A < -lacks * demand)) state.way = T(0);
+    if (!(x.e * A < -lacks * demand)) state.way = min(state.way + T(2) * turn, T(0));
     if (motoring && state.way > T(0)) wake(state, y, tau_ref, phases, profile, turn);
     return state.ordered;
   }

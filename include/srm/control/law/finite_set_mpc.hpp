@@ -15,7 +15,8 @@
 //   as the whole torque; where the guide takes all of the voltage no deviation is made good
 //
 // Where the guide conducts nearly throughout, a small part of its flux linkage makes all of the
-// torque. There the mean is held by feedback (mean_hold.hpp).
+// torque. There the mean is held by feedback (mean_hold.hpp), and where the torque has collapsed
+// all the same, each phase follows its guide by itself.
 //
 // Measured with T_s = 2 us, h = 2..6 us, f = 18 kHz: 19 to 23 kHz. A long sample limits it by
 // itself.
@@ -37,6 +38,9 @@ struct FiniteSetMpc {
   static constexpr T conducts_most = T(0.9);
   static constexpr T dead = T(0.002);     // a miss of the mean that is left alone [1]
   static constexpr T held_part = T(0.1);  // what the feedback may add to the torque [1]
+  // Where the torque has been off by this much for so long, only the guide counts.
+  static constexpr T much = T(0.5);           // [1]
+  static constexpr T lasting = T(8) * pi<T>;  // [rad]
 
   M machine;
   Guide<T> guide;    // flux linkage over torque reference, electrical angle and speed [Wb]
@@ -56,6 +60,7 @@ struct FiniteSetMpc {
     MeanHold<T> hold{};
     T tau{};             // of the last sample, in the frame of positive torque [N m]
     bool holds = false;  // the mean, in the last sample
+    T lost{};            // way on which the torque was far off since, less that on which not [rad]
   };
 
   constexpr bool is_consistent() const {
@@ -81,7 +86,17 @@ struct FiniteSetMpc {
                                  .w_sw = w_sw,
                                  .horizon = horizon};
     state.holds = profile.of(conducts) > conducts_most;
-    if (state.holds) remember(state, search.phases);
+    if (state.holds) {
+      remember(state, y.omega_m, abs(tau_ref), search.phases);
+    } else {
+      state.lost = T(0);
+    }
+    if (!(state.lost < lasting)) {
+      for (int k = 0; k < N; ++k) {
+        state.ordered[k] = hold<T>(nearest(search.phases[k], y.u_dc));
+      }
+      return state.ordered;
+    }
     std::array<int, N> last;
     for (int k = 0; k < N; ++k) last[k] = static_cast<int>(state.ordered[k].leg.back());
     const auto best = search.best(last);
@@ -99,10 +114,30 @@ struct FiniteSetMpc {
     return state.hold.asked(demand, state.tau, turn, braking, most, dead);
   }
 
-  [[gnu::noinline, gnu::cold]] void remember(State& state,
+  [[gnu::noinline, gnu::cold]] void remember(State& state, T omega_m, T demand,
                                              const std::array<PhaseOutlook<T>, N>& phases) const {
     state.tau = T(0);
     for (const PhaseOutlook<T>& x : phases) state.tau = state.tau + x.tau;
+    if (!(state.lost < lasting)) return;
+    const T turn = static_cast<T>(machine.N_r) * abs(omega_m) * T_s;
+    const bool off = abs(state.tau - demand) > much * demand;
+    state.lost = max(state.lost + (off ? turn : -turn), T(0));
+    if (!(state.lost < lasting)) state.hold = {};
+  }
+
+  /// The leg that brings a phase nearest to its guide at the end of the sample.
+  [[gnu::noinline, gnu::cold]] Leg nearest(const PhaseOutlook<T>& x, T u_dc) const {
+    const T goal = x.goal + x.goal_rate * T_s;
+    int best = -1;
+    T least = abs(max(x.psi + x.rate(-1, u_dc, R) * T_s, T(0)) - goal);
+    for (int level = 0; level < 2 && !(level > 0 && x.i > i_max); ++level) {
+      const T away = abs(x.psi + x.rate(level, u_dc, R) * T_s - goal);
+      if (away < least) {
+        least = away;
+        best = level;
+      }
+    }
+    return static_cast<Leg>(best);
   }
 };
 
