@@ -158,11 +158,9 @@ def test_predictive_laws_hold_the_mean_of_other_drawn_machines(
 @pytest.mark.parametrize(
     ("law", "machine", "speed_rpm", "tau", "tau_max"),
     [
-        ("edge_mpc", "random_25", 3125.0, 0.8922, 0.8922),  # -26 %, the current ends for 12 %
-        pytest.param(
-            "edge_mpc", "random_24", 4588.0, 12.49, 12.49, marks=pytest.mark.long
-        ),  # -49 %
-        # -250 %, 36 samples in a period
+        # -26, -49 and -250 % before; the last one has 36 samples in a period.
+        ("edge_mpc", "random_25", 3125.0, 0.8922, 0.8922),
+        pytest.param("edge_mpc", "random_24", 4588.0, 12.49, 12.49, marks=pytest.mark.long),
         pytest.param("finite_set_mpc", "random_24", 13760.0, 0.404, 0.6464, marks=pytest.mark.long),
     ],
 )
