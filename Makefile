@@ -1,4 +1,5 @@
-# Two commands: `make run` and `make test`. Both make their own environment in .venv.
+# `make run` and `make test` are all that a user needs; both make their own environment in .venv.
+# `make proofs`, `lint`, `docs`, `bench`, `studio`, `c-library`, `wasm`, `wheels`: see each target.
 PYTHON ?= python3
 PYTHON312 ?= python3.12
 VENV := .venv
@@ -9,10 +10,10 @@ SOURCES := $(shell find include bindings tests/core_module python machines examp
 BUILD_REQUIRES = $(shell $(PYTHON) -c 'import tomllib; print(*map(repr, tomllib.load( \
                    open("pyproject.toml", "rb"))["build-system"]["requires"]))')
 
-CLANG_FORMAT ?= clang-format
+C_FOLDERS := include bindings tests examples firmware web bench
 CHECKED := python tests studies bench machines docs examples
 
-.PHONY: run test proofs lint bench docs wheels c-library wasm studio clean
+.PHONY: run test proofs drawn mutants published lint bench docs wheels c-library wasm studio clean
 
 run: $(VENV)/installed
 	@mkdir -p out
@@ -26,12 +27,23 @@ test: $(VENV)/installed-test lint
 proofs: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto --dist loadfile -m long
 
+# Machines, points and directions from a new seed, or SEED=N; every law.
+drawn: $(VENV)/installed
+	$(BIN)/python studies/drawn.py $(if $(SEED),--seed $(SEED))
+
+# A hundred small faults of the code from a new seed, or SEED=N: those that no test sees.
+mutants: $(VENV)/installed-test
+	$(BIN)/python tests/mutants.py $(if $(SEED),--seed $(SEED))
+
+# Every published and measured case, into docs/published.csv.
+published: $(VENV)/installed
+	$(BIN)/python studies/published/all.py
+
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check $(CHECKED)
 	$(BIN)/ruff format --check $(CHECKED)
-	@command -v $(CLANG_FORMAT) >/dev/null || \
-	  { echo "error: no $(CLANG_FORMAT); on Debian: apt install clang-format"; exit 2; }
-	find include bindings tests examples -name '*.[ch]pp' | xargs $(CLANG_FORMAT) --dry-run -Werror
+	find $(C_FOLDERS) -name '*.[ch]' -o -name '*.[ch]pp' | xargs grep -L '@[a-zA-Z_]*@' | \
+	  xargs $(BIN)/clang-format --dry-run -Werror  # templates with @marks@ are no C yet
 	$(BIN)/mypy
 
 bench: $(VENV)/installed
@@ -51,6 +63,7 @@ c-library:
 
 # The same for browsers and Node: double precision, machines of three and four phases.
 WASM_CXX ?= clang++-19
+WASM_PACKAGES := clang-19 lld-19 libc++-19-dev-wasm32 libclang-rt-19-dev-wasm32 wasi-libc
 WASM_FAST := -mllvm -inline-threshold=1000
 WASM_KINDS ?= -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double
 CXX_WASM := --target=wasm32-wasi -std=c++20 -O2 -ffp-contract=off -fno-exceptions -fno-rtti \
@@ -69,6 +82,9 @@ STUDIO_KINDS := -fno-vectorize -fno-slp-vectorize -fno-unroll-loops -mllvm -inli
   -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double '-DSRM_TOGETHER(law,machine,phases)=( \
   phases == 3 || (machine == "LeHuy" && (law == "TorqueSharing" || law == "Ditc")))'
 studio: $(VENV)/installed
+	@echo '#include <array>' | $(WASM_CXX) --target=wasm32-wasi -fsyntax-only -x c++ - 2>/dev/null || \
+	  { echo 'error: $(WASM_CXX) does not compile for WebAssembly;' \
+	    'on Debian: apt install $(WASM_PACKAGES)'; exit 2; }
 	$(WASM_CXX) $(CXX_WASM) $(STUDIO_KINDS) -Iinclude web/reluctance.cpp -o web/reluctance.wasm
 	$(BIN)/reluctance studio --data web/data
 
@@ -76,12 +92,14 @@ studio: $(VENV)/installed
 wheels:
 	$(PYTHON) -m pip wheel --quiet --no-deps --wheel-dir dist .
 	.ci/installed "$$(ls -t dist/*.whl | head -1)" $(PYTHON)
-	$(PYTHON312) -m pip wheel --quiet --no-deps --wheel-dir dist -C wheel.py-api=cp312 .
+	$(PYTHON312) -m pip wheel --quiet --no-deps --wheel-dir dist \
+	  --config-settings=wheel.py-api=cp312 .
 	.ci/installed "$$(ls -t dist/*abi3*.whl | head -1)" $(PYTHON312)
 
 # Without build isolation the tools of the build stay where they are, so that only what changed is
 # compiled again.
-INSTALL := $(BIN)/pip install --quiet --no-build-isolation -C cmake.define.RELUCTANCE_TEST_MODULE
+INSTALL := $(BIN)/pip install --quiet --no-build-isolation \
+  --config-settings=cmake.define.RELUCTANCE_TEST_MODULE
 
 $(VENV)/installed: $(SOURCES) | $(VENV)/made
 	$(INSTALL)=OFF .

@@ -14,9 +14,9 @@ import numpy as np
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.compare import compare
-from reluctance.compare.table import records
-from reluctance.drive.own_law import controller_of, law_class
+from reluctance.comparison import compare
+from reluctance.comparison.table import records
+from reluctance.laws.own_law import core_of, law_class
 
 ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"
@@ -37,14 +37,15 @@ class Constant(rl.Law):
 def us_per_sample(drive: rl.Drive, law: rl.Law | None) -> float:
     """Median user CPU time of one call of a controller [us]."""
     known = drive.known()
-    controller = drive.controller() if law is None else controller_of(law, drive.control, known)
+    core = drive.control.core(known) if law is None else core_of(law, known)
+    controller = _core.Controller(core, drive.control.frame(known))
     random = np.random.default_rng(1)
     n_phases, count = known.n_phases, 20_000
     samples = np.column_stack(
         [
             random.uniform(0, 80, (count, n_phases)),
             random.uniform(0, 2 * np.pi, count),
-            np.full((count, 3), (known.omega_m, known.u_dc, known.tau_max)),
+            np.full((count, 4), (known.omega_m, known.u_dc, 0.0, known.tau_max)),
         ]
     )
     times = []

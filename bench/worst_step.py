@@ -33,8 +33,8 @@ from reluctance.drive import Drive
 from reluctance.export import firmware
 from reluctance.export.recording import record
 from reluctance.export.target import build, replay
-from reluctance.export.trip_levels import limits
 from reluctance.files import scratch
+from reluctance.guard.trip_levels import protection
 
 ROOT = Path(__file__).parents[1]
 FILE = ROOT / "bench" / "worst_step.csv"
@@ -101,7 +101,7 @@ def random_samples(drive: Drive, n: int, seed: int) -> np.ndarray:
     """Currents, angle, speed, voltage, current of the source, reference
     (n, n_phases + 5), all at random."""
     rng = np.random.default_rng(seed)
-    N, machine, at = drive.machine.n_phases, drive.machine, limits(drive)
+    N, machine, at = drive.machine.n_phases, drive.machine, protection(drive).levels
     rows = np.empty((n, N + 5), np.float32)
     for first in range(0, n, BURST):
         theta_e = rng.uniform(0, 2 * np.pi)
@@ -180,7 +180,7 @@ def climb(
     """The most that changes at random lead to from sequences (n, LENGTH, n_phases + 5), and the
     sequence of it."""
     rng = np.random.default_rng(3)
-    N, at = drive.machine.n_phases, limits(drive)
+    N, at = drive.machine.n_phases, protection(drive).levels
     best, found = start, longest(target, start)
     for _ in range(generations):
         new = best[rng.integers(len(best), size=children)].copy()

@@ -4,6 +4,7 @@
 #include <nanobind/stl/array.h>
 
 #include "bind_struct.hpp"
+#include "describe.hpp"
 #include "simulation.hpp"
 
 namespace bound {
@@ -96,6 +97,14 @@ void bind_bench(nb::module_& m) {
                                        "Voltage pulses at a clamped rotor. SI units.");
   bind_struct<srm::Commission<double>>(m, "Commission",
                                        "The commissioning routines, and the checks around them.");
+  m.def(
+      "described_commission",
+      [](const srm::Commission<double>& routines) {
+        srm::Commission<float> single;
+        srm::assign(single, routines);
+        return nb::cast<nb::dict>(described(single));
+      },
+      nb::arg("routines"), "In single precision as a tree of names and numbers, for export.");
   nb::class_<AnyBench>(m, "Bench", "A routine between a plant and how somebody has wired it.")
       .def(
           nb::init<const srm::Commission<double>&, const std::vector<int>&, const std::vector<int>&,

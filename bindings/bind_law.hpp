@@ -1,9 +1,10 @@
-// The controller of a law from Python: its parameters by its field list (base/fields.hpp).
+// A law from Python: its parameters by its field list (base/fields.hpp).
 #pragma once
 
 #include <tuple>
 
 #include "bindings.hpp"
+#include "describe.hpp"
 #include "srm/control/part/guide.hpp"
 
 namespace bound {
@@ -79,8 +80,45 @@ Law<M, N> filled(const M& machine, srm::Tables& tables, const Value&... value) {
   return law;
 }
 
-/// Python's function that makes the controller of a law: the setting, then the fields of the law
-/// but its machine.
+/// A law and the tables that it views.
+template <class Law>
+struct Made {
+  Law law{};
+  srm::Tables tables{};
+};
+
+template <class Law>
+nb::object described_law(const void* made) {
+  return described(static_cast<const Made<Law>*>(made)->law);
+}
+
+/// A law that Python can hold. `make.template operator()<T, N>(machine, memory)` returns the law as
+/// it is; its tables are kept in the memory.
+template <class Make>
+AnyLaw any_law(const AnyMachine& machine, int n_phases, bool single, Make&& make) {
+  return std::visit(
+      [&]<template <class> class M>(const srm::Held<M<double>>& model) {
+        return with_phases(n_phases, [&]<int N>() -> AnyLaw {
+          const auto closed = [&]<class T>() -> AnyLaw {
+            const auto made = std::make_shared<Made<decltype(make.template operator()<T, N>(
+                std::declval<M<T>&>(), std::declval<srm::Tables&>()))>>();
+            M<T> own;
+            srm::assign(own, model.value, made->tables);
+            made->law = make.template operator()<T, N>(own, made->tables);
+            return {
+                AnyLaw::Any<T>(srm::called(
+                    std::shared_ptr<const std::decay_t<decltype(made->law)>>(made, &made->law))),
+                made, &described_law<decltype(made->law)>, model};
+          };
+          return single ? closed.template operator()<float>()
+                        : closed.template operator()<double>();
+        });
+      },
+      machine);
+}
+
+/// Python's function that makes a law: the machine model as the control believes it, the number of
+/// phases, whether in single precision, then the fields of the law but its machine.
 template <template <class, int> class Law>
 void bind_law(nb::module_& m, const char* name, const char* doc) {
   Sample<Law> sample{};
@@ -88,14 +126,14 @@ void bind_law(nb::module_& m, const char* name, const char* doc) {
   [&]<std::size_t... n>(std::index_sequence<n...>) {
     m.def(
         name,
-        [](const Setting& setting, const GivenField<Law, n>&... value) {
-          return controller(setting,
-                            [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
-                              return filled<Law, N>(machine, tables, value...);
-                            });
+        [](const AnyMachine& model, int n_phases, bool single, const GivenField<Law, n>&... value) {
+          return any_law(model, n_phases, single,
+                         [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
+                           return filled<Law, N>(machine, tables, value...);
+                         });
         },
-        nb::arg("setting"), nb::kw_only(), nb::arg(std::get<n + has_machine<Law>>(list).name)...,
-        doc);
+        nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"), nb::kw_only(),
+        nb::arg(std::get<n + has_machine<Law>>(list).name)..., doc);
   }
   (std::make_index_sequence<given_fields<Law>>());
 }

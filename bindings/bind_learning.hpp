@@ -1,4 +1,4 @@
-// The controller of a law that learns the machine it drives, from Python.
+// A law that learns the machine it drives, from Python.
 #pragma once
 
 #include "bind_law.hpp"
@@ -6,8 +6,7 @@
 
 namespace bound {
 
-/// Python's function that makes the controller of a law that learns: the setting, what Learning
-/// adds to the law, then the fields of the law but its machine.
+/// Python's function that makes a law that learns: as bind_law, and what Learning adds to the law.
 template <template <class, int> class Law>
 void bind_learning(nb::module_& m, const char* name) {
   Sample<Law> sample{};
@@ -15,23 +14,24 @@ void bind_learning(nb::module_& m, const char* name) {
   [&]<std::size_t... n>(std::index_sequence<n...>) {
     m.def(
         name,
-        [](const Setting& setting, const srm::StrokeFit<double>& fit, double w_sw_torque,
-           double w_sw_voltage, const GivenField<Law, n>&... value) {
-          return controller(setting,
-                            [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
-                              const srm::WithInductance<M> own{machine, machine.N_r, T(0)};
-                              const auto law = filled<Law, N>(own, tables, value...);
-                              srm::Learning<std::remove_const_t<decltype(law)>> learning{
-                                  .law = law,
-                                  .fit = {},
-                                  .w_sw_torque = static_cast<T>(w_sw_torque),
-                                  .w_sw_voltage = static_cast<T>(w_sw_voltage)};
-                              srm::assign(learning.fit, fit);
-                              return learning;
-                            });
+        [](const AnyMachine& model, int n_phases, bool single, const srm::StrokeFit<double>& fit,
+           double w_sw_torque, double w_sw_voltage, const GivenField<Law, n>&... value) {
+          return any_law(model, n_phases, single,
+                         [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
+                           const srm::WithInductance<M> own{machine, machine.N_r, T(0)};
+                           const auto law = filled<Law, N>(own, tables, value...);
+                           srm::Learning<std::remove_const_t<decltype(law)>> learning{
+                               .law = law,
+                               .fit = {},
+                               .w_sw_torque = static_cast<T>(w_sw_torque),
+                               .w_sw_voltage = static_cast<T>(w_sw_voltage)};
+                           srm::assign(learning.fit, fit);
+                           return learning;
+                         });
         },
-        nb::arg("setting"), nb::kw_only(), nb::arg("fit"), nb::arg("w_sw_torque"),
-        nb::arg("w_sw_voltage"), nb::arg(std::get<n + has_machine<Law>>(list).name)...,
+        nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"), nb::kw_only(), nb::arg("fit"),
+        nb::arg("w_sw_torque"), nb::arg("w_sw_voltage"),
+        nb::arg(std::get<n + has_machine<Law>>(list).name)...,
         "The same law, which learns the machine that it drives.");
   }
   (std::make_index_sequence<given_fields<Law>>());

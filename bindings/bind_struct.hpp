@@ -15,7 +15,7 @@ auto argument(const srm::Field<V>& field) {
   }
 }
 
-/// Python's view of a struct of parameters: a constructor with its fields by name, and the fields.
+/// Python's view of a struct of parameters: a constructor with its fields by name.
 template <class S>
 nb::class_<S> bind_struct(nb::module_& m, const char* name, const char* doc) {
   nb::class_<S> bound(m, name, doc);
@@ -24,6 +24,19 @@ nb::class_<S> bind_struct(nb::module_& m, const char* name, const char* doc) {
     bound.def(
         "__init__", [](S* self, const V&... value) { new (self) S{value...}; }, nb::kw_only(),
         argument(field)...);
+  });
+  return bound;
+}
+
+/// The same for a struct of which a field may be left out: it keeps what a default S has.
+template <class S>
+nb::class_<S> bind_struct_with_defaults(nb::module_& m, const char* name, const char* doc) {
+  nb::class_<S> bound(m, name, doc);
+  S sample{};
+  srm::fields_of(sample, [&]<class... V>(srm::Field<V>... field) {
+    bound.def(
+        "__init__", [](S* self, const V&... value) { new (self) S{value...}; }, nb::kw_only(),
+        (nb::arg(field.name) = field.value)...);
   });
   return bound;
 }

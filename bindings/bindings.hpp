@@ -2,8 +2,9 @@
 // (machine model, phase count, precision) to the templates.
 //
 // What is a template: scalar, phase count, machine model. What is decided at run time: everything
-// else. A control law is reached through one std::function per sample, so the loop is compiled per
-// machine and phase count only, and a new law adds its own file here (docs/adr/0005).
+// else. A control law is reached through one std::function per sample, and so is the controller. So
+// the loop is compiled per machine and phase count, the frame per precision and phase count, and a
+// new law adds its own file here (docs/adr/0005).
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -23,22 +24,16 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "describe.hpp"
 #include "srm/machine/flux_map.hpp"
 #include "srm/machine/lehuy.hpp"
-#include "srm/sim/desk.hpp"
+#include "srm/sim/called_law.hpp"
+#include "srm/sim/controller.hpp"
+#include "srm/sim/event.hpp"
+#include "srm/sim/tables.hpp"
 
 namespace bound {
 
 using AnyMachine = std::variant<srm::Held<srm::LeHuy<double>>, srm::Held<srm::FluxMap<double>>>;
-
-/// A controller for 2 to 6 phases.
-struct AnyController {
-  std::variant<srm::Controller<2>, srm::Controller<3>, srm::Controller<4>, srm::Controller<5>,
-               srm::Controller<6>>
-      step;
-  std::function<nb::object()> description;  // for export (describe.hpp); empty: not supported
-};
 
 /// Calls f.template operator()<N>() for the phase count.
 template <class F>
@@ -58,108 +53,45 @@ auto with_phases(int n_phases, F&& f) {
   throw std::invalid_argument("n_phases = " + std::to_string(n_phases) + ", need 2 to 6");
 }
 
-/// What every law is given in addition to its own parameters.
-struct Setting {
-  AnyMachine machine;  // the controller's own model
-  int n_phases;
-  bool single;  // float, as on the target; else double
-  srm::Outer outer;
-  srm::SpeedPi<double> speed;
-  srm::SpeedRamp<double> ramp;
-  srm::LoadTorque load;
-  srm::Motion motion;
-  srm::AngleTracker<double> tracker;
-  int delay;  // samples from measurement to effect
-  srm::Comparators comparators;
-  double t_dead;              // of the converter [s]
-  srm::PvControl<double> pv;  // used with Outer::pv
-  srm::EdgeLimits<double> edges;
-  double u_brake_full, u_brake_none;  // [V]
-  srm::UserLimits<double> limits;
+/// A law of any precision and number of phases, behind one call. Its frame is compiled in
+/// frame.cpp.
+struct AnyLaw {
+  template <srm::Real T>
+  using Any = std::variant<srm::CalledLaw<T, 2>, srm::CalledLaw<T, 3>, srm::CalledLaw<T, 4>,
+                           srm::CalledLaw<T, 5>, srm::CalledLaw<T, 6>>;
+
+  std::variant<Any<float>, Any<double>> called;
+  std::shared_ptr<const void> made{};  // the law itself
+  nb::object (*describe)(const void* made) =
+      nullptr;           // for export (describe.hpp); else no such form
+  AnyMachine machine{};  // as the law believes it
 };
 
-/// The law with all that stands around it.
-template <class Law>
-srm::DriveControl<Law> drive_control(const Law& law, const Setting& s) {
-  using T = typename Law::Scalar;
-  srm::DriveControl<Law> control{.law = law,
-                                 .outer = s.outer,
-                                 .speed = {},
-                                 .ramp = {},
-                                 .load = s.load,
-                                 .pv = {},
-                                 .motion = s.motion,
-                                 .tracker = {},
-                                 .delay = s.delay,
-                                 .comparators = s.comparators,
-                                 .t_dead = T(s.t_dead),
-                                 .edges = {},
-                                 .u_brake_full = T(s.u_brake_full),
-                                 .u_brake_none = T(s.u_brake_none),
-                                 .limits = {}};
-  srm::assign(control.speed, s.speed);
-  srm::assign(control.ramp, s.ramp);
-  srm::assign(control.tracker, s.tracker);
-  srm::assign(control.pv, s.pv);
-  srm::assign(control.edges, s.edges);
-  srm::assign(control.limits, s.limits);
-  return control;
-}
-
-/// Controller and machine as trees, built when they are asked for.
-template <class Law, class M>
-std::function<nb::object()> description(const srm::DriveControl<Law>& control, const M& machine,
-                                        const std::shared_ptr<const void>& tables) {
-  return [control, machine, tables] {
-    nb::dict nodes;
-    nodes["control"] = described(control);
-    nodes["machine"] = described(machine);
-    return nodes;
-  };
-}
-
-/// Makes the controller of a law. `make.template operator()<T, N>(machine, memory)` returns the
-/// law; its tables are kept in the memory.
-template <class Make>
-AnyController controller(const Setting& s, Make&& make) {
-  return std::visit(
-      [&]<template <class> class M>(const srm::Held<M<double>>& machine) {
-        return with_phases(s.n_phases, [&]<int N>() -> AnyController {
-          const auto closed = [&]<class T>() -> AnyController {
-            srm::Tables memory;
-            M<T> model;
-            srm::assign(model, machine.value, memory);
-            const auto control = drive_control(make.template operator()<T, N>(model, memory), s);
-            return {srm::on_desk(control, memory.owner()),
-                    description(control, model, memory.owner())};
-          };
-          return s.single ? closed.template operator()<float>()
-                          : closed.template operator()<double>();
-        });
-      },
-      s.machine);
-}
+/// A controller for 2 to 6 phases.
+struct AnyController {
+  std::variant<srm::Controller<2>, srm::Controller<3>, srm::Controller<4>, srm::Controller<5>,
+               srm::Controller<6>>
+      step;
+  std::function<nb::dict()> description{};            // law, frame and machine; empty: no such form
+  std::function<std::vector<srm::Event>()> events{};  // of a supervised drive; else empty
+};
 
 void bind_called_law(nb::module_& m);
 void bind_controller(nb::module_& m);
 void bind_enums(nb::module_& m);
+void bind_frame(nb::module_& m);
+void bind_guard(nb::module_& m);
 void bind_guide(nb::module_& m);
 void bind_law_parts(nb::module_& m);
 void bind_machine(nb::module_& m);
 void bind_plant(nb::module_& m);
 void bind_simulation(nb::module_& m);
 void bind_step_time(nb::module_& m);
+void bind_supervised(nb::module_& m);
 
-// One file a law: all of them in one took 1.6 GB to compile.
-void bind_angles(nb::module_& m);
-void bind_deadbeat(nb::module_& m);
-void bind_ditc(nb::module_& m);
-void bind_edge_mpc(nb::module_& m);
-void bind_finite_set_mpc(nb::module_& m);
-void bind_learning_deadbeat(nb::module_& m);
-void bind_learning_edge_mpc(nb::module_& m);
-void bind_paper_mpc(nb::module_& m);
-void bind_pwm_current(nb::module_& m);
-void bind_torque_sharing(nb::module_& m);
+/// Python's function of a built-in law (control/laws.hpp). Each has a file: all of them in one took
+/// 1.6 GB to compile.
+template <template <class, int> class Law>
+void bind_built_in(nb::module_& m);
 
 }  // namespace bound

@@ -1,7 +1,5 @@
-// A control law in Python: what it sees, what it returns, and the controller around it.
-#include "srm/sim/called_law.hpp"
-
-#include "bindings.hpp"
+// A control law in Python: what it sees and what it returns.
+#include "measurement.hpp"
 #include "srm/control/part/modulator.hpp"
 
 namespace bound {
@@ -9,17 +7,6 @@ namespace bound {
 namespace {
 
 using Order = srm::PhaseCommand<double>;
-
-/// A sample as a law in Python sees it.
-struct Seen {
-  std::vector<double> i;
-  double theta_e, omega_m, u_dc, i_source;
-
-  double angle(int k) const {
-    const double strokes = double(k) / double(i.size());
-    return srm::wrap(theta_e - strokes * srm::two_pi<double>);
-  }
-};
 
 /// Numbers that a gate can follow: finite, and edges that never fall.
 bool makes_sense(const Order& order) {
@@ -67,19 +54,14 @@ srm::Command<double, N> taken(const nb::object& answer) {
   return command;
 }
 
-/// The simulation runs without the interpreter lock; each sample takes it back.
-AnyController controller_of(const Setting& setting, nb::callable function) {
-  const std::shared_ptr<nb::callable> owner(new nb::callable(std::move(function)), [](auto* f) {
-    const nb::gil_scoped_acquire lock;
-    delete f;
-  });
-  return with_phases(setting.n_phases, [&]<int N>() -> AnyController {
-    const srm::CalledLaw<N> law{[owner](const srm::Measurement<double, N>& y, double tau_ref) {
-      const nb::gil_scoped_acquire lock;
-      return taken<N>((*owner)(
-          Seen{{y.i.begin(), y.i.end()}, y.theta_e, y.omega_m, y.u_dc, y.i_source}, tau_ref));
-    }};
-    return {srm::on_desk(drive_control(law, setting), nullptr), {}};
+AnyLaw python_law(int n_phases, nb::callable function) {
+  return with_phases(n_phases, [&]<int N>() -> AnyLaw {
+    return {AnyLaw::Any<double>(srm::CalledLaw<double, N>{
+        [owner = guarded(std::move(function))](const srm::Measurement<double, N>& y, double tau_ref,
+                                               srm::Learned<double>&) {
+          const nb::gil_scoped_acquire lock;
+          return taken<N>((*owner)(Measurement::of(y), tau_ref));
+        }})};
   });
 }
 
@@ -94,14 +76,31 @@ std::string text_of(const Order& order) {
 }  // namespace
 
 void bind_called_law(nb::module_& m) {
-  nb::class_<Seen>(m, "Measurement", "One sample, as the sensors deliver it.")
-      .def_ro("i", &Seen::i, "Phase currents, one a phase [A].")
-      .def_ro("theta_e", &Seen::theta_e, "Electrical angle of the first phase, in [0, 2 pi) [rad].")
-      .def_ro("omega_m", &Seen::omega_m, "Rotor speed [rad/s].")
-      .def_ro("u_dc", &Seen::u_dc, "dc-link voltage [V].")
-      .def_ro("i_source", &Seen::i_source, "Current of the source into the dc link [A].")
-      .def_prop_ro("n_phases", [](const Seen& y) { return y.i.size(); })
-      .def("angle", &Seen::angle, nb::arg("k"),
+  nb::class_<Measurement>(m, "Measurement", "One sample, as the sensors deliver it.")
+      .def(
+          "__init__",
+          [](Measurement* self, const std::vector<double>& i, double theta_e, double omega_m,
+             double u_dc, double i_source) {
+            new (self) Measurement{i, theta_e, omega_m, u_dc, i_source};
+          },
+          nb::kw_only(), nb::arg("i"), nb::arg("theta_e"), nb::arg("omega_m"), nb::arg("u_dc"),
+          nb::arg("i_source") = 0.0)
+      .def_ro("i", &Measurement::i, "Phase currents, one a phase [A].")
+      .def_ro("theta_e", &Measurement::theta_e,
+              "Electrical angle of the first phase, in [0, 2 pi) [rad].")
+      .def_ro("omega_m", &Measurement::omega_m, "Rotor speed [rad/s].")
+      .def_ro("u_dc", &Measurement::u_dc, "dc-link voltage [V].")
+      .def_ro("i_source", &Measurement::i_source, "Current of the source into the dc link [A].")
+      .def_prop_ro("n_phases", [](const Measurement& y) { return y.i.size(); })
+      .def_prop_ro(
+          "columns",
+          [](const Measurement& y) {
+            std::vector<double> row = y.i;
+            row.insert(row.end(), {y.theta_e, y.omega_m, y.u_dc, y.i_source});
+            return row;
+          },
+          "The numbers in their order: i, theta_e, omega_m, u_dc, i_source.")
+      .def("angle", &Measurement::angle, nb::arg("k"),
            "Electrical angle of phase k: 0 unaligned, pi aligned [rad].");
   auto order = nb::class_<Order>(m, "Order", "What one phase does until the next sample.");
   order.def(nb::init<>(), "All off: the leg demagnetizes.");
@@ -131,9 +130,9 @@ void bind_called_law(nb::module_& m) {
                        }),
      ...);
   });
-  m.def("controller_of", &controller_of, nb::arg("setting"), nb::arg("step"),
-        "The controller of a law in Python: step(measurement, tau_ref) is called at every sample "
-        "and returns an Order for each phase.");
+  m.def("python_law", &python_law, nb::arg("n_phases"), nb::arg("step"),
+        "A law in Python: step(measurement, tau_ref) is called at every sample and returns an "
+        "Order for each phase.");
 }
 
 }  // namespace bound

@@ -12,12 +12,12 @@
 
 #include <nanobind/nanobind.h>
 
+#include <initializer_list>
 #include <string>
 #include <type_traits>
 
 #include "srm/base/fields.hpp"
 #include "srm/base/view.hpp"
-#include "srm/control/frame/drive_control.hpp"
 #include "srm/control/law/paper_mpc.hpp"
 #include "srm/sim/tables.hpp"
 
@@ -52,36 +52,51 @@ std::string type_name(const srm::PaperMpc<M, N, Np_max, Nc_max>& law) {
          std::to_string(law.N_p) + ", " + std::to_string(law.N_c) + ">";
 }
 
-template <class Law>
-std::string type_name(const srm::DriveControl<Law>& control) {
-  return "srm::DriveControl<" + type_name(control.law) + ">";
+/// A field of a struct: its name, where it is, and what makes a tree of it.
+struct DescribedField {
+  const char* name;
+  const void* at;
+  nb::object (*tree)(const void*);
+};
+
+/// The tree of a struct. Not a template: the structs are many.
+inline nb::dict described_struct(const std::string& type,
+                                 std::initializer_list<DescribedField> list) {
+  nb::dict node, fields;
+  for (const DescribedField& field : list) fields[field.name] = field.tree(field.at);
+  node["type"] = type;
+  node["fields"] = fields;
+  return node;
 }
 
 template <class V>
-nb::object described(const V& value) {
-  nb::dict node;
+[[gnu::cold]] nb::object described(const V& value) {
   if constexpr (srm::Listed<V>) {
-    nb::dict fields;
-    srm::fields_of(value,
-                   [&](auto... field) { ((fields[field.name] = described(field.value)), ...); });
-    node["type"] = type_name(value);
-    node["fields"] = fields;
+    return srm::fields_of(value, [&]<class... F>(srm::Field<F>... field) -> nb::object {
+      return described_struct(type_name(value),
+                              {{field.name, &field.value, [](const void* at) -> nb::object {
+                                  return described(*static_cast<const F*>(at));
+                                }}...});
+    });
   } else if constexpr (std::is_enum_v<V>) {
+    nb::dict node;
     node["type"] = type_text<V>();
     node["value"] = int(value);
+    return node;
   } else if constexpr (requires { value.begin(); }) {  // a view or an array
     nb::list list;
     for (const auto element : value) list.append(element);
     if constexpr (!srm::is_view<V>) {
       return list;
     } else {
+      nb::dict node;
       node["table"] = element_name<V>();
       node["values"] = list;
+      return node;
     }
   } else {
     return nb::cast(value);
   }
-  return node;
 }
 
 }  // namespace bound

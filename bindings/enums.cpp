@@ -1,5 +1,6 @@
 // The named choices of the core.
 #include "bindings.hpp"
+#include "srm/control/frame/frame.hpp"
 #include "srm/control/law/angles.hpp"
 #include "srm/control/part/modulator.hpp"
 #include "srm/control/part/sharing.hpp"

@@ -33,15 +33,14 @@ class Batch {
   virtual void obey(const double* orders, float* observations, double* prices, bool* tripped) = 0;
   virtual std::vector<double> figures(int j) const = 0;
   virtual std::vector<double> sample(int j) const = 0;
-  virtual bool held() const = 0;
 
   int size = 0, n_phases = 0, order_columns = 0;
 };
 
-template <class Stage, srm::Machine M, int N>
+template <srm::Motor M, int N>
 class BatchOf final : public Batch {
  public:
-  using One = srm::Environment<Stage, M, N>;
+  using One = srm::Environment<M, N>;
 
   BatchOf(int count, srm::Episode<M, N> episode, const srm::Rules& rules,
           const std::vector<std::string>& drawn, std::shared_ptr<const void> memory)
@@ -91,7 +90,7 @@ class BatchOf final : public Batch {
             bool* tripped) override {
     for (int j = 0; j < size; ++j) {
       One& one = all_[std::size_t(j)];
-      prices[j] = waiting[j] ? 0 : one.step(actions + std::size_t(j) * N, rules_);
+      prices[j] = waiting[j] ? 0 : one.step(actions + std::size_t(j) * N, rules_, rows_);
       tripped[j] = !waiting[j] && one.tripped();
       one.observe(rules_, observations + std::size_t(j) * std::size_t(observed()));
     }
@@ -102,15 +101,16 @@ class BatchOf final : public Batch {
       One& one = all_[std::size_t(j)];
       srm::Orders<N> ordered;
       srm::read_columns(ordered.command, orders + std::size_t(j) * std::size_t(order_columns));
-      prices[j] = one.obey(ordered, rules_);
+      prices[j] = one.obey(ordered, rules_, rows_);
       tripped[j] = one.tripped();
       one.observe(rules_, observations + std::size_t(j) * std::size_t(observed()));
     }
   }
 
   std::vector<double> figures(int j) const override {
-    std::vector<double> row(One::figures);
-    all_.at(std::size_t(j)).write_figures(row.data());
+    const auto now = all_.at(std::size_t(j)).figures();
+    std::vector<double> row(std::size_t(srm::columns_of(now)));
+    srm::write_columns(now, row.data());
     return row;
   }
 
@@ -122,14 +122,13 @@ class BatchOf final : public Batch {
     return row;
   }
 
-  bool held() const override { return std::is_same_v<Stage, srm::HeldLegs<M, N>>; }
-
  private:
   srm::Episode<M, N> episode_;
   srm::Rules rules_;
   std::vector<One> all_;
   std::shared_ptr<const void> memory_;  // of the machine's tables
   std::vector<srm::c_api::Number> numbers_, drawn_;
+  srm::Unread<N> rows_;
 };
 
 std::unique_ptr<Batch> batch(int count, const AnyMachine& machine, int n_phases, double R,
@@ -142,12 +141,8 @@ std::unique_ptr<Batch> batch(int count, const AnyMachine& machine, int n_phases,
         return with_phases(n_phases, [&]<int N>() -> std::unique_ptr<Batch> {
           srm::Episode<M, N> episode{
               {{model.value, model.value.N_r, 1.0}, R, source, bridge, shaft}, theta_m, reference};
-          const auto made = [&]<class Stage>() -> std::unique_ptr<Batch> {
-            return std::make_unique<BatchOf<Stage, M, N>>(count, std::move(episode), rules, drawn,
-                                                          model.memory);
-          };
-          if (is_held(episode, rules)) return made.template operator()<srm::HeldLegs<M, N>>();
-          return made.template operator()<srm::InTheLoop<M, N>>();
+          return std::make_unique<BatchOf<M, N>>(count, std::move(episode), rules, drawn,
+                                                 model.memory);
         });
       },
       machine);
@@ -182,8 +177,8 @@ void obey(Batch& b, const Actions& orders, const Observations& observations, con
           const Flags& tripped) {
   check_lengths(b, orders, prices, tripped);
   check_observations(b, observations);
-  if (orders.shape(1) != std::size_t(b.order_columns) || b.held()) {
-    throw std::invalid_argument("need the order columns of each phase, and a drive in the loop");
+  if (orders.shape(1) != std::size_t(b.order_columns)) {
+    throw std::invalid_argument("need the order columns of each phase");
   }
   const nb::gil_scoped_release unlocked;
   b.obey(orders.data(), observations.data(), prices.data(), tripped.data());
@@ -208,9 +203,6 @@ void bind_environments(nb::module_& m) {
                     "Arrays have a row for each drive.")
       .def_ro("size", &Batch::size, "Drives.")
       .def_prop_ro("observed", &Batch::observed, "Columns of the observations.")
-      .def_prop_ro("held", &Batch::held,
-                   "True where legs are held from sample to sample and nothing else happens "
-                   "within one: then the plant is stepped without the loop.")
       .def("numbers", &Batch::numbers, "The numbers that an episode begins with, and their names.")
       .def("start", &Batch::start, nb::arg("drive"), nb::arg("drawn"),
            "Begins an episode of a drive with a value for each name in `drawn`.")

@@ -1,5 +1,5 @@
 #include "bind_law.hpp"
-#include "srm/control/law/angles.hpp"
+#include "srm/control/laws.hpp"
 
 namespace bound {
 
@@ -25,11 +25,8 @@ PulseTable pulse_table(const Values& omega, const Values& tau, const Values& the
 
 }  // namespace
 
-/// The law does without a machine.
-template <class M, int N>
-using Angles = srm::Angles<typename M::Scalar, N>;
-
-void bind_angles(nb::module_& m) {
+template <>
+void bind_built_in<srm::laws::Angles>(nb::module_& m) {
   nb::class_<PulseTable>(m, "PulseTable",
                          "Angles [rad] and current [A] of motoring pulses over speed [rad/s] and "
                          "torque [N m], row by row of speed; without values no table.")
@@ -45,8 +42,8 @@ void bind_angles(nb::module_& m) {
           },
           nb::arg("omega_m"), nb::arg("tau"),
           "Turn-on and turn-off angle [rad] and current [A] at a speed [rad/s] and torque [N m].");
-  bind_law<Angles>(m, "angles",
-                   "Current held in a band of half width i_band [A] between turn-on and turn-off.");
+  bind_law<srm::laws::Angles>(
+      m, "angles", "Current held in a band of half width i_band [A] between turn-on and turn-off.");
 }
 
 }  // namespace bound

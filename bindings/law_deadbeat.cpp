@@ -1,11 +1,13 @@
-#include "bind_law.hpp"
-#include "srm/control/law/deadbeat.hpp"
+#include "bind_learning.hpp"
+#include "srm/control/laws.hpp"
 
 namespace bound {
 
-void bind_deadbeat(nb::module_& m) {
-  bind_law<srm::Deadbeat>(
+template <>
+void bind_built_in<srm::laws::Deadbeat>(nb::module_& m) {
+  bind_law<srm::laws::Deadbeat>(
       m, "deadbeat", "The duty cycle that brings each phase to its shared torque in one sample.");
+  bind_learning<srm::laws::Deadbeat>(m, "learning_deadbeat");
 }
 
 }  // namespace bound

@@ -1,11 +1,12 @@
 #include "bind_law.hpp"
-#include "srm/control/law/ditc.hpp"
+#include "srm/control/laws.hpp"
 
 namespace bound {
 
-void bind_ditc(nb::module_& m) {
-  bind_law<srm::Ditc>(m, "ditc",
-                      "Direct instantaneous torque control: the torque error picks the legs.");
+template <>
+void bind_built_in<srm::laws::Ditc>(nb::module_& m) {
+  bind_law<srm::laws::Ditc>(
+      m, "ditc", "Direct instantaneous torque control: the torque error picks the legs.");
 }
 
 }  // namespace bound

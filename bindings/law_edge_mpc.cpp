@@ -1,14 +1,15 @@
-#include "bind_law.hpp"
-#include "srm/control/law/edge_mpc.hpp"
+#include "bind_learning.hpp"
+#include "srm/control/laws.hpp"
 
 namespace bound {
 
-void bind_edge_mpc(nb::module_& m) {
-  bind_law<srm::EdgeMpc>(
+template <>
+void bind_built_in<srm::laws::EdgeMpc>(nb::module_& m) {
+  bind_law<srm::laws::EdgeMpc>(
       m, "edge_mpc",
       "Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; "
-      "psi_slack: most that a phase may leave it, conducts: part of the period in which it has "
-      "current, each at each of its speeds [Wb, 1].");
+      "psi_slack: most that a phase may leave it, at each of its speeds [Wb].");
+  bind_learning<srm::laws::EdgeMpc>(m, "learning_edge_mpc");
 }
 
 }  // namespace bound

@@ -1,10 +1,11 @@
 #include "bind_law.hpp"
-#include "srm/control/law/finite_set_mpc.hpp"
+#include "srm/control/laws.hpp"
 
 namespace bound {
 
-void bind_finite_set_mpc(nb::module_& m) {
-  bind_law<srm::FiniteSetMpc>(
+template <>
+void bind_built_in<srm::laws::FiniteSetMpc>(nb::module_& m) {
+  bind_law<srm::laws::FiniteSetMpc>(
       m, "finite_set_mpc",
       "Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of "
       "the distance to it [N^2 m^2/Wb^2], conducts: part of the period in which it has current "

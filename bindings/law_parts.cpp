@@ -32,9 +32,6 @@ void bind_law_parts(nb::module_& m) {
                                      "Flux of a phase ahead of its share, motoring and braking.");
   bind_struct<srm::Drops<double>>(m, "Drops",
                                   "Dead time [s] and threshold voltages [V] of the converter.");
-  bind_struct<srm::EdgeLimits<double>>(m, "EdgeLimits",
-                                       "Shortest leg state, time without edges before a sample, "
-                                       "control period [s].");
   bind_struct<srm::StrokeFit<double>>(m, "StrokeFit",
                                       "Resistance and flux map from the strokes of the phases: "
                                       "unaligned inductance [H], currents [A], period [s].");

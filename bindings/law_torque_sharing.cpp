@@ -1,10 +1,11 @@
 #include "bind_law.hpp"
-#include "srm/control/law/torque_sharing.hpp"
+#include "srm/control/laws.hpp"
 
 namespace bound {
 
-void bind_torque_sharing(nb::module_& m) {
-  bind_law<srm::TorqueSharing>(
+template <>
+void bind_built_in<srm::laws::TorqueSharing>(nb::module_& m) {
+  bind_law<srm::laws::TorqueSharing>(
       m, "torque_sharing",
       "Shared torque as current references, for the instant t_ahead [s] after the sample.");
 }

@@ -1,5 +1,15 @@
 // The extension module `reluctance._core`: one function per binding file.
 #include "bindings.hpp"
+#include "srm/control/laws.hpp"
+
+namespace bound {
+
+template <template <class, int> class... Law>
+void bind_all(nb::module_& m) {
+  (bind_built_in<Law>(m), ...);
+}
+
+}  // namespace bound
 
 NB_MODULE(_core, m) {
   // Objects alive at interpreter exit (a traceback, a module-level machine) are no leaks of ours.
@@ -7,21 +17,16 @@ NB_MODULE(_core, m) {
   m.doc() = "Machine, plant and control in C++. SI units and radians throughout.";
   bound::bind_enums(m);
   bound::bind_machine(m);
+  bound::bind_frame(m);
   bound::bind_controller(m);
   bound::bind_called_law(m);
   bound::bind_plant(m);
   bound::bind_simulation(m);
   bound::bind_step_time(m);
+  bound::bind_guard(m);
+  bound::bind_supervised(m);
   bound::bind_guide(m);
   bound::bind_law_parts(m);
-  bound::bind_angles(m);
-  bound::bind_pwm_current(m);
-  bound::bind_torque_sharing(m);
-  bound::bind_ditc(m);
-  bound::bind_deadbeat(m);
-  bound::bind_paper_mpc(m);
-  bound::bind_finite_set_mpc(m);
-  bound::bind_edge_mpc(m);
-  bound::bind_learning_deadbeat(m);
-  bound::bind_learning_edge_mpc(m);
+  using namespace srm::laws;
+  bound::bind_all<SRM_BUILT_IN_LAWS>(m);
 }

@@ -5,6 +5,12 @@
 
 namespace bound {
 
+/// The alternatives of a part, each under its own name.
+template <class... B>
+void bind_each(nb::module_& m, const std::variant<B...>&) {
+  (bind_struct<B>(m, type_text<B>().substr(sizeof "srm::" - 1).c_str(), B::about), ...);
+}
+
 void bind_plant(nb::module_& m) {
   nb::enum_<srm::Rotation>(m, "Rotation")
       .value("locked", srm::Rotation::locked)
@@ -24,9 +30,7 @@ void bind_plant(nb::module_& m) {
   bind_struct<srm::Devices>(m, "Devices",
                             "On-state voltages of switches and diodes: thresholds [V], slopes "
                             "[ohm].");
-  bind_struct<srm::AsymmetricBridge>(m, "AsymmetricBridge", "Two switches and two diodes a phase.");
-  bind_struct<srm::SharedSwitchBridge>(m, "SharedSwitchBridge",
-                                       "All phases share one upper switch (Miller converter).");
+  bind_each(m, srm::Bridge());
   bind_struct<srm::Pump>(m, "Pump",
                          "A pump that lifts water: torque (rows of static heads, columns of "
                          "sqrt(omega^2 - omega_0^2)) [N m], static head over time [m].")

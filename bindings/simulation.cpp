@@ -5,6 +5,43 @@
 
 namespace bound {
 
+AnySimulation::AnySimulation(const AnyMachine& machine, int n_phases, double R,
+                             const srm::Source& source, const srm::Bridge& bridge,
+                             const srm::Shaft& shaft, double t_dead, const srm::Sampling& sampling,
+                             const AnyController& controller, const srm::Course& reference,
+                             double theta_m, const srm::Resolution& resolution) {
+  with_phases(n_phases, [&]<int N>() {
+    const auto* step = std::get_if<srm::Controller<N>>(&controller.step);
+    if (step == nullptr) throw std::invalid_argument("the controller has another phase count");
+    const bool records = resolution.record_every >= 0;
+    waveforms_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Waveform<N>{}),
+                                             records ? waveform_rows : 1);
+    periods_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Period<N>{}), period_rows);
+    std::visit(
+        [&]<class M>(const srm::Held<M>& model) {
+          memory_ = model.memory;
+          const srm::Plant<M, N> plant{model.value, R, source, bridge, shaft};
+          auto loop = std::make_shared<srm::Simulation<M, N>>(plant, t_dead, sampling, *step,
+                                                              reference, theta_m, resolution);
+          advance_ = [loop](double t, srm::Rows& w, srm::Rows& p) {
+            return loop->advance(t, w, p);
+          };
+          record_ = [loop](srm::Rows& w) { loop->record(w); };
+          steps_ = [loop] { return loop->steps(); };
+          learned_ = [loop] { return loop->learned(); };
+          change_R_ = [loop](double to) {
+            loop->change([to](auto& changed, auto&) { changed.R = to; });
+          };
+          state_ = [loop] {
+            const srm::State<N>& x = loop->state();
+            return State{{x.i.begin(), x.i.end()}, x.omega_m, x.theta_m, x.u_dc};
+          };
+          close_period_ = [loop](srm::Rows& p) { loop->close_period(p); };
+        },
+        machine);
+  });
+}
+
 void bind_simulation(nb::module_& m) {
   nb::class_<AnySimulation>(m, "Simulation", "The closed loop. SI units.")
       .def(nb::init<const AnyMachine&, int, double, const srm::Source&, const srm::Bridge&,

@@ -17,7 +17,8 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "numpydoc",
-    "equations",  # the last five are in docs/extensions
+    "comments",  # the last six are in docs/extensions
+    "equations",
     "program",
     "gallery",
     "heads",

@@ -19,7 +19,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from reluctance.figures import save_figure
-from reluctance.pumping import System, load_system, operate
+from reluctance.pumping import System, load_system, pump
 from reluctance.pumping.plots import BLUE, GREEN, ORANGE
 from reluctance.pumping.write import write_text_whole
 
@@ -50,9 +50,9 @@ def rows(systems: dict[str, System]) -> Iterator[Row]:
             n_parallel = round(MODULES / n_series)
             sized = system.with_values({"array.n_series": n_series, "array.n_parallel": n_parallel})
             row: Row = {"weather": name, "n_series": n_series, "n_parallel": n_parallel}
-            row["direct_m3"] = operate(sized).water
+            row["direct_m3"] = pump(sized).water
             for label, efficiency in EFFICIENCIES.items():
-                row[f"{label}_m3"] = operate(with_converter(sized, efficiency)).water
+                row[f"{label}_m3"] = pump(with_converter(sized, efficiency)).water
             yield row
 
 

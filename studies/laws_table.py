@@ -15,10 +15,10 @@ from itertools import product
 from pathlib import Path
 
 import reluctance as rl
-from reluctance.compare import CONTENDERS, Comparison, compare
-from reluctance.compare.conditions import in_words
-from reluctance.compare.figure import figure
-from reluctance.compare.table import limit_line, markdown, records, star
+from reluctance.comparison import CONTENDERS, Comparison, compare
+from reluctance.comparison.conditions import in_words
+from reluctance.comparison.figure import figure
+from reluctance.comparison.table import limit_line, markdown, records, star
 from reluctance.files import write_whole
 
 ROOT = Path(__file__).parents[1]

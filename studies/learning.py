@@ -25,10 +25,10 @@ from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.compare.comparison import PROCESSES
-from reluctance.drive.known import Known
-from reluctance.run.kpis import definite
+from reluctance.comparison.comparison import PROCESSES
+from reluctance.key_figures import definite
 from reluctance.run.result import Result
+from reluctance.tables.known import Known
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 LAWS = {"edge_mpc": "edge_mpc_learning", "deadbeat": "deadbeat_learning"}

@@ -39,7 +39,7 @@ import reluctance as rl
 from reluctance.drive import Drive
 from reluctance.drive.plausible import corner_speed
 from reluctance.errors import ParameterError
-from reluctance.limit import best_profile, torque_speed_envelope
+from reluctance.optimum import best_profile, torque_speed_envelope
 from reluctance.units import from_si
 
 ROOT = Path(__file__).parents[1]
@@ -153,6 +153,7 @@ class Bench:
     overrides: tuple[str, ...]  # machine and voltage
     file: Path = ROOT / "examples" / "sharing_cubic.toml"
     own_law: bool = False
+    settings: tuple[str, ...] = ()  # of every drive, after those of its law
 
     def drive(self, law: str, speed_rpm: float, tau: float, tau_max: float) -> Drive:
         """A law at one point, by rule."""
@@ -169,7 +170,7 @@ class Bench:
             band = self.at_rest().machine.i_max_A * BAND
             point += [f"control.law={law}", f"control.T_s_us={PERIODS[law]}"]
             point += [f"control.i_band_A={band!r}"] if law in BANDS else []
-        return rl.load(self.file, point)
+        return rl.load(self.file, [*point, *self.settings])
 
     def at_rest(self) -> Drive:
         """The machine and its voltage; the law does not matter."""
@@ -237,7 +238,11 @@ def points(at: Bench, laws: list[str]) -> Iterator[Point]:
 
 def study(at: Bench, laws: list[str]) -> list[Row]:
     """All rows of a machine."""
-    listed = list(points(at, laws))
+    return run_all(list(points(at, laws)))
+
+
+def run_all(listed: list[Point]) -> list[Row]:
+    """What the runs of some points gave."""
     found: dict[int, Row] = {}
     for until in sorted({point.length for point in listed}):
         those = [n for n, point in enumerate(listed) if point.length == until]

@@ -21,8 +21,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import reluctance as rl
-from reluctance.compare.comparison import PROCESSES
-from reluctance.run.kpis import definite
+from reluctance.comparison.comparison import PROCESSES
+from reluctance.key_figures import definite
 from reluctance.run.result import Result
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "edge_mpc_mcu.toml"

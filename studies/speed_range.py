@@ -25,12 +25,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import reluctance as rl
-from reluctance import limit
-from reluctance.compare.comparison import PROCESSES, best_profile
-from reluctance.compare.conditions import operating_point, period
-from reluctance.compare.contenders import CONTENDERS, Contender
-from reluctance.compare.figure import style
-from reluctance.compare.tuning import Tuner
+from reluctance import optimum
+from reluctance.comparison.comparison import PROCESSES, best_profile
+from reluctance.comparison.conditions import operating_point, period
+from reluctance.comparison.contenders import CONTENDERS, Contender
+from reluctance.comparison.figure import style
+from reluctance.comparison.tuning import Tuner
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.laws import table_of
@@ -137,7 +137,7 @@ def capability(task: Task, free: float) -> float:
 def bound(points: list[Drive]) -> list[Row]:
     """The limit at each speed: least error and copper at the rated torque, ripple-free torque."""
     speeds = [p.omega_nominal for p in points]
-    envelope = limit.torque_speed_envelope(points[0].at(speeds[0]), speeds)
+    envelope = optimum.torque_speed_envelope(points[0].at(speeds[0]), speeds)
     rows = []
     for point, tau_max in zip(points, envelope.tau_max, strict=True):
         b = best_profile(point)

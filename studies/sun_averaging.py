@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reluctance.pumping import load_system, operate
+from reluctance.pumping import load_system, pump
 from reluctance.pumping.site import Sun
 from reluctance.pumping.weather import COLUMNS, Weather
 from reluctance.pumping.weather_file import read_weather, with_minutes
@@ -50,7 +50,7 @@ def errors(clear_min: float, cloud_min: float, cover: float) -> np.ndarray:
         minutes = read_weather(system.weather, system.site, system.folder)
         hours = hourly(minutes)
         generated = with_minutes(hours, system.weather, system.site, seed=OTHER + seed)
-        water = [operate(system, weather=w).water for w in (minutes, hours, generated)]
+        water = [pump(system, weather=w).water for w in (minutes, hours, generated)]
         found.append([100 * (w / water[0] - 1) for w in water[1:]])
     return np.array(found)
 
@@ -65,7 +65,7 @@ def main() -> None:
         numbers = np.stack([found.mean(axis=0), found.std(axis=0)], axis=1).ravel()
         lines.append(",".join([name, *map(str, clouds), *(f"{x:.2f}" for x in numbers)]))
     year = load_system(ROOT / "examples" / "sun_year.toml")
-    pumped = operate(year.with_values({"weather.generate_minutes": True}))
+    pumped = pump(year.with_values({"weather.generate_minutes": True}))
     assert pumped.water_from_means is not None  # minutes were generated
     over = 100 * (pumped.water_from_means / pumped.water - 1)
     lines.append(f"year,,,,{over:.2f},,0,")

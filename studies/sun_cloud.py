@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive.pv_source import available
 from reluctance.figures import save_figure
+from reluctance.plant.pv_source import available
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "sun_cloud.toml"
@@ -69,25 +69,15 @@ class PerturbSpeed:
         self.omega_ref, self.direction = omega_start, 1.0
         self.energy, self.last, self.n = 0.0, 0.0, 0
 
-    def __call__(
-        self,
-        i: list[float],
-        theta_e: float,
-        omega_m: float,
-        u_dc: float,
-        reference: float,
-        i_source: float,
-    ) -> list[float]:
-        self.energy += u_dc * i_source
+    def __call__(self, y: rl.Measurement, reference: float) -> list[float]:
+        self.energy += y.u_dc * y.i_source
         self.n += 1
         if self.n % self.every == 0:
             if self.energy < self.last:
                 self.direction = -self.direction
             self.omega_ref += PERTURB * self.direction
             self.last, self.energy = self.energy, 0.0
-        return _core.step(
-            self.inner, i, theta_e=theta_e, omega_m=omega_m, u_dc=u_dc, reference=self.omega_ref
-        )
+        return _core.step(self.inner, y, self.omega_ref)
 
 
 def latching() -> rl.Result:

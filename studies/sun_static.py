@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 
 import reluctance as rl
-from reluctance.drive.hydraulics import Hydraulics, Pipe, hydraulics
-from reluctance.drive.pump import RPM, pump_from
-from reluctance.drive.pv_source import diode_of
-from reluctance.drive.schema import checked
-from reluctance.drive.single_diode import power_point
+from reluctance.hydraulics.pipe import Hydraulics, Pipe, hydraulics
+from reluctance.hydraulics.pump import RPM, pump_from
+from reluctance.plant.pv_source import diode_of
 from reluctance.pumping.loss_map import Box, LossMap, loss_map
 from reluctance.pumping.matching import power_table, speed
+from reluctance.schema import checked
+from reluctance.solar.single_diode import power_point
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "sun_cloud.toml"

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 import reluctance as rl
-from reluctance.drive.single_diode import power_point
-from reluctance.pumping import load_system, operate, sizes, with_units
+from reluctance.pumping import load_system, pump, sizes, with_units
 from reluctance.pumping.loss_map import Box, loss_map
 from reluctance.pumping.sizing import Values
+from reluctance.solar.single_diode import power_point
 
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "docs" / "pumping"
@@ -90,7 +90,7 @@ def main() -> None:
         "sharing": replace(system, drive=sharing),
         "empty": system.with_values({"tank.start_m3": 0.0}),
     }
-    found = {name: with_units(operate(case)) for name, case in cases.items()}
+    found = {name: with_units(pump(case)) for name, case in cases.items()}
     written(
         "village.csv",
         [

@@ -2,8 +2,12 @@
 
 import contextlib
 import io
+import os
 import shlex
+import subprocess
+import time
 from dataclasses import dataclass
+from pathlib import Path
 
 from reluctance.cli import app
 from reluctance.cli.ended import exit_code
@@ -32,3 +36,22 @@ def refused(*arguments: object) -> str:
     assert done.code == 2, f"{what}: exit code {done.code}\n{done.out}{done.error}"
     assert done.error.startswith("error: ") and done.error.count("\n") == 1, done.error
     return done.error
+
+
+def wait_until_at_work(running: subprocess.Popen[str]) -> None:
+    """Until a command and the processes of its pool have used 2 s of processor time: the imports
+    are over then."""
+    while running.poll() is None and processor_time(running.pid) < 2:
+        time.sleep(0.02)
+
+
+def processor_time(pid: int) -> float:
+    """Of a process and of those that it started [s]; 0 of one that has ended."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        tasks = Path(f"/proc/{pid}/task").glob("*/children")
+        children = [int(child) for task in tasks for child in task.read_text().split()]
+    except OSError:
+        return 0.0
+    own = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return own + sum(map(processor_time, children))

@@ -21,7 +21,7 @@ import numpy as np
 from firmware_tools import ROOT, Native
 
 import reluctance as rl
-from reluctance.export.trip_levels import limits
+from reluctance.guard.trip_levels import protection
 
 LAWS = ("sharing_cubic", "paper_rated", "deadbeat", "edge_mpc_mcu")
 NOISE_LSB = 8.0  # rms
@@ -189,8 +189,8 @@ def play(name: str, fault: str, *, at: float = 20e-3, until: float = 30e-3) -> F
 
     target = compiled(name).again(spoil)
 
-    def step(*sample: Any) -> list[float]:
-        row = target.step(*sample)
+    def step(y: rl.Measurement, reference: float) -> list[float]:
+        row = target.step(y, reference)
         if len(target.status) > n and kind.orders is not None:
             kind.orders(row, given.machine.n_phases)
         return row
@@ -217,13 +217,13 @@ def silent(name: str, *, until: float, lsb: float = NOISE_LSB) -> dict[str, Any]
         until=min(until, 0.1),
         record=None,
     )
-    levels = limits(given)
+    guard = protection(given)
     return {
         "drive": name,
         "samples": len(target.status),
         "trips": int(target.trip is not None),
         "noise_A": round(given.sensing.i_noise, 4),
-        "i_zero_A": round(levels.i_zero, 3),
+        "i_zero_A": round(guard.i_zero, 3),
         "torque_error_rms": run.kpis.torque_error_rms,
         "torque_error_rms_no_noise": ideal.kpis.torque_error_rms,
     }

@@ -1,13 +1,11 @@
 """What the firmware tests share: which tools they need, and drives short enough to replay often."""
 
 import ctypes
-import os
-import shutil
 import subprocess
 from pathlib import Path
 
 import numpy as np
-import pytest
+from needs import needs
 
 import reluctance as rl
 from reluctance import _core
@@ -16,13 +14,8 @@ from reluctance.export.target import PHASE
 
 ROOT = Path(__file__).parents[1]
 TOOLS = ("arm-none-eabi-g++", "qemu-system-arm", "make")
-CI = os.environ.get("CI") == "true"
 
-# Where the tools are missing a developer's run leaves these tests out; the check of a change fails.
-needs_target = pytest.mark.skipif(
-    not CI and any(shutil.which(tool) is None for tool in TOOLS),
-    reason=f"needs {', '.join(TOOLS)}",
-)
+needs_target = needs(*TOOLS)
 
 # Name, drive file, overrides: what the budget and the parity tests run.
 DRIVES = {
@@ -160,8 +153,8 @@ class Native:
         self.spoil, self.status = spoil, []
         return self
 
-    def step(self, i, theta_e, omega_m, u_dc, reference, i_source):
-        self.sample[0] = (i, _core.wrap_float(theta_e), omega_m, u_dc, i_source)
+    def step(self, y, reference):
+        self.sample[0] = (y.i, _core.wrap_float(y.theta_e), y.omega_m, y.u_dc, y.i_source)
         if self.spoil is not None:
             self.spoil(self.sample[0], len(self.status))
         self.status.append(
@@ -173,12 +166,13 @@ class Native:
             )
         )
         tau_ref = self.library.reluctance_torque_reference(ctypes.c_void_p(self.state.ctypes.data))
-        row = []
-        for order in self.command["phase"][0]:
-            for name in PHASE.names:
-                if name != "padding":
-                    row.extend(np.atleast_1d(order[name]).astype(float).tolist())
-        return [*row, tau_ref]
+        return [*self.row().astype(float).tolist(), tau_ref]
+
+    def row(self):
+        """The orders of the last call, with the columns of _core.step but its last."""
+        names = [name for name in PHASE.names if name != "padding"]
+        orders = self.command["phase"][0]
+        return np.concatenate([np.atleast_1d(o[n]).astype("<f4") for o in orders for n in names])
 
     def run(self, sample, request):
         """One call of reluctance_run: readings and request to the outputs."""

@@ -32,8 +32,9 @@ from fuzz_lines import case
 
 from reluctance.cli import app
 from reluctance.cli.ended import exit_code
+from reluctance.drive.drive import drive_from
+from reluctance.drive.load import load
 from reluctance.errors import ParameterError
-from reluctance.load import drive_from, load
 
 HANG = 20.0  # [s] of processor time: a loaded machine is no fault
 ALLOWED = {0, 2}

@@ -5,8 +5,8 @@ import json
 
 from reluctance.cli.examples import example_files
 from reluctance.cli.schema import json_schema
-from reluctance.drive.library import entries
 from reluctance.files import read_toml
+from reluctance.machine.library import machines
 
 NUMBERS = [0, 0.0, -0.0, 1, -1, 2, 7, 0.5, 1e-3, 1e-6, 1e-9, 1e-30, 5e-324, 1e3, 1e6, 1e9, 1e30]
 NUMBERS += [1e300, 1.7976931348623157e308, -1e9, -1e300, 2**31, 2**63 - 1, -(2**63), 10**40]
@@ -17,7 +17,7 @@ TEXTS += ["<script>", "*/ int x; /*", "python:x.py:Y", "python:", "python::", '"
 KEYS = ["x", "until", "T_s", "t_s", "values", "kind", "law", "machine", "", "a.b", "é", "u_dc"]
 EXAMPLES = {name: read_toml(path) for name, path in example_files().items()}
 EXAMPLES = {name: data for name, data in EXAMPLES.items() if "control" in data}
-MACHINES = [entry.key for entry in entries() if entry.machine.model == "lehuy"]
+MACHINES = [entry.key for entry in machines() if entry.machine.model == "lehuy"]
 SCHEMA = json_schema()
 
 

@@ -1,7 +1,7 @@
-"""The searches of `reluctance.limit` with an operating point spelled out in keywords."""
+"""The searches of `reluctance.optimum` with an operating point spelled out in keywords."""
 
-from reluctance import limit
-from reluctance.limit import OperatingPoint
+from reluctance import optimum
+from reluctance.optimum import OperatingPoint
 
 POINT = ("n_phases", "R", "i_max", "u_dc", "omega_m")
 
@@ -15,19 +15,19 @@ def split(machine, given):
 
 def best_profile(machine, *, tau_ref, **given):
     point, rest = split(machine, given)
-    return limit.best_profile(point, tau_ref, **rest)
+    return optimum.best_profile(point, tau_ref, **rest)
 
 
 def fastest_torque_step(machine, *, tau_ref, **given):
     point, rest = split(machine, given)
-    return limit.fastest_torque_step(point, tau_ref, **rest)
+    return optimum.fastest_torque_step(point, tau_ref, **rest)
 
 
 def profile_table(machine, *, tau_max, **given):
     point, rest = split(machine, given)
-    return limit.profile_table(point, tau_max, **rest)
+    return optimum.profile_table(point, tau_max, **rest)
 
 
 def torque_speed_envelope(machine, *, omega_m, **given):
     point, rest = split(machine, {**given, "omega_m": 0.0})
-    return limit.torque_speed_envelope(point, omega_m, **rest)
+    return optimum.torque_speed_envelope(point, omega_m, **rest)

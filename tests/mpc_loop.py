@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from reluctance import _core
-from reluctance.drive.pump_load import pump
-from reluctance.drive.tables import Load
 from reluctance.laws.flux_guide import FluxGuide
-from reluctance.limit import OperatingPoint, best_profile, profile_table
+from reluctance.optimum import OperatingPoint, best_profile, profile_table
+from reluctance.plant.pump_load import pump
 from reluctance.run.columns import Rows
+from reluctance.tables.sections import Load
 
 BENCH = Path(__file__).parents[1] / "bench"
 RPM = np.pi / 30
@@ -96,17 +96,7 @@ def controller(
     horizon: int = 1,
 ) -> Any:
     """A guided law with the weights of the rule."""
-    setting = _core.Setting(
-        machine=point.machine,
-        n_phases=point.n_phases,
-        single=single,
-        outer=_core.Outer.torque,
-        K_p=0,
-        K_i=0,
-        tau_min=0,
-        tau_max=0,
-        T_s=timing.T_s,
-    )
+    built_for = (point.machine, point.n_phases, single)
     guide = point.guide(f_switch)
     pulse = 1 / (4.8 * f_switch)
     common = {
@@ -118,9 +108,10 @@ def controller(
         "delay": timing.delay,
     }
     if law == "edge_mpc":
-        return _core.edge_mpc(setting, psi_slack=guide.psi_slack, conducts=guide.conducts, **common)
-    return _core.finite_set_mpc(
-        setting,
+        core = _core.edge_mpc(*built_for, psi_slack=guide.psi_slack, **common)
+        return _core.Controller(core, _core.Frame())
+    core = _core.finite_set_mpc(
+        *built_for,
         horizon=horizon,
         w_psi=guide.w_psi,
         conducts=guide.conducts,
@@ -128,6 +119,7 @@ def controller(
         t_end=pulse**2 / (24 * horizon * timing.T_s),
         **common,
     )
+    return _core.Controller(core, _core.Frame())
 
 
 def loop(

@@ -12,8 +12,8 @@ import reluctance as rl
 from reluctance import _core
 from reluctance.export.package import described
 from reluctance.laws.angle_table import read_angle_table
-from reluctance.sweep.fingerprint import fingerprint
-from reluctance.tune import tune_angles, write_drive
+from reluctance.sweeps.fingerprint import fingerprint
+from reluctance.tuning import tune_angles
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 EXAMPLE = EXAMPLES / "angle_table.toml"
@@ -39,10 +39,8 @@ def sloped(speed: float, torque: float) -> tuple[float, float]:
 
 def step(drive: rl.Drive, *, rpm: float, tau: float, theta_e: float = 0.3) -> np.ndarray:
     """The orders of one sample, a row for each phase."""
-    orders = _core.step(
-        drive.controller(), [0.0] * 3, theta_e=theta_e, omega_m=rpm * np.pi / 30, u_dc=240.0,
-        reference=tau,
-    )  # fmt: skip
+    y = _core.Measurement(i=[0.0] * 3, theta_e=theta_e, omega_m=rpm * np.pi / 30, u_dc=240.0)
+    orders = _core.step(drive.controller(), y, tau)
     return np.reshape(orders[:-1], (3, -1))
 
 
@@ -193,7 +191,7 @@ def test_a_path_is_relative_to_the_drive_file_and_the_content_is_part_of_the_dri
     before = fingerprint(drive, 0.1)
     write(tmp_path / "angle_table.csv", sloped)
     assert fingerprint(drive, 0.1) != before
-    write_drive(drive, tmp_path / "again.toml")
+    drive.save(tmp_path / "again.toml")
     again = rl.load(tmp_path / "again.toml")
     assert np.array_equal(step(again, rpm=2000, tau=20), step(drive, rpm=2000, tau=20))
 

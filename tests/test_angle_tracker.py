@@ -99,7 +99,7 @@ def test_a_known_torque_leaves_no_lag_and_an_unknown_one_is_found() -> None:
     error, omega_m, load = tracked(theta_m, 20.0, order=3, counts=2**20)
     assert np.abs(error).max() < 2 * np.pi / 2**20
     assert omega_m[1000:] == pytest.approx(a * t[1000:], rel=2e-4)
-    assert np.abs(load[1000:]).max() < 0.2
+    assert np.abs(load[1000:]).max() < 0.002
     error, omega_m, load = tracked(theta_m, order=3, counts=2**20)
     assert omega_m[-1] == pytest.approx(a * t[-1], rel=2e-4)
     assert load[-1] == pytest.approx(-20, rel=0.01)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.laws import flat_top
+from reluctance.laws.least_copper import least_copper_angles
+from reluctance.laws.pulses import chopped, pulses
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "sharing_cubic.toml"
 LAWS = {
@@ -82,8 +83,7 @@ def test_forward_and_backward_are_mirror_images() -> None:
 
 
 def test_braking_turns_on_before_alignment_and_off_before_the_next() -> None:
-    point = drive("angles", 1500, -20).at(157.0)
-    on, off = np.degrees(flat_top.least_copper_angles(point, -20.0))
+    on, off = np.degrees(least_copper_angles(drive("angles", 1500, -20).known(), -20.0))
     assert on < 180 < off < 360
 
 
@@ -93,8 +93,8 @@ def test_a_current_that_the_emf_drives_is_not_held_by_the_converter() -> None:
 
     def i_rms(u_dc: float) -> float:
         own = ("machine=generic_60kw_6_4", f"converter.u_dc_V={u_dc}")
-        point = drive("angles", 1500, -1, *own).at(157.0)
-        return float(flat_top.flat_top(point, np.radians(60), np.radians(300), 10.0).i_rms)
+        law = chopped(drive("angles", 1500, -1, *own).known(), 0.2, brakes=False, hard=True)
+        return float(pulses(law, np.radians(60), np.radians(300), 10.0).i_rms)
 
     assert i_rms(24) > 20
     assert i_rms(48) < 10

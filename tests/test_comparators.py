@@ -61,15 +61,18 @@ def test_the_leg_is_the_one_of_the_comparators_rule() -> None:
     """Currents below, inside and above the band of a sharing function's reference."""
     drive = rl.load(EXAMPLES / "sharing_cubic.toml", [SAMPLED])
     analog = rl.load(EXAMPLES / "sharing_cubic.toml").controller()
-    at = {"theta_e": np.pi / 2, "omega_m": 157.0, "u_dc": 240.0, "reference": 41.339}
-    first = dict(zip(_core.ORDER_COLUMNS, _core.step(analog, [0.0] * 3, **at), strict=False))
+
+    def orders(controller: _core.Controller, i: float) -> dict[str, float]:
+        y = _core.Measurement(i=[i, 0.0, 0.0], theta_e=np.pi / 2, omega_m=157.0, u_dc=240.0)
+        return dict(zip(_core.ORDER_COLUMNS, _core.step(controller, y, 41.339), strict=False))
+
+    first = orders(analog, 0.0)
     i_ref, i_band = first["i_ref"], first["i_band"]
     assert i_ref > 10 > i_band > 0
     controller = drive.controller()
 
     def leg(i: float) -> int:
-        row = _core.step(controller, [i, 0.0, 0.0], **at)
-        order = dict(zip(_core.ORDER_COLUMNS, row, strict=False))
+        order = orders(controller, i)
         assert order["gate"] == _core.Gate.timer.value
         assert len({order[f"leg_{n}"] for n in range(5)}) == 1  # it holds one leg
         return int(order["leg_0"])
@@ -81,7 +84,7 @@ def test_the_leg_is_the_one_of_the_comparators_rule() -> None:
 
 def test_a_board_without_comparators_is_told_that_it_needs_none(tmp_path: Path) -> None:
     drive = rl.load(EXAMPLES / "sharing_cubic.toml", [SAMPLED])
-    assert described(drive)["control"]["fields"]["comparators"]["value"] == 1
+    assert described(drive)["control"]["fields"]["frame"]["fields"]["comparators"]["value"] == 1
     folder = firmware(drive, tmp_path / "sampled").folder
     assert "RELUCTANCE_COMPARATOR`" not in (folder / "README.md").read_text()
     folder = firmware(rl.load(EXAMPLES / "sharing_cubic.toml"), tmp_path / "analog").folder

@@ -12,7 +12,9 @@ CHECKS = sorted((ROOT / "tests" / "core").glob("*_check.cpp"))
 FREESTANDING = ("base", "machine", "control")
 HEADERS = sorted(h for a in FREESTANDING for h in (ROOT / "include/srm" / a).rglob("*.hpp"))
 # What a freestanding C++20 implementation or a header without run-time part offers.
-ALLOWED = {"array", "bit", "concepts", "cstddef", "cstdint", "limits", "type_traits", "utility"}
+ALLOWED = {
+    *("array", "bit", "concepts", "cstddef", "cstdint", "limits", "new", "type_traits", "utility")
+}
 COMPILERS = ["g++", *(["clang++"] if shutil.which("clang++") else [])]
 WARNINGS = (
     "-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Wno-sign-conversion -Werror"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.compare.conditions import conditions, in_words, operating_point
+from reluctance.comparison.conditions import conditions, in_words, operating_point
 from reluctance.export import firmware
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

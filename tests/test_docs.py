@@ -137,7 +137,7 @@ def test_a_wrong_number_is_found() -> None:
 
 
 def test_the_statuses_of_firmware_are_those_of_the_header() -> None:
-    header = (ROOT / "include/srm/control/frame/fault.hpp").read_text(encoding="utf-8")
+    header = (ROOT / "include/srm/control/guard/fault.hpp").read_text(encoding="utf-8")
     number = dict(re.findall(r"^  (\w+) = (\d+)", header, flags=re.M))
     texts = re.findall(r'case Status::(\w+):\s+return "(.*?)";', header)
     page = (ROOT / "docs/firmware.md").read_text(encoding="utf-8")
@@ -182,3 +182,20 @@ def test_one_version_everywhere() -> None:
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert rl.__version__ == project["version"]
     assert re.search(r"^version: (.+)$", citation, flags=re.M)[1] == project["version"]
+
+
+LINK = re.compile(r"(?<!!)\[[^\]]*\]\(([^)\s#]+)[^)]*\)|!\[[^\]]*\]\(([^)\s]+)\)")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_a_page_reads_well_on_a_forge(page):
+    """A forge shows no directive, hides a comment, and follows links between the sources."""
+    text = page.read_text(encoding="utf-8")
+    assert "```{" not in text and ":::{" not in text
+    for place in re.finditer(r"<!-- \{command\}", text):
+        assert text[: place.start()].endswith("\n```\n"), "a {command} follows its block"
+    plain = re.sub(r"```.*?```", "", text, flags=re.S)
+    for match in LINK.finditer(plain):
+        target = match[1] or match[2]
+        if ":" not in target and "generated" not in target:
+            assert (page.parent / target).exists(), target

@@ -8,10 +8,10 @@ from typing import Literal, get_args, get_origin
 import pytest
 
 import reluctance as rl
-from reluctance.drive.library import MODELS
-from reluctance.drive.loss_data import Iron
+from reluctance.drive.tables import TABLES
 from reluctance.laws import LAWS, table_of
-from reluctance.load import TABLES
+from reluctance.machine.library import MODELS
+from reluctance.machine.loss_data import Iron
 
 PAGE = (Path(__file__).parents[1] / "docs" / "drive_file.md").read_text(encoding="utf-8")
 HEADING = re.compile(r"^(#{2,3}) (.+)$")
@@ -66,7 +66,10 @@ def test_every_key_is_documented_and_no_other(part, word, section):
 def test_defaults_are_those_of_the_code(part, word, section):
     for key, (cell, _) in documented(part, word).items():
         field = section.model_fields[key]
-        assert (cell == "required") == field.is_required(), key
+        # A table made in Python has the name of its law from its class.
+        assert (cell == "required") == (field.is_required() or key == "law"), key
+        if key == "law":
+            continue
         default = field.default
         if isinstance(default, bool):
             assert cell == str(default).lower(), key

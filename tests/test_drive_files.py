@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import reluctance as rl
-from reluctance.drive.library import machine_table
-from reluctance.load import drive_from
+from reluctance.drive.drive import drive_from
+from reluctance.machine.library import machine_table
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 REMOVED = object()
@@ -58,9 +58,9 @@ FAULTS = [
     ({"control__T_s_us": -20}, "[control] T_s_us = -20, need > 0"),
     (
         {"control__T_s_us": 2e-5},
-        "T_s_us = 2e-05 is 1.0e+10 steps in until_s = 0.2, need at most 1e+09",
+        "a run to 0.2 s takes 1.0e+10 steps of [control] T_s_us = 2e-05, need at most 1e+09",
     ),
-    ({"simulation__dt_max_us": 1e-5}, "dt_max_us = 1e-05 is 2.0e+10 steps"),
+    ({"simulation__dt_max_us": 1e-5}, "2.0e+10 steps of [simulation] dt_max_us = 1e-05"),
     ({"control__N_c": 4}, "N_c = 4, need <= N_p = 3"),
     ({"control__N_p": 0}, "[control] N_p = 0, need >= 1"),
     ({"control__r_w": 0}, "[control] r_w = 0, need > 0"),

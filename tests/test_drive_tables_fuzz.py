@@ -9,9 +9,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 import reluctance as rl
-from reluctance.drive.schema import Section
+from reluctance.drive.drive import drive_from
+from reluctance.drive.tables import TABLES
 from reluctance.laws import LAWS, table_of
-from reluctance.load import TABLES, drive_from
+from reluctance.schema import Section
 
 FOLDER = Path(__file__).parents[1] / "examples"
 EXAMPLES = [FOLDER / f"{name}.toml" for name in ("paper_pump", "deadbeat", "map_mpc", "battery")]

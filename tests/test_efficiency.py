@@ -8,8 +8,8 @@ import pytest
 from command import command, refused
 
 import reluctance as rl
-from reluctance.efficiency import Cycle, driven, efficiency_map, read_cycle
-from reluctance.efficiency.locked import at, length
+from reluctance.efficiency_map import Cycle, driven, efficiency, read_cycle
+from reluctance.efficiency_map.locked import at, length
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"
@@ -30,12 +30,12 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-unt
 def lossy():  # type: ignore[no-untyped-def]
     """A map with all kinds of losses."""
     drive = rl.load(EXAMPLES / "five_phases_losses.toml")
-    return efficiency_map(drive, omega=np.array([300, 900, 1500]) * RPM, tau=[1.0, 3, 6])
+    return efficiency(drive, omega=np.array([300, 900, 1500]) * RPM, tau=[1.0, 3, 6])
 
 
 @pytest.fixture(scope="module")
 def cubic():  # type: ignore[no-untyped-def]
-    return efficiency_map(rl.load(CUBIC), omega=SPEEDS, tau=TORQUES)
+    return efficiency(rl.load(CUBIC), omega=SPEEDS, tau=TORQUES)
 
 
 def run(drive: rl.Drive, omega: float, tau: float, tau_max: float) -> rl.Kpis:
@@ -86,7 +86,7 @@ def test_what_the_drive_cannot_hold_is_no_point_of_the_map(cubic) -> None:  # ty
 
 
 def test_another_dc_voltage_is_another_map(cubic) -> None:  # type: ignore[no-untyped-def]
-    low = efficiency_map(cubic.drive, omega=SPEEDS, tau=TORQUES, u_dc=150)
+    low = efficiency(cubic.drive, omega=SPEEDS, tau=TORQUES, u_dc=150)
     assert low.u_dc == 150 and np.all(low.tau_max <= cubic.tau_max)
     assert low.tau_max[-1] < 0.7 * cubic.tau_max[-1]
 
@@ -103,7 +103,7 @@ def test_a_constant_cycle_takes_power_times_time(cubic) -> None:  # type: ignore
 
 
 def test_braking_returns_what_its_losses_leave(cubic) -> None:  # type: ignore[no-untyped-def]
-    braking = efficiency_map(cubic.drive, omega=SPEEDS, tau=[-3, -12, -25])
+    braking = efficiency(cubic.drive, omega=SPEEDS, tau=[-3, -12, -25])
     omega, tau = 2000 * RPM, -10.0
     k = run(cubic.drive, omega, tau, 25.0)
     assert braking.p_in(omega, k.tau_mean) == pytest.approx(k.p_in, rel=0.02)
@@ -138,9 +138,9 @@ def test_axes_that_cannot_be_meant_are_one_line() -> None:
     drive = rl.load(CUBIC)
     for axes in ({"tau": [0.0, 5.0]}, {"tau": [-5.0, 5.0]}, {"omega": [0.0, 9.0]}, {"tau": [5.0]}):
         with pytest.raises(rl.ParameterError, match="need at least two values of one sign"):
-            efficiency_map(drive, **axes)  # type: ignore[arg-type]
+            efficiency(drive, **axes)  # type: ignore[arg-type]
     with pytest.raises(rl.ParameterError, match="fixes its current"):
-        efficiency_map(rl.load(EXAMPLES / "single_pulse.toml"))
+        efficiency(rl.load(EXAMPLES / "single_pulse.toml"))
 
 
 def test_the_command_prints_map_and_cycle(tmp_path: Path) -> None:

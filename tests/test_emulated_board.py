@@ -15,7 +15,7 @@ from on_the_bench import bench_drive
 
 import reluctance as rl
 from reluctance.commission import Wires, commission, emulated, read_wires, steps
-from reluctance.commission.board import COMMISSIONING, CONTROL, ORDER, Board
+from reluctance.commission.board import ORDER, Board
 from reluctance.commission.wiring import Wiring, read_wiring, write_wiring
 from reluctance.export import firmware
 from reluctance.export.target import answering
@@ -77,9 +77,9 @@ def uncorrected(package):
 def on_the_desk(package, library):
     """The same C and C++ as a library of this computer, in the place of the target."""
     flags = ("-O1", "-ffp-contract=off", "-fPIC", "-I.", "-Iinclude")
-    made = ("main.o", "commissioning.o", "board.o", "-o", library)
+    made = ("main.o", "board.o", "-o", library)
     for line in (
-        ["gcc", "-std=c99", *flags, "-c", "main.c", "commissioning.c", "emulated/board.c"],
+        ["gcc", "-std=c99", *flags, "-c", "main.c", "emulated/board.c"],
         ["g++", "-std=c++20", *flags, "-shared", "controller.cpp", "commission.cpp", *made],
     ):
         subprocess.run(line, cwd=package, check=True)
@@ -109,8 +109,8 @@ def kept(answer, all_answers):
 
 
 @needs_target
-@pytest.mark.parametrize("interrupt", [COMMISSIONING, CONTROL])
-def test_the_target_and_the_desk_agree_in_every_bit(drive, uncorrected, interrupt, tmp_path):
+@pytest.mark.parametrize("commissions", [True, False])
+def test_the_target_and_the_desk_agree_in_every_bit(drive, uncorrected, commissions, tmp_path):
     """Pulses at a clamped rotor, or the first turn: the loops are closed by each for itself."""
     write_wiring(uncorrected, Wiring((0, 1, 2), (0, 1, 2), (1, 1, 1), 1, 0.3))
     on = emulated(uncorrected, drive, Wires(zero_deg=np.degrees(0.3)))
@@ -121,19 +121,18 @@ def test_the_target_and_the_desk_agree_in_every_bit(drive, uncorrected, interrup
             board = Board(
                 on,
                 kept(answer, answers[side]),
-                interrupt=interrupt,
                 theta_e_deg=150.0,
-                clamped=interrupt == COMMISSIONING,
+                clamped=commissions,
             )
             board.reference = 4.0
-            if interrupt == COMMISSIONING:
+            if commissions:
                 board.begin("pulses", pulses=2)
             board.run(0.25)
             assert "run" in [mode for _, mode in board.modes]
             assert board.fault is None
     assert len(answers["target"]) > 4990
     assert answers["target"] == answers["desk"]
-    if interrupt == COMMISSIONING:
+    if commissions:
         assert len(board.rows) > 100
 
 
@@ -283,3 +282,15 @@ def test_wires_that_cannot_be_meant_are_refused(text, said, tmp_path):
 def test_wires_that_no_board_has_are_refused(wires):
     with pytest.raises(rl.ParameterError, match="need"):
         wires.checked(3)
+
+
+def test_trips_that_cannot_begin_have_one_cause_and_it_is_said_once(
+    drive, uncorrected, tmp_path, monkeypatch
+):
+    cause = "no test began: it does not reach 750 rpm"
+    never = steps.Trip("a plug", False, 0, cause, 0.0, True, False, False)
+    monkeypatch.setattr(steps, "_trip", lambda on, what, how, asked: never)
+    done = command("emulate", uncorrected, "trip", "--drive", drive_file("paper_6_4", tmp_path))
+    assert done.code == 2
+    assert (done.out + done.error).count(cause) == 1
+    assert "DOES NOT" not in done.out

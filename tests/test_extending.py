@@ -1,5 +1,6 @@
 """docs/extending.md: every patch applies and does what it says, every program is the tested one."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -31,6 +32,24 @@ from reluctance.laws.torque_sharing import TorqueSharing
 table = TorqueSharing(law="torque_sharing", T_s_us=20.0, i_least_A=2.0)
 assert table.si["i_least"] == 2.0
 """,
+    "A key of the frame": """
+import pytest
+import reluctance as rl
+drive = rl.load("examples/paper_rated.toml", ["converter.u_low_V=200"])
+assert drive.known().frame["u_low"] == 200.0
+with pytest.raises(TypeError, match="u_low"):  # the core as it is does not have it
+    drive.controller()
+""",
+    "A law": """
+from reluctance.comparison import CONTENDERS
+from reluctance.comparison.figure import style
+from reluctance.laws import table_of
+from reluctance.studio.starts import STARTS
+assert table_of("one_phase").title == "one phase at a time"
+assert CONTENDERS["one_phase"].law == "one_phase"
+assert style("one_phase")["ls"] == ":"
+assert "one_phase" in {start.law for start in STARTS}
+""",
     "A load": """
 import reluctance as rl
 coast = ["reference.kind='torque'", "reference.speed_rpm=", "reference.tau_Nm=1",
@@ -42,7 +61,7 @@ for more in (["load.kind=torque"], ["load.kind=brake", "load.B_Nms=0.5"]):
 assert speeds[1] < 0.9 * speeds[0], speeds
 """,
     "A sensor error": """
-from reluctance.drive.tables import Sensing
+from reluctance.tables.sections import Sensing
 assert Sensing(u_dc_gain=1.1).sampling(4)["u_gain"] == 1.1
 """,
     "A key figure": """
@@ -51,16 +70,18 @@ kpis = rl.simulate(rl.load("examples/paper_rated.toml"), until=0.03).kpis
 assert kpis.with_units()["crest"] == kpis.crest == kpis.i_peak / kpis.i_rms
 """,
     "A source": """
-from reluctance.drive.tables import Source
+from reluctance.tables.sections import Source
 assert Source.model_fields["kind"] and "I_A" in Source.model_fields
 """,
     "A bridge": """
-from reluctance.drive.tables import Converter
+from reluctance.tables.sections import Converter
 assert Converter(u_dc_V=240.0, bridge="one_gate").bridge == "one_gate"
 """,
 }
 CORE = {  # the translation unit that the patched headers must compile in
     "A key of a law": "law_torque_sharing.cpp",
+    "A key of the frame": "frame.cpp",
+    "A law": "law_one_phase.cpp",
     "A sensor error": "plant.cpp",
     "A source": "plant.cpp",
     "A bridge": "plant.cpp",
@@ -82,26 +103,109 @@ def test_an_addition_costs_the_stated_files(name: str) -> None:
 
 @pytest.mark.parametrize("name", PATCHES)
 def test_the_patch_does_what_it_says(name: str, tmp_path: Path) -> None:
+    patch(name, tmp_path)
+    run(PYTHON[name], tmp_path)
+    if name in CORE:
+        compiles(tmp_path, CORE[name])
+
+
+LAW = """
+import sys
+from pathlib import Path
+
+import _one_phase  # the function of the law that a whole build would have in _core
+from reluctance import _core
+_core.one_phase = _one_phase.one_phase
+
+import reluctance as rl
+from c_library import Unit, library
+from reluctance.comparison import compare
+from reluctance.export.blob import blob
+from reluctance.export.fmu import fmu
+from reluctance.export.on_desk import DeskPackage
+from reluctance.export.package import firmware
+from reluctance.studio.starts import STARTS
+
+place = Path(sys.argv[1])
+drive = rl.load("examples/sharing_cubic.toml", ["control.law=one_phase"])
+run = rl.simulate(drive, until=0.03)
+assert run.kpis.tau_mean > 0.3 * drive.tau_max
+(entry,) = compare(drive, ["one_phase"], octaves=(), processes=1).entries
+assert entry.runs > 0
+package = firmware(drive, place / "package")
+assert "OnePhase" in package.law
+DeskPackage(package.folder, 3)
+assert fmu(drive, place / "drive.fmu").file.is_file()
+core = library(place / "library.so")  # the C interface, which the studio is too
+for start in STARTS:
+    if start.law == "one_phase":
+        for content in (blob(drive), blob(start.drive())):
+            unit = Unit(core, content)
+            unit.start()
+            unit.free()
+"""
+
+
+@pytest.mark.long
+def test_a_built_in_law_is_everywhere(tmp_path: Path) -> None:
+    """In run, compare, export, C interface, mock-up unit and studio, from the five files."""
+    tree = tmp_path / "tree"
+    patch("A law", tree)
+    shutil.copytree(ROOT / "web", tree / "web", ignore=shutil.ignore_patterns("*.wasm", "data"))
+    shutil.copytree(ROOT / "firmware", tree / "firmware")
+    for data in ("firmware", "web"):
+        (tree / "python" / "reluctance" / data).symlink_to(tree / data)
+    (tree / "one_phase.cpp").write_text(
+        '#include "bindings.hpp"\n#include "srm/control/laws.hpp"\n'
+        "NB_MODULE(_one_phase, m) {\n"
+        '  nanobind::module_::import_("reluctance._core");\n'
+        "  bound::bind_built_in<srm::laws::OnePhase>(m);\n}\n"
+    )
+    robin = f"-I{nanobind.include_dir()}/../ext/robin_map/include"
+    flags = ["g++", "-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared"]
+    flags += ["-fvisibility=hidden", f"-I{tree / 'include'}"]
+    python = [f"-I{f}" for f in (tree / "bindings", nanobind.include_dir())]
+    python += [robin, f"-I{sysconfig.get_path('include')}"]
+    nb = f"{nanobind.source_dir()}/nb_combined.cpp"
+    sources = [tree / "one_phase.cpp", tree / "bindings" / "law_one_phase.cpp", nb]
+    kinds = ["-DSRM_PHASES=3", "-DSRM_PRECISIONS=double", "-DSRM_MACHINES=LeHuy"]
+    for command in (
+        [*flags, *python, *sources, "-o", tree / "_one_phase.so"],
+        [*flags, *kinds, tree / "web" / "reluctance.cpp", "-o", tree / "library.so"],
+    ):
+        subprocess.run(command, check=True)
+    run(LAW, tree, str(tree), paths=(tree, ROOT / "tests"))
+
+
+def patch(name: str, tree: Path) -> None:
+    """The sources with a patch of the page, and the core as it is."""
     for folder in ("include", "bindings", "python", "examples"):
-        shutil.copytree(ROOT / folder, tmp_path / folder)
+        shutil.copytree(ROOT / folder, tree / folder)
     command = ["patch", "-p1", "--no-backup-if-mismatch"]
-    subprocess.run(command, cwd=tmp_path, input=PATCHES[name], text=True, check=True)
-    package = tmp_path / "python" / "reluctance"
+    subprocess.run(command, cwd=tree, input=PATCHES[name], text=True, check=True)
+    package = tree / "python" / "reluctance"
     for library in Path(reluctance.__file__).parent.glob("_core.*.so"):
-        shutil.copy(library, package)
+        if not (package / library.name).exists():
+            shutil.copy(library, package)
     for data in ("machines", "include", "bindings"):
-        source = tmp_path if (tmp_path / data).is_dir() else ROOT
+        source = tree if (tree / data).is_dir() else ROOT
         (package / data).symlink_to(source / data)
+
+
+def run(script: str, tree: Path, *arguments: str, paths: tuple[Path, ...] = ()) -> None:
+    """A Python program in the patched tree."""
     done = subprocess.run(
-        [sys.executable, "-c", PYTHON[name]],
-        cwd=tmp_path,
-        env={"PYTHONPATH": str(tmp_path / "python"), "PATH": ""},
+        [sys.executable, "-c", script, *arguments],
+        cwd=tree,
+        env={
+            "PYTHONPATH": ":".join(map(str, (tree / "python", *paths))),
+            "PATH": os.environ["PATH"] if paths else "",
+            "RELUCTANCE_CACHE": str(tree / "cache"),
+        },
         capture_output=True,
         text=True,
     )
     assert done.returncode == 0, done.stderr
-    if name in CORE:
-        compiles(tmp_path, CORE[name])
 
 
 def compiles(tree: Path, unit: str) -> None:

@@ -1,6 +1,7 @@
 """The exported firmware package on the desk: what it is, and what is refused."""
 
 import json
+import re
 import subprocess
 import sys
 import tomllib
@@ -15,6 +16,7 @@ import reluctance as rl
 from reluctance import _core
 from reluctance.export import firmware
 from reluctance.export.constants import Tables, constant, literal
+from reluctance.export.fmu_variables import MEANINGS
 from reluctance.export.package import MARK, described, headers, parameters
 from reluctance.laws import LAWS
 
@@ -162,8 +164,8 @@ def test_a_controller_of_a_function_drives_the_simulation_as_the_law_does():
     torque = drive("ditc")
     law = torque.control.controller(torque.known())
 
-    def step(i, theta_e, omega_m, u_dc, reference, i_source):
-        return _core.step(law, i, theta_e=theta_e, omega_m=omega_m, u_dc=u_dc, reference=reference)
+    def step(y, reference):
+        return _core.step(law, y, reference)
 
     wrapped = _core.controller_from(3, step)
     a = rl.simulate(torque, until=0.01, record=None, controller=wrapped)
@@ -174,3 +176,34 @@ def test_a_controller_of_a_function_drives_the_simulation_as_the_law_does():
 def test_budget_and_drives_name_the_same_controllers():
     budget = tomllib.loads((ROOT / "firmware" / "budget.toml").read_text())
     assert set(budget) == set(DRIVES)
+
+
+def test_no_c_file_of_the_firmware_declares_a_function_of_another():
+    """A header does: a changed signature must not link silently."""
+    declared = re.compile(r"^(?!static|typedef|return)\w[\w ]*[ *](\w+)\([^;{]*\);", re.M)
+    for path in (ROOT / "firmware").rglob("*.c"):
+        text = path.read_text()
+        for name in declared.findall(text):
+            assert re.search(rf"\b{name}\([^;{{]*\) {{", text), f"{path}: {name} is not its own"
+
+
+def test_a_port_refuses_the_package_of_another_drive_file(tmp_path):
+    """Of the same phases and period."""
+    file = ROOT / "examples" / "deadbeat_g474.toml"
+    made = [
+        firmware(rl.load(file, overrides), tmp_path / f"p{n}", port="stm32g474").folder
+        for n, overrides in enumerate(([], ["sensing.i_range_A=240"]))
+    ]
+    for package, port in ((made[0], made[0]), (made[1], made[0])):
+        command = ["gcc", "-fsyntax-only", f"-I{package}", "-include", "port.h", "-xc", "/dev/null"]
+        done = subprocess.run(command, cwd=port / "stm32g474", capture_output=True, text=True)
+        assert (done.returncode == 0) == (package == port)
+        assert package == port or "of different drive files; export both again" in done.stderr
+
+
+def test_the_gate_of_an_order_has_the_numbers_of_the_core():
+    text = MEANINGS["gate"][1]
+    said = {int(n): name for n, name in re.findall(r"(\d) (\w+)", text)}
+    assert said[0] == "off" and said[1] == "timer" and said[2] == said[3] == "comparator"
+    assert {int(gate.value) for gate in _core.Gate} == said.keys()
+    assert "3 comparator within a window" in text and _core.Gate.window.value == 3

@@ -3,16 +3,16 @@
 import ctypes
 import os
 import re
-import shutil
 import subprocess
 
 import pytest
-from firmware_tools import CI, drive, needs_target
+from firmware_tools import drive, needs_target
+from needs import needs
 
 import reluctance as rl
 from reluctance.export import firmware
 
-needs_clang = pytest.mark.skipif(not CI and shutil.which("clang++") is None, reason="needs clang++")
+needs_clang = needs("clang++")
 
 
 def build(folder, *arguments):

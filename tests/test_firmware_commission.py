@@ -13,7 +13,7 @@ from reluctance.commission import commission
 from reluctance.commission.bench import rotor
 from reluctance.export import firmware
 from reluctance.export.target import PHASE
-from reluctance.export.trip_levels import limits
+from reluctance.guard.trip_levels import protection
 from reluctance.maps import identify, read_pulses
 from reluctance.run.plant import loop_parts
 
@@ -23,14 +23,11 @@ RUNNING, DONE = 1, 2
 PROBE = """
 #include "commission.cpp"
 extern "C" void probe_fault(const reluctance_commissioner* x, srm::Fault<float>* fault) {
-  *fault = std::launder(reinterpret_cast<const State*>(x))->states.fault;
+  *fault = state_of(x).states.fault;
 }
 """
 BOARD = """
 #include "board.h"
-#include "reluctance_commission.h"
-reluctance_finding commissioning_interrupt(void);
-void board_write_found(const reluctance_found* told);
 int32_t board_interrupt(const reluctance_measurement*, const reluctance_request*,
                         reluctance_command*, reluctance_outputs*, reluctance_found*);
 static const reluctance_measurement* y;
@@ -43,7 +40,11 @@ void board_read_currents(float i_A[RELUCTANCE_PHASES]) {
   for (int k = 0; k < RELUCTANCE_PHASES; ++k) i_A[k] = y->i_A[k];
 }
 float board_read_angle(void) { return y->theta_e_rad; }
+float board_read_speed(void) { return y->omega_m_rad_s; }
 float board_read_dc_link(void) { return y->u_dc_V; }
+float board_read_source_current(void) { return y->i_source_A; }
+void board_init(void) {}
+void board_write_leg(int k, int8_t leg) { (void)k, (void)leg; }
 void board_read_request(reluctance_request* request) { *request = *ask; }
 void board_write_orders(const reluctance_command* command) { *orders = *command; }
 void board_write_outputs(const reluctance_outputs* outputs) { *out = *outputs; }
@@ -54,7 +55,7 @@ int32_t board_interrupt(const reluctance_measurement* sample, const reluctance_r
                         reluctance_command* command, reluctance_outputs* outputs,
                         reluctance_found* told) {
   y = sample, ask = request, orders = command, out = outputs, found = told, written = 0;
-  commissioning_interrupt();
+  control_interrupt();
   return written;
 }
 """
@@ -69,9 +70,9 @@ class Board:
         (package / "probe.cpp").write_text(PROBE)
         (package / "board.c").write_text(BOARD)
         flags = ("-O1", "-ffp-contract=off", "-fPIC", "-Wall", "-Werror", "-I.", "-Iinclude")
-        made = ("commissioning.o", "board.o", "-o", library)
+        made = ("controller.cpp", "main.o", "board.o", "-o", library)
         for command in (
-            ["gcc", "-std=c99", "-pedantic", *flags, "-c", "commissioning.c", "board.c"],
+            ["gcc", "-std=c99", "-pedantic", *flags, "-c", "main.c", "board.c"],
             ["g++", "-std=c++20", *flags, "-shared", "probe.cpp", *made],
         ):
             subprocess.run(command, cwd=package, check=True)
@@ -103,8 +104,8 @@ class Board:
         function = getattr(self.library, f"reluctance_{name}")
         return function(*(ctypes.c_void_p(a.ctypes.data) for a in arrays))
 
-    def step(self, i, theta_e, omega_m, u_dc, reference, i_source):
-        self.sample[0] = (i, theta_e, omega_m, u_dc, i_source)
+    def step(self, y, reference):
+        self.sample[0] = (y.i, y.theta_e, y.omega_m, y.u_dc, y.i_source)
         self.samples += 1
         if self.commands:
             self.request["sequence"] += 1
@@ -234,7 +235,7 @@ class Encoder:
         self.count = 2 * np.pi * drive.machine.N_r / drive.sensing.encoder_counts
 
     def start(self, routine, phase, pulses):
-        self.board.library.commissioning_start(ROUTINES[routine], phase, pulses)
+        self.board.library.control_commission(ROUTINES[routine], phase, pulses)
 
     def control(self):
         board = self.board
@@ -282,14 +283,18 @@ def test_no_pulses_are_one(board):
     assert (found["finding"], found["pulse"], found["progress"]) == (DONE, 1, 1)
 
 
+def at_rest(u_dc):
+    return _core.Measurement(i=[0.0] * 3, theta_e=0.7, omega_m=0.0, u_dc=u_dc)
+
+
 @pytest.mark.parametrize(
     ("u_dc", "status", "limit"), [(400.0, 3, "u_dc_max"), (20.0, 4, "u_dc_min")]
 )
 def test_a_wrong_voltage_is_a_fault_with_its_evidence(board, u_dc, status, limit):
     board.run("resistance", until=0.2)
-    board.step([0.0] * 3, 0.7, 0.0, u_dc, 0.0, 0.0)
+    board.step(at_rest(u_dc), 0.0)
     assert board.modes[-1] == "fault"
-    assert board.fault() == pytest.approx([status, u_dc, getattr(limits(DRIVE), limit)])
+    assert board.fault() == pytest.approx([status, u_dc, getattr(protection(DRIVE).levels, limit)])
 
 
 def test_without_commands_the_legs_go_off(board):
@@ -298,7 +303,7 @@ def test_without_commands_the_legs_go_off(board):
     board.commands = False
     timeout = DRIVE.protection.command_timeout_ms / 1e3
     for _ in range(int(timeout / DRIVE.control.T_s) + 2):
-        board.step([0.0] * 3, 0.7, 0.0, 240.0, 0.0, 0.0)
+        board.step(at_rest(240.0), 0.0)
     assert board.modes[-1] == "fault"
     assert board.all_off()
 
@@ -306,7 +311,7 @@ def test_without_commands_the_legs_go_off(board):
 def test_a_trip_of_the_hardware_ends_the_routine(board):
     board.run("resistance", until=0.2)
     board.trip_at = board.samples + 1
-    board.step([0.0] * 3, 0.7, 0.0, 240.0, 0.0, 0.0)
+    board.step(at_rest(240.0), 0.0)
     assert board.modes[-1] == "fault"
     assert board.outputs["gate_enable"][0] == 0
     assert board.all_off()
@@ -327,7 +332,7 @@ def test_a_trip_of_the_hardware_ends_the_routine(board):
 def test_a_sample_that_no_routine_goes_on_with_is_a_fault(board, sample, finding):
     board.run("resistance", until=0.2)
     i, theta_e, u_dc = sample
-    board.step(i, theta_e, 0.0, u_dc, 0.0, 0.0)
+    board.step(_core.Measurement(i=i, theta_e=theta_e, omega_m=0.0, u_dc=u_dc), 0.0)
     assert board.modes[-1] == "fault"
     assert board.all_off()
     told = board.library.reluctance_describe_finding(int(board.found["finding"][0]))

@@ -20,13 +20,14 @@ def corrupt_header(tree):
     """A function that hands every float parameter to a visitor."""
     lines = [
         f"  visit({path});"
-        for name in ("control", "protection")
+        for name in ("control", "machine", "protection")
         for path in float_paths(tree[name], name)
     ]
     body = "\n".join(lines)
     return (
-        "template <class Control, class Protection, class Visit>\n"
-        f"void corrupt(Control& control, Protection& protection, Visit visit) {{\n{body}\n}}\n"
+        "template <class Control, class Machine, class Protection, class Visit>\n"
+        "void corrupt(Control& control, Machine& machine, Protection& protection, Visit visit) "
+        f"{{\n{body}\n}}\n"
     )
 
 

@@ -11,6 +11,7 @@ from hypothesis import given as any_given
 from hypothesis import settings
 from hypothesis import strategies as st
 
+from reluctance import _core
 from reluctance.export.package import described
 from reluctance.export.recording import record
 from reluctance.export.run_time import layout, run_time_parameters
@@ -168,10 +169,10 @@ def test_the_step_gives_the_bits_of_a_simulation_that_has_the_value(
 
 
 def assert_same_bits(package, recording):
-    n_phases = recording.samples.shape[1] - 5
     for sample, wanted in zip(recording.samples, recording.commands, strict=True):
-        i, (theta_e, omega_m, u_dc, i_source, reference) = sample[:n_phases], sample[n_phases:]
-        row = package.step(i, theta_e, omega_m, u_dc, reference, i_source)
+        *i, theta_e, omega_m, u_dc, i_source, reference = sample.tolist()
+        y = _core.Measurement(i=i, theta_e=theta_e, omega_m=omega_m, u_dc=u_dc, i_source=i_source)
+        row = package.step(y, reference)
         assert np.array(row, np.float32).tobytes() == wanted.tobytes()
 
 

@@ -19,7 +19,7 @@ from reluctance.export.cost import cost
 from reluctance.export.parity import in_the_loop, parity
 from reluctance.export.recording import record
 from reluctance.export.target import build, processor_in_the_loop, replay
-from reluctance.export.trip_levels import limits
+from reluctance.guard.trip_levels import protection
 
 pytestmark = needs_target
 
@@ -120,9 +120,9 @@ FAULTS = {  # name: (status, the readings from the fault on, of samples, step an
     "NaN current": (1, lambda s, n, at: {f"i{conducting(s, n)}": np.nan}),
     "infinite reference": (1, lambda s, n, at: {"reference": np.inf}),
     "10 x current": (2, lambda s, n, at: {f"i{conducting(s, n)}": 10 * s[n].max()}),
-    "over-voltage": (3, lambda s, n, at: {"u_dc": 1.01 * at.u_dc_max}),
-    "under-voltage": (4, lambda s, n, at: {"u_dc": 0.99 * at.u_dc_min}),
-    "over-speed": (5, lambda s, n, at: {"omega_m": -1.01 * at.omega_max}),
+    "over-voltage": (3, lambda s, n, at: {"u_dc": 1.01 * at.levels.u_dc_max}),
+    "under-voltage": (4, lambda s, n, at: {"u_dc": 0.99 * at.levels.u_dc_min}),
+    "over-speed": (5, lambda s, n, at: {"omega_m": -1.01 * at.levels.omega_max}),
     "negative current": (6, lambda s, n, at: {f"i{conducting(s, n)}": -1.01 * at.i_zero}),
     "angle past a turn": (6, lambda s, n, at: {"theta_e": 6.3}),
     "stuck angle": (7, lambda s, n, at: {"theta_e": s[n - 1, -5]}),
@@ -137,7 +137,7 @@ def test_a_fault_ends_in_the_safe_state_within_one_control_period(name, fault, p
     program = build(folder, "cortex-m7")
     status, readings = FAULTS[fault]
     samples, n = recording.samples[:700], 600
-    changed = faulty(samples, n, **readings(samples, n, limits(drive(name))))
+    changed = faulty(samples, n, **readings(samples, n, protection(drive(name))))
     assert_safe_from(replay(program, "cortex-m7", changed), n, status)
 
 
@@ -162,7 +162,7 @@ def test_a_sensor_that_is_dead_from_the_start_is_found_once_current_flows(name, 
     assert answers.status[-1] == 8
     found = int(np.flatnonzero(answers.status)[0])
     true = recording.samples[:, 1]
-    flows, passed = (int(np.flatnonzero(true > i)[0]) for i in (0, limits(drive(name)).i_zero))
+    flows, passed = (int(np.flatnonzero(true > i)[0]) for i in (0, protection(drive(name)).i_zero))
     assert flows <= found <= passed + late
 
 
@@ -177,7 +177,7 @@ def test_healthy_recordings_with_real_sensors_never_trip(tmp_path):
     stuck = faulty(samples, 1500, theta_e=samples[1499, -5])
     # 1500 rpm is 0.72 deg electrical a sample; the slack covers what the observer lags too
     advance = 4 * 50 * np.pi * noisy.control.T_s
-    late = int(np.ceil(limits(noisy).angle_slack / advance))
+    late = int(np.ceil(protection(noisy).levels.angle_slack / advance))
     assert 2 <= late <= 40
     answers = replay(program, "cortex-m7", stuck)
     found = int(np.flatnonzero(answers.status)[0])

@@ -203,7 +203,7 @@ def test_a_faulty_file_gives_one_line_with_the_remedy(name, tmp_path):
 
 def test_a_mat_without_the_variables_lists_what_it_has(tmp_path):
     scipy.io.savemat(tmp_path / "m.mat", {"speed": I, "volts": THETA_M})
-    refused(tmp_path / "m.mat", "no psi and no i and no theta, it has `speed`, `volts`", N_r=4)
+    refused(tmp_path / "m.mat", "no psi and no i and no theta; it has `speed`, `volts`", N_r=4)
 
 
 def test_a_hundred_megabytes_are_not_read(tmp_path):

@@ -52,8 +52,8 @@ def test_a_consistent_map_is_good(table):
     report = check_map(table)
     assert report.verdict == "good"
     assert report.reasons == ()
-    assert report.torque_error_rms < 0.05
-    assert report.area_error < 0.02
+    assert report.torque_error_rms < 0.004
+    assert report.area_error < 0.003
 
 
 @pytest.mark.parametrize("n", [4, 15, 26])

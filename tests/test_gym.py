@@ -107,8 +107,8 @@ def play(env, choose, steps):
 
 @pytest.mark.parametrize("task", ["torque", "speed"])
 @pytest.mark.parametrize("law", ["random", "hysteresis"])
-def test_held_legs_are_those_of_the_loop(task, law):
-    """One step of 20 us without the loop, against the loop at 0.25 us."""
+def test_long_steps_give_what_short_ones_give(task, law):
+    """Steps of 20 us, one a sample where the currents allow it, against steps of 0.25 us."""
     rng = np.random.default_rng(2)
     legs = rng.integers(0, 3, (1500, 3))
 
@@ -121,9 +121,8 @@ def test_held_legs_are_those_of_the_loop(task, law):
     example = EXAMPLES / ("sharing_cubic.toml" if task == "torque" else "fan.toml")
     drive = rl.load(example)
     held = rg.DriveEnv(drive, task=task, action="legs", length=2000)
-    late = {"converter.dead_time_us": 1e-6, "simulation.dt_max_us": 0.25}
-    loop = rg.DriveEnv(drive.with_values(late), task=task, action="legs", length=2000)
-    assert held.batch.held and not loop.batch.held
+    short = {"simulation.dt_max_us": 0.25}
+    loop = rg.DriveEnv(drive.with_values(short), task=task, action="legs", length=2000)
     currents, rewards = play(held, choose, 1500)
     expected, prices = play(loop, choose, 1500)
     assert np.abs(currents - expected).max() < 2e-6 * drive.machine.i_max_A
@@ -221,8 +220,6 @@ def test_wrong_arguments_are_told():
     with pytest.raises(ParameterError, match="seeds"):
         rg.DriveVectorEnv(2).reset(seed=[1])
     env = rg.DriveEnv(action="legs")
-    with pytest.raises(ParameterError, match="needs an environment"):
-        rg.played(env, rg.LawPolicy(env.episodes.drive), [0])
     rows = np.zeros((1, 2)), np.zeros(1, bool), np.zeros((1, 11), np.float32), np.zeros(1)
     with pytest.raises(ValueError, match="each phase"):
         env.batch.step(*rows, np.zeros(1, bool))

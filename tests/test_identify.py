@@ -11,6 +11,8 @@ import reluctance as rl
 from reluctance import ParameterError, _core
 from reluctance.commission import Wires, commission, write_pulses
 from reluctance.maps import identify, read_pulses, surface
+from reluctance.maps.conventions import settled
+from reluctance.maps.raw import RawMap
 
 R = 2.15
 U = 60.0  # of the bench supply [V]
@@ -231,3 +233,19 @@ def test_rising_currents_alone_are_enough(captures, tmp_path):
     found = identify(read_pulses([path]), N_r=6, R=R)
     assert found.R_closing is None
     assert torque_error(found.table) < 0.03
+
+
+@pytest.mark.parametrize("wrong_deg", [-50, -25, 25, 50, 90])
+def test_pulses_from_before_the_alignment_are_refused(wrong_deg):
+    """The board did not know its zero: it showed 0 to 180 deg, the rotor was elsewhere."""
+    shown = np.linspace(0, 180, 31)
+    i = np.linspace(0, 12, 13)
+    for shift in (0, wrong_deg):
+        grid = np.meshgrid(i, np.radians(shown + shift), indexing="ij")
+        psi = _core.magnetics(TABLE, *(g.ravel() for g in grid))[:, 0].reshape(grid[0].shape)
+        raw = RawMap(i, shown, psi, None, "currents_down", 6, "deg", "electrical")
+        if shift == 0:
+            assert settled(raw).psi.shape == psi.shape
+        else:
+            with pytest.raises(ParameterError, match="the zero of the angle is wrong"):
+                settled(raw)

@@ -1,6 +1,5 @@
 """The [control] tables: what they compute at set-up, what they refuse, what the laws then do."""
 
-from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -9,12 +8,14 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive.library import machine_table
+from reluctance.drive.drive import drive_from
 from reluctance.errors import ParameterError
 from reluctance.files import read_toml
-from reluctance.laws import flat_top
-from reluctance.laws.current_table import Windows
-from reluctance.load import drive_from
+from reluctance.laws import pulses as pulses_module
+from reluctance.laws.current_table import Window
+from reluctance.laws.least_copper import least_copper_angles
+from reluctance.laws.pulses import FixedLaw, chopped, pulses
+from reluctance.machine.library import machine_table
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SHARING, DITC, PWM = (EXAMPLES / f"{n}.toml" for n in ("sharing_cubic", "ditc", "pwm_current"))
@@ -53,62 +54,63 @@ def test_current_table_gives_its_torque_in_the_loop(tau: float, law: str) -> Non
     assert kpis.tau_mean == pytest.approx(tau, rel=0.02)
 
 
-def test_flat_top_is_converged() -> None:
-    drive = rl.load(PWM)
-    point = drive.control.point(drive.known())
-    on, off, i = np.radians(20), np.radians(145), np.array([20.0, 60.0, 120.0])
-    coarse = flat_top.flat_top(point, on, off, i)
-    fine = flat_top.flat_top(point, on, off, i, steps=8 * flat_top.STEPS)
-    np.testing.assert_allclose(coarse.tau, fine.tau, rtol=5e-3)
-    np.testing.assert_allclose(coarse.i_rms, fine.i_rms, rtol=5e-3)
+def chopped_pulses(*, brakes: bool = False) -> FixedLaw:
+    return chopped(rl.load(PWM).known(), 1.0, brakes=brakes, hard=False)
+
+
+def test_pulses_are_those_of_the_running_drive() -> None:
+    """A fixed window and current, once by the set-up's run and once by `simulate`."""
+    own = {"theta_on_deg": 20.0, "theta_off_deg": 145.0, "i_ref_A": 60.0, "i_band_A": 1.0}
+    overrides = [f"control.{key}={value}" for key, value in own.items()]
+    drive = rl.load(
+        PWM, ["control.law=angles", "reference.kind=none", "reference.tau_Nm=", *overrides]
+    )
+    found = pulses(chopped_pulses(), np.radians(20), np.radians(145), 60.0)
+    kpis = rl.simulate(drive, record=None).kpis
+    assert float(found.tau) == pytest.approx(kpis.tau_mean, rel=1e-3)
+    assert float(found.i_rms) == pytest.approx(kpis.i_rms, rel=2e-3)
+
+
+def test_pulses_are_converged(monkeypatch: pytest.MonkeyPatch) -> None:
+    law, ends = chopped_pulses(), np.radians([20, 145])
+    i = np.array([20.0, 60.0, 120.0])
+    coarse = pulses(law, *ends, i)
+    monkeypatch.setattr(pulses_module, "STEPS", 8 * pulses_module.STEPS)
+    monkeypatch.setattr(pulses_module, "SETTLED", 6)
+    fine = pulses(law, *ends, i)
+    np.testing.assert_allclose(coarse.tau, fine.tau, rtol=1e-4)
+    np.testing.assert_allclose(coarse.i_rms, fine.i_rms, rtol=1e-4)
 
 
 def test_least_copper_angles_have_no_better_neighbour() -> None:
-    drive = rl.load(PWM)
-    point = drive.control.point(drive.known())
-    on, off = flat_top.least_copper_angles(point, 41.339)
-    i = np.linspace(1, 150, 150)
+    on, off = least_copper_angles(rl.load(PWM).known(), 41.339)
+    i, law = np.linspace(1, 150, 150), chopped_pulses()
 
     def copper(on: float, off: float) -> float:
-        pulses = flat_top.flat_top(point, on, off, i)
-        return float(np.interp(41.339, pulses.tau, pulses.i_rms, right=np.inf))
+        found = pulses(law, on, off, i)
+        return float(np.interp(41.339, found.tau, found.i_rms, right=np.inf))
 
     best = copper(on, off)
     for d_on, d_off in ((10, 0), (-10, 0), (0, 10), (0, -10)):
         assert best < copper(on + np.radians(d_on), off + np.radians(d_off)) * 1.001
 
 
-def test_current_table_rises_from_nothing() -> None:
-    drive = rl.load(PWM)
-    windows = Windows(drive.control.point(drive.known()), (0.35, 2.5), (2.8, 5.6))
-    for table in windows.tables(41.339, lambda _: None, by_rule=True):
-        assert table[0] == 0.0
-        assert all(a < b for a, b in pairwise(table))
-
-
-def test_the_flat_top_serves_where_a_law_s_own_pulses_have_its_mean() -> None:
-    """0.4 % more torque from the law's own pulses leaves the table as it is; 2 % more asks for less
-    current."""
-    drive = rl.load(PWM)
-    windows = Windows(drive.control.point(drive.known()), (0.35, 2.5), (2.8, 5.6))
-
-    def of_flat(part: float) -> Callable[[Windows], np.ndarray]:
-        return lambda windows: part * flat_top.flat_top(windows.point, *windows.pulses).tau
-
-    usual = windows.tables(41.339, lambda _: None, by_rule=True)
-    assert windows.tables(41.339, of_flat(1.004), by_rule=True) == usual
-    for table, before in zip(
-        windows.tables(41.339, of_flat(1.02), by_rule=True), usual, strict=True
-    ):
-        assert np.all(np.array(table[1:]) < before[1:])
+@pytest.mark.parametrize("brakes", [False, True])
+def test_current_table_gives_its_torques(brakes: bool) -> None:
+    ends = (2.8, 5.6) if brakes else (0.35, 2.5)
+    law = chopped_pulses(brakes=brakes)
+    table = Window(*ends, law).currents(41.339)
+    assert table[0] == 0.0
+    assert all(a < b for a, b in pairwise(table))
+    np.testing.assert_allclose(
+        pulses(law, *ends, table).tau, np.linspace(0, 41.339, len(table)), atol=0.003 * 41.339
+    )
 
 
 def test_own_angles_that_do_not_motor_are_refused() -> None:
-    drive = rl.load(PWM)
-    windows = Windows(drive.control.point(drive.known()), (3.3, 5.5), (2.8, 5.6))
-    windows.tables(41.339, lambda _: None, by_rule=True)
+    own = ["control.theta_on_deg=170", "control.theta_off_deg=300"]
     with pytest.raises(rl.ParameterError, match="give a mean torque of at most"):
-        windows.tables(41.339, lambda _: None, by_rule=False)
+        rl.load(PWM, own).controller()
 
 
 @pytest.mark.parametrize("shape", ["linear", "cubic", "sinusoidal", "exponential", "table"])
@@ -184,7 +186,7 @@ def test_hysteresis_stays_in_its_band() -> None:
         ),
         (
             PULSE,
-            ["control.law='ditc'", "control.theta_off_deg=140.0"],  # drops `regulate`
+            ["control.law='torque_sharing'"],  # drops `regulate` and the angles
             "needs a torque or speed to follow",
         ),
         (PULSE, ["reference.tau_Nm=0.0"], "tau_Nm has no effect with kind = 'none'"),

@@ -7,8 +7,8 @@ import pytest
 
 import reluctance as rl
 from reluctance.drive import Drive
-from reluctance.drive.library import machine_table
-from reluctance.load import drive_from
+from reluctance.drive.drive import drive_from
+from reluctance.machine.library import machine_table
 
 ROOT = Path(__file__).parents[1]
 LEFT_OUT = (
@@ -123,7 +123,7 @@ def test_every_machine_of_the_library_runs(path: Path, law: str) -> None:
     model = drive_from(data).machine
     aligned = rl._core.magnetics(model.magnetics, np.array([model.i_max_A]), np.array([np.pi]))
     omega = 300 * np.pi / (4 * model.N_r * aligned[0, 0])
-    peak = model.torque(model.i_max_A, np.linspace(0, np.pi, 91)).max()
+    peak = model.tau(model.i_max_A, np.linspace(0, np.pi, 91)).max()
     data["load"]["speed_rpm"] = omega * 30 / np.pi
     data["reference"]["tau_Nm"] = peak / 3
     drive = drive_from(data)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance import limit
+from reluctance import optimum
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "studies"))
@@ -18,12 +18,12 @@ import least_ripple as study  # noqa: E402
 FILES = {"LeHuy": "edge_mpc_fpga", "map": "map_mpc", "five phases": "five_phases_losses"}
 
 
-def table(name: str, speed: float = 1.0) -> tuple[limit.OperatingPoint, limit.Table]:
+def table(name: str, speed: float = 1.0) -> tuple[optimum.OperatingPoint, optimum.Table]:
     drive = rl.load(ROOT / "examples" / f"{FILES[name]}.toml")
     known = drive.known()
     point = known.at(speed * known.omega_m)
     n = 72 * point.n_phases
-    return point, limit.profile_table(point, known.tau_max, n_levels=4, n_points=n)
+    return point, optimum.profile_table(point, known.tau_max, n_levels=4, n_points=n)
 
 
 def shown() -> dict[str, dict[str, str]]:
@@ -36,7 +36,7 @@ def test_the_torque_stays_and_the_voltage_is_there(name: str) -> None:
     from reluctance import _core
 
     point, least_copper = table(name)
-    found = limit.least_ripple_table(point, least_copper)
+    found = optimum.least_ripple_table(point, least_copper)
     assert not np.array_equal(found.psi, least_copper.psi)
     h = found.theta_e[1] / (point.N_r * found.omega_m)
     for i, psi, tau_ref in zip(found.i[1:], found.psi[1:], found.tau_ref[1:], strict=True):
@@ -52,9 +52,9 @@ def test_the_torque_stays_and_the_voltage_is_there(name: str) -> None:
 def test_at_standstill_and_with_ripple_of_its_own_a_profile_stays() -> None:
     point, given = table("LeHuy")
     still = replace(given, omega_m=0.0)
-    assert np.array_equal(limit.least_ripple_table(point, still).psi, given.psi)
+    assert np.array_equal(optimum.least_ripple_table(point, still).psi, given.psi)
     rippled = replace(given, tau_error_max=0.01 * given.tau_ref)
-    assert np.array_equal(limit.least_ripple_table(point, rippled).psi, given.psi)
+    assert np.array_equal(optimum.least_ripple_table(point, rippled).psi, given.psi)
 
 
 def test_the_law_is_within_1_20_of_the_bound_from_5_to_40_kHz() -> None:

@@ -9,9 +9,9 @@ import pytest
 from limit_at import best_profile, profile_table, torque_speed_envelope
 
 import reluctance as rl
-from reluctance import _core, limit
+from reluctance import _core, optimum
 from reluctance.errors import ParameterError
-from reluctance.limit import OperatingPoint, phase_magnetics
+from reluctance.optimum import OperatingPoint, phase_magnetics
 
 ROOT = Path(__file__).parents[1]
 EIGHT_SIX = [
@@ -157,7 +157,7 @@ def test_standstill_is_the_best_split_at_every_angle(tau_ref: float) -> None:
 
 def test_optimum_does_not_depend_on_the_start() -> None:
     point = OperatingPoint(PAPER, **DRIVE, u_dc=240.0, omega_m=RATED)
-    programme = limit.Programme(point, n_points=180)
+    programme = optimum.Programme(point, n_points=180)
     rng = np.random.default_rng(3)
     bumps = [100 * np.maximum(np.sin(programme.theta_e + a), 0) for a in (0.0, 0.5, 1.0)]
     starts = [np.full(180, 50.0), rng.uniform(0, 100, 180), *bumps]
@@ -196,7 +196,7 @@ def test_a_torque_just_beyond_the_greatest_without_ripple_has_a_profile() -> Non
         L_u_H=1.1 * study.machine.L_u_H, psi_m_Wb=0.9 * study.machine.psi_m_Wb
     )
     point = replace(study, machine=less).at(study.omega_m)
-    t = limit.profile_table(point, 2.7, n_points=360, n_levels=2)
+    t = optimum.profile_table(point, 2.7, n_points=360, n_levels=2)
     assert 0 < t.tau_error_rms[1] < 2e-3 * t.tau_ref[1]
 
 
@@ -225,7 +225,7 @@ def test_cache_gives_back_the_same_profile_without_solving(
     first = best_profile(PAPER, **point)
     assert len(list(cache_dir.iterdir())) == 1
     with monkeypatch.context() as patch:
-        patch.delattr(limit.profile, "Programme")
+        patch.delattr(optimum.profile, "Programme")
         second = best_profile(PAPER, **point)
         with pytest.raises(NameError):
             best_profile(PAPER, **{**point, "u_dc": 241.0})
@@ -280,3 +280,26 @@ def test_wrong_parameter_is_named_with_its_value(change: dict[str, object], mess
     point = {**DRIVE, "tau_ref": 1.0, "omega_m": 1.0, "u_dc": 240.0, **change}
     with pytest.raises(ParameterError, match=message):
         best_profile(PAPER, **point)  # type: ignore[arg-type]
+
+
+def test_a_weighted_profile_holds_the_mean_torque_and_trades_ripple_for_current() -> None:
+    """Of a sum of two costs, more weight on one never raises it. The 60 kW machine at three times
+    base speed; at its rated speed, where the current ends, the weight changes nothing."""
+    generic = OperatingPoint(machine(23.6e-3, 0.486), 3, 0.05, 400.0, 240.0, 8487.8 * np.pi / 30)
+    tables = [
+        optimum.profile_table(generic, 49.3, n_levels=2, n_points=90, ripple_weight=w)
+        for w in (3.0, 30.0, 300.0)
+    ]
+    for t in tables:
+        at = _core.magnetics(generic.magnetics, t.i[1], t.theta_e)
+        assert 3 * at[:, 2].mean() == pytest.approx(49.3, rel=1e-6)
+    ripple = [t.tau_error_rms[1] for t in tables]
+    current = [t.i_rms[1] for t in tables]
+    assert ripple == sorted(ripple, reverse=True) and ripple[0] > 1.1 * ripple[2]
+    assert current == sorted(current) and current[2] > 1.05 * current[0]
+    slow = replace(generic, omega_m=RATED)
+    free, weighted = (
+        optimum.profile_table(slow, 80.0, n_levels=2, n_points=90, ripple_weight=w)
+        for w in (None, 30.0)
+    )
+    assert np.array_equal(free.i, weighted.i)

@@ -8,20 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reluctance import load
+from reluctance import limits, load
 from reluctance.errors import ParameterError
-from reluctance.limit import (
-    Envelope,
+from reluctance.limits import (
     Limit,
-    best_profile,
     check_point,
     envelope_of,
     files,
-    limit_of,
     operating_point,
-    ripple_floor,
     text,
 )
+from reluctance.optimum import Envelope, best_profile, ripple_floor
 
 EXAMPLES = sorted(
     p
@@ -50,8 +47,8 @@ def test_every_example_has_a_limit(example: Path) -> None:
     if drive.reference.kind in ("none", "pv"):
         tau_ref = 5.0
         with pytest.raises(ParameterError, match="--tau"):
-            limit_of(drive)
-    found = limit_of(drive, tau_ref=tau_ref)
+            limits.limit(drive)
+    found = limits.limit(drive, tau_ref=tau_ref)
     figures = found.with_units()
     assert figures["i_rms_A"] > 0
     assert figures["ripple_free"] == (figures["tau_ref_Nm"] <= figures["tau_max_ripple_free_Nm"])
@@ -70,7 +67,7 @@ def test_speed_reference_takes_the_torque_of_the_load_at_that_speed() -> None:
 def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Limit, Envelope]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
-        limit = limit_of(load(RATED))
+        limit = limits.limit(load(RATED))
         return limit, envelope_of(limit, omega_max=350.0)
 
 
@@ -94,7 +91,7 @@ def test_files_hold_the_profile_and_the_envelope(
 def test_braking_at_no_resistance_reaches_what_driving_does() -> None:
     """Without copper loss, time reversed: the same currents, torque against the speed."""
     drive = load(RATED, ["machine.R_ohm=0.0"])
-    driving, braking = (limit_of(drive, tau_ref=t, omega_m=250.0) for t in (20.0, -20.0))
+    driving, braking = (limits.limit(drive, tau_ref=t, omega_m=250.0) for t in (20.0, -20.0))
     assert braking.tau_max == pytest.approx(-driving.tau_max, rel=1e-6)
     assert braking.least_copper.i_rms == pytest.approx(driving.least_copper.i_rms, rel=1e-6)
 
@@ -149,9 +146,9 @@ def test_what_cannot_be_meant_is_refused_in_one_line(arguments: list[object], sa
 def test_the_greatest_torque_of_the_check_is_that_of_all_phases() -> None:
     """The machine can hold somewhat less without ripple than it can give at its best angle."""
     drive = load(RATED)
-    check_point(drive, tau_ref=limit_of(drive).tau_max, omega_m=0.0)
+    check_point(drive, tau_ref=limits.limit(drive).tau_max, omega_m=0.0)
     theta_e = np.linspace(0, 2 * np.pi, 3600)
-    phases = [drive.machine.torque(150.0, theta_e - k * 2 * np.pi / 3) for k in range(3)]
+    phases = [drive.machine.tau(150.0, theta_e - k * 2 * np.pi / 3) for k in range(3)]
     most = np.maximum(phases, 0).sum(axis=0).max()
     check_point(drive, tau_ref=-0.999 * most, omega_m=0.0)
     with pytest.raises(ParameterError, match="impossible at any angle"):

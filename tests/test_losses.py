@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import reluctance as rl
-from reluctance.drive.loss_data import Iron
-from reluctance.drive.tables import Converter
+from reluctance.machine.loss_data import Iron
 from reluctance.run.energy_loop import energy_loops, save_energy_loop
 from reluctance.run.kpis import evaluated
 from reluctance.run.losses import iron_loss, loops
+from reluctance.tables.sections import Converter
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 IRON = Iron(p_ref_W=60.0, psi_ref_Wb=0.3, f_ref_Hz=100.0, alpha=1.4, beta=1.9)
@@ -143,7 +143,7 @@ def test_iron_loss_does_not_depend_on_what_is_kept():
     [
         (dict(E_on_mJ=1.0), "give u_sw_ref_V and i_sw_ref_A"),
         (dict(u_sw_ref_V=600.0, i_sw_ref_A=50.0), "have no effect without E_on_mJ"),
-        (dict(E_off_mJ=-1.0), "greater than or equal"),
+        (dict(E_off_mJ=-1.0), "need >= 0"),
     ],
 )
 def test_energies_need_their_point(keys, text):

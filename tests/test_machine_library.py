@@ -9,8 +9,8 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive.library import MODELS, entries, machine_from, machine_table
-from reluctance.load import drive_from
+from reluctance.drive.drive import drive_from
+from reluctance.machine.library import MODELS, machine_from, machine_table, machines
 from reluctance.maps import FluxTable, read_map, write_map
 from reluctance.resources import resources
 
@@ -65,7 +65,7 @@ def test_flux_rises_with_current_up_to_twice_the_limit(name):
 
 
 def test_the_listed_torque_is_the_greatest_on_a_grid():
-    for entry in entries():
+    for entry in machines():
         theta_e = np.linspace(0, np.pi, 1801)
         torque = at(entry.machine, entry.machine.i_max_A, theta_e)[:, TAU]
         assert entry.tau_peak == pytest.approx(torque.max(), rel=5e-3)

@@ -1,5 +1,7 @@
 """The flux tables that people have, in every form, are one and the same machine."""
 
+import shlex
+
 import numpy as np
 import pytest
 from command import command, refused
@@ -220,3 +222,56 @@ def test_an_electrical_map_without_torque_says_that_it_cannot_tell_the_poles(tmp
         "electrical angles without torque cannot tell"
         in command("map", "check", path, "--N_r", 10).out
     )
+
+
+@pytest.mark.parametrize("torque_factor", [1e-3, 1e-1, 1e3, 1e6])
+def test_a_power_of_ten_is_a_unit_error_and_no_number_of_turns(torque_factor, tmp_path):
+    """With `--turns_factor` the verdict would be good for a machine wrong by that power."""
+    psi, tau = sampled(HALF)
+    rows = [",".join(f"{v:.12g}" for v in row) for row in long_rows(psi, torque_factor * tau)]
+    path = tmp_path / "m.csv"
+    path.write_text("\n".join(["i_A,theta_deg,psi_Wb,tau_Nm", *rows]))
+    done = command("map", "check", path, "--N_r", 6)
+    assert done.code == 1
+    assert "unit error" in done.out and "turns" not in done.out
+
+
+ROUGH = ["Pos_mech [°]", "I_ph A (rms?no:DC) [A]", "FluxLinkage_PhaseA [mWb]", "Torque_avg [Nm]"]
+
+
+def rough(path, head=ROUGH):
+    """A table in the order of columns and with the units of ROUGH."""
+    rows = [
+        f"{a:.12g},{i:.12g},{1e3 * p:.12g},{t:.12g}" for i, a, p, t in long_rows(*sampled(HALF))
+    ]
+    path.write_text("\n".join([",".join(head), *rows]), encoding="utf-8")
+    return path
+
+
+def test_units_in_brackets_say_what_a_column_is(tmp_path):
+    path = rough(tmp_path / "m.csv")
+    is_the_machine(read_map(path, N_r=6))
+    assert command("map", "check", path, "--N_r", 6).code == 0
+
+
+def test_one_line_lists_all_columns_and_the_options_that_mend_it(tmp_path):
+    head = ["where [turn]", "one [x]", "FluxLinkage_PhaseA [mWb]", "Torque_avg [Nm]"]
+    path = rough(tmp_path / "m.csv", head)
+    line = refused("map", "check", path, "--N_r", 6)
+    assert all(f"`{name}`" in line for name in head)
+    ready = [word for word in shlex.split(line.split("name the columns: ")[1]) if "=" in word]
+    assert ready == ["psi=FluxLinkage_PhaseA [mWb]", "i=NAME", "theta=NAME"]
+    names = ["--name", "i=one [x]", "--name", "theta=where [turn]", "--name", ready[0]]
+    assert command("map", "check", path, "--N_r", 6, *names, "--angle_unit", "deg").code == 0
+
+
+def test_import_overwrites_no_machine_file_and_notes_the_names(tmp_path):
+    path = rough(tmp_path / "m.csv", ["a", "b", "FluxLinkage_PhaseA [mWb]", "Torque_avg [Nm]"])
+    motor = tmp_path / "motor.toml"
+    arguments = ["map", "import", path, "--N_r", 6, "--N_s", 8, "--R_ohm", 2, "--J_kgm2", 0.004]
+    arguments += ["--name", "theta=a", "--name", "i=b", "--angle_unit", "deg", "--out", motor]
+    assert command(*arguments).code == 0
+    assert "# column named: theta=a" in motor.read_text()
+    motor.write_text(edited := motor.read_text().replace("R_ohm = 2.0", "R_ohm = 1.9"))
+    assert "motor.toml exists" in refused(*arguments)
+    assert motor.read_text() == edited

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.drive.library import machine_from, machine_table
-from reluctance.drive.mismatch import Mismatch, as_known
 from reluctance.errors import ParameterError
+from reluctance.machine.library import machine_from, machine_table
+from reluctance.machine.mismatch import Mismatch, as_known
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 MACHINES = sorted((EXAMPLES.parent / "machines").glob("*.toml"))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.compare import compare, write
-from reluctance.compare.table import as_json, markdown, plain
+from reluctance.comparison import compare, write
+from reluctance.comparison.table import as_json, markdown, plain
 
 ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"
@@ -309,7 +309,7 @@ def test_sharing_written_in_python_is_the_core_s_sharing() -> None:
                 late = (theta - np.radians(10), theta - np.radians(130))
                 rise = [min(max(v / np.radians(40), 0), 1) for v in late]
                 tau = tau_ref * (rise[0] - rise[1])
-                i = np.interp(tau, k.machine.torque(self.i, theta), self.i) if tau > 0 else 0.0
+                i = np.interp(tau, k.machine.tau(self.i, theta), self.i) if tau > 0 else 0.0
                 orders.append(rl.Order.regulate(float(i), 1.0))
             return orders
 
@@ -350,7 +350,7 @@ def test_a_law_in_python_has_no_firmware(mine: Path, tmp_path: Path) -> None:
 
 def test_compare_refuses_code_without_trust(mine: Path) -> None:
     done = reluctance("compare", RATED, "--controls", f"python:{mine.parent}/mine.py:Mine")
-    assert done.returncode == 2 and "add --trust" in done.stderr
+    assert done.returncode == 2 and "say so with --trust" in done.stderr
 
 
 LAW = f"python:{OWN / 'own_law.py'}:RestOfTorque"

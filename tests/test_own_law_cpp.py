@@ -11,10 +11,10 @@ from firmware_tools import needs_target
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.compare import compare
-from reluctance.drive import compiled_law
+from reluctance.comparison import compare
 from reluctance.export import firmware
 from reluctance.export.parity import check_parity
+from reluctance.laws import compiled_law
 from reluctance.laws.build import build_law, local_headers
 
 ROOT = Path(__file__).parents[1]
@@ -55,7 +55,7 @@ class DeadbeatPulse(rl.Law):
             low, high = 0.0, k.i_max
             for _ in range(60):
                 i = (low + high) / 2
-                low, high = (i, high) if k.machine.torque(i, theta) < tau_ref else (low, i)
+                low, high = (i, high) if k.machine.tau(i, theta) < tau_ref else (low, i)
             psi, psi_ref = (
                 self.at(y.i[phase], y.angle(phase))[0],
                 self.at((low + high) / 2, theta)[0],

@@ -121,7 +121,7 @@ def test_printed_and_mended_torque_differ_by_the_place_of_one_bracket(i: float) 
     outside = (L_SAT - L_U) * i**2 / 2 + A * i  # what the printed bracket leaves without f'
     as_printed = [printed.torque(i, t, L_sat=L_SAT, A=A, B=B) for t in theta]
     np.testing.assert_allclose(-tau - np.array(as_printed), outside * (slope - 1), atol=1e-9)
-    np.testing.assert_allclose(MACHINE.torque(i, np.pi - 4 * theta), tau, atol=1e-9)
+    np.testing.assert_allclose(MACHINE.tau(i, np.pi - 4 * theta), tau, atol=1e-9)
 
 
 @pytest.mark.parametrize(("tau", "rpm"), [(41.339, 1522.9), (20.669, 1059.1)])

@@ -7,7 +7,7 @@ import pytest
 
 import reluctance as rl
 from reluctance.export.package import firmware
-from reluctance.limit.point import operating_point
+from reluctance.limits.point import operating_point
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

@@ -1,6 +1,7 @@
-"""The reference port to the STM32G474: registers as words of memory, the plant in the loop, and
-the image for the target. Addresses and bits are those of RM0440, written a second time."""
+"""The reference port to the STM32G474: registers by the maker's description, the timer as a model,
+the plant in the loop, and the image for the target."""
 
+import copy
 import csv
 import ctypes
 import json
@@ -11,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from firmware_tools import ROOT, needs_target
+from stm32g474 import ADDRESS, INTERRUPT, REGISTER, TIMERS, Hrtim, field, word_of
 
 import reluctance as rl
 from reluctance import _core
@@ -19,25 +21,23 @@ from reluctance.export.target import PHASE
 
 FILE = ROOT / "examples" / "deadbeat_g474.toml"
 CLOCK = 170e6
-RCC, FLASH, PWR, HRTIM, TIM3, IWDG = (
-    *(0x40021000, 0x40022000, 0x40007000, 0x40016800, 0x40000400, 0x40003000),
-)
-ADC = (0x50000000, 0x50000100, 0x50000400)
-GPIO = (0x48000000, 0x48000400, 0x48000800)
-COMMON = HRTIM + 0x380
+ADC = ("ADC1", "ADC2", "ADC3")
+CONVERSION = 340  # ticks from the trigger to the interrupt: two channels at 42.5 MHz
 ALL_OUTPUTS = 0b111111
+TO_RUN = 1600  # periods of precharge, calibration and ready
 
+# Not in the maker's description, but in its low-level driver (stm32g4xx_ll_adc.h):
+# LL_ADC_INJ_TRIG_EXT_HRTIM_TRG2 = ADC_JSQR_JEXTSEL_4 | _1 | _0, LL_ADC_INJ_TRIG_EXT_RISING = 1.
+HRTIM_TRG2, RISING = 0b10011, 1
+# Of the core, by the Cortex-M4 technical reference manual: interrupt set-enable 0.
+ADDRESS["NVIC.ISER0"] = 0xE000E100
+REGISTER[ADDRESS["NVIC.ISER0"]] = "NVIC.ISER0"
 
-def timer(k):
-    return HRTIM + 0x80 * (k + 1)
-
-
-def bits(word, low, count):
-    return word >> low & (1 << count) - 1
+SEEN = ctypes.CFUNCTYPE(None, ctypes.c_uint32, ctypes.c_uint32)
 
 
 class Port:
-    """The port on the desk."""
+    """The port on the desk, its timers the model."""
 
     def __init__(self, folder):
         self.drive = rl.load(FILE)
@@ -56,21 +56,41 @@ class Port:
             self._run("gcc", *warnings, "-DREGISTERS_MOCKED", *flags, source, "-o", objects[-1])
         self._run("g++", "-shared", *objects, "-o", "port.so")
         self.library = ctypes.CDLL(str(package / "port.so"))
-        self.library.peek.restype = ctypes.c_uint32
+        self.library.peek.restype = self.library.touched_at.restype = ctypes.c_uint32
         self.library.port_orders.restype = ctypes.c_void_p
         for name in ("peek", "poke"):
             getattr(self.library, name).argtypes = [ctypes.c_uint32] * (2 if name == "poke" else 1)
+        self.timers = Hrtim()
+        self._seen = SEEN(self._write)
+        self.library.on_write(self._seen)
         self.library.main()
+        self.library.settle()
         self.sequence = 0
+        self.ask(enable=0)
+        self.advance = self.drive.machine.N_r * self.drive.omega_nominal * self.drive.control.T_s
+        self.theta_e = -(TO_RUN + 1) * self.advance
 
     def _run(self, *command):
         subprocess.run(list(map(str, command)), cwd=self.package, check=True)
 
-    def __getitem__(self, address):
-        return self.library.peek(address)
+    def _write(self, address, word):
+        name = REGISTER.get(address, "")
+        if name.startswith("HRTIM"):
+            self.library.poke(address, self.timers.write(name, word))
+            self._reads()
 
-    def __setitem__(self, address, word):
-        self.library.poke(address, word)
+    def _reads(self):
+        for name, word in self.timers.reads().items():
+            self[name] = word
+
+    def __getitem__(self, name):
+        return self.library.peek(ADDRESS[name])
+
+    def __setitem__(self, name, word):
+        self.library.poke(ADDRESS[name], word)
+
+    def field(self, register, name):
+        return field(self[register], register, name)
 
     def ask(self, *, enable=1, clear=0, reference=0.0):
         """What the main loop asks for; a new command each time."""
@@ -81,52 +101,67 @@ class Port:
         symbol = (ctypes.c_uint32 * 5).in_dll(self.library, "port_request")
         symbol[:] = words.tolist()
 
-    def interrupt(self, i=(0.0, 0.0, 0.0), theta_e=0.0, u_dc=240.0):
-        """One control interrupt at these readings."""
+    def period(self, i=(0.0, 0.0, 0.0), theta_e=None, u_dc=240.0, *, late=False):
+        """A control period of the timers, from one's beginning to the next's, with the interrupt at
+        these readings once they are converted; late: with the next period begun by its end. Without
+        an angle the rotor turns on."""
+        if theta_e is None:
+            self.theta_e = theta_e = (self.theta_e + self.advance) % (2 * np.pi)
         step = self.drive.sensing.i_range_A / 4096
         for adc, current in zip(ADC, i, strict=True):
-            self[adc + 0x80] = min(max(round(current / step) + 64, 0), 4095)
-        self[ADC[0] + 0x84] = round(u_dc / (1.25 * 300 / 4096))
+            self[f"{adc}.JDR1"] = min(max(round(current / step) + 64, 0), 4095)
+        self["ADC1.JDR2"] = round(u_dc / (1.25 * 300 / 4096))
         counts, N_r = self.drive.sensing.encoder_counts, self.drive.machine.N_r
-        self[TIM3 + 0x24] = round(theta_e / (2 * np.pi) * counts) // N_r
+        self["TIM3.CNT"] = round(theta_e / (2 * np.pi) * counts) // N_r
+        self.timers.run(CONVERSION - self.timers.master.count)
+        self._reads()
+        if late:
+            self.timers.write = self._late(self.timers.write)
         self.library.ADC1_2_IRQHandler()
+        self.library.settle()
+        self.timers.to_roll_over()
+        self._reads()
+
+    def _late(self, write):
+        """The next write of the timer's registers comes a whole period late."""
+
+        def delayed(name, word):
+            self.timers.write = write
+            told = write(name, word)
+            self.timers.run(self.timers.master.active["PERR"])
+            return told
+
+        return delayed
 
     def orders(self):
         """What the step ordered."""
         address = self.library.port_orders()
         return np.frombuffer(ctypes.string_at(address, 3 * PHASE.itemsize), PHASE)
 
-    def legs(self, k):
-        """Ticks at which leg k changes, and its states, as the registers have them."""
-        at = timer(k)
-        compare = [self[at + offset] for offset in (0x1C, 0x24, 0x28, 0x2C)]
-        levels = []
-        for set_, reset in ((0x3C, 0x40), (0x44, 0x48)):
-            sets, resets = self[at + set_], self[at + reset]
-            assert sets & resets == 0
-            assert (sets | resets) & ~(0b1111 << 3 | 1 << 8) == 0  # compares, master compare 1
-            assert (sets | resets) >> 8 & 1  # each period starts from a known level
-            used = [n for n in range(4) if bits(sets | resets, 3 + n, 1)]
-            changes = {compare[n]: bool(bits(sets, 3 + n, 1)) for n in used}
-            levels.append((bool(sets >> 8 & 1), changes))
-        ticks = sorted(set(levels[0][1]) | set(levels[1][1]))
-        on = [level for level, _ in levels]
-        states = [sum(on) - 1]
-        for tick in ticks:
-            on = [changes.get(tick, was) for was, (_, changes) in zip(on, levels, strict=True)]
-            states.append(sum(on) - 1)
-        return ticks, states
+    def next_period(self):
+        """Of the period that begins now, with the outputs enabled: for each leg the ticks at which
+        its pins change from the first levels on, and its states."""
+        timers = copy.deepcopy(self.timers)
+        assert timers.master.count == 0
+        timers.enabled = ALL_OUTPUTS
+        timers.run(3)  # the first levels are set by then
+        states, ticks = [[timers.state(k)] for k in range(3)], [[] for _ in range(3)]
+        timers.shown = [timers.state(k) for k in range(3)]
+        timers.changes.clear()
+        begin = timers.time - 3
+        timers.run(timers.master.active["PERR"] - 4)
+        for time, k, state in timers.changes:
+            ticks[k].append(time - begin)
+            states[k].append(state)
+        return list(zip(ticks, states, strict=True))
 
     def to_run(self, reference):
-        """Through precharge, calibration and ready, with the rotor turning up to angle 0."""
-        T_s, N_r = self.drive.control.T_s, self.drive.machine.N_r
-        advance = N_r * self.drive.omega_nominal * T_s
+        """Through precharge, calibration and ready. The first time, the next angle is zero."""
         self.ask()
-        calls = 1600
-        for n in range(calls):
-            if n == calls - 1:
-                self.ask(reference=reference)
-            self.interrupt(theta_e=(n - calls) * advance % (2 * np.pi))
+        for _ in range(TO_RUN - 1):
+            self.period()
+        self.ask(reference=reference)
+        self.period()
 
 
 @pytest.fixture
@@ -134,141 +169,229 @@ def port(tmp_path):
     return Port(tmp_path)
 
 
+def test_every_register_that_the_port_uses_is_in_the_makers_description(port):
+    port.to_run(reference=5.0)
+    used = {port.library.touched_at(n) for n in range(port.library.touched())}
+    assert {hex(address) for address in used - set(REGISTER)} == set()
+    assert len(used) >= 90
+
+
 def test_the_clock_tree_gives_170_mhz(port):
-    pll = port[RCC + 0x0C]
-    assert bits(pll, 0, 2) == 3  # crystal
-    hertz = 24e6 / (bits(pll, 4, 4) + 1) * bits(pll, 8, 7) / (2 * (bits(pll, 25, 2) + 1))
-    assert hertz == CLOCK
-    assert bits(pll, 24, 1) == 1
-    assert bits(port[RCC + 0x00], 16, 1) == bits(port[RCC + 0x00], 24, 1) == 1
-    assert bits(port[RCC + 0x08], 0, 2) == 3
-    assert bits(port[RCC + 0x08], 4, 4) == 0  # bus clock not divided
-    assert bits(port[PWR + 0x80], 8, 1) == 0  # boost
-    assert bits(port[FLASH + 0x00], 0, 4) == 4  # wait states
-    assert bits(port[RCC + 0x60], 26, 1) == bits(port[RCC + 0x58], 1, 1) == 1  # HRTIM, TIM3
-    assert bits(port[RCC + 0x4C], 13, 2) == 3  # converters
-    assert bits(port[RCC + 0x4C], 0, 3) == 7  # ports
+    """24 MHz / 6 * 85 / 2, full words: no other bit is set."""
+    assert port["RCC.PLLCFGR"] == word_of(
+        "RCC.PLLCFGR", PLLSRC=3, PLLM=6 - 1, PLLN=85, PLLREN=1, PLLR=0
+    )
+    assert 24e6 / 6 * 85 / 2 == CLOCK
+    assert port.field("RCC.CR", "HSEON") == port.field("RCC.CR", "PLLON") == 1
+    assert port["RCC.CFGR"] == word_of("RCC.CFGR", SW=3)  # the PLL, not divided
+    assert port.field("PWR.CR5", "R1MODE") == 0  # boost
+    assert port["FLASH.ACR"] == word_of("FLASH.ACR", LATENCY=4, PRFTEN=1, ICEN=1, DCEN=1)
+    assert port["RCC.APB2ENR"] == word_of("RCC.APB2ENR", HRTIM1EN=1)
+    assert port["RCC.APB1ENR1"] == word_of("RCC.APB1ENR1", TIM3EN=1, PWREN=1)
+    assert port["RCC.AHB2ENR"] == word_of(
+        "RCC.AHB2ENR", GPIOAEN=1, GPIOBEN=1, GPIOCEN=1, ADC12EN=1, ADC345EN=1
+    )
 
 
 def test_the_timers_run_at_the_control_period_and_start_the_converters(port):
-    ticks = port.drive.control.T_s * CLOCK
-    assert port[HRTIM + 0x14] == ticks
-    assert port[HRTIM + 0x00] == 5 | 1 << 3 | 0b1111 << 16  # /1, continuous, master and A to C
-    assert port[HRTIM + 0x1C] == 3
-    assert port[COMMON + 0x40] == 1 << 4  # trigger 2: master period
-    for k in range(3):
-        assert port[timer(k) + 0x14] == ticks
-        assert port[timer(k) + 0x00] == 5 | 1 << 3 | 1 << 18 | 1 << 27  # update at roll-over
-        assert bits(port[timer(k) + 0x64], 8, 1) == 0  # no dead time: no complementary switches
+    ticks = round(port.drive.control.T_s * CLOCK)
+    counters = dict(CKPSC=5, CONT=1)  # a tick is one period of 170 MHz
+    assert port["HRTIM_MASTER.PERR"] == ticks
+    assert port["HRTIM_MASTER.CR"] == word_of(
+        "HRTIM_MASTER.CR", **counters, MCEN=1, TACEN=1, TBCEN=1, TCCEN=1
+    )
+    assert port["HRTIM_MASTER.CMP1R"] == 3
+    assert port["HRTIM_COMMON.ADC2R"] == word_of("HRTIM_COMMON.ADC2R", MPER=1)
+    for name in TIMERS:
+        timer = f"HRTIM_TIM{name}"
+        assert port[f"{timer}.PERR"] == ticks
+        assert port[f"{timer}.CR"] == word_of(f"{timer}.CR", **counters, TRSTU=1, PREEN=1)
     for adc, channels in zip(ADC, ((1, 3), (2,), (1,)), strict=True):
-        sequence = port[adc + 0x4C]
-        assert bits(sequence, 0, 2) == len(channels) - 1
-        assert (bits(sequence, 2, 5), bits(sequence, 7, 2)) == (19, 1)  # HRTIM trigger 2, rising
-        assert [bits(sequence, 9 + 6 * n, 5) for n in range(len(channels))] == list(channels)
-        assert all(bits(port[adc + 0x14], 3 * n, 3) == 2 for n in channels)  # 12.5 periods
-        assert bits(port[adc + 0x0C], 3, 2) == 0  # 12 bits
-        assert bits(port[adc + 0x08], 28, 2) == 1  # regulator on, not in deep power-down
-        assert port[adc + 0x08] & (1 << 0 | 1 << 3) == 1 << 0 | 1 << 3
-    assert port[ADC[0] + 0x04] == 1 << 6
-    assert port[0xE000E100] == 1 << 18
+        places = {f"JSQ{n + 1}": channel for n, channel in enumerate(channels)}
+        sequence = dict(JL=len(channels) - 1, JEXTSEL=HRTIM_TRG2, JEXTEN=RISING, **places)
+        assert port[f"{adc}.JSQR"] == word_of(f"{adc}.JSQR", **sequence)
+        assert port[f"{adc}.SMPR1"] == word_of(f"{adc}.SMPR1", SMP1=2, SMP2=2, SMP3=2)  # 12.5
+        assert port[f"{adc}.CFGR"] == word_of(f"{adc}.CFGR", JQDIS=1)  # 12 bits, right
+        assert port[f"{adc}.CR"] == word_of(f"{adc}.CR", ADVREGEN=1, ADEN=1, JADSTART=1)
+    for common in ("ADC12_COMMON", "ADC345_COMMON"):
+        assert port[f"{common}.CCR"] == word_of(f"{common}.CCR", CKMODE=3)
+    assert port["ADC1.IER"] == word_of("ADC1.IER", JEOSIE=1)
+    assert port["NVIC.ISER0"] == 1 << INTERRUPT
+
+
+def started(order, timers=None):
+    """The model after this order of set-up: when the preload is switched on, and what updates."""
+    timers = timers or Hrtim()
+    runs = dict(CKPSC=5, CONT=1)
+    timers.write("HRTIM_MASTER.CR", word_of("HRTIM_MASTER.CR", **runs))
+    timers.write("HRTIM_MASTER.PERR", 8500)
+    for action in order:
+        for name in TIMERS:
+            timer = f"HRTIM_TIM{name}"
+            if action == "preload":
+                control = word_of(f"{timer}.CR", **runs, TRSTU=1, PREEN=1)
+                timers.write(f"{timer}.CR", control)
+            elif action == "period":
+                timers.write(f"{timer}.PERR", 8500)
+            else:
+                update = word_of("HRTIM_COMMON.CR2", **{f"T{name}SWU": 1})
+                timers.write("HRTIM_COMMON.CR2", update)
+    on = word_of("HRTIM_MASTER.CR", **runs, MCEN=1, TACEN=1, TBCEN=1, TCCEN=1)
+    timers.write("HRTIM_MASTER.CR", on)
+    timers.run(20 * 8500 + 1234)
+    return timers.behind()
+
+
+def test_a_period_that_waits_in_its_preload_register_sets_the_timers_out_of_phase():
+    """The first period is then the reset value of 65 503 ticks; 65 503 mod 8 500 = 6 003."""
+    assert started(["preload", "period"]) == [6003] * 3
+    assert started(["preload", "period", "update"]) == [0] * 3
+    assert started(["period", "preload"]) == [0] * 3
+
+
+def test_the_timers_are_in_phase_with_the_master_from_the_start_and_after_a_trip(port):
+    ticks = round(port.drive.control.T_s * CLOCK)
+    port.to_run(reference=5.0)
+    assert port.timers.behind() == [0] * 3
+    port.timers.fault(True)
+    port.period()
+    assert port.timers.enabled == 0
+    port.timers.fault(False)
+    port.ask(enable=0, clear=1)
+    port.period()  # clears the latch of the timer
+    port.period()  # clears the fault of the controller
+    port.to_run(reference=5.0)
+    assert port.timers.enabled == ALL_OUTPUTS
+    assert port.timers.behind() == [0] * 3
+    assert set(np.diff(port.timers.conversions)) == {ticks}
+    assert port.timers.conversions[0] == ticks
+
+
+def test_no_switch_conducts_before_the_drive_runs_nor_out_of_its_orders_as_it_begins(port):
+    """From power-up through precharge, and in the period in which the outputs are enabled."""
+    port.to_run(reference=5.0)
+    assert port.timers.enabled == ALL_OUTPUTS
+    assert port.timers.changes == []
+    assert any(states != [-1] for _, states in port.next_period())
 
 
 def test_the_trip_input_takes_all_outputs_off_without_software(port):
-    fault = port[COMMON + 0x50]
-    assert (bits(fault, 0, 1), bits(fault, 1, 1), bits(fault, 2, 1)) == (1, 1, 0)  # pin, high
-    for k in range(3):
-        assert port[timer(k) + 0x68] == 1  # fault 1
-        out = port[timer(k) + 0x64]
-        assert (bits(out, 4, 2), bits(out, 20, 2)) == (2, 2)  # inactive at a fault
-        assert (bits(out, 1, 1), bits(out, 17, 1)) == (0, 0)  # active is high
-    assert port[COMMON + 0x14] == 0  # nothing is enabled before the drive runs
+    assert port["HRTIM_COMMON.FLTINR1"] == word_of(
+        "HRTIM_COMMON.FLTINR1", FLT1E=1, FLT1P=1, FLT1SRC=0, FLT1F=2
+    )
+    for name in TIMERS:
+        timer = f"HRTIM_TIM{name}"
+        assert port[f"{timer}.FLTR"] == word_of(f"{timer}.FLTR", FLT1EN=1)
+        # Inactive at a fault, active is high, no dead time: the switches are not complementary.
+        assert port[f"{timer}.OUTR"] == word_of(f"{timer}.OUTR", FAULT1=2, FAULT2=2)
+    assert port.timers.enabled == 0  # nothing is enabled before the drive runs
+    port.to_run(reference=5.0)
+    assert port.timers.enabled == ALL_OUTPUTS
+    port.timers.fault(True)
+    assert [port.timers.state(k) for k in range(3)] == [-1, -1, -1]
+    port.timers.fault(False)
+    port.timers.run(8500)
+    assert [port.timers.state(k) for k in range(3)] == [-1, -1, -1]
 
 
-PINS = [  # port, pin, mode, alternate function
-    *((0, n, 3, 0) for n in (0, 1, 2)),
-    (1, 1, 3, 0),
-    *((0, n, 2, 13) for n in (8, 9, 10, 11, 12)),
-    *((1, n, 2, 13) for n in (12, 13)),
-    *((0, n, 2, 2) for n in (6, 7)),
-    *((2, n, 1, 0) for n in (0, 1, 2)),
-]
+def pins():
+    """(register, field, value) of each pin by the assumption sheet."""
+    for at, number, mode, function in (
+        *(("A", n, 3, 0) for n in (0, 1, 2)),
+        ("B", 1, 3, 0),
+        *(("A", n, 2, 13) for n in (8, 9, 10, 11, 12)),
+        *(("B", n, 2, 13) for n in (12, 13)),
+        *(("A", n, 2, 2) for n in (6, 7)),
+        *(("C", n, 1, 0) for n in (0, 1, 2)),
+    ):
+        half = "L" if number < 8 else "H"
+        yield f"GPIO{at}.MODER", f"MODER{number}", mode
+        yield f"GPIO{at}.AFR{half}", f"AFR{half}{number}", function
 
 
 def test_the_pins_are_those_of_the_assumption_sheet(port):
-    for at, number, mode, function in PINS:
-        assert bits(port[GPIO[at] + 0x00], 2 * number, 2) == mode
-        assert bits(port[GPIO[at] + 0x20 + 4 * (number // 8)], 4 * (number % 8), 4) == function
-    assert port[TIM3 + 0x2C] == port.drive.sensing.encoder_counts - 1
-    assert (bits(port[TIM3 + 0x08], 0, 3), port[TIM3 + 0x00]) == (3, 1)  # encoder mode 3
+    for register, name, value in pins():
+        assert port.field(register, name) == value
+    assert port["TIM3.ARR"] == port.drive.sensing.encoder_counts - 1
+    assert port["TIM3.SMCR"] == word_of("TIM3.SMCR", SMS=3)  # both edges of both
+    assert port["TIM3.CCMR1_INPUT"] == word_of("TIM3.CCMR1_INPUT", CC1S=1, CC2S=1)
+    assert port["TIM3.CR1"] == word_of("TIM3.CR1", CEN=1)
 
 
 def test_the_watchdog_is_fed_by_a_step_in_time_only(port):
-    assert port[IWDG + 0x08] == 20  # of 8 kHz: 50 periods
+    assert port["IWDG.RLR"] == 20  # of 8 kHz: 50 periods
     port.to_run(reference=0.0)
-    port[IWDG] = 0
-    port.interrupt()
-    assert port[IWDG] == 0xAAAA
-    port[IWDG], port[COMMON + 0x18] = 0, 0
-    port[HRTIM + 0x04] = 1 << 4  # the next period has begun
-    port.interrupt()
-    assert port[IWDG] == 0
-    assert port[COMMON + 0x18] == ALL_OUTPUTS
-    port[HRTIM + 0x04] = 0
-    port[COMMON + 0x18] = 0
-    port.interrupt()
-    assert port[COMMON + 0x18] == ALL_OUTPUTS  # the drive has tripped
+    port["IWDG.KR"] = 0
+    port.period()
+    assert port["IWDG.KR"] == 0xAAAA
+    port["IWDG.KR"] = 0
+    port.period(late=True)
+    assert port["IWDG.KR"] == 0
+    assert port.timers.enabled == 0
+    port.period()
+    assert port.timers.enabled == 0  # the drive has tripped
     assert (port.orders()["leg"] == -1).all()
-    assert port[IWDG] == 0  # until a person clears the fault, or the watchdog resets
+    assert port["IWDG.KR"] == 0  # until a person clears the fault, or the watchdog resets
     port.ask(enable=0, clear=1)
-    port.interrupt()
-    assert port[IWDG] == 0xAAAA
+    port.period()
+    assert port["IWDG.KR"] == 0xAAAA
 
 
 def test_outputs_are_enabled_once_so_that_a_trip_lasts(port):
-    """The latch of a trip that comes after the request is read is seen one period later: until then
-    software must not enable what the hardware has disabled."""
+    """A trip that comes after the request is read is seen one period later: until then software
+    must not enable what the hardware has disabled, even if the trip's cause has gone."""
     port.to_run(reference=5.0)
-    assert port[COMMON + 0x14] == ALL_OUTPUTS
-    port[COMMON + 0x14] = 0
-    port.interrupt()
-    assert port[COMMON + 0x14] == 0
+    assert port.timers.enabled == ALL_OUTPUTS
+    port.timers.enabled = 0  # a trip that is not seen in the latch
+    port.period()
+    assert port.timers.enabled == 0
 
 
 def test_a_hardware_trip_ends_the_run_until_a_person_clears_it(port):
     port.to_run(reference=5.0)
-    assert port[COMMON + 0x14] == ALL_OUTPUTS
-    assert port[GPIO[2] + 0x18] & 7 == 3  # gate enable, precharge relay
-    port[COMMON + 0x08] = 1  # the latch of fault 1
-    port[COMMON + 0x18] = 0
-    port.interrupt()
-    assert port[COMMON + 0x18] == ALL_OUTPUTS
-    assert port[GPIO[2] + 0x18] == 7 << 16
-    assert all(port.legs(k) == ([], [-1]) for k in range(3))
+    gates = word_of("GPIOC.BSRR", BS0=1, BS1=1)  # gate enable, precharge relay
+    assert port["GPIOC.BSRR"] == gates | word_of("GPIOC.BSRR", BR2=1)
+    port.timers.fault(True)
+    port.timers.fault(False)
+    assert port.timers.latched
+    port.period()
+    assert port.timers.enabled == 0
+    assert port["GPIOC.BSRR"] == word_of("GPIOC.BSRR", BR0=1, BR1=1, BR2=1)
+    assert port.next_period() == [([], [-1])] * 3
     port.ask(enable=0, clear=1)
-    port.interrupt()
-    assert port[COMMON + 0x0C] == 1
-    port[COMMON + 0x08] = port[COMMON + 0x18] = 0
-    port[COMMON + 0x14] = 0
+    port.period()
+    assert not port.timers.latched
     for _ in range(20):
         port.ask()
-        port.interrupt()
-    assert port[GPIO[2] + 0x18] & 1 == 0  # precharge again, not run
-    assert port[COMMON + 0x14] == 0
+        port.period()
+    assert port.field("GPIOC.BSRR", "BS0") == 0  # precharge again, not run
+    assert port.timers.enabled == 0
+
+
+def test_a_trip_whose_cause_lasts_cannot_be_cleared(port):
+    port.to_run(reference=5.0)
+    port.timers.fault(True)
+    port.period()
+    port.ask(enable=0, clear=1)
+    port.period()
+    assert port.timers.latched
+    port.to_run(reference=5.0)
+    assert port.timers.enabled == 0
 
 
 def test_the_port_drives_the_plant_as_the_simulation_does(port):
-    """Readings go into the converters' registers; what comes back is read from the timers'."""
+    """Readings go into the converters' registers; what comes back is what the pins of the timers
+    show in the period that follows."""
     drive, T_s = port.drive, port.drive.control.T_s
     reference = float(drive.reference.course[1][0])
     columns = _core.ORDER_COLUMNS
     worst = []
 
-    def step(i, theta_e, omega_m, u_dc, asked, i_source):
+    def step(y, asked):
         port.ask(reference=asked)
-        port.interrupt(i, theta_e, u_dc)
+        port.period(y.i, y.theta_e, y.u_dc)
         row = []
-        for k, order in enumerate(port.orders()):
-            ticks, states = port.legs(k)
+        for order, (ticks, states) in zip(port.orders(), port.next_period(), strict=True):
             worst.append(decoded(order, ticks, states, T_s))
             found = dict.fromkeys(columns, 0.0)
             found |= {"gate": 1.0} | {f"leg_{n}": float(states[-1]) for n in range(5)}
@@ -291,8 +414,9 @@ def test_the_port_drives_the_plant_as_the_simulation_does(port):
 
 def decoded(order, ticks, states, T_s):
     """Greatest distance [ticks] of a register's edge from one that was ordered; the states between
-    edges must be the ordered ones."""
-    kept = [n for n in range(4) if order["t_edge"][n] < T_s]
+    edges must be the ordered ones. A state that lasts no time is none."""
+    edges = [*order["t_edge"], np.inf]
+    kept = [n for n in range(4) if edges[n] < T_s and edges[n] < edges[n + 1]]
     legs = [int(order["leg"][0])] + [int(order["leg"][n + 1]) for n in kept]
     times = [float(order["t_edge"][n]) * CLOCK for n in kept]
     wanted, now = [], legs[0]
@@ -331,7 +455,7 @@ def test_the_image_for_the_target_has_its_fast_code_in_ccm(tmp_path):
     vectors = np.fromfile(made / "vectors", "<u4")
     assert vectors[0] == 0x20000000 + 96 * 1024
     assert vectors[1] == symbols["reset"] | 1
-    assert vectors[16 + 18] == symbols["ADC1_2_IRQHandler"] | 1
+    assert vectors[16 + INTERRUPT] == symbols["ADC1_2_IRQHandler"] | 1
     assert len(vectors) == 16 + 102
 
 

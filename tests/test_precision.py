@@ -25,14 +25,10 @@ def replayed(drive: rl.Drive, *, samples: int = SAMPLES, anew: bool = False) -> 
     controllers = [d.controller() for d in both]
     rows: tuple[list[list[float]], list[list[float]]] = ([], [])
 
-    def step(
-        i: list[float], theta_e: float, omega_m: float, u_dc: float, ref: float, i_source: float
-    ) -> list[float]:
-        seen = {"theta_e": theta_e, "omega_m": omega_m, "u_dc": u_dc, "reference": ref}
-        seen["i_source"] = i_source
-        answers = [_core.step(c, i, **seen) for c in controllers]
+    def step(y: _core.Measurement, reference: float) -> list[float]:
+        answers = [_core.step(c, y, reference) for c in controllers]
         for kept, answer, d in zip(rows, answers, both, strict=True):
-            kept.append((_core.step(d.controller(), i, **seen) if anew else answer)[:-1])
+            kept.append((_core.step(d.controller(), y, reference) if anew else answer)[:-1])
         return answers[0]
 
     controller = _core.controller_from(n_phases, step)

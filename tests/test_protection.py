@@ -11,7 +11,7 @@ from firmware_tools import ROOT, Native
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.export.trip_levels import limits
+from reluctance.guard.trip_levels import protection
 
 pytestmark = pytest.mark.long
 
@@ -53,9 +53,9 @@ def test_a_drive_that_brakes_together_with_its_fan_is_not_taken_for_a_stuck_angl
     """Both slow the rotor down, at up to twice the torque of the motor: the observer lags more."""
     drive = COURSES["fan"]("paper_rated")
     weak = drive.with_values({"load.k_fan_Nms2": drive.load.k / 4})
-    slack = [limits(d).angle_slack - 1.5 * 2 * np.pi * 4 / 4096 for d in (drive, weak)]
+    slack = [protection(d).levels.angle_slack - 1.5 * 2 * np.pi * 4 / 4096 for d in (drive, weak)]
     most = drive.tau_max
-    at_most = drive.load.k / 4 * limits(drive).omega_max ** 2
+    at_most = drive.load.k / 4 * protection(drive).levels.omega_max ** 2
     assert slack[1] / slack[0] == pytest.approx((most + min(most, at_most)) / (2 * most))
 
 
@@ -148,12 +148,13 @@ class Drive:
     def __init__(self, given, folder):
         self.given, self.target = given, Native(given, folder)
         self.n = 0
+        self.lost = 0.0  # by the shown angle [rad electrical]
 
     def step(
         self, *, u_dc=240.0, enable=1, clear=0, tripped=0, fresh=True, i=(0.0, 0.0, 0.0), tau=0.0
     ):
         omega = 10 * np.pi
-        theta = _core.wrap_float(4 * omega * self.n * self.given.control.T_s)
+        theta = _core.wrap_float(4 * omega * self.n * self.given.control.T_s - self.lost)
         self.n += 1
         self.sequence = getattr(self, "sequence", 0) + int(fresh)
         return self.target.run(
@@ -173,6 +174,25 @@ OFF, PRECHARGE, CALIBRATE, READY, RUN, FAULT = range(6)
 @pytest.fixture
 def states(tmp_path):
     return Drive(rl.load(ROOT / "examples" / "sharing_cubic.toml"), tmp_path)
+
+
+@pytest.mark.parametrize(("per_sample", "trips"), [(1 / 48, True), (1 / 80, False)])
+def test_a_slow_slip_adds_up_over_64_samples(per_sample, trips, tmp_path):
+    """The sum of a slip s in each sample tends to 64 s: s = slack/48 reaches the slack when
+    1 - (63/64)^n = 48/64, after 88 samples; s = slack/80 never does."""
+    slack = np.radians(20)
+    given = rl.load(ROOT / "examples" / "sharing_cubic.toml")
+    states = Drive(given.with_values({"protection.angle_slack_deg": 20}), tmp_path)
+    states.until(RUN)
+    samples = 0
+    while samples < 2000 and states.step()["mode"] == RUN:
+        samples += 1
+        states.lost += per_sample * slack
+    if trips:
+        assert samples == pytest.approx(88, abs=2)
+        assert states.target.fault().status == 7  # stuck angle
+    else:
+        assert samples == 2000
 
 
 def legs_are_off(states):
@@ -276,3 +296,11 @@ def test_an_order_of_zeros_is_all_off(states):
     for before in (-1, 0, 1):
         assert leg(zero.ctypes.data, before, 5.0, 1.0, 0) == -1
     assert states.target.library.reluctance_api() == 3
+
+
+def test_a_board_that_is_quieter_than_the_simulated_one_has_no_frozen_sensor(tmp_path):
+    """Built for 8 LSB of noise: equal readings in a row are healthy where there is none."""
+    for law in ("sharing_cubic", "paper_rated"):
+        target = compiled(law).again()
+        rl.simulate(noisy(law, lsb=0.0), until=0.1, record=None, controller=target.controller)
+        assert target.trip is None

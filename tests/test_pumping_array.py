@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pvlib import pvsystem
 
-from reluctance.drive.schema import checked
-from reluctance.drive.single_diode import array_diode, current, open_circuit, power_point
 from reluctance.errors import ParameterError
 from reluctance.pumping.array import Array
+from reluctance.schema import checked
+from reluctance.solar.single_diode import array_diode, current, open_circuit, power_point
 
 MODULE = "Canadian_Solar_Inc__CS6X_300M"
 PLANE = {"n_series": 7, "n_parallel": 6, "tilt_deg": 10.0}
@@ -91,7 +91,7 @@ def test_five_numbers_do_as_well_as_a_name():
     [
         ({"module": "Canadian_Solar_CS6X_300M"}, "nearest: `Canadian_Solar"),
         ({"module": "Canadian_Solar_Inc__CS6X_300P"}, "alpha_sc = -0.004"),
-        ({"module": None}, "need either `module`"),
+        ({"module": None}, "need one of `module`"),
         ({"n_series": 0}, "n_series = 0, need >= 1"),
         ({"tilt_deg": 95.0}, "tilt_deg = 95.0, need <= 90"),
         ({"soiling": 1.0}, "soiling = 1.0, need < 1"),

@@ -94,7 +94,6 @@ def test_a_size_that_does_not_work_is_told_and_the_others_are_kept():
     [
         (("pump", "none.toml"), "cannot read none.toml"),
         (("pump", str(ROOT / "examples" / "paper_rated.toml")), "use `reluctance run`"),
-        (("run", DAY), "use `reluctance pump"),
         (("size", DAY, "--vary", "tank.volume_m3=10:50:3"), "has no effect without [demand]"),
         (("size", DAY, "--vary", "array.n_series=a:b"), "need section.key=FROM:TO:COUNT"),
         (("size", DAY, "--vary", "array.n_series=4:9:2.5"), "need section.key=FROM:TO:COUNT"),

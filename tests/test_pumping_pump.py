@@ -8,10 +8,10 @@ from fluids import friction_factor
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reluctance.drive.hydraulics import Pipe, flow, hydraulics, least_speed
-from reluctance.drive.pump import GRAVITY, RHO, pump_from
-from reluctance.drive.schema import checked
 from reluctance.errors import ParameterError
+from reluctance.hydraulics.pipe import Pipe, flow, hydraulics, least_speed
+from reluctance.hydraulics.pump import GRAVITY, RHO, pump_from
+from reluctance.schema import checked
 
 PUMP = pump_from("synthetic_70_25", Path())
 PIPE = {"H_static_m": 15.0, "L_m": 120.0, "D_mm": 125.0, "roughness_mm": 0.05, "K": 4.0}
@@ -120,7 +120,7 @@ def test_points_of_a_curve_do_as_well_as_its_parameters(tmp_path):
         ("Q_m3ph,H_m,eta\n0,30,0\n10,29,30\n20,28,50", "fractions between 0 and 1"),
         ("Q_m3ph,H_m\n0,30\n10,29\n20,28", "need Q_m3ph, H_m and eta or p_shaft_W"),
         ("Q_m3ph,H_m,eta\n0,a,0", "not a table of numbers"),
-        ("", "not a table of numbers"),
+        ("", "columns none; need Q_m3ph"),
     ],
 )
 def test_a_curve_that_is_none_is_refused_on_one_line(tmp_path, text, message):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from reluctance.errors import ParameterError
-from reluctance.pumping import load_system, operate
+from reluctance.pumping import load_system, pump
 from reluctance.pumping.site import Site
 from reluctance.pumping.system import system_from
 
@@ -40,7 +40,7 @@ def data(**changes):
         ({"array__module": "Canadian_Solar_CS6X_300M"}, "nearest:"),
         ({"operation__kind": "dcdc"}, "needs efficiency"),
         ({"operation__u_V": 230.0}, "u_V has no effect"),
-        ({"limits__u_max_V": 280.0}, "V without load, need at most [limits] u_max_V = 280"),
+        ({"limits__u_max_V": 280.0}, "need at most [limits] u_max_V = 280"),
         ({"tank": {"volume_m3": 10.0}}, "[tank] has no effect without [demand]"),
         ({"demand": {"m3_per_day": 9.0, "from_h": 8.0, "to_h": 7.0}}, "is not before to_h"),
         ({"pipe__H_static_m": 60.0}, "lower the head or take another pump"),
@@ -51,7 +51,7 @@ def data(**changes):
 )
 def test_a_system_that_cannot_be_is_refused_on_one_line(changes, message):
     with pytest.raises(ParameterError) as fault:
-        operate(system_from(data(**changes), folder=EXAMPLES))
+        pump(system_from(data(**changes), folder=EXAMPLES))
     assert message in str(fault.value) and "\n" not in str(fault.value)
 
 

@@ -9,9 +9,8 @@ import pytest
 
 import reluctance as rl
 from reluctance import paper
-from reluctance.drive.pump import Pump
-from reluctance.drive.pv_module import CellNumbers
-from reluctance.pumping import chain, columns, load_system, operate, per, remarks, sizes, with_units
+from reluctance.hydraulics.pump import Pump
+from reluctance.pumping import chain, columns, load_system, per, pump, remarks, sizes, with_units
 from reluctance.pumping import loss_map as maps
 from reluctance.pumping.clouds import Clouds
 from reluctance.pumping.operate import box_of
@@ -19,6 +18,7 @@ from reluctance.pumping.system import TABLES
 from reluctance.pumping.tank import Tank, store
 from reluctance.pumping.weather import COLUMNS
 from reluctance.pumping.weather_file import read_weather, with_minutes
+from reluctance.solar.pv_module import CellNumbers
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -32,12 +32,12 @@ def one_cache(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def day():
-    return operate(load_system(EXAMPLES / "sun_day.toml"))
+    return pump(load_system(EXAMPLES / "sun_day.toml"))
 
 
 @pytest.fixture(scope="module")
 def year():
-    return operate(load_system(EXAMPLES / "sun_year.toml"))
+    return pump(load_system(EXAMPLES / "sun_year.toml"))
 
 
 def test_the_reference_day(day):
@@ -97,9 +97,9 @@ def test_a_larger_tank_misses_less(year, volume, expected):
 )
 def test_ways_to_operate_the_array(day, operation, sun, clouds):
     system = day.system.with_table("operation", operation)
-    assert operate(system).water == pytest.approx(sun, rel=5e-3)
+    assert pump(system).water == pytest.approx(sun, rel=5e-3)
     cloudy = system.with_values({"weather.clouds": {"seed": 1}})
-    assert operate(cloudy).water == pytest.approx(clouds, rel=5e-3)
+    assert pump(cloudy).water == pytest.approx(clouds, rel=5e-3)
 
 
 def test_water_falls_with_the_static_head(day):
@@ -115,7 +115,7 @@ def test_the_energy_of_every_operation_adds_up(day):
         {"kind": "dcdc", "u_V": 300.0, "efficiency": 0.9},
     ):
         system = day.system.with_table("operation", operation)
-        c = chain(operate(system.with_values({"array.n_parallel": 9})))
+        c = chain(pump(system.with_values({"array.n_parallel": 9})))
         lost = c.off_mpp + c.converter + c.below_threshold + c.above_limit
         assert c.e_mp == pytest.approx(lost + c.e_in, rel=1e-12)
         assert c.e_in == pytest.approx(c.drive + c.friction + c.pump + c.pipe + c.e_lift, rel=1e-9)
@@ -161,16 +161,22 @@ def test_torque_out_of_reach_is_stored_as_the_greatest_achieved(day):
 
 
 def test_the_time_for_a_year_and_for_the_loss_map(year):
-    """CPU time: 0.3 s for hours, 6 s for minutes, 4 s for the map; twice that on a busy machine."""
-    start = time.process_time()
-    operate(year.system)
-    hours = time.process_time() - start
-    operate(year.system.with_values({"weather.generate_minutes": True}))
-    minutes = time.process_time() - start - hours
+    """Processor time over that of 100 sorts of a million numbers in the same process: 0.11 for
+    hours, 0.50 for minutes, 0.46 for the map; the bounds are twice that."""
+    numbers = np.random.default_rng(1).random(1_000_000)
+
+    def processor_time(work):
+        start = time.process_time()
+        work()
+        return time.process_time() - start
+
+    sorts = processor_time(lambda: [np.sort(numbers) for _ in range(10)]) * 10
+    hours = processor_time(lambda: pump(year.system))
+    by_minute = year.system.with_values({"weather.generate_minutes": True})
+    minutes = processor_time(lambda: pump(by_minute))
     box = maps.Box(u_dc=(180.0, 280.0), omega=(36.1, 180.6), tau_max=45.0)
-    maps.loss_map(year.system.drive, box)
-    runs = time.process_time() - start - hours - minutes
-    assert hours < 0.6 and minutes < 12 and runs < 8, (hours, minutes, runs)
+    runs = processor_time(lambda: maps.loss_map(year.system.drive, box))
+    assert hours < 0.22 * sorts and minutes < sorts and runs < 0.92 * sorts
 
 
 def test_hourly_means_overstate_the_water_of_a_cloudy_day_and_generated_minutes_mend_it(day):
@@ -187,37 +193,37 @@ def test_hourly_means_overstate_the_water_of_a_cloudy_day_and_generated_minutes_
             sun=type(minutes.sun)(minutes.sun.zenith_deg[30::60], minutes.sun.azimuth_deg[30::60]),
             **{name: getattr(minutes, name).reshape(-1, 60).mean(axis=1) for name in COLUMNS},
         )
-        truth = operate(cloudy, weather=minutes).water
-        means.append(operate(cloudy, weather=hours).water / truth - 1)
+        truth = pump(cloudy, weather=minutes).water
+        means.append(pump(cloudy, weather=hours).water / truth - 1)
         generated = with_minutes(hours, table, place, seed=100 + seed)
-        mended.append(operate(cloudy, weather=generated).water / truth - 1)
+        mended.append(pump(cloudy, weather=generated).water / truth - 1)
     assert 0.06 < np.mean(means) < 0.15
     assert abs(np.mean(mended)) < 0.5 * np.mean(means)
 
 
 def test_a_result_from_hourly_means_says_so_and_with_minutes_says_what_they_change(year):
     assert any("means over 60 min" in line for line in remarks(year))
-    found = operate(year.system.with_values({"weather.generate_minutes": True}))
+    found = pump(year.system.with_values({"weather.generate_minutes": True}))
     assert found.water_from_means == pytest.approx(year.water)
     assert 0.90 < found.water / year.water < 0.98
     assert any("minutes were generated" in line for line in remarks(found))
 
 
 def test_speed_is_never_capped_silently(day):
-    found = operate(day.system.with_values({"array.n_parallel": 10}))
+    found = pump(day.system.with_values({"array.n_parallel": 10}))
     assert with_units(found)["limited_h"] > 1
     assert any("at the torque limit" in line for line in remarks(found))
     assert found.samples.tau.max() <= day.system.tau_max * (1 + 1e-9)
 
 
 def test_a_well_gives_no_more_than_its_yield(day):
-    found = operate(day.system.with_values({"pipe.well_yield_m3ph": 50.0}))
+    found = pump(day.system.with_values({"pipe.well_yield_m3ph": 50.0}))
     assert found.samples.Q.max() * 3600 == pytest.approx(50.0, rel=0.02)
     assert found.samples.Q.max() * 3600 <= 50.0 and chain(found).above_limit > 0
 
 
 def test_a_blocking_diode_takes_its_voltage_from_the_link(day):
-    found = operate(day.system.with_values({"array.blocking_diode_V": 1.0}))
+    found = pump(day.system.with_values({"array.blocking_diode_V": 1.0}))
     on = found.samples.omega > 0
     assert found.samples.u_dc[on] == pytest.approx(found.samples.u[on] - 1.0)
     assert chain(found).off_mpp == pytest.approx(float(found.samples.i.sum() * 60), rel=1e-9)
@@ -226,8 +232,8 @@ def test_a_blocking_diode_takes_its_voltage_from_the_link(day):
 def test_a_day_that_pumps_more_than_the_demand_misses_nothing_unless_its_tank_starts_empty(day):
     values = {"m3_per_day": 0.7 * day.water, "from_h": 0.0, "to_h": 24.0}
     system = day.system.with_table("demand", values).with_table("tank", {"volume_m3": 400.0})
-    assert with_units(operate(system))["loss_of_load_probability"] == 0
-    empty = operate(system.with_values({"tank.start_m3": 0.0}))
+    assert with_units(pump(system))["loss_of_load_probability"] == 0
+    empty = pump(system.with_values({"tank.start_m3": 0.0}))
     missing = with_units(empty)["missing_m3"]
     assert missing > 0.1 * values["m3_per_day"]
     assert any(f"{missing:.3g} m3 of the missing water" in line for line in remarks(empty))
@@ -235,7 +241,7 @@ def test_a_day_that_pumps_more_than_the_demand_misses_nothing_unless_its_tank_st
 
 def test_loss_map_is_read_again_from_the_cache(day, monkeypatch):
     monkeypatch.setattr(maps, "run", lambda point: pytest.fail("simulated again"))
-    operate(day.system)
+    pump(day.system)
 
 
 @pytest.mark.parametrize(
@@ -253,7 +259,7 @@ def test_loss_map_is_read_again_from_the_cache(day, monkeypatch):
 def test_no_water_names_what_fails_at_the_threshold_and_books_the_energy_there(
     day, values, said, limit
 ):
-    found = operate(day.system.with_values(values))
+    found = pump(day.system.with_values(values))
     c = chain(found)
     assert found.water == 0 and c.e_in == 0
     assert any(line.startswith(f"no water: {said}") or said in line for line in remarks(found))
@@ -272,7 +278,7 @@ def test_hours_at_a_limit_are_those_of_speed_torque_voltage_and_well(day):
         (day.system.with_values({"array.n_parallel": 10}), "torque"),
         (slow, "speed"),
     ):
-        figures = with_units(operate(system))
+        figures = with_units(pump(system))
         names = ("speed", "torque", "voltage", "well")
         assert figures[f"limited_{limit}_h"] > 1
         assert figures["limited_h"] == pytest.approx(sum(figures[f"limited_{n}_h"] for n in names))
@@ -299,7 +305,7 @@ def test_voltages_to_choose_switches_by_are_those_of_the_array(day):
 
 def test_another_machine_needs_only_another_drive_file(day):
     drive = rl.load(EXAMPLES / "sharing_cubic.toml", ["machine=generic_60kw_6_4"])
-    found = operate(replace(day.system, drive=drive))
+    found = pump(replace(day.system, drive=drive))
     assert found.water > 1.2 * day.water  # a twentieth of the resistance
 
 
@@ -314,10 +320,10 @@ def test_the_table_of_the_converter_study_is_what_the_code_gives(day):
     text = (Path(paper.__file__).parent / "dc_dc.csv").read_text()
     rows = {tuple(line.split(",")[:2]): line.split(",")[3:] for line in text.splitlines()}
     direct, converter, ideal = map(float, rows["clear", "7"])
-    assert operate(day.system).water == pytest.approx(direct, rel=1e-3)
+    assert pump(day.system).water == pytest.approx(direct, rel=1e-3)
     for efficiency, water in ((0.97, converter), (1.0, ideal)):
         values = {"kind": "dcdc", "u_V": 300.0, "efficiency": efficiency}
-        found = operate(day.system.with_table("operation", values))
+        found = pump(day.system.with_table("operation", values))
         assert found.water == pytest.approx(water, rel=1e-3)
 
 
@@ -340,5 +346,5 @@ def test_an_array_that_faces_away_from_the_equator_is_told(latitude, azimuth, ti
         "array.tilt_deg": tilt,
         "weather.step_min": 60,
     }
-    found = operate(load_system(EXAMPLES / "sun_village.toml").with_values(values))
+    found = pump(load_system(EXAMPLES / "sun_village.toml").with_values(values))
     assert away == any("faces away from the equator" in line for line in remarks(found))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.drive.pv_source import available, cold_voltage
-from reluctance.export.trip_levels import limits
+from reluctance.guard.trip_levels import protection
+from reluctance.plant.pv_source import available, cold_voltage
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "sun_cloud.toml"
 STEADY = ["source.t_s=[0]", "source.poa_global_Wpm2=[1000]", "source.temp_cell_degC=[50]"]
@@ -145,10 +145,10 @@ def test_a_pump_that_runs_dry_is_stopped_and_rests() -> None:
 
 def test_a_cold_morning_does_not_trip_the_protection() -> None:
     cloudy = drive()
-    levels = limits(cloudy)
+    levels = protection(cloudy).levels
     assert levels.u_dc_min == 0
     assert cold_voltage(cloudy.source) < levels.u_dc_max == 450
-    unrated = limits(drive("converter.u_rating_V="))
+    unrated = protection(drive("converter.u_rating_V=")).levels
     assert unrated.u_dc_max == pytest.approx(1.05 * cold_voltage(cloudy.source))
     with pytest.raises(rl.ParameterError, match="cold bright morning, or it trips before work"):
-        limits(drive("protection.u_dc_max_V=300"))
+        protection(drive("protection.u_dc_max_V=300"))

@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive.pv_module import cec_module
-from reluctance.drive.pv_source import cold_voltage, pv_array
+from reluctance.plant.pv_source import cold_voltage, pv_array
+from reluctance.solar.pv_module import cec_module
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 MODULE = "Canadian_Solar_Inc__CS6X_300M"
@@ -204,7 +204,7 @@ def test_a_cold_morning_decides_what_the_switches_must_stand() -> None:
         ("source.poa_global_Wpm2=[1000]", "t_s has 3 points, poa_global_Wpm2 1"),
         ("source.R_ohm=1.0", "R_ohm has no effect with kind = 'pv'; remove it"),
         ("source.n_series=", "kind = 'pv' needs n_series"),
-        ("source.module=", "need either `module`, a CEC name, or the table"),
+        ("source.module=", "need one of `module`, a CEC name, the table"),
         ("load.H_static_m=0", None),
         ("reference.kind=speed", r"\[pv_control\] has no effect with \[reference\] kind = 'speed'"),
         ("pv_control.u_stop_V=200", "need rising voltages"),

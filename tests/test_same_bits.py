@@ -4,7 +4,6 @@ WebAssembly, which runs in Node and in Chromium."""
 import hashlib
 import http.server
 import json
-import os
 import shutil
 import subprocess
 import threading
@@ -14,6 +13,7 @@ from typing import ClassVar
 
 import pytest
 from c_library import MORE, SENSORS, WASM, Unit, compiled, library
+from needs import needs
 
 import reluctance as rl
 from reluctance.export.blob import blob
@@ -28,7 +28,6 @@ NAMES = (
     *("load_step", "map_mpc", "paper_pump", "paper_rated", "pwm_current", "shared_switch"),
     *("sharing_cubic", "single_pulse", "sun_cloud"),
 )
-CI = os.environ.get("CI") == "true"
 CLANG = shutil.which("clang++-19") or shutil.which("clang++")
 WASM_CLANG, NODE, CHROMIUM = map(shutil.which, ("clang++-19", "node", "chromium"))
 
@@ -81,14 +80,12 @@ def test_the_drives_are_different_and_hold_all_kinds(native):
     assert len(laws) == 8
 
 
-@pytest.mark.skipif(not CI and CLANG is None, reason="clang++ is not installed")
+@needs("clang++")
 def test_clang_computes_the_bits_of_gcc(native, blobs, tmp_path):
     assert hashes(CLANG, tmp_path, blobs) == native
 
 
-@pytest.mark.skipif(
-    not CI and (NODE is None or WASM_CLANG is None), reason="needs node, and clang++-19 for wasm32"
-)
+@needs("node", "clang++-19")
 def test_webassembly_in_node_computes_the_same_bits(native, blobs, module):
     files = sorted(blobs.iterdir())
     command = [NODE, ROOT / "web" / "run.mjs", module, str(UNTIL), *files]
@@ -138,10 +135,7 @@ class Server(http.server.SimpleHTTPRequestHandler):
         pass
 
 
-@pytest.mark.skipif(
-    not CI and (CHROMIUM is None or WASM_CLANG is None),
-    reason="needs chromium, and clang++-19 for wasm32",
-)
+@needs("chromium", "clang++-19")
 def test_webassembly_in_chromium_computes_the_same_bits(native, blobs, module, tmp_path):
     site = tmp_path / "site"
     shutil.copytree(blobs, site)

@@ -20,8 +20,8 @@ def seen(*overrides, until=0.02, law=None):
     rows = []
     off = [0.0] * (3 * len(_core.ORDER_COLUMNS) + 1)
 
-    def step(i, theta_e, omega_m, u_dc, reference, i_source):
-        rows.append([*i, theta_e, u_dc])
+    def step(y, reference):
+        rows.append([*y.i, y.theta_e, y.u_dc])
         return law(len(rows)) if law else off
 
     run = rl.simulate(drive, until=until, controller=_core.controller_from(3, step))

@@ -14,8 +14,8 @@ from firmware_tools import Native
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive import speed_loop as rule
-from reluctance.limit import fastest_torque_step
+from reluctance.optimum import fastest_torque_step
+from reluctance.tables import speed_loop as rule
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "studies"))
@@ -122,7 +122,7 @@ def test_the_time_of_the_torque_is_that_of_the_fastest_step():
 def test_given_gains_keep_their_meaning():
     def speed(*more):
         drive = PAPER.drive(0, "control.tau_max_Nm=60", "reference.speed_rpm=1500", *more)
-        fields = _core.described(drive.controller())["control"]["fields"]
+        fields = _core.described(drive.controller())["control"]["fields"]["frame"]["fields"]
         pi = fields["speed"]["fields"]
         return pi["K_p"], pi["K_i"], fields["load"]["value"], fields["ramp"]["fields"]["tau"]
 

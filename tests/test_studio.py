@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from c_library import WASM, compiled
+from needs import needs
 
 import reluctance as rl
 from reluctance.studio.serve import Quiet
@@ -26,13 +27,9 @@ CLANG, CHROMIUM = shutil.which("clang++-19"), shutil.which("chromium")
 KINDS = (Path(__file__).parents[1] / "Makefile").read_text().partition("STUDIO_KINDS := ")[2]
 KINDS = shlex.split(KINDS.partition("\nstudio:")[0].replace("\\\n", " "))
 SHOTS = os.environ.get("STUDIO_SHOTS")  # screenshots are left in this folder
-CI = os.environ.get("CI") == "true"
 pytestmark = [
     pytest.mark.long,
-    pytest.mark.skipif(
-        not CI and (CLANG is None or CHROMIUM is None),
-        reason="needs clang++-19 for wasm32, and chromium",
-    ),
+    needs("chromium", "clang++-19"),
 ]
 COUNTED = """() => { document.body.dataset.seen = document.body.dataset.ran; }"""
 RAN = "() => document.body.dataset.ran !== document.body.dataset.seen"

@@ -18,10 +18,10 @@ from command import command, refused
 from sweep_script import BANDS, DRIVE, UNTIL
 
 import reluctance as rl
-from reluctance.sweep.fingerprint import fingerprint
-from reluctance.sweep.found import figure_name
-from reluctance.sweep.pareto import front
-from reluctance.sweep.vary import grid, parsed, samples
+from reluctance.sweeps.fingerprint import fingerprint
+from reluctance.sweeps.pareto import front
+from reluctance.sweeps.swept import figure_name
+from reluctance.sweeps.vary import grid, parsed, samples
 
 TESTS = Path(__file__).parent
 EXAMPLES = TESTS.parent / "examples"
@@ -110,9 +110,11 @@ def test_a_failed_run_is_not_run_again(tmp_path: Path) -> None:
         DRIVE,
         ["load.kind=torque", "load.tau_Nm=-3000", "reference.tau_Nm=1", "load.speed_rpm=0"],
     )
-    for ran in (2, 0):
-        found = rl.sweep(drive, {"control.i_band_A": [1, 2]}, until=60, out=tmp_path / "s.db")
-        assert found.ran == ran and all("the speed is" in why for why in found.why)
+    for ran in (3, 0):
+        loads = {"load.tau_Nm": [-3000.0, -2500.0, 1.0]}
+        found = rl.sweep(drive, loads, until=0.5, out=tmp_path / "s.db")
+        assert found.ran == ran
+        assert ["the speed is" in why for why in found.why] == [True, True, False]
 
 
 def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
@@ -123,8 +125,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
     for _ in range(KILLS):
         log.write_text("")
         running = subprocess.Popen([sys.executable, TESTS / "sweep_script.py", store, log])
-        start = time.monotonic()
-        while not log.read_text() and running.poll() is None and time.monotonic() - start < 60:
+        while not log.read_text() and running.poll() is None:
             time.sleep(0.005)
         time.sleep(chance.uniform(0, 6.0 / KILLS))
         running.kill()
@@ -155,7 +156,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, before[1]))
     try:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(import_module("reluctance.sweep.points"), "COMMIT_EVERY", 0.0)
+            patch.setattr(import_module("reluctance.sweeps.points"), "COMMIT_EVERY", 0.0)
             with pytest.raises(rl.ParameterError, match=r"cannot write .*goes on from there"):
                 rl.sweep(drive, vary, until=0.01, out=store)
     finally:
@@ -193,7 +194,7 @@ def test_a_cluster_of_two_workers_survives_the_loss_of_one(tmp_path: Path) -> No
 
 
 def test_no_scheduler_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from reluctance.sweep import cluster
+    from reluctance.sweeps import cluster
 
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)
     with pytest.raises(rl.ParameterError, match="no Dask scheduler answers"):

@@ -164,6 +164,15 @@ def stepped(timing, f_switch: float, before: float, after: float, rpm: float) ->
     return Stepped(times, least.time[:STROKE], max(over for _, over in found))
 
 
+@pytest.mark.parametrize("angle", [0.3, 1.2, 1.9])
+def test_a_start_backwards_is_the_mirror_of_a_start_forwards(angle: float) -> None:
+    """At standstill, where the sign of the speed says nothing."""
+    forwards, backwards = (Point(tau, 0.0, PAPER, guide_rpm=(1500,)) for tau in (41.339, -41.339))
+    there, _ = reached(forwards, FPGA, 21e3, 0.0, 41.339, angle)
+    back, _ = reached(backwards, FPGA, 21e3, 0.0, -41.339, -angle)
+    assert back == pytest.approx(there, abs=3e-6)
+
+
 TIMINGS = {"2 us": (FPGA, 21e3), "20 us": (MICROCONTROLLER, 16e3)}
 TORQUES = [(0.0, 41.339), (0.0, 20.669), (41.339, -41.339), (0.0, -41.339), (0.0, -20.669)]
 STEPS = [(*torques, 1500.0) for torques in TORQUES]

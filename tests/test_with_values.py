@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.load import drive_from
+from reluctance.drive.drive import drive_from
 from reluctance.units import UNITS, from_si, name_and_unit, si, to_si
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -113,7 +113,7 @@ def test_key_figures_have_one_name(result: rl.Result) -> None:
         assert (value is own is None) or value == pytest.approx(from_si(own, unit), rel=1e-15)
         assert f"\n{name} : " in cleandoc(rl.Kpis.__doc__ or "")
     for field in fields(result):
-        assert f"\n{field.name} : " in cleandoc(rl.Result.__doc__ or "")
+        assert any(f"\n{field.name} : " in cleandoc(c.__doc__ or "") for c in rl.Result.__mro__)
 
 
 def test_key_figures_are_plain(result: rl.Result) -> None:

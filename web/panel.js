@@ -1,17 +1,5 @@
 // The controls of a drive as labelled sliders, and its key figures as a table.
 
-const NAMES = {
-  sharing: "torque sharing", single_pulse: "single pulse", pwm: "PWM current control",
-  ditc: "direct torque control (DITC)", deadbeat: "deadbeat flux control",
-  edge_mpc: "predictive (edge_mpc)", hysteresis_60kw: "hysteresis, fixed angles",
-  four_sharing: "torque sharing", four_ditc: "direct torque control (DITC)",
-  paper_mpc: "predictive currents (source paper)", finite_set: "predictive, finite set of legs",
-  map_sharing: "torque sharing", map_mpc: "predictive currents (source paper)",
-  linear_sharing: "torque sharing",
-};
-
-export function lawName(drive) { return NAMES[drive.name] ?? drive.law; }
-
 /** Fills a select with [value, text] pairs. */
 export function options(select, pairs, value) {
   select.replaceChildren(...pairs.map(([v, text]) => new Option(text, v)));

@@ -6,7 +6,7 @@ import { fromToml, toToml } from "./drivefile.js";
 import { LESSONS } from "./lessons.js";
 import { drawMachine } from "./machine.js";
 import { chosen, fromLink, lookFromLink, moved, nearest, settings, toLink } from "./model.js";
-import { lawName, options, showFigures, sliders } from "./panel.js";
+import { options, showFigures, sliders } from "./panel.js";
 
 const $ = id => document.getElementById(id);
 const core = new Core(text => tell(text, true));
@@ -31,7 +31,7 @@ function choose(next, look = null) {
   const machines = [...new Set(drives.map(d => d.machine))];
   options($("machine"), machines.map(m => [m, m]), drive.machine);
   const own = drives.filter(d => d.machine === drive.machine);
-  options($("law"), own.map(d => [d.name, lawName(d)]), drive.name);
+  options($("law"), own.map(d => [d.name, d.title]), drive.name);
   if (![...$("until").options].some(o => Number(o.value) === model.until)) {
     $("until").append(new Option(`${model.until} s`, model.until));
   }

@@ -1,12 +1,8 @@
 """Two directives that run the program while the site is built: no page can disagree with it.
 
-    ```{command} reluctance run examples/paper_rated.toml --plot run.png
-    :picture: run.png
-    :alt: what the picture shows
-    ```
-
-shows the command, what it prints, and the picture that it wrote. `{help}` shows the help of every
-command. The commands run in a copy of examples/ and machines/, and one that fails stops the build.
+`{command}` (comments.py) shows a command, what it prints, and the picture that it wrote. `{help}`
+shows the help of every command. The commands run in a copy of examples/ and machines/, and one that
+fails stops the build.
 """
 
 import re

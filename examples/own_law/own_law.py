@@ -14,7 +14,7 @@ class RestOfTorque(rl.Law):
     def reset(self, known):
         self.ahead = known.N_r * known.T_s * (0.5 + known.delay)  # to mid-sample [s]
         self.i = np.linspace(0, known.i_max, 301)
-        self.torque = known.machine.torque(self.i, np.linspace(0, np.pi, 721)[:, None])
+        self.torque = known.machine.tau(self.i, np.linspace(0, np.pi, 721)[:, None])
 
     def rise(self, theta):
         x = np.clip(theta / self.theta_ov, 0, 1)

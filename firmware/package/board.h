@@ -1,8 +1,28 @@
-/* What the board must give. Write these functions for your hardware; main.c calls them. */
+/* What the board must give, and what it calls. Write the functions board_... for your hardware;
+ * main.c calls them. */
 #ifndef BOARD_H
 #define BOARD_H
 
 #include "reluctance_controller.h"
+
+/* 0: main.c leaves commissioning out, which takes 11 KB of flash. For a drive that is commissioned.
+ */
+#ifndef COMMISSIONING
+#define COMMISSIONING 1
+#endif
+#if COMMISSIONING
+#include "reluctance_commission.h"
+#endif
+
+/* Of main.c: once, before the interrupts. */
+void control_start(void);
+
+/* Once every @T_s_us@ us, from the timer that triggers the current converters. */
+void control_interrupt(void);
+
+/* Only on a board without analog comparators: some ten times a control period. A leg that is not
+ * enabled must not switch, whatever is written. */
+void fast_loop(const float i_A[RELUCTANCE_PHASES], float theta_e_rad);
 
 /* Clocks, pins, timers, converters, comparators; all legs off. Arms the hardware trip: a current
  * above @i_trip_A@ A switches every leg off without software. */
@@ -40,5 +60,18 @@ void board_write_leg(int k, int8_t leg);
 /* Switches all gate drivers off. Called in every period of the state `fault`; the drivers stay off
  * until gate_enable of the outputs is 1 again. */
 void board_trip(const reluctance_fault* fault);
+
+#if COMMISSIONING
+/* A routine takes the place of the control from the next interrupt on, until control_resume. Not
+ * while control_interrupt runs. phase and pulses: of the pulses. */
+void control_commission(reluctance_routine routine, int32_t phase, int32_t pulses);
+void control_resume(void);
+
+/* Keeps or sends what was found. While `finding` is RUNNING, each call of `pulses` is a row
+ * `t_s,u_mean_V,i_A,theta_m_deg` of the recording that `reluctance map identify` reads:
+ * t_s = sample * RELUCTANCE_CONTROL_PERIOD_S, theta_m_deg = theta_e_rad * 180/(pi * @N_r@), an
+ * angle just below 2 pi written as a negative one. The call with DONE is not a row. */
+void board_write_found(const reluctance_found* found);
+#endif
 
 #endif

@@ -1,10 +1,6 @@
-/* The control interrupt: measure, step, order. Call it once every @T_s_us@ us from the timer that
- * triggers the current converters. */
+/* The control interrupt: measure, step, order. While commissioning, a routine takes the place of
+ * the control. */
 #include "board.h"
-
-void control_start(void);
-void control_interrupt(void);
-void fast_loop(const float i_A[RELUCTANCE_PHASES], float theta_e_rad);
 
 static reluctance_controller controller;
 
@@ -12,10 +8,47 @@ static reluctance_controller controller;
 static reluctance_command buffers[2];
 static const reluctance_command* volatile orders = &buffers[0]; /* in effect */
 
-/* Once, before the interrupts. */
+#if COMMISSIONING
+static reluctance_commissioner commissioner;
+static int commissions; /* a routine takes the place of the control */
+
+void control_commission(reluctance_routine routine, int32_t phase, int32_t pulses) {
+  reluctance_commission_start(&commissioner, routine, phase, pulses);
+  commissions = 1;
+}
+
+void control_resume(void) {
+  reluctance_init(&controller);
+  commissions = 0;
+}
+
+static void write_found(reluctance_mode mode) {
+  reluctance_found found;
+  reluctance_get_found(&commissioner, &found);
+  if (mode == RELUCTANCE_MODE_RUN || found.finding != RELUCTANCE_FINDING_RUNNING) {
+    board_write_found(&found);
+  }
+}
+#endif
+
 void control_start(void) {
   board_init();
   reluctance_init(&controller);
+}
+
+static reluctance_mode step(const reluctance_measurement* y, const reluctance_request* request,
+                            reluctance_command* command, reluctance_outputs* outputs,
+                            reluctance_fault* fault) {
+#if COMMISSIONING
+  if (commissions) {
+    const reluctance_mode mode = reluctance_commission(&commissioner, y, request, command, outputs);
+    *fault = reluctance_commission_fault(&commissioner);
+    return mode;
+  }
+#endif
+  reluctance_run(&controller, y, request, command, outputs);
+  *fault = reluctance_get_fault(&controller);
+  return outputs->mode;
 }
 
 void control_interrupt(void) {
@@ -23,6 +56,7 @@ void control_interrupt(void) {
   static reluctance_outputs outputs;
   reluctance_measurement y;
   reluctance_request request;
+  reluctance_fault fault;
   if (RELUCTANCE_DELAY_SAMPLES > 0) {
     board_write_orders(orders); /* of the last step, now that its period begins */
   }
@@ -32,9 +66,8 @@ void control_interrupt(void) {
   y.u_dc_V = board_read_dc_link();
   y.i_source_A = board_read_source_current();
   board_read_request(&request);
-  if (reluctance_run(&controller, &y, &request, &buffers[next], &outputs) ==
-      RELUCTANCE_MODE_FAULT) {
-    const reluctance_fault fault = reluctance_get_fault(&controller);
+  const reluctance_mode mode = step(&y, &request, &buffers[next], &outputs, &fault);
+  if (mode == RELUCTANCE_MODE_FAULT) {
     board_trip(&fault); /* before the orders are written */
   }
   orders = &buffers[next];
@@ -43,10 +76,13 @@ void control_interrupt(void) {
     board_write_orders(orders);
   }
   board_write_outputs(&outputs);
+#if COMMISSIONING
+  if (commissions) {
+    write_found(mode);
+  }
+#endif
 }
 
-/* Only on a board without analog comparators: some ten times a control period. A leg that is not
- * enabled must not switch, whatever is written. */
 void fast_loop(const float i_A[RELUCTANCE_PHASES], float theta_e_rad) {
   static int8_t leg[RELUCTANCE_PHASES];
   const reluctance_command* now = orders;

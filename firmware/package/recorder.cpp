@@ -54,7 +54,7 @@ void begin_segment(reluctance_recorder& r, const reluctance_controller* controll
 /// Parameters that a thread has set since the segment began. Its count of changes may still be the
 /// old one, where this interrupts it.
 bool tuned(const reluctance_recorder& r, const reluctance_controller* controller) {
-  const auto& now = state_of(controller).parameter;
+  const auto& now = state_of(controller).control.parameter;
   const auto bytes = [](const auto* p) { return reinterpret_cast<const unsigned char*>(p); };
   auto then = now;
   __builtin_memcpy(&then, bytes(segment(r, r.newest) + 2) + (bytes(&now) - bytes(controller)),

@@ -12,6 +12,7 @@ extern "C" {
 #endif
 
 #define RELUCTANCE_API 3 /* of this interface: structs, numbers, functions */
+#define RELUCTANCE_FINGERPRINT @fingerprint@ /* of the parameters */
 #define RELUCTANCE_PHASES @phases@
 #define RELUCTANCE_CONTROL_PERIOD_S @T_s@ /* [s] */
 #define RELUCTANCE_DELAY_SAMPLES @delay@ /* from measurement to effect, as simulated */

@@ -49,7 +49,7 @@ int32_t reluctance_parameter_find(const char* name) {
 }
 
 float reluctance_parameter_get(const reluctance_controller* controller, int32_t number) {
-  return known(number) ? state_of(controller).parameter[number] : 0.0F;
+  return known(number) ? state_of(controller).control.parameter[number] : 0.0F;
 }
 
 reluctance_parameter_answer reluctance_parameter_set(reluctance_controller* controller,
@@ -57,7 +57,7 @@ reluctance_parameter_answer reluctance_parameter_set(reluctance_controller* cont
   if (!known(number)) return RELUCTANCE_PARAMETER_UNKNOWN;
   if (!in_range(number, value)) return RELUCTANCE_PARAMETER_OUT_OF_RANGE;
   State& x = state_of(controller);
-  x.parameter[number] = value;
+  x.control.parameter[number] = value;
   ++x.changes;
   return RELUCTANCE_PARAMETER_OK;
 }
@@ -68,7 +68,7 @@ void reluctance_parameter_save(const reluctance_controller* controller,
   image->word[1] = reluctance::run_time_layout;
   image->word[2] = n_run_time;
   for (int n = 0; n < n_run_time; ++n) {
-    image->word[first + n] = std::bit_cast<uint32_t>(state_of(controller).parameter[n]);
+    image->word[first + n] = std::bit_cast<uint32_t>(state_of(controller).control.parameter[n]);
   }
   image->word[first + n_run_time] = srm::crc32(image->word, first + n_run_time);
 }
@@ -89,7 +89,7 @@ reluctance_parameter_answer reluctance_parameter_load(reluctance_controller* con
   }
   State& x = state_of(controller);
   for (int n = 0; n < n_run_time; ++n) {
-    x.parameter[n] = std::bit_cast<float>(image->word[first + n]);
+    x.control.parameter[n] = std::bit_cast<float>(image->word[first + n]);
   }
   ++x.changes;
   return RELUCTANCE_PARAMETER_OK;

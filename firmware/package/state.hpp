@@ -1,12 +1,15 @@
-// What a reluctance_controller holds: the state of the protection, of the law, and of the drive,
-// and the parameters that may change at run time.
+// The supervised drive of this package, and what a reluctance_controller holds: its state, and the
+// parameters that may change at run time.
 #pragma once
 
 #include <array>
 #include <new>
+#include <type_traits>
 
 #include "parameters.hpp"
 #include "reluctance_controller.h"
+#include "srm/control/guard/guarded.hpp"
+#include "srm/control/guard/supervised.hpp"
 
 namespace reluctance {
 
@@ -18,11 +21,36 @@ constexpr std::array<float, n_run_time> built_parameters() {
   return value;
 }
 
-struct State {
-  decltype(protection)::State guard;
-  decltype(control)::State law;
-  decltype(sequence)::State<RELUCTANCE_PHASES> states;
-  std::array<float, n_run_time> parameter = built_parameters();
+template <class V>
+using Plain = std::remove_const_t<V>;
+using Guarded = srm::Guarded<Plain<decltype(machine)>, Plain<decltype(control)>>;
+
+/// The same with the parameters that may change at run time: what the states of the drive call.
+struct OnTarget : Guarded {
+  struct State : Guarded::State {
+    std::array<float, n_run_time> parameter = built_parameters();
+  };
+  struct Tuning {};
+  static constexpr srm::Uses used = reluctance::control.frame.uses();
+  static constexpr Guarded::Tuning tuning_of(const State& x) {
+    return {trip_levels_of(x.parameter), control_of(x.parameter)};
+  }
+
+  /// Once in flash, for both entries of the interface.
+  static reluctance_status once(State& x, const srm::Measurement<float, N>& y, float reference,
+                                srm::Command<float, N>& orders);
+  reluctance_status step(State& x, const srm::Measurement<float, N>& y, float reference,
+                         srm::Command<float, N>& orders, Tuning) const {
+    return once(x, y, reference, orders);
+  }
+  void watch(State& x, const srm::Measurement<float, N>& y, Tuning) const {
+    Guarded::watch<used>(x, y, tuning_of(x));
+  }
+};
+using Drive = srm::Supervised<OnTarget>;
+constexpr Drive drive{sequence, {{machine, protection, control}}};
+
+struct State : Drive::State {
   std::uint32_t changes = 0;  // one more with each call that changes the state
 };
 

@@ -1,29 +1,27 @@
 """Switched-reluctance motor drives: simulate, control, find the physical limit, flash."""
 
-from reluctance._core import Gate, Leg, Measurement, Order
-from reluctance.drive import Drive
-from reluctance.drive.known import Known
-from reluctance.drive.own_law import Law
-from reluctance.errors import ParameterError
-from reluctance.load import load
-from reluctance.run import Kpis, Result, simulate, simulate_all
-from reluctance.sweep import Sweep, sweep
+import re
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
-__all__ = [
-    "Drive",
-    "Gate",
-    "Known",
-    "Kpis",
-    "Law",
-    "Leg",
-    "Measurement",
-    "Order",
-    "ParameterError",
-    "Result",
-    "Sweep",
-    "load",
-    "simulate",
-    "simulate_all",
-    "sweep",
-]
 __version__ = "0.1.0"
+
+# The stub lists the names, for type checkers and for this file: each is imported when it is used
+# (Scientific Python SPEC 1).
+_STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+_MODULES = {
+    name: module for module, name in re.findall(r"^from (\S+) import (\w+) as", _STUB, re.M)
+}
+__all__ = sorted(_MODULES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module 'reluctance' has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(_MODULES[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -1,6 +1,6 @@
 """Machine, plant and control in C++. SI units and radians throughout."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence as _Sequence
 import enum
 from typing import Annotated, Any
 
@@ -195,6 +195,11 @@ class PvControl:
 
     def __init__(self, *, actuator: Actuator, current: ArrayCurrent, link: LimitedPi, tracker: PowerTracker, mean: WholePeriods, ripple: StrokeRipple, C: float, delay: int, acceleration: float, omega_lead: float, u_stop: float, u_full: float, u_wake: float, t_wake: float, p_sleep: float, t_sleep: float, k_dry: float, omega_dry: float, t_dry: float, t_rest: float) -> None: ...
 
+class SpeedPi:
+    """PI speed controller. SI units."""
+
+    def __init__(self, *, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float) -> None: ...
+
 class SpeedRamp:
     """The speed reference that the torque can follow. SI units."""
 
@@ -210,29 +215,51 @@ class AngleTracker:
 
     def __init__(self, *, T_s: float, half_step: float, acceleration: float, within: TrackerGains, beyond: TrackerGains, N_r: int) -> None: ...
 
+class EdgeLimits:
+    """
+    Shortest leg state, time without edges before a sample, control period [s].
+    """
+
+    def __init__(self, *, t_min: float, t_blank: float, T_s: float) -> None: ...
+
+class UserLimits:
+    """
+    Of torque [N m] and phase current [A], below what the law is built for.
+    """
+
+    def __init__(self, *, tau: float, i: float) -> None: ...
+
+class Frame:
+    """
+    What stands around a control law: angle tracker, speed or voltage loop, limits, sampled comparators, dead-time compensation. By default none of them. SI units.
+    """
+
+    def __init__(self, *, outer: Outer = Outer.torque, speed: SpeedPi = ..., ramp: SpeedRamp = ..., load: LoadTorque = LoadTorque.integral, pv: PvControl = ..., motion: Motion = Motion.measured, tracker: AngleTracker = ..., delay: int = 0, comparators: Comparators = Comparators.analog, t_dead: float = 0.0, edges: EdgeLimits = ..., u_brake_full: float = 1e+30, u_brake_none: float = 2e+30, limits: UserLimits = ...) -> None: ...
+
+class Law:
+    """A control law of the core, or a function that stands for one."""
+
 class Controller:
     """A complete controller, ready to be sampled."""
 
-class Setting:
-    """What every control law is given beside its own parameters."""
-
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, single: bool, outer: Outer, K_p: float, K_i: float, tau_min: float, tau_max: float, T_s: float, ramp: SpeedRamp | None = None, load: LoadTorque = LoadTorque.integral, motion: Motion = Motion.measured, tracker: AngleTracker | None = None, delay: int = 0, comparators: Comparators = Comparators.analog, t_dead: float = 0.0, pv: PvControl | None = None, t_min: float = 0.0, t_blank: float = 0.0, u_brake_full: float = 1e+30, u_brake_none: float = 2e+30, tau_limit: float = 1e+30, i_limit: float = 1e+30) -> None: ...
+    def __init__(self, law: Law, frame: Frame) -> None:
+        """A law with its frame, and their state."""
 
 ORDER_COLUMNS: list = ...
 
-def step(controller: Controller, i: Sequence[float], *, theta_e: float, omega_m: float, u_dc: float, reference: float, i_source: float = 0.0) -> list[float]:
+def step(controller: Controller, y: Measurement, reference: float) -> list[float]:
     """
-    One sample of a controller: phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s], current of the source [A] to orders. ORDER_COLUMNS for each phase, last the torque reference worked to [N m].
+    One sample of a controller: a measurement and the reference [N m or rad/s] to orders. ORDER_COLUMNS for each phase, last the torque reference worked to [N m].
     """
 
 def controller_from(n_phases: int, function: Callable) -> Controller:
     """
-    A controller that calls function(i, theta_e, omega_m, u_dc, reference, i_source) at every sample and takes the orders from it, in the form that `step` returns.
+    A controller that calls function(measurement, reference) at every sample and takes the orders from it, in the form that `step` returns.
     """
 
 def described(controller: Controller) -> dict[str, Any] | None:
     """
-    The controller's law, speed loop and machine as a tree of names and numbers, for export; None where it has no such form.
+    The controller's law, frame and machine as a tree of names and numbers, for export; None where it has no such form.
     """
 
 def wrap_float(theta: float) -> float:
@@ -240,6 +267,8 @@ def wrap_float(theta: float) -> float:
 
 class Measurement:
     """One sample, as the sensors deliver it."""
+
+    def __init__(self, *, i: _Sequence[float], theta_e: float, omega_m: float, u_dc: float, i_source: float = 0.0) -> None: ...
 
     @property
     def i(self) -> list[float]:
@@ -263,6 +292,10 @@ class Measurement:
 
     @property
     def n_phases(self) -> int: ...
+
+    @property
+    def columns(self) -> list[float]:
+        """The numbers in their order: i, theta_e, omega_m, u_dc, i_source."""
 
     def angle(self, k: int) -> float:
         """Electrical angle of phase k: 0 unaligned, pi aligned [rad]."""
@@ -333,9 +366,9 @@ class Order:
     @property
     def i_runaway(self) -> object: ...
 
-def controller_of(setting: Setting, step: Callable) -> Controller:
+def python_law(n_phases: int, step: Callable) -> Law:
     """
-    The controller of a law in Python: step(measurement, tau_ref) is called at every sample and returns an Order for each phase.
+    A law in Python: step(measurement, tau_ref) is called at every sample and returns an Order for each phase.
     """
 
 class Rotation(enum.Enum):
@@ -348,7 +381,7 @@ class Course:
     A quantity over time: linear between points, two points at the same time make a step. Times in s.
     """
 
-    def __init__(self, *, t: Sequence[float], value: Sequence[float]) -> None: ...
+    def __init__(self, *, t: _Sequence[float], value: _Sequence[float]) -> None: ...
 
 class StiffSource:
     """A dc link that holds its voltage [V]."""
@@ -394,7 +427,7 @@ class Pump:
     A pump that lifts water: torque (rows of static heads, columns of sqrt(omega^2 - omega_0^2)) [N m], static head over time [m].
     """
 
-    def __init__(self, *, H_static: Course, H_dry: float, k_dry: float, k_shut: float, omega2_per_m: float, H_first: float, H_step: float, s_step: float, tau: Sequence[float], rise: Sequence[float], columns: int) -> None: ...
+    def __init__(self, *, H_static: Course, H_dry: float, k_dry: float, k_shut: float, omega2_per_m: float, H_first: float, H_step: float, s_step: float, tau: _Sequence[float], rise: _Sequence[float], columns: int) -> None: ...
 
     def torque(self, omega_m: float, t: float) -> float:
         """Torque at a speed [rad/s] and time [s]; [N m]."""
@@ -416,7 +449,7 @@ class RotorSensor:
 class Sampling:
     """Sensors and timing of the controller."""
 
-    def __init__(self, *, T_s: float, delay: int, adc_bits: int, i_range: float, i_noise: float, i_offset: Sequence[float], i_gain: Sequence[float], u_noise: float, seed: int, rotor: RotorSensor, angle_offset: float) -> None: ...
+    def __init__(self, *, T_s: float, delay: int, adc_bits: int, i_range: float, i_noise: float, i_offset: _Sequence[float], i_gain: _Sequence[float], u_noise: float, seed: int, rotor: RotorSensor, angle_offset: float) -> None: ...
 
 class Scale:
     """Currents [A] and voltages [V] that matter."""
@@ -550,16 +583,10 @@ class Batch:
     def observed(self) -> int:
         """Columns of the observations."""
 
-    @property
-    def held(self) -> bool:
-        """
-        True where legs are held from sample to sample and nothing else happens within one: then the plant is stepped without the loop.
-        """
-
     def numbers(self) -> list[tuple[str, float]]:
         """The numbers that an episode begins with, and their names."""
 
-    def start(self, drive: int, drawn: Sequence[float]) -> None:
+    def start(self, drive: int, drawn: _Sequence[float]) -> None:
         """Begins an episode of a drive with a value for each name in `drawn`."""
 
     def observe(self, observations: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order='C', device='cpu')]) -> None:
@@ -581,7 +608,7 @@ class Batch:
     def sample(self, drive: int) -> list[float]:
         """The columns of the last measurement, and the reference."""
 
-def batch(count: int, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, theta_m: float, reference: float, rules: Rules, drawn: Sequence[str]) -> Batch:
+def batch(count: int, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, theta_m: float, reference: float, rules: Rules, drawn: _Sequence[str]) -> Batch:
     """Drives that share all but the numbers named in `drawn`."""
 
 class Routine(enum.Enum):
@@ -625,10 +652,13 @@ class Commission:
 
     def __init__(self, *, T_s: float, t_dead: float, i_trip: float, u_dc_min: float, u_dc_max: float, t_max: float, wiring: Wiring, resistance: Resistance, alignment: Alignment, pulses: FluxPulses) -> None: ...
 
+def described_commission(routines: Commission) -> dict:
+    """In single precision as a tree of names and numbers, for export."""
+
 class Bench:
     """A routine between a plant and how somebody has wired it."""
 
-    def __init__(self, *, routines: Commission, phase: Sequence[int], sensor: Sequence[int], sign: Sequence[int], direction: int, zero: float, routine: Routine, pulsed: int, count: int) -> None: ...
+    def __init__(self, *, routines: Commission, phase: _Sequence[int], sensor: _Sequence[int], sign: _Sequence[int], direction: int, zero: float, routine: Routine, pulsed: int, count: int) -> None: ...
 
     @property
     def controller(self) -> Controller:
@@ -652,13 +682,158 @@ class Bench:
 
 def step_time(controller: Controller, samples: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, repeats: int) -> float:
     """
-    Wall time of a control step [s], the least mean of `repeats` passes. samples: (n, n_phases + 4) phase currents [A], angle [rad], speed [rad/s], dc-link voltage [V], reference [N m or rad/s].
+    Wall time of a control step [s], the least mean of `repeats` passes. samples: (n, n_phases + 5) the columns of a measurement, and the reference [N m or rad/s].
     """
+
+class FluxBounds:
+    """What a current reading may be wrong by, and the voltage. SI units."""
+
+    def __init__(self, *, R: float, T_s: float, i_error: float, model_error: float, u_margin: float) -> None: ...
+
+    @property
+    def R(self) -> float: ...
+
+    @property
+    def T_s(self) -> float: ...
+
+    @property
+    def i_error(self) -> float: ...
+
+    @property
+    def model_error(self) -> float: ...
+
+    @property
+    def u_margin(self) -> float: ...
+
+class TripLevels:
+    """Levels of the readings. SI units."""
+
+    def __init__(self, *, i_trip: float, u_dc_min: float, u_dc_max: float, omega_max: float, angle_slack: float) -> None: ...
+
+    @property
+    def i_trip(self) -> float: ...
+
+    @property
+    def u_dc_min(self) -> float: ...
+
+    @property
+    def u_dc_max(self) -> float: ...
+
+    @property
+    def omega_max(self) -> float: ...
+
+    @property
+    def angle_slack(self) -> float: ...
+
+class Protection:
+    """The checks of every sample before the control law sees it. SI units."""
+
+    def __init__(self, *, flux: FluxBounds, levels: TripLevels, i_zero: float, delay: int, settle: int, frozen: int) -> None: ...
+
+    @property
+    def flux(self) -> FluxBounds: ...
+
+    @property
+    def levels(self) -> TripLevels: ...
+
+    @property
+    def i_zero(self) -> float: ...
+
+    @property
+    def delay(self) -> int: ...
+
+    @property
+    def settle(self) -> int: ...
+
+    @property
+    def frozen(self) -> int: ...
+
+class Sequence:
+    """The states of a drive, from precharge to a fault and back. SI units."""
+
+    def __init__(self, *, T_s: float, u_ready: float, t_precharge: float, n_settle: int, n_calibrate: int, i_offset: float, t_command: float, u_chop_on: float, u_chop_off: float, reference_max: float, omega_none: float) -> None: ...
+
+    @property
+    def T_s(self) -> float: ...
+
+    @property
+    def u_ready(self) -> float: ...
+
+    @property
+    def t_precharge(self) -> float: ...
+
+    @property
+    def n_settle(self) -> int: ...
+
+    @property
+    def n_calibrate(self) -> int: ...
+
+    @property
+    def i_offset(self) -> float: ...
+
+    @property
+    def t_command(self) -> float: ...
+
+    @property
+    def u_chop_on(self) -> float: ...
+
+    @property
+    def u_chop_off(self) -> float: ...
+
+    @property
+    def reference_max(self) -> float: ...
+
+    @property
+    def omega_none(self) -> float: ...
+
+def described_guard(protection: Protection, sequence: Sequence) -> dict:
+    """Both in single precision as trees of names and numbers, for export."""
+
+class Trouble(enum.Enum):
+    """What goes wrong with a supervised drive."""
+
+    none = 0
+
+    over_current = 1
+
+    over_voltage = 2
+
+    under_voltage = 3
+
+    dead_current_sensor = 4
+
+    frozen_current_sensor = 5
+
+    lost_encoder = 6
+
+    no_command = 7
+
+    hardware_trip = 8
+
+class Supervision:
+    """
+    When a supervised drive is enabled and cleared, and its trouble; courses of 0 and 1. SI units.
+    """
+
+    def __init__(self, *, T_s: float, enable: Course, clear: Course, troubled: Course, trouble: Trouble, phase: int, level: float) -> None: ...
+
+def supervised(law: Law, frame: Frame, *, machine: LeHuy | FluxMap, protection: Protection, sequence: Sequence, supervision: Supervision) -> Controller:
+    """
+    A law with its frame, protection and states, and their state: the step of a target, on the desk. machine: as the protection knows it.
+    """
+
+def events(controller: Controller) -> Annotated[numpy.typing.NDArray[numpy.float64], dict(shape=(None, 6))] | None:
+    """
+    The states that a supervised drive has entered: time [s], state, status, phase, value and limit of a fault. None where the controller is not supervised.
+    """
+
+def describe_status(status: int) -> str:
+    """A status of the protection in words."""
 
 class Guide:
     """Profiles over torque, electrical angle and speed."""
 
-    def __init__(self, values: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], *, tau_max: float, omega_m: Sequence[float], u_dc: float, drop: float = 0.0) -> None:
+    def __init__(self, values: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], *, tau_max: float, omega_m: _Sequence[float], u_dc: float, drop: float = 0.0) -> None:
         """
         values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc [V]; drop: R i at their peak [V].
         """
@@ -690,7 +865,7 @@ class MeanTorque:
     Current reference over the torque reference: 17 currents [A] for the torques 0..tau_max [N m].
     """
 
-    def __init__(self, *, tau_max: float, i_ref: Sequence[float], i_brake: Sequence[float]) -> None: ...
+    def __init__(self, *, tau_max: float, i_ref: _Sequence[float], i_brake: _Sequence[float]) -> None: ...
 
     @staticmethod
     def constant(i_ref: float) -> MeanTorque:
@@ -701,14 +876,14 @@ class TurnOn:
     Flux [Wb] that a phase is turned on ahead for: 9 values for the torques 0..tau_max, motoring and braking.
     """
 
-    def __init__(self, *, tau_max: float, omega_from: float, dwell: float, dwell_brake: float, psi: Sequence[float], psi_brake: Sequence[float]) -> None: ...
+    def __init__(self, *, tau_max: float, omega_from: float, dwell: float, dwell_brake: float, psi: _Sequence[float], psi_brake: _Sequence[float]) -> None: ...
 
 class LeadLines:
     """
     Flux of a phase ahead of its share: tables of 9 angles per flux by 9 torques.
     """
 
-    def __init__(self, *, theta_start: float, psi_end: Sequence[float], x_end: Sequence[float], reach_least: float, reach: Sequence[float]) -> None: ...
+    def __init__(self, *, theta_start: float, psi_end: _Sequence[float], x_end: _Sequence[float], reach_least: float, reach: _Sequence[float]) -> None: ...
 
 class FluxLead:
     """Flux of a phase ahead of its share, motoring and braking."""
@@ -719,13 +894,6 @@ class Drops:
     """Dead time [s] and threshold voltages [V] of the converter."""
 
     def __init__(self, *, t_dead: float, v_switch: float, v_diode: float) -> None: ...
-
-class EdgeLimits:
-    """
-    Shortest leg state, time without edges before a sample, control period [s].
-    """
-
-    def __init__(self, *, t_min: float, t_blank: float, T_s: float) -> None: ...
 
 class StrokeFit:
     """
@@ -739,7 +907,7 @@ class Sharing:
     Torque sharing function. Turn-on and overlap angle, electrical [rad]; with Shape.table the rise at 33 equally spaced angles of the overlap.
     """
 
-    def __init__(self, *, shape: Shape, theta_on: float, theta_ov: float, table: Sequence[float]) -> None: ...
+    def __init__(self, *, shape: Shape, theta_on: float, theta_ov: float, table: _Sequence[float]) -> None: ...
 
     def is_feasible(self, n_phases: int) -> bool:
         """True if every phase with a share can give torque."""
@@ -752,55 +920,55 @@ class PulseTable:
     Angles [rad] and current [A] of motoring pulses over speed [rad/s] and torque [N m], row by row of speed; without values no table.
     """
 
-    def __init__(self, *, omega: Sequence[float] = [], tau: Sequence[float] = [], theta_on: Sequence[float] = [], theta_off: Sequence[float] = [], i_ref: Sequence[float] = []) -> None: ...
+    def __init__(self, *, omega: _Sequence[float] = [], tau: _Sequence[float] = [], theta_on: _Sequence[float] = [], theta_off: _Sequence[float] = [], i_ref: _Sequence[float] = []) -> None: ...
 
     def at(self, omega_m: float, tau: float) -> list[float]:
         """
         Turn-on and turn-off angle [rad] and current [A] at a speed [rad/s] and torque [N m].
         """
 
-def angles(setting: Setting, *, conduction: Conduction, reference: MeanTorque, i_band: float, chop: Leg, watch: AngleWatch, table: PulseTable) -> Controller:
+def angles(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, conduction: Conduction, reference: MeanTorque, i_band: float, chop: Leg, watch: AngleWatch, table: PulseTable) -> Law:
     """
     Current held in a band of half width i_band [A] between turn-on and turn-off.
     """
 
-def pwm_current(setting: Setting, *, R: float, conduction: Conduction, reference: MeanTorque, bandwidth: float, T_s: float) -> Controller:
+def pwm_current(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: float, conduction: Conduction, reference: MeanTorque, bandwidth: float, T_s: float) -> Law:
     """
     Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.
     """
 
-def torque_sharing(setting: Setting, *, sharing: Sharing, lead: FluxLead, i_max: float, i_band: float, T_s: float, t_ahead: float, chop: Leg) -> Controller:
+def torque_sharing(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, sharing: Sharing, lead: FluxLead, i_max: float, i_band: float, T_s: float, t_ahead: float, chop: Leg) -> Law:
     """
     Shared torque as current references, for the instant t_ahead [s] after the sample.
     """
 
-def ditc(setting: Setting, *, conduction: Conduction, turn_on: TurnOn, bands: TorqueBands, i_max: float, T_s: float) -> Controller:
+def ditc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, conduction: Conduction, turn_on: TurnOn, bands: TorqueBands, i_max: float, T_s: float) -> Law:
     """Direct instantaneous torque control: the torque error picks the legs."""
 
-def deadbeat(setting: Setting, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
+def deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
     """
     The duty cycle that brings each phase to its shared torque in one sample.
     """
+
+def learning_deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
+    """The same law, which learns the machine that it drives."""
 
 N_p_max: int = 10
 
 N_c_max: int = 4
 
-def paper_mpc(setting: Setting, *, guide: Guide, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: float, short_from: float) -> Controller:
+def paper_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: Guide, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: float, short_from: float) -> Law:
     """Predictive controller of current references. guide: phase current [A]."""
 
-def finite_set_mpc(setting: Setting, *, guide: Guide, horizon: int, w_psi: Sequence[float], conducts: Sequence[float], w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Controller:
+def finite_set_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: Guide, horizon: int, w_psi: _Sequence[float], conducts: _Sequence[float], w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Law:
     """
     Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of the distance to it [N^2 m^2/Wb^2], conducts: part of the period in which it has current [1], each at each of its speeds.
     """
 
-def edge_mpc(setting: Setting, *, guide: Guide, w_sw: float, psi_slack: Sequence[float], conducts: Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Controller:
+def edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: Guide, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
     """
-    Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; psi_slack: most that a phase may leave it, conducts: part of the period in which it has current, each at each of its speeds [Wb, 1].
+    Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; psi_slack: most that a phase may leave it, at each of its speeds [Wb].
     """
 
-def learning_deadbeat(setting: Setting, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Controller:
-    """The same law, which learns the machine that it drives."""
-
-def learning_edge_mpc(setting: Setting, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, guide: Guide, w_sw: float, psi_slack: Sequence[float], conducts: Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Controller:
+def learning_edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, guide: Guide, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
     """The same law, which learns the machine that it drives."""

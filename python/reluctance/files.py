@@ -31,13 +31,14 @@ def read_toml(path: Path) -> dict[str, Any]:
         with path.open("rb") as file:
             content = file.read(MAX_TOML_BYTES + 1)
     except (OSError, ValueError) as fault:  # ValueError: a zero byte in the name
-        raise ParameterError(f"cannot read {path}: {_why(fault)}") from None
+        hint = f"; did you mean {path}.toml?" if is_file(Path(f"{path}.toml")) else ""
+        raise ParameterError(f"cannot read {path}: {_why(fault)}{hint}") from None
     if len(content) > MAX_TOML_BYTES:
         raise ParameterError(
             f"{path} has more than {MAX_TOML_BYTES / 1e6:g} MB, need a TOML file of some kilobytes"
         )
     try:
-        return tomllib.loads(content.decode("utf-8"))
+        return tomllib.loads(content.decode("utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as fault:
         hint = (
             "; need a day of the calendar, as in 2025-02-28" if "Invalid date" in str(fault) else ""

@@ -32,6 +32,7 @@ UNITS: dict[str, tuple[float, float]] = {
     "rpmpV": (math.pi, 30.0),  # per volt
     "rpmpVs": (math.pi, 30.0),  # per volt and second
     "pct": (1.0, 100.0),
+    "pctpK": (1.0, 100.0),
     "mm": (1e-3, 1.0),
     "m3ph": (1.0, 3600.0),
 } | dict.fromkeys(

@@ -23,6 +23,7 @@ void print(const V& value) {
 
 int main() {
   print(reluctance::control);
+  print(reluctance::machine);
   print(reluctance::protection);
   print(reluctance::sequence);
 }

@@ -28,21 +28,7 @@ std::uint64_t hashed(std::uint64_t hash, const srm::Rows& rows) {
 
 template <class Law>
 void run(const char* name, const Machine& machine, const Law& law) {
-  const srm::DriveControl<Law> control{.law = law,
-                                       .outer = srm::Outer::torque,
-                                       .speed = {},
-                                       .ramp = {},
-                                       .load = srm::LoadTorque::integral,
-                                       .pv = {},
-                                       .motion = srm::Motion::measured,
-                                       .tracker = {},
-                                       .delay = 0,
-                                       .comparators = srm::Comparators::analog,
-                                       .t_dead = 0,
-                                       .edges = {},
-                                       .u_brake_full = 1e30,
-                                       .u_brake_none = 2e30,
-                                       .limits = {1e30, 1e30}};
+  const srm::DriveControl<Law> control{.law = law};
   const srm::Plant<Machine, N> plant{
       .machine = machine,
       .R = 0.72,

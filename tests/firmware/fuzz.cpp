@@ -80,19 +80,20 @@ int step_through_the_interface(int n) {
 void step_with_corrupt_parameters(int n) {
   for (int round = 0; round < n; ++round) {
     auto control = reluctance::control;
+    auto machine = reluctance::machine;
     auto protection = reluctance::protection;
-    corrupt(control, protection, [](float& value) {
+    corrupt(control, machine, protection, [](float& value) {
       if (bits() % 8 == 0) value = pattern(value);
     });
     decltype(control)::State x;
-    decltype(protection)::State guard;
+    decltype(protection)::State<N> guard;
     for (int step = 0; step < 10; ++step) {
       auto y = any_measurement();
       const float reference = pattern(40.0F);
-      protection.admits(guard, y, reference);
+      protection.admits(guard, machine, y, reference, protection.levels);
       y.theta_e = srm::wrap(y.theta_e);
       const auto command = control.step(x, y, reference);
-      protection.remember(guard, y, command);
+      protection.remember(guard, machine.N_r, y, command);
       guard.fault.status = srm::Status::ok;
       guard.latched = false;
     }

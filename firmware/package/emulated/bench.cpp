@@ -1,6 +1,6 @@
-// The emulated board: main.c and commissioning.c with the board of board.c, whose bench is at the
-// other end of two pipes. Reads a bench_sample from the file `samples` once a control period, and
-// answers with a bench_answer in the file `orders`.
+// The emulated board: main.c with the board of board.c, whose bench is at the other end of two
+// pipes. Reads a bench_sample from the file `samples` once a control period, and answers with a
+// bench_answer in the file `orders`.
 extern "C" {
 #include "bench.h"
 }

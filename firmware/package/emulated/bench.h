@@ -6,13 +6,9 @@
 
 #include "reluctance_commission.h"
 
-/* Which interrupt the timer calls. */
-enum { BENCH_CONTROL = 0, BENCH_COMMISSIONING = 1 };
-
 /* Readings are as the sensors show them: current channels in their order, the angle as counted. */
 typedef struct {
-  int32_t interrupt;
-  int32_t routine; /* begins before this period; -1: none does */
+  int32_t routine; /* of commissioning, begins before this period; -1: none does */
   int32_t phase;   /* of the pulses */
   int32_t pulses;
   reluctance_measurement shown;

@@ -7,13 +7,6 @@
 
 enum { N = RELUCTANCE_PHASES };
 
-/* main.c and commissioning.c */
-void control_start(void);
-void control_interrupt(void);
-void commissioning_start(reluctance_routine routine, int32_t phase, int32_t pulses);
-reluctance_finding commissioning_interrupt(void);
-void board_write_found(const reluctance_found* found);
-
 static const int leg_of[N] = WIRING_LEG;
 static const int channel_of[N] = WIRING_CHANNEL;
 static const int sign_of[N] = WIRING_SIGN;
@@ -89,12 +82,8 @@ void bench_period(const bench_sample* sample, bench_answer* answer) {
   done.rows = 0;
   done.fault.status = RELUCTANCE_OK;
   if (now.routine >= 0) {
-    commissioning_start(now.routine, now.phase, now.pulses);
+    control_commission(now.routine, now.phase, now.pulses);
   }
-  if (now.interrupt == BENCH_COMMISSIONING) {
-    commissioning_interrupt();
-  } else {
-    control_interrupt();
-  }
+  control_interrupt();
   *answer = done;
 }

@@ -84,7 +84,7 @@ static void start_converters(void) {
     port_pause(100U);
     ADC_CR(adc) = ADC_CR_ADVREGEN | ADC_CR_ADEN;
     wait_for(&ADC_ISR(adc), ADC_ISR_ADRDY, ADC_ISR_ADRDY);
-    ADC_CFGR(adc) = ADC_CFGR_JQDIS;         /* 12 bits, right */
+    ADC_CFGR(adc) = ADC_CFGR_JQDIS;                     /* 12 bits, right */
     ADC_SMPR1(adc) = (2U << 3) | (2U << 6) | (2U << 9); /* channels 1 to 3: 12.5 of its periods */
     ADC_JSQR(adc) = more | ADC_JSQR_HRTIM_TRG2 | (channel[k] << 9) | (more * (3U << 15));
     ADC_CR(adc) = ADC_CR_ADVREGEN | ADC_CR_ADEN | ADC_CR_JADSTART;
@@ -94,9 +94,12 @@ static void start_converters(void) {
 
 /* Timers A, B, C: a leg each, output 1 the upper switch and 2 the lower one. No dead time: an
  * asymmetric half bridge has a diode across from each switch. A period's first levels are set by
- * compare 1 of the master, just after the period begins: what a roll-over loads holds then. */
+ * compare 1 of the master, just after the period begins: what a roll-over loads holds then.
+ *
+ * Preload is enabled after all values are written. With preload, a value waits for the next
+ * roll-over, and the first period would last as long as the period register's reset value. */
 static void start_timers(void) {
-  const uint32_t runs = HRTIM_CKPSC_1 | HRTIM_CR_CONT | HRTIM_CR_PREEN;
+  const uint32_t runs = HRTIM_CKPSC_1 | HRTIM_CR_CONT | HRTIM_TIMCR_TRSTU;
   HRTIM_FLTINR1 = HRTIM_FLTINR1_FLT1E | HRTIM_FLTINR1_FLT1P | HRTIM_FLTINR1_FLT1F_2;
   HRTIM_MCR = HRTIM_CKPSC_1 | HRTIM_CR_CONT; /* before the values that it scales */
   HRTIM_MPER = PORT_PERIOD_TICKS;
@@ -104,12 +107,13 @@ static void start_timers(void) {
   HRTIM_ADC2R = HRTIM_ADC2R_MPER;
   uint32_t enable = HRTIM_MCR_MCEN;
   for (uint32_t k = 0; k < PHASES; ++k) {
-    HRTIM_TIMCR(k) = runs | HRTIM_TIMCR_TRSTU;
+    HRTIM_TIMCR(k) = runs;
     HRTIM_PER(k) = PORT_PERIOD_TICKS;
     HRTIM_OUT(k) = HRTIM_OUT_FAULT_OFF;
     HRTIM_FLT(k) = HRTIM_FLT1;
     HRTIM_RST1(k) = HRTIM_SET_MSTCMP1;
     HRTIM_RST2(k) = HRTIM_SET_MSTCMP1;
+    HRTIM_TIMCR(k) = runs | HRTIM_CR_PREEN;
     enable |= HRTIM_MCR_TCEN(k);
   }
   HRTIM_MCR = HRTIM_CKPSC_1 | HRTIM_CR_CONT | enable; /* all at once */

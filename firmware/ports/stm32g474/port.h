@@ -5,6 +5,10 @@
 
 #include "reluctance_controller.h"
 
+#if RELUCTANCE_FINGERPRINT != @fingerprint@
+#error "this port and the package above it are of different drive files; export both again"
+#endif
+
 #define PORT_PERIOD_TICKS @period_ticks@U /* of 170 MHz in a control period */
 #define PORT_START_TICK 3U /* the hardware's least */
 #define PORT_A_PER_CODE @A_per_code@ /* current converters, 12 bits [A] */

@@ -17,7 +17,16 @@ constexpr T wrap(T theta) {
   return turn < T(0) ? T(0) : turn;
 }
 
-/// Electrical angle of phase k of N, given that of phase 0: phase k lags by k strokes.
+/// Electrical angle of phase k of N, given that of phase 0 in [0, 2 pi): phase k lags by k strokes.
+template <int N, Real T>
+constexpr T phase_angle_in_turn(T theta_e, int k) {
+  const T theta = theta_e - static_cast<T>(k) * (two_pi<T> / static_cast<T>(N));
+  if (!(theta < T(0))) return theta;
+  const T turned = theta + two_pi<T>;
+  return turned < two_pi<T> ? turned : T(0);
+}
+
+/// The same of any angle.
 template <int N, Real T>
 constexpr T phase_angle(T theta_e, int k) {
   const T theta = theta_e - static_cast<T>(k) * (two_pi<T> / static_cast<T>(N));

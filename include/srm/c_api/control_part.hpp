@@ -53,7 +53,7 @@ class ControlOf final : public ControlPart<Law::n_phases> {
     return step_on_desk(control_, state_, y, reference);
   }
 
-  double tau_ref() const override { return state_.tau_ref; }
+  double tau_ref() const override { return state_.frame.tau_ref; }
 
   std::size_t state_size() const override { return sizeof state_; }
   void save(unsigned char* bytes) const override { std::memcpy(bytes, &state_, sizeof state_); }

@@ -15,17 +15,10 @@
 
 #include "srm/c_api/blob.hpp"
 #include "srm/c_api/drive_unit.hpp"
-#include "srm/control/law/angles.hpp"
-#include "srm/control/law/deadbeat.hpp"
-#include "srm/control/law/ditc.hpp"
-#include "srm/control/law/edge_mpc.hpp"
-#include "srm/control/law/finite_set_mpc.hpp"
-#include "srm/control/law/paper_mpc.hpp"
-#include "srm/control/law/pwm_current.hpp"
-#include "srm/control/law/torque_sharing.hpp"
+#include "srm/control/laws.hpp"
 
 #ifndef SRM_LAWS
-#define SRM_LAWS Angles, PwmCurrent, TorqueSharing, Ditc, Deadbeat, PaperMpc, FiniteSetMpc, EdgeMpc
+#define SRM_LAWS SRM_BUILT_IN_LAWS
 #endif
 #ifndef SRM_MACHINES
 #define SRM_MACHINES LeHuy, FluxMap
@@ -42,20 +35,6 @@
 #endif
 
 namespace srm::c_api {
-
-/// Laws in one form: machine and number of phases.
-namespace laws {
-template <Machine M, int N>
-using Angles = srm::Angles<typename M::Scalar, N>;  // does without a machine
-template <Machine M, int N>
-using PaperMpc = srm::PaperMpc<M, N, 10, 4>;  // capacities as in Python
-using srm::Deadbeat;
-using srm::Ditc;
-using srm::EdgeMpc;
-using srm::FiniteSetMpc;
-using srm::PwmCurrent;
-using srm::TorqueSharing;
-}  // namespace laws
 
 /// The name of a template of which S is made: `TorqueSharing` of srm::TorqueSharing<...>.
 template <class S>
@@ -100,6 +79,17 @@ struct Laws {
     return SRM_TOGETHER(law, machine, N);
   }
 };
+
+}  // namespace srm::c_api
+
+namespace srm::laws {
+
+/// Those of this library, from here or from outside the tree.
+using Chosen = c_api::Laws<SRM_LAWS>;
+
+}  // namespace srm::laws
+
+namespace srm::c_api {
 
 /// The unit of a blob with this machine model and number of phases.
 template <Machine M, int N>
@@ -149,11 +139,10 @@ inline std::string kind_text(const Blob& blob) {
 }
 
 inline Made made(const unsigned char* bytes, std::size_t size, srm_part part) {
-  using namespace laws;
   Blob blob;
   if (const srm_status status = parse(bytes, size, blob); status != SRM_OK) return {{status}};
   Made found{{SRM_NOT_BUILT, kind_text(blob)}};
-  find_phases<Laws<SRM_LAWS>, SRM_PHASES>(blob, part, found);
+  find_phases<laws::Chosen, SRM_PHASES>(blob, part, found);
   return found;
 }
 

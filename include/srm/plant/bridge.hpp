@@ -1,8 +1,9 @@
 // Power converters: what the windings see of the switches, with the drops of switches and diodes.
 //
 // A bridge sees the legs that are ordered for all phases at once, so that phases may share
-// switches. To add one: a struct with these four functions, and its name in `Bridge` at the end of
-// this file.
+// switches. To add one: a struct with the functions of SharedSwitchBridge, and its name in `Bridge`
+// at the end of this file. One whose phases share nothing may have those of a single phase too, as
+// AsymmetricBridge has: then each phase can take integration steps of its own.
 #pragma once
 
 #include <array>
@@ -67,6 +68,7 @@ struct Switchings {
 
 /// Two switches and two diodes a phase; no phase is in another's way.
 struct AsymmetricBridge {
+  static constexpr const char* about = "Two switches and two diodes a phase.";
   Devices device;
   SRM_FIELDS(device)
 
@@ -109,6 +111,7 @@ struct AsymmetricBridge {
 /// demagnetized can only freewheel: currents cannot be commutated independently. T. J. E. Miller,
 /// Switched Reluctance Motors and Their Control, Oxford 1993, ch. 6.
 struct SharedSwitchBridge {
+  static constexpr const char* about = "All phases share one upper switch (Miller converter).";
   Devices device;
   SRM_FIELDS(device)
 
@@ -167,6 +170,16 @@ struct SharedSwitchBridge {
 };
 
 using Bridge = std::variant<AsymmetricBridge, SharedSwitchBridge>;
+
+/// A bridge in which every phase is by itself: it knows the path and the switchings of one leg.
+template <class B>
+concept PhaseByPhase = requires(const B bridge, Switchings& sum) {
+  bridge.path(Leg::freewheel);
+  bridge.count(sum, Leg::freewheel, Leg::magnetize, 1.0, 1.0);
+};
+inline bool is_phase_by_phase(const Bridge& bridge) {
+  return std::visit([]<class B>(const B&) { return PhaseByPhase<B>; }, bridge);
+}
 
 /// True while the leg carries or can build up current: the diodes block the reverse direction.
 constexpr bool conducts(Leg leg, double i) { return i > 0 || leg == Leg::magnetize; }

@@ -1,24 +1,50 @@
-// A control law given as a function: it stands where the laws of the core stand, behind tracker,
-// loops, sampled comparators and dead-time compensation.
+// A control law behind one call, with its state. On the desk every law is one of these, so that
+// the frame around it is compiled once for each precision and number of phases, and not for each
+// law. A law in Python is one too.
 #pragma once
 
 #include <functional>
+#include <memory>
 
 #include "srm/control/frame/interface.hpp"
+#include "srm/control/part/learned.hpp"
 
 namespace srm {
 
-template <int N>
+template <Real T, int N>
 struct CalledLaw {
-  using Scalar = double;
+  using Scalar = T;
   static constexpr int n_phases = N;
-  struct State {};  // whatever it remembers is inside the function
+  using Call = std::function<Command<T, N>(const Measurement<T, N>&, T tau_ref, Learned<T>&)>;
+  struct State {
+    Call running;  // a copy of the law's call: what else it remembers is inside
+    Learned<T> learned;
+  };
 
-  std::function<Command<double, N>(const Measurement<double, N>&, double tau_ref)> call;
+  Call call;
 
-  Command<double, N> step(State&, const Measurement<double, N>& y, double tau_ref) const {
-    return call(y, tau_ref);
+  Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
+    if (!x.running) x.running = call;
+    return x.running(y, tau_ref, x.learned);
   }
+
+  static constexpr const Learned<T>& learned(const State& x) { return x.learned; }
 };
+
+/// Closes a law over its state.
+template <ControlLaw Law>
+CalledLaw<typename Law::Scalar, Law::n_phases> called(std::shared_ptr<const Law> law) {
+  using T = typename Law::Scalar;
+  return {[law, state = typename Law::State{}](const Measurement<T, Law::n_phases>& y, T tau_ref,
+                                               Learned<T>& learned) mutable {
+    if constexpr (requires { Law::learned(state); }) {
+      const auto orders = law->step(state, y, tau_ref);
+      learned = Law::learned(state);
+      return orders;
+    } else {
+      return law->step(state, y, tau_ref);
+    }
+  }};
+}
 
 }  // namespace srm

@@ -14,6 +14,7 @@ struct Orders {
   Command<double, N> command;
   double tau_ref = 0;         // the torque reference it worked to, for the record [N m]
   Learned<double> learned{};  // of a law that learns
+  bool at_once = false;       // the gates are off: in effect at this sample, whatever the delay
 };
 
 /// A complete controller with its state inside: speed loop, torque law, float or double. Erased to

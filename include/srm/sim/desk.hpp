@@ -30,7 +30,7 @@ Orders<Law::n_phases> step_on_desk(const DriveControl<Law>& control,
     }
   };
   Orders<N> orders = step();
-  orders.tau_ref = state.tau_ref;
+  orders.tau_ref = state.frame.tau_ref;
   if constexpr (requires { Law::learned(state.law); }) {
     assign(orders.learned, Law::learned(state.law));
   }

@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "srm/control/part/modulator.hpp"
-#include "srm/sim/held.hpp"
 #include "srm/sim/simulation.hpp"
 
 namespace srm {
@@ -86,79 +85,14 @@ struct Rules {
              switching_price, trip_price)
 };
 
-/// A drive in the loop of the simulation: takes any order.
-template <Motor M, int N>
-class InTheLoop {
- public:
-  InTheLoop(const Episode<M, N>& e, const Rules& r)
-      : loop_(e.plant, r.t_dead, r.sampling, {}, {}, e.theta_m, r.resolution),
-        waveforms_(columns_of(Waveform<N>{}), 1),
-        periods_(columns_of(Period<N>{}), 2) {}
-
-  /// Runs on with these orders to t_end [s].
-  void run(const Orders<N>& orders, const Rules&, double t_end) {
-    loop_.obey(orders);
-    do {
-      periods_.clear();
-      loop_.advance(t_end, waveforms_, periods_);
-    } while (periods_.full());
-  }
-
-  Measurement<double, N> sense(const Rules&) { return loop_.sense(); }
-  double t() const { return loop_.t(); }
-  const State<N>& state() const { return loop_.state(); }
-  double turn_ons() const { return loop_.switchings().turn_ons; }
-  Sums sums() const {
-    const Integrals<N>& q = loop_.integrals();
-    double i_squared = 0;
-    for (const double one : q.i_squared) i_squared += one;
-    return {q.tau, q.error_squared, i_squared, q.E_mech, q.E_dc};
-  }
-
- private:
-  Simulation<Scaled<M>, N> loop_;
-  Rows waveforms_, periods_;
+/// Where a loop puts rows that nobody reads: one for any number of drives.
+template <int N>
+struct Unread {
+  Rows waveforms{columns_of(Waveform<N>{}), 1}, periods{columns_of(Period<N>{}), 2};
 };
 
-/// A drive of which the legs are held from sample to sample: takes leg states alone.
+/// One drive among many that share their rules.
 template <Motor M, int N>
-class HeldLegs {
- public:
-  HeldLegs(const Episode<M, N>& e, const Rules&) : plant_(e.plant, e.theta_m) {}
-
-  void run(const Orders<N>& orders, const Rules& r, double t_end) {
-    AllLegs<N> legs;
-    for (int k = 0; k < N; ++k) legs[k] = orders.command[k].leg[0];
-    plant_.run(legs, orders.tau_ref, t_end, {r.resolution.dt_max, r.resolution.scale});
-    ++sample_;
-  }
-
-  Measurement<double, N> sense(const Rules& r) {
-    const auto source = source_now(plant_.plant(), plant_.legs(), plant_.state(), plant_.t());
-    return measured(plant_.plant(), plant_.state(), source.i.now, r.sampling, sample_, rotor_);
-  }
-  double t() const { return plant_.t(); }
-  const State<N>& state() const { return plant_.state(); }
-  double turn_ons() const { return plant_.turn_ons(); }
-  const Sums& sums() const { return plant_.sums(); }
-
- private:
-  HeldPlant<Scaled<M>, N> plant_;
-  RotorSensor::State rotor_;
-  long sample_ = 0;
-};
-
-/// True where held legs are all that happens within a sample: no pulses, no dead time, no delay,
-/// nothing that changes its course over time.
-template <Machine M, int N>
-bool is_held(const Episode<M, N>& e, const Rules& r) {
-  return r.action == Action::legs && r.t_dead == 0 && r.sampling.delay == 0 &&
-         !std::isfinite(next_change(e.plant.source, 0)) &&
-         !std::isfinite(next_change(e.plant.shaft, 0));
-}
-
-/// One drive among many that share their rules. Stage: InTheLoop or HeldLegs.
-template <class Stage, Machine M, int N>
 class Environment {
  public:
   /// Numbers of an observation: currents, cosine and sine of the electrical angle, speed, voltage,
@@ -167,14 +101,15 @@ class Environment {
   static constexpr double most_observed = 2;  // in parts of what counts as one
 
   void start(const Episode<M, N>& episode, const Rules& rules) {
-    stage_.emplace(episode, rules);
+    loop_.emplace(episode.plant, rules.t_dead, rules.sampling, Controller<N>(), Course(),
+                  episode.theta_m, rules.resolution);
     reference_ = episode.reference;
     R_ = episode.plant.R;
     n_switches_ = std::visit([](const auto& b) { return b.n_switches(N); }, episode.plant.bridge);
     last_ = {};
     n_ = 0;
     tripped_ = false;
-    seen_ = stage_->sense(rules);
+    seen_ = loop_->sense();
   }
 
   /// What the sensors show, each number in parts of what counts as one, within `most_observed`.
@@ -196,32 +131,35 @@ class Environment {
   }
 
   /// Holds an action of N numbers over a control period. Returns the price of the period.
-  double step(const double* action, const Rules& rules) {
+  double step(const double* action, const Rules& rules, Unread<N>& rows) {
     Orders<N> orders;
     for (int k = 0; k < N; ++k) {
       last_[k] = action[k];
       orders.command[k] = ordered(action[k], rules);
     }
-    return obey(orders, rules);
+    return obey(orders, rules, rows);
   }
 
-  /// The same with the orders of a control law, for an environment in the loop.
-  double obey(Orders<N> orders, const Rules& rules) {
+  /// The same with the orders of a control law.
+  double obey(Orders<N> orders, const Rules& rules, Unread<N>& rows) {
     std::array<double, N> wanted{};
     if (rules.task == Task::current) {
       for (int k = 0; k < N; ++k) wanted[k] = asked(rules, k);
     }
     if (rules.task == Task::torque) orders.tau_ref = reference_;
-    const Sums before = stage_->sums();
-    const double turn_ons = stage_->turn_ons();
+    const Figures before = figures();
     const double T_s = rules.sampling.T_s, end = T_s * static_cast<double>(++n_);
-    stage_->run(orders, rules, end);
-    seen_ = stage_->sense(rules);
-    tripped_ = !(stage_->t() >= end) || !within(rules);
+    loop_->obey(orders);
+    do {
+      rows.periods.clear();
+      loop_->advance(end, rows.waveforms, rows.periods);
+    } while (rows.periods.full());
+    seen_ = loop_->sense();
+    tripped_ = !(loop_->t() >= end) || !within(rules);
 
-    const Sums now = stage_->sums();
-    const double p_cu = R_ * (now.i_squared - before.i_squared) / T_s;
-    const double f_switch = (stage_->turn_ons() - turn_ons) / (n_switches_ * T_s);
+    const Figures now = figures();
+    const double p_cu = (now.E_cu - before.E_cu) / T_s;
+    const double f_switch = (now.turn_ons - before.turn_ons) / (n_switches_ * T_s);
     const double error = squared_error(rules, now.error_squared - before.error_squared, wanted);
     return rules.error_price * error + rules.copper_price * p_cu +
            rules.switching_price * f_switch + (tripped_ ? rules.trip_price : 0);
@@ -230,15 +168,27 @@ class Environment {
   /// True where the last period ended beyond the trip levels, or without meaning.
   bool tripped() const { return tripped_; }
 
-  /// Since the start: duration [s]; sums of torque [N m s], its squared error [N^2 m^2 s], copper
-  /// loss, mechanical power and power of the dc link [J]; turn-ons.
-  static constexpr int figures = 7;
-  void write_figures(double* row) const {
-    const Sums q = stage_->sums();
-    for (const double figure : {stage_->t(), q.tau, q.error_squared, R_ * q.i_squared, q.E_mech,
-                                q.E_dc, stage_->turn_ons()}) {
-      *row++ = figure;
-    }
+  /// Since the start: what a period is priced by, and what is shown of an episode.
+  struct Figures {
+    double t;              // [s]
+    double tau;            // [N m s]
+    double error_squared;  // of the torque [N^2 m^2 s]
+    double E_cu;           // copper loss [J]
+    double E_mech, E_dc;   // at the shaft, from the dc link [J]
+    double turn_ons;       // of all switches
+    SRM_FIELDS(t, tau, error_squared, E_cu, E_mech, E_dc, turn_ons)
+  };
+  Figures figures() const {
+    const Integrals<N>& q = loop_->integrals();
+    double i_squared = 0;
+    for (const double one : q.i_squared) i_squared += one;
+    return {loop_->t(),
+            q.tau,
+            q.error_squared,
+            R_ * i_squared,
+            q.E_mech,
+            q.E_dc,
+            loop_->switchings().turn_ons};
   }
 
   /// What a control law is given: the last sample and the reference.
@@ -276,22 +226,22 @@ class Environment {
       case Task::torque:
         return torque_error_squared / (rules.sampling.T_s * squared(rules.tau));
       case Task::speed:
-        return squared((stage_->state().omega_m - reference_) / rules.omega_m);
+        return squared((loop_->state().omega_m - reference_) / rules.omega_m);
       case Task::current:
         break;
     }
     double sum = 0;
-    for (int k = 0; k < N; ++k) sum += squared((stage_->state().i[k] - wanted[k]) / rules.i_max);
+    for (int k = 0; k < N; ++k) sum += squared((loop_->state().i[k] - wanted[k]) / rules.i_max);
     return sum / N;
   }
 
   bool within(const Rules& rules) const {
-    bool within = std::abs(stage_->state().omega_m) <= rules.omega_trip;
-    for (const double i : stage_->state().i) within = within && i <= rules.i_trip;
+    bool within = std::abs(loop_->state().omega_m) <= rules.omega_trip;
+    for (const double i : loop_->state().i) within = within && i <= rules.i_trip;
     return within;
   }
 
-  std::optional<Stage> stage_;
+  std::optional<Simulation<Scaled<M>, N>> loop_;
   Measurement<double, N> seen_;
   std::array<double, N> last_{};  // action
   double reference_ = 0, R_ = 0;

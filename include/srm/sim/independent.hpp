@@ -200,7 +200,7 @@ bool independent(const Plant<M, N>& p, const State<N>& x, double t) {
   const StiffSource* source = std::get_if<StiffSource>(&p.source);
   return source && source->u_dc.rate(t) == 0 && x.u_dc > 0 &&
          p.shaft.rotation == Rotation::locked && p.shaft.omega.rate(t) == 0 &&
-         std::holds_alternative<AsymmetricBridge>(p.bridge);
+         is_phase_by_phase(p.bridge);
 }
 
 }  // namespace srm

@@ -52,6 +52,22 @@ class Simulation {
     begin_period();
   }
 
+  // The main loop, in words; `prepare` is what is due at a point, `step` is the way to the next.
+  //
+  //   until t_stop
+  //     where a course changes     read source and shaft; can the phases step independently?
+  //     at a sample                measure, ask the controller, pass its orders to the gates
+  //     at an instant to record    add a waveform row
+  //     at the end of a period     add the integrals so far to the periods
+  //     the end of the step is the first of: sample, record, course, timer edge, end of a dead time
+  //     phases independent:        each by steps of its own; stop where the first of them ends
+  //     else all phases together:  guess which threshold, zero or angle comes first; step to it
+  //                                halve the step until it is fine
+  //                                while another event lies within it, locate that one, step to it
+  //     add the step to the integrals; carry currents, speed, angle and dc-link voltage over
+  //     at an event                comparators and windows order new legs, after the dead time
+  //     switches that are due      the bridge makes legs and current paths of them
+
   /// Runs until t_stop, or until a table is full or many steps are taken: then empty both and call
   /// again. Returns the time reached.
   double advance(double t_stop, Rows& waveforms, Rows& periods) {
@@ -191,6 +207,9 @@ class Simulation {
     }
     if (resolution_.record_every == 0 || now_.t >= now_.t_record) record(waveforms);
     if (std::abs(x().theta_m - now_.theta_period) <= angle_tolerance) {
+      // The end of one phase's step may lie so near that the others are still within theirs, whose
+      // integrals would be missing from this period and too many in the next.
+      if (now_.within_step()) finish_all();
       close_period(periods);
       begin_period();
       now_.turns = 0;
@@ -211,7 +230,8 @@ class Simulation {
   void take(const Orders<N>& orders) {
     now_.tau_ref = orders.tau_ref;
     now_.learned = orders.learned;
-    now_.gates.take(orders.command, sampling_.delay > 0, now_.t);
+    if (orders.at_once) now_.gates.pending = orders.command;
+    now_.gates.take(orders.command, sampling_.delay > 0 && !orders.at_once, now_.t);
     now_.t_sample = sampling_.T_s * static_cast<double>(++now_.samples);
     bool windows = false;
     for (int k = 0; k < N; ++k) {
@@ -234,24 +254,26 @@ class Simulation {
 
   /// The switches do what they can by now, and the bridge makes of it what the windings see.
   void settle() {
-    if (const auto* bridge = std::get_if<AsymmetricBridge>(&plant_.bridge)) {
-      for (int k = 0; k < N; ++k) settle(*bridge, k);
-      return;
-    }
+    std::visit([&](const auto& bridge) { settle(bridge); }, plant_.bridge);
+  }
+
+  template <class B>
+  void settle(const B& bridge) {
     if (!now_.gates.settle(now_.t)) return;
-    std::visit(
-        [&](const auto& bridge) {
-          const AllLegs<N> legs = bridge.legs(now_.gates.levels());
-          bridge.count(now_.switchings, now_.legs, legs, x().u_dc, x().i);
-          now_.legs = legs;
-          now_.circuit.paths = with_windings(bridge.paths(legs), plant_.R);
-        },
-        plant_.bridge);
+    const AllLegs<N> legs = bridge.legs(now_.gates.levels());
+    bridge.count(now_.switchings, now_.legs, legs, x().u_dc, x().i);
+    now_.legs = legs;
+    now_.circuit.paths = with_windings(bridge.paths(legs), plant_.R);
     now_.rated = false;
   }
 
-  /// The same for a phase that shares no switch.
-  void settle(const AsymmetricBridge& bridge, int k) {
+  template <PhaseByPhase B>
+  void settle(const B& bridge) {
+    for (int k = 0; k < N; ++k) settle(bridge, k);
+  }
+
+  template <PhaseByPhase B>
+  void settle(const B& bridge, int k) {
     if (!now_.gates.settle(k, now_.t)) return;
     const Leg leg = now_.gates.switches[k].leg;
     bridge.count(now_.switchings, now_.legs[k], leg, x().u_dc, x().i[k]);
@@ -260,6 +282,14 @@ class Simulation {
     path = bridge.path(leg);
     path.R += plant_.R;
     now_.rated = false;
+  }
+
+  /// Of phase k, where the phases are independent.
+  void settle(int k) {
+    const auto one = [&]<class B>(const B& bridge) {
+      if constexpr (PhaseByPhase<B>) settle(bridge, k);
+    };
+    std::visit(one, plant_.bridge);
   }
 
   int direction() const { return now_.direction(); }
@@ -481,7 +511,6 @@ class Simulation {
     x.theta_m = arrived ? now_.theta_next : x.theta_m + h * x.omega_m;
     now_.t = t;
     now_.prepared = false;
-    const AsymmetricBridge* bridge = std::get_if<AsymmetricBridge>(&plant_.bridge);
     Moving tau0, tau1;
     for (int k = 0; k < N; ++k) {
       PhaseStep& phase = now_.phase_steps[k];
@@ -494,7 +523,7 @@ class Simulation {
       }
       if (ended) {
         if (command()[k].gate == Gate::timer) follow(k);
-        settle(*bridge, k);
+        settle(k);
       }
     }
     now_.extremes.include_torque(tau0, tau1, h);

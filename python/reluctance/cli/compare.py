@@ -6,15 +6,14 @@ from typing import Annotated
 
 import typer
 
-from reluctance import compare as comparison
-from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
+from reluctance import comparison
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.cli.progress import progress_bar, wrapped
-from reluctance.compare import conditions, table
-from reluctance.drive.own_code import names_code
-from reluctance.errors import ParameterError
-from reluctance.figures import check_figure
+from reluctance.comparison import conditions, table
+from reluctance.drive.load import load
+from reluctance.figures import check_figure, look
 from reluctance.files import check_folder
-from reluctance.load import load
+from reluctance.laws.own_code import refuse_untrusted
 from reluctance.units import hertz
 
 
@@ -30,6 +29,8 @@ def compare(
         Path | None, typer.Option(metavar="DIR", help="Folder for table and figure.")
     ] = None,
     plot: Plot = None,
+    width: Width = None,
+    style: Style = None,
     overrides: Overrides = None,
     trust: Trust = False,
     as_json: AsJson = False,
@@ -42,19 +43,16 @@ def compare(
     if out is not None:
         check_folder(out)
     if plot is not None:
-        check_figure(plot)
+        check_figure(plot, style, width)
     drive = load(drive_file, overrides, trust=trust)
     names = None if controls is None else [name.strip() for name in controls.split(",")]
-    for name in names or []:
-        if names_code(name) and not trust:
-            raise ParameterError(
-                f"control `{name}` is code that would run; if you trust it, add --trust"
-            )
+    refuse_untrusted(names or [], trust)
     with progress_bar("tuning control laws", 1.0) as told:
         found = comparison.compare(drive, names, f_switch=f_switch, progress=told)
     files = [] if out is None else comparison.write(found, out)
     if plot is not None:
-        comparison.save_figure(found, plot)
+        with look(style, width):
+            comparison.save_figure(found, plot)
         files.append(plot)
     if as_json:
         print(json.dumps(table.as_json(found)))

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 
 
 def efficiency(
@@ -36,6 +36,8 @@ def efficiency(
         Path | None, typer.Option(metavar="FILE", help="Table: .csv, .npz, .parquet or .mat.")
     ] = None,
     plot: Plot = None,
+    width: Width = None,
+    style: Style = None,
     jobs: Annotated[
         int | None, typer.Option(metavar="N", help="Threads; by default all cores.")
     ] = None,
@@ -44,42 +46,44 @@ def efficiency(
     import numpy as np
 
     from reluctance.cli.progress import progress_bar
-    from reluctance.efficiency import driven, efficiency_map, read_cycle
-    from reluctance.efficiency.envelope import envelope_over
-    from reluctance.efficiency.text import as_object, rows
-    from reluctance.figures import check_figure
+    from reluctance.drive.load import load
+    from reluctance.efficiency_map import driven, read_cycle
+    from reluctance.efficiency_map import efficiency as efficiency_over
+    from reluctance.efficiency_map.envelope import envelope_over
+    from reluctance.efficiency_map.text import as_object, rows
+    from reluctance.figures import check_figure, look
     from reluctance.files import TABLES, check_ending, write_table
-    from reluctance.load import load
-    from reluctance.sweep.vary import parsed
+    from reluctance.sweeps.vary import parsed
 
     speeds = None if speed is None else np.array(parsed(f"speed={speed}")[1], float) * np.pi / 30
     torques = None if torque is None else np.array(parsed(f"torque={torque}")[1], float)
     if out is not None:
         check_ending(out, TABLES)
     if plot is not None:
-        check_figure(plot)
+        check_figure(plot, style, width)
     points = None if cycle is None else read_cycle(cycle)
     drive = load(drive_file, overrides, trust=trust, check_torque=torque is None)
     braking = border = None
     with progress_bar(f"mapping {drive.name}", 1.0) as told:
-        found = efficiency_map(
+        found = efficiency_over(
             drive, omega=speeds, tau=torques, u_dc=u_dc, jobs=jobs, progress=told
         )
     if points is not None and np.any(points.tau < 0) and found.tau[0] > 0:
         with progress_bar("mapping braking", 1.0) as told:
-            braking = efficiency_map(
+            braking = efficiency_over(
                 drive, omega=found.omega, tau=-found.tau, u_dc=u_dc, jobs=jobs, progress=told
             )
     taken = None if points is None else driven(points, found, braking)
     if out is not None:
         write_table(out, found.columns())
     if plot is not None:
-        from reluctance.efficiency import plots  # Matplotlib: half of the start-up time
+        from reluctance.efficiency_map import plots  # Matplotlib: half of the start-up time
 
         if not no_envelope:
             with progress_bar("searching the envelope", 1.0) as told:
                 border = envelope_over(found, progress=told)
-        plots.save(found, plot, envelope=border, cycle=points, braking=braking)
+        with look(style, width):
+            plots.save(found, plot, envelope=border, cycle=points, braking=braking)
     if as_json:
         print(json.dumps(as_object(found, taken)))
         return

@@ -132,6 +132,8 @@ def _step(
         all_trips = steps.trips(on, reference=reference)
         good = all(t.off and t.stays and t.clears for t in all_trips)
         text = "all stop the drive" if good else "a cause does not stop the drive as it must"
+        if not all_trips[-1].began:
+            text = all_trips.pop().text
         return {"done": good, "text": text, "trips": [asdict(t) for t in all_trips]}, [
             f"{t.what}: {'legs off' if t.off else 'LEGS ARE ON'} after {t.late_us:.0f} us, "
             f"{t.text}; "

@@ -1,5 +1,6 @@
 """`reluctance examples`: the drive files and pumping systems that come with the package."""
 
+import itertools
 import shutil
 from filecmp import cmp
 from functools import partial
@@ -8,11 +9,11 @@ from typing import Annotated
 
 import typer
 
-from reluctance.drive.schema import did_you_mean
+from reluctance.drive.load import is_system
 from reluctance.errors import ParameterError
 from reluctance.files import make_folder, read_toml, write_together
-from reluctance.load import is_system
 from reluctance.resources import resources
+from reluctance.schema import did_you_mean
 
 
 def example_files() -> dict[str, Path]:
@@ -95,6 +96,9 @@ def _copy(path: Path, target: Path) -> None:
 
 
 def first_comment(path: Path) -> str:
-    """What the first line of a TOML file says."""
-    with path.open(encoding="utf-8") as file:
-        return file.readline().lstrip("# ").rstrip()
+    """The first sentence of the comment that a TOML file opens with."""
+    lines = itertools.takewhile(
+        lambda line: line.startswith("#"), path.read_text("utf-8").splitlines()
+    )
+    sentence, stop, _ = " ".join(line.lstrip("# ") for line in lines).partition(". ")
+    return sentence + stop.rstrip()

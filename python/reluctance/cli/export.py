@@ -10,8 +10,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reluctance import export, load
+from reluctance import export
+from reluctance.cli.drive_file import load_drive
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust, help_if_bare
+from reluctance.cli.progress import working
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.cost import Cost, costs
@@ -22,7 +24,7 @@ from reluctance.export.recording import STEPS
 from reluctance.export.target import Cpu, known_cpu
 from reluctance.export.verdict import MCUS, left_out, verdict
 from reluctance.export.verdict import mcu as find_mcu
-from reluctance.run.kpis import shown
+from reluctance.key_figures import shown
 
 export_app = typer.Typer(
     invoke_without_command=True, callback=help_if_bare, help="Hand a drive over to other tools."
@@ -61,7 +63,7 @@ def firmware(
     as_json: AsJson = False,
 ) -> None:
     """Write the controller as a self-contained firmware package."""
-    drive = load(drive_file, overrides, trust=trust)
+    drive = load_drive(drive_file, overrides, trust=trust)
     part = find_mcu(mcu) if mcu is not None else None
     made = export.firmware(
         drive, out, flash_limit_KiB=flash_limit, prefix=prefix, port=port, self_test=self_test
@@ -124,7 +126,7 @@ def blob(
     as_json: AsJson = False,
 ) -> None:
     """Write the resolved parameters of a drive for the C interface."""
-    of = export.write_blob(load(drive_file, overrides, trust=trust), out)
+    of = export.write_blob(load_drive(drive_file, overrides, trust=trust), out)
     if as_json:
         print(json.dumps({"file": str(out), **asdict(of)}))
     else:
@@ -142,8 +144,9 @@ def fmu(
     as_json: AsJson = False,
 ) -> None:
     """Write a functional mock-up unit for co-simulation (FMI 2.0 or 3.0)."""
-    drive = load(drive_file, overrides, trust=trust)
-    made = export.fmu(drive, out, version=version, part=part)  # type: ignore[arg-type]
+    drive = load_drive(drive_file, overrides, trust=trust)
+    with working("compiling the unit, about 20 seconds"):
+        made = export.fmu(drive, out, version=version, part=part)  # type: ignore[arg-type]
     if as_json:
         print(json.dumps({"file": str(out), "name": made.name, "variables": made.variables}))
     else:
@@ -161,7 +164,9 @@ def parity(
     as_json: AsJson = False,
 ) -> None:
     """Replay a simulation on the emulated target and compare its commands bit for bit."""
-    found = check_parity(load(drive_file, overrides, trust=trust), cpu=known_cpu(cpu), steps=steps)
+    found = check_parity(
+        load_drive(drive_file, overrides, trust=trust), cpu=known_cpu(cpu), steps=steps
+    )
     if as_json:
         print(json.dumps({"steps": found.steps, "different": found.different, "cpu": cpu}))
     else:
@@ -185,7 +190,7 @@ def pil(
     as_json: AsJson = False,
 ) -> None:
     """Processor in the loop: simulate with every control step on the emulated target."""
-    drive: Drive = load(drive_file, overrides, trust=trust)
+    drive: Drive = load_drive(drive_file, overrides, trust=trust)
     target, desk = in_the_loop(drive, cpu=known_cpu(cpu), until=until)
     if as_json:
         print(json.dumps({"target": asdict(target), "desk": asdict(desk)}))

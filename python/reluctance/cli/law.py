@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from reluctance.cli.progress import working
 from reluctance.laws.build import build_law
 
 law_app = typer.Typer(no_args_is_help=True, help="Control laws of your own, in C++.")
@@ -19,7 +20,8 @@ def build(
     ] = None,
 ) -> None:
     """Compile a law, for `law = "cpp:FILE.so:NAME"` in a drive file."""
-    made = build_law(header, name, out)
+    with working(f"compiling {name}, about half a minute"):
+        made = build_law(header, name, out)
     print(f'{made}: law = "cpp:{made.name}:{name}"')
 
 

@@ -9,12 +9,13 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
+from reluctance import limits
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.cli.progress import progress_bar
-from reluctance.figures import check_figure
+from reluctance.drive.load import load
+from reluctance.figures import check_figure, look
 from reluctance.files import TABLES, check_ending
-from reluctance.limit import envelope_of, limit_of, text
-from reluctance.load import load
+from reluctance.limits import envelope_of, text
 from reluctance.units import hertz, to_si
 
 
@@ -41,17 +42,19 @@ def limit(
         typer.Option(metavar="FILE", help="Ripple-free torque over speed; endings as --out."),
     ] = None,
     plot: Plot = None,
+    width: Width = None,
+    style: Style = None,
 ) -> None:
     """What physics allows at the drive's operating point, under any controller."""
-    from reluctance.limit import files  # here, because Matplotlib is slow to import
+    from reluctance.limits import files  # here, because Matplotlib is slow to import
 
     f_switch = None if at_switching_frequency is None else hertz(at_switching_frequency)
     for path in (out, envelope):
         if path is not None:
             check_ending(path, TABLES)
     if plot is not None:
-        check_figure(plot)
-    found = limit_of(
+        check_figure(plot, style, width)
+    found = limits.limit(
         load(drive_file, overrides, trust=trust, check_torque=tau is None),
         tau_ref=tau,
         omega_m=None if speed is None else to_si(speed, "rpm"),
@@ -65,7 +68,8 @@ def limit(
         if envelope is not None:
             files.save_envelope(border, envelope)
         if plot is not None:
-            files.save_figure(found, border, plot)
+            with look(style, width):
+                files.save_figure(found, border, plot)
     if as_json:
         print(json.dumps(found.with_units()))
         return

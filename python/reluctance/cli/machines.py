@@ -6,10 +6,11 @@ from typing import Annotated
 import typer
 
 from reluctance.cli.options import AsJson
-from reluctance.drive.library import Entry, entries
-from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
+from reluctance.machine import library
+from reluctance.machine.library import Entry
 from reluctance.resources import resources
+from reluctance.schema import did_you_mean
 
 
 def _names() -> list[str]:
@@ -26,7 +27,7 @@ def machines(
     """List the machine library, or show one machine of it."""
     if name is not None and name not in (known := _names()):
         raise ParameterError(f"machine `{name}` is not in the library{did_you_mean(name, known)}")
-    found = [entry for entry in entries() if name in (None, entry.key)]
+    found = [entry for entry in library.machines() if name in (None, entry.key)]
     if as_json:
         rows = [entry.with_units() for entry in found]
         print(json.dumps(rows if name is None else rows[0]))

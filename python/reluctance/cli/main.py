@@ -14,6 +14,7 @@ from reluctance.cli.examples import examples
 from reluctance.cli.export import export_app
 from reluctance.cli.law import law_app
 from reluctance.cli.limit import limit
+from reluctance.cli.machine_from_geometry import machine_app
 from reluctance.cli.machines import machines
 from reluctance.cli.map import map_app
 from reluctance.cli.map_identify import identify
@@ -39,6 +40,7 @@ for command in (*FIRST, studio, pump, size, emulate, replay, schema):
     app.command()(command)
 map_app.command()(identify)
 app.add_typer(map_app, name="map")
+app.add_typer(machine_app, name="machine")
 app.add_typer(export_app, name="export")
 app.add_typer(law_app, name="law")
 

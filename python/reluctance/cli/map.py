@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from reluctance.cli.options import AsJson, help_if_bare
-from reluctance.drive.library import machine_table
-from reluctance.drive.map_file import accept_in, machine_text
-from reluctance.drive.map_machine import CONVENTIONS
+from reluctance.cli.options import AsJson, Style, Width, help_if_bare
 from reluctance.errors import ParameterError
-from reluctance.figures import check_figure, save_figure
+from reluctance.figures import check_figure, look, save_figure
 from reluctance.files import check_ending, is_file, write_together, write_whole
+from reluctance.machine.library import machine_table
+from reluctance.machine.map_file import accept_in, machine_text
+from reluctance.machine.map_machine import CONVENTIONS
 
 if TYPE_CHECKING:
     from reluctance.maps import FluxTable
@@ -276,19 +276,23 @@ def plot(
     out: Annotated[Path, typer.Option(metavar="FILE", help="Figure: .png, .svg, .pdf or .html.")],
     stated: Stated,
     torque: Torque = None,
+    width: Width = None,
+    style: Style = None,
 ) -> None:
     """Magnetisation curves, torque, incremental inductance and co-energy of a map."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    from reluctance import maps
-
-    check_figure(out)
+    check_figure(out, style, width)
     stated = replace(stated, torque=torque)
     table, _ = _read(file, stated)
+    with look(style, width):
+        _plot(file, table, out)
+
+
+def _plot(file: Path, table: "FluxTable", out: Path) -> None:
+    from reluctance import maps
+    from reluctance.picture import Picture
+
     machine = maps.surface(table)
-    figure = Figure(figsize=(11, 8), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Picture(11, 8)
     corners = figure.subplots(2, 2).flat
     maps.plot_magnetisation(machine, table, axes=corners[0])
     maps.plot_torque(machine, table, axes=corners[1])
@@ -337,6 +341,11 @@ def import_map(
     copy = out.with_suffix(".csv")
     if copy.resolve() == file.resolve():
         copy = out.with_name(out.stem + "_map.csv")
+    for path in (out, copy):
+        if path.exists():
+            raise ParameterError(
+                f"{path} exists, and may have been edited; remove it, or choose another --out"
+            )
     text = machine_text(
         name=out.stem,
         source=file.name,
@@ -347,7 +356,7 @@ def import_map(
         i_max_A=i_max,
         J_kgm2=J,
         accepted_because=accept if report.reasons else None,
-        notes=table.notes,
+        notes=(*table.notes, *(f"column named: {name}" for name in stated.name)),
     )
     write_together(
         {

@@ -11,7 +11,7 @@ Overrides = Annotated[
     typer.Option(
         "--set",
         metavar="SECTION.KEY=VALUE",
-        help="Replace a value of the drive file; without VALUE, remove it.",
+        help="Replace a value of the drive file; SECTION.KEY= removes it.",
     ),
 ]
 Trust = Annotated[
@@ -19,6 +19,12 @@ Trust = Annotated[
 ]
 Plot = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Figure: .png, .svg, .pdf, or .html with zoom.")
+]
+Width = Annotated[
+    str | None, typer.Option(metavar="WIDTH", help="Of the figure, as 3.5in or 88mm.")
+]
+Style = Annotated[
+    str | None, typer.Option(metavar="STYLE", help="Of Matplotlib, by name or as a .mplstyle file.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 

@@ -32,6 +32,17 @@ def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
         yield told
 
 
+@contextmanager
+def working(title: str) -> Iterator[None]:
+    """A sign of life on a terminal, for work that tells nothing of its progress."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield
+        return
+    with console.status(title, spinner="line"):
+        yield
+
+
 def wrapped(line: str) -> str:
     """Broken between words on a terminal, whole in a pipe."""
     return textwrap.fill(line, shutil.get_terminal_size().columns) if sys.stdout.isatty() else line

@@ -14,7 +14,7 @@ Overrides = Annotated[
     typer.Option(
         "--set",
         metavar="SECTION.KEY=VALUE",
-        help="Replace a value of the system file; without VALUE, remove it.",
+        help="Replace a value of the system file; SECTION.KEY= removes it.",
     ),
 ]
 
@@ -26,15 +26,30 @@ def pump(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of report, tables and figures.")
     ] = None,
+    write_drive: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DRIVE.toml",
+            help="Write the drive on its array as a drive file, and do not simulate.",
+        ),
+    ] = None,
 ) -> None:
     """Water of a photovoltaic pumping system over a day or a year."""
     from reluctance.cli.progress import progress_bar
-    from reluctance.pumping import load_system, operate, remarks, with_units
+    from reluctance.pumping import load_system, remarks, with_units
+    from reluctance.pumping import pump as pumped
     from reluctance.pumping.text import rows
 
     system = load_system(system_file, overrides or [])
+    if write_drive is not None:
+        from reluctance.pumping import drive_of
+
+        comment = f"The drive of the pumping system {system_file.name} on its array."
+        drive_of(system).save(write_drive, comment=comment)
+        print(write_drive)
+        return
     with progress_bar("simulating the drive's loss map", 1.0) as told:
-        found = operate(system, progress=told)
+        found = pumped(system, progress=told)
     files: list[Path] = []
     if out is not None:
         from reluctance.pumping.write import write  # Matplotlib takes half of the start-up time

@@ -10,15 +10,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
+from reluctance.cli.drive_file import load_drive
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.cli.progress import progress_bar
-from reluctance.figures import check_figure
+from reluctance.drive import Drive
+from reluctance.figures import check_figure, look
 from reluctance.files import TABLES, check_ending
-from reluctance.load import load
-from reluctance.run import Kpis, simulate
+from reluctance.key_figures import Kpis, shown
+from reluctance.run import simulate
 from reluctance.run.bounds import MOST_BYTES, waveform_bytes
-from reluctance.run.kpis import shown
-from reluctance.run.save import save
 from reluctance.units import from_si
 
 if TYPE_CHECKING:
@@ -40,6 +40,8 @@ def run(
         typer.Option(metavar="FILE", help="Waveforms: .csv, .npz, .parquet or .mat."),
     ] = None,
     plot: Plot = None,
+    width: Width = None,
+    style: Style = None,
     energy_loop: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Flux over current, area against work; as --plot."),
@@ -50,12 +52,12 @@ def run(
     ] = 0.0,
 ) -> None:
     """Simulate a drive and print its key figures."""
-    drive = load(drive_file, overrides, trust=trust)
+    drive = load_drive(drive_file, overrides, trust=trust)
     if out is not None:
         check_ending(out, TABLES)
     for path in (plot, energy_loop):
         if path is not None:
-            check_figure(path)
+            check_figure(path, style, width)
     silent = out is None and plot is None and energy_loop is None
     end = drive.simulation.until_s if until is None else until
     record = None if silent else record_us * 1e-6
@@ -75,19 +77,26 @@ def run(
     if energy_loop is not None:
         from reluctance.run import energy_loop as loops  # Matplotlib: half of the start-up time
 
-        found = loops.save_energy_loop(result, energy_loop)
+        with look(style, width):
+            found = loops.save_energy_loop(result, energy_loop)
     if out is not None:
-        save(result, out)
+        result.save(out)
     if plot is not None:
         from reluctance.run import plots
 
-        plots.save_plot(result, plot)
+        with look(style, width):
+            plots.save_plot(result, plot)
     if as_json:
         learned = {} if result.learned is None else {"learned": result.learned.figures()}
-        print(json.dumps({**result.kpis.with_units(), **learned}))
+        entered = (
+            {} if result.events is None else {"events": [e.with_units() for e in result.events]}
+        )
+        print(json.dumps({**result.kpis.with_units(), **learned, **entered}))
     else:
-        Console().print(kpi_table(drive.name, result.kpis))
-        for remark in result.kpis.remarks():
+        Console().print(kpi_table(drive.name, result.kpis, devices=drive.converter.has_drops))
+        for event in result.events or []:
+            print(f"{event.t:8.4f} s  {event}")
+        for remark in result.kpis.remarks(steady=is_steady(drive)):
             print(f"note: {remark}")
         if result.learned is not None:
             print(f"learned: {result.learned.text()}")
@@ -98,8 +107,8 @@ def run(
             print(f"energy loop, phase {'abcdef'[loop.k]}: {loops.text(loop)}")
 
 
-def kpi_table(name: str, kpis: Kpis) -> Table:
-    """Key figures as people read them."""
+def kpi_table(name: str, kpis: Kpis, *, devices: bool) -> Table:
+    """Key figures as people read them; devices: whether the loss of switches and diodes counts."""
     table = Table(title=Text(name), show_header=False)
     table.add_column("key figure")
     table.add_column("value", justify="right")
@@ -114,7 +123,7 @@ def kpi_table(name: str, kpis: Kpis) -> Table:
         ("rms phase current", f"{k.i_rms:.2f} A"),
         ("peak phase current", f"{k.i_peak:.2f} A"),
         ("copper loss", f"{k.p_cu:.1f} W"),
-        ("device conduction loss", f"{k.p_dev:.1f} W"),
+        ("device conduction loss", loss(k.p_dev if devices else None, "converter.v_switch_V")),
         ("switching loss", loss(k.p_sw, "converter.E_on_mJ")),
         ("iron loss, estimate", loss(k.p_fe, "machine.iron")),
         ("mechanical power", f"{k.p_mech:.1f} W"),
@@ -128,9 +137,22 @@ def kpi_table(name: str, kpis: Kpis) -> Table:
         ("wall time per simulated time", f"{k.wall_s_per_sim_s:.3f}"),
     ):
         table.add_row(label, value)
+    if kpis.tracking is not None:
+        table.add_row(
+            "dc-link voltage, least to greatest", f"{k.u_dc_min:.1f} to {k.u_dc_max:.1f} V"
+        )
+        table.add_row("energy from the array, of the available", f"{kpis.tracking:.2%}")
+    if kpis.Q_mean is not None:
+        table.add_row("mean flow", f"{from_si(kpis.Q_mean, 'm3ph'):.2f} m3/h")
     if kpis.beyond_map > 0:
         table.add_row("peak current beyond the flux map", f"{kpis.beyond_map:.1%} extrapolated")
     return table
+
+
+def is_steady(drive: Drive) -> bool:
+    """Whether all that acts on the drive is constant over the run."""
+    courses = (drive.reference.values, drive.load.values, drive.source.values)
+    return drive.reference.kind != "pv" and not any(courses)
 
 
 def loss(value: float | None, needs: str) -> str:

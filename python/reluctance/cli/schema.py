@@ -7,12 +7,12 @@ from typing import Annotated, Any
 import typer
 from pydantic.json_schema import models_json_schema
 
-from reluctance.drive.library import MODELS
-from reluctance.drive.own_law import OwnLaw
-from reluctance.drive.schema import Section
+from reluctance.drive.tables import OPTIONAL, TABLES
 from reluctance.files import check_ending, write_text
 from reluctance.laws import LAWS, table_of
-from reluctance.load import OPTIONAL, TABLES
+from reluctance.laws.own_law import OwnLaw
+from reluctance.machine.library import MODELS
+from reluctance.schema import Section
 
 
 def json_schema() -> dict[str, Any]:

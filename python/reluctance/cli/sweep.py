@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
-from reluctance.sweep import Sweep
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
+from reluctance.sweeps import Sweep
 
 Vary = Annotated[
     list[str],
@@ -53,6 +53,8 @@ def sweep(
         Path | None, typer.Option(metavar="FILE", help="Table: .csv, .npz, .parquet or .mat.")
     ] = None,
     plot: Plot = None,
+    width: Width = None,
+    style: Style = None,
     figure: Annotated[
         str | None, typer.Option(metavar="A,B", help="Key figures to show, as in `run --json`.")
     ] = None,
@@ -68,19 +70,18 @@ def sweep(
     """Key figures over grids and samples of any values; goes on where it was interrupted."""
     import reluctance
     from reluctance.cli.progress import progress_bar
-    from reluctance.drive.own_code import refuse_untrusted
-    from reluctance.errors import ParameterError
-    from reluctance.figures import check_figure
+    from reluctance.figures import check_figure, look
     from reluctance.files import TABLES, check_ending
-    from reluctance.sweep.found import figure_name
-    from reluctance.sweep.vary import parsed
+    from reluctance.laws.own_code import refuse_untrusted
+    from reluctance.sweeps.swept import figure_name
+    from reluctance.sweeps.vary import parsed
 
     values = dict(parsed(text) for text in vary)
     names = [figure_name(name.strip()) for name in figure.split(",")] if figure else None
     if table is not None:
         check_ending(table, TABLES)
     if plot is not None:
-        check_figure(plot)
+        check_figure(plot, style, width)
     refuse_untrusted(values.get("control.law", []), trust)
     drive = reluctance.load(drive_file, overrides, trust=trust)
     with progress_bar(f"sweeping {drive.name}", 1.0) as told:
@@ -96,14 +97,13 @@ def sweep(
             cluster=cluster,
             progress=told,
         )
-    if found.failed == len(found):
-        raise ParameterError(f"none of the {len(found)} points works: {found.reason()}")
     if table is not None:
         found.save(table)
     if plot is not None:
-        from reluctance.sweep.plots import save_plot  # Matplotlib: half of the start-up time
+        from reluctance.sweeps.plots import save_plot  # Matplotlib: half of the start-up time
 
-        save_plot(found, plot, names, kind)
+        with look(style, width):
+            save_plot(found, plot, names, kind)
     if as_json:
         print(json.dumps(as_object(found)))
         return
@@ -132,7 +132,7 @@ def _print_table(found: Sweep, names: list[str] | None) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from reluctance.run.kpis import shown
+    from reluctance.key_figures import shown
 
     columns = [n for n in names or SHOWN if not np.isnan(found.figures[n]).all()]
     rows = list(range(len(found)))
@@ -144,7 +144,8 @@ def _print_table(found: Sweep, names: list[str] | None) -> None:
         title += ": where a figure is least or most"
     table = Table(title=Text(title))
     for name in (*found.values, *columns):
-        table.add_column(Text(name.rpartition(".")[2]), justify="right", overflow="fold")
+        words = name.rpartition(".")[2].replace("_", " ")  # a head breaks between words
+        table.add_column(Text(words), justify="right")
     for n in rows:
         point = found.point(n)
         varied = [point[name] for name in found.values]

@@ -1,12 +1,13 @@
 """`reluctance tune`: values for which a figure is best while others keep their bounds."""
 
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Trust
+from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 
 
 def tune(
@@ -62,6 +63,8 @@ def tune(
         Path | None, typer.Option(metavar="FILE", help="Trials: .csv, .npz, .parquet or .mat.")
     ] = None,
     plot: Plot = None,
+    width: Width = None,
+    style: Style = None,
     jobs: Annotated[
         int | None, typer.Option(metavar="N", help="Threads; by default all cores.")
     ] = None,
@@ -69,21 +72,20 @@ def tune(
     """Values for which a figure is best while others keep their bounds; writes the drive file."""
     from reluctance.cli.progress import progress_bar
     from reluctance.cli.tune_over import tune_over
-    from reluctance.drive.own_code import refuse_untrusted
+    from reluctance.drive.load import load
     from reluctance.errors import ParameterError
-    from reluctance.figures import check_figure
+    from reluctance.figures import check_figure, look
     from reluctance.files import TABLES, check_ending
-    from reluctance.load import load
-    from reluctance.sweep.vary import parsed
-    from reluctance.tune import tune as tuned
-    from reluctance.tune import write_drive
+    from reluctance.laws.own_code import refuse_untrusted
+    from reluctance.sweeps.vary import parsed
+    from reluctance.tuning import tune as tuned
 
     if out is not None:
         check_ending(out, {".toml"} if over is None else {".csv"})
     if table is not None:
         check_ending(table, TABLES)
     if plot is not None:
-        check_figure(plot)
+        check_figure(plot, style, width)
     points = [_point(text) for text in at or []]
     values = dict(parsed(text) for text in vary or [])
     for laws in (values.get("control.law", []), [x.get("control.law") for x in points]):
@@ -97,7 +99,8 @@ def tune(
         options = {"maximise": maximise, "keep": keep or [], "vary": values or None, "jobs": jobs}
         options |= {} if budget is None else {"budget": budget}
         axes = dict(parsed(text) for text in over)
-        tune_over(drive, axes, minimise, options, out=out, plot=plot, as_json=as_json)
+        with look(style, width):
+            tune_over(drive, axes, minimise, options, out=out, plot=plot, as_json=as_json)
         return
     if not values:
         raise ParameterError("need --vary SECTION.KEY=FROM:TO, or --over for a table of angles")
@@ -118,13 +121,14 @@ def tune(
             progress=told,
         )
     if out is not None:
-        write_drive(found.drive, out, comment=f"Tuned for the {found.goal}.")
+        found.drive.save(out, comment=f"Tuned for the {found.goal}.")
     if table is not None:
         found.table.save(table)
     if plot is not None:
-        from reluctance.tune.plots import save  # Matplotlib: half of the start-up time
+        from reluctance.tuning.plots import save  # Matplotlib: half of the start-up time
 
-        save(found, plot)
+        with look(style, width):
+            save(found, plot)
     if as_json:
         figures = {k: None if v != v else v for k, v in found.best.figures.items()}
         told_best = {"values": found.best.values, "figures": figures, "kept": found.best.kept}
@@ -139,11 +143,31 @@ def tune(
     shown = [found.goal.figure, *(bound.figure for bound in found.goal.bounds)]
     for name in dict.fromkeys(shown):
         print(f"  {name} {found.best.figures[name]:.5g}")
+    for line in at_the_end(found.best.values, values):
+        print(line)
     if not found.best.kept:
         print("note: no trial keeps all bounds; this one misses them by least")
     for path in (out, table, plot):
         if path is not None:
             print(path)
+
+
+def at_the_end(best: Mapping[str, Any], ranges: Mapping[str, Sequence[Any]]) -> list[str]:
+    """A note for each value that lies at an end of its range: the best may lie beyond it."""
+    found = []
+    for name, value in best.items():
+        ends = ranges.get(name, ())
+        if len(ends) == 2 and all(isinstance(end, int | float) for end in ends):
+            low, high = sorted(ends)
+            if min(value - low, high - value) <= NEAR_AN_END * (high - low):
+                found.append(
+                    f"note: {name} = {value:g} is at the end of its range {low:g}:{high:g}; "
+                    "the best may lie beyond it: widen the range"
+                )
+    return found
+
+
+NEAR_AN_END = 0.02  # of the range: COBYLA ends within a hundredth of a bound that holds it
 
 
 def _point(text: str) -> dict[str, Any]:

@@ -23,14 +23,14 @@ def tune_over(
     from rich.table import Table
 
     from reluctance.cli.progress import progress_bar
-    from reluctance.tune import tune_angles
+    from reluctance.tuning import tune_angles
 
     with progress_bar(f"tuning {drive.name}", 1.0) as told:
         found = tune_angles(drive, axes, minimise, progress=told, **options)
     if out is not None:
         found.save(out)
     if plot is not None:
-        from reluctance.tune.angle_plots import save  # Matplotlib: half of the start-up time
+        from reluctance.tuning.angle_plots import save  # Matplotlib: half of the start-up time
 
         save(found, plot)
     if as_json:

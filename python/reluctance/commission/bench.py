@@ -6,18 +6,18 @@ import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.drive.pump_load import pump
-from reluctance.drive.tables import Load
 from reluctance.errors import ParameterError
-from reluctance.export.commission_levels import Levels, commission_fields
+from reluctance.export.commission_levels import Levels
+from reluctance.export.commission_levels import commission as routines_of
+from reluctance.plant.pump_load import pump
 from reluctance.run.plant import loop_parts
+from reluctance.tables.sections import Load
 from reluctance.units import to_si
 
 ROUTINES = ("wiring", "resistance", "alignment", "pulses")
@@ -163,7 +163,7 @@ def commission(
     if not 0 <= phase < n or pulses < 1:
         raise ParameterError(f"phase = {phase}, pulses = {pulses}: need a phase and >= 1 pulse")
     bench = _core.Bench(
-        routines=_routines(commission_fields(drive, levels)),
+        routines=routines_of(drive, levels),
         phase=wires.phase,
         sensor=wires.sensor,
         sign=wires.sign,
@@ -234,22 +234,3 @@ def rotor(drive: Drive, *, clamped: bool, friction: float = 0.0) -> _core.Shaft:
         load=(lambda omega: float(friction * np.tanh(omega / CREEP))) if friction else None,
         pump=pump(Load.model_validate({"kind": "locked", "speed_rpm": 0.0})),
     )
-
-
-def _routines(fields: dict[str, Any]) -> _core.Commission:
-    """The routines as the core takes them."""
-
-    def hold(given: dict[str, Any]) -> _core.CurrentHold:
-        return _core.CurrentHold(pi=_core.LimitedPi(**given["pi"]), duty_max=given["duty_max"])
-
-    parts = {
-        "wiring": _core.Wiring(**fields["wiring"]),
-        "pulses": _core.FluxPulses(**fields["pulses"]),
-        "resistance": _core.Resistance(
-            **{**fields["resistance"], "hold": hold(fields["resistance"]["hold"])}
-        ),
-        "alignment": _core.Alignment(
-            **{**fields["alignment"], "hold": hold(fields["alignment"]["hold"])}
-        ),
-    }
-    return _core.Commission(**{**fields, **parts})

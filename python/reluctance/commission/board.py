@@ -7,7 +7,8 @@ import re
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +18,12 @@ from reluctance.commission.bench import ROUTINES, RUNNING, Wires, rotor
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.target import PHASE, Cpu, answering, build
-from reluctance.run.plant import loop_parts
+from reluctance.run.events import MODES, evidence
+from reluctance.run.plant import loop_parts, precharged
+from reluctance.tables.supervision import Supervision
 
-CONTROL, COMMISSIONING = 0, 1  # interrupts, as in emulated/bench.h
-MODES = ("off", "precharge", "calibrate", "ready", "run", "fault")
 NUMBERS = {name: n for n, name in enumerate(("none", *ROUTINES))}  # in reluctance_commission.h
-RISE = 0.1  # of the dc link, through the precharge resistor [s]
-EMPTY = 0.01  # of its voltage, at the start
+PRECHARGE = Supervision.model_validate({"enable_s": 0.0, "precharge_ms": 100.0})
 SLICE = 2e-3  # of simulated time between two looks [s]
 ORDER = struct.Struct("<7bx12f")  # of one leg: the columns of an order
 OFF = [0.0] * len(_core.ORDER_COLUMNS)
@@ -31,26 +31,35 @@ OFF = [0.0] * len(_core.ORDER_COLUMNS)
 
 @dataclass(frozen=True)
 class Emulated:
-    """A package that is built for the emulator, and what it is connected to.
+    """A package, the processor to emulate, and what the board is connected to.
 
     `drive` is the machine, converter and sensors as they are; the package knows what was exported.
     """
 
     package: Path
-    program: Path
     cpu: Cpu
     drive: Drive
     wires: Wires
 
+    @cached_property
+    def program(self) -> Path:
+        """Built when it is first needed: values are judged before.
+
+        Raises
+        ------
+        ParameterError
+            If the package does not compile, or a tool is missing.
+        """
+        return build(self.package, self.cpu, "bench")
+
 
 def emulated(package: str | Path, drive: Drive, wires: Wires, cpu: Cpu = "cortex-m7") -> Emulated:
-    """Builds the emulated board of a package.
+    """The emulated board of a package.
 
     Raises
     ------
     ParameterError
-        If the package has another number of phases or control period than the drive, does not
-        compile, or a tool is missing.
+        If the package has another number of phases or control period than the drive.
     """
     package = Path(package)
     header = next(package.glob("*_controller.h"), None)
@@ -74,7 +83,7 @@ def emulated(package: str | Path, drive: Drive, wires: Wires, cpu: Cpu = "cortex
             f"{package} has a control period of {T_s:g} s, the drive {drive.control.T_s:g} s; "
             "export it again"
         )
-    return Emulated(package, build(package, cpu, "bench"), cpu, drive, wires.checked(int(n)))
+    return Emulated(package, cpu, drive, wires.checked(int(n)))
 
 
 class Board:
@@ -99,13 +108,12 @@ class Board:
         on: Emulated,
         answer: Callable[[bytes, int], bytes],
         *,
-        interrupt: int,
         theta_e_deg: float,
         clamped: bool,
     ) -> None:
         n = on.drive.machine.n_phases
-        self._answer, self._wires, self._n, self._interrupt = answer, on.wires, n, interrupt
-        self._record = struct.Struct(f"<4i{n + 4}f3iIf")
+        self._answer, self._wires, self._n = answer, on.wires, n
+        self._record = struct.Struct(f"<3i{n + 4}f3iIf")
         self._told = _answer_type(n)
         self._leg_of = [on.wires.phase.index(k) for k in range(n)]
         self._start = (-1, 0, 0)
@@ -122,11 +130,9 @@ class Board:
         self.i_peak = 0.0  # greatest true current at a sample so far [A]
         self.last = np.zeros(1, self._told)[0]
         sensing = on.drive.sensing.model_copy(update={"delay_samples": 0})  # the board delays
-        parts = loop_parts(replace(on.drive, sensing=sensing), -1.0)
+        parts = loop_parts(on.drive.computed(sensing=sensing), -1.0)
         if on.drive.source.kind == "stiff":
-            u_dc = on.drive.converter.u_dc_V
-            rise = _core.Course(t=[0.0, RISE], value=[EMPTY * u_dc, u_dc])
-            parts["source"] = _core.StiffSource(u_dc=rise)
+            parts["source"] = precharged(on.drive, PRECHARGE)
         parts["theta_m"] = np.radians(theta_e_deg) / on.drive.machine.N_r
         parts["shaft"] = rotor(on.drive, clamped=clamped)
         controller = _core.controller_from(n, self._step)
@@ -165,30 +171,21 @@ class Board:
                 return True
         return False
 
-    def _step(
-        self,
-        i: list[float],
-        theta_e: float,
-        omega_m: float,
-        u_dc: float,
-        reference: float,
-        i_source: float,
-    ) -> list[float]:
+    def _step(self, y: _core.Measurement, reference: float) -> list[float]:
         wires = self._wires
-        self.i_peak = max(self.i_peak, *i)
-        shown = [s * i[k] for s, k in zip(wires.sign, wires.sensor, strict=True)]
-        angle = _core.wrap_float(wires.direction * theta_e + np.radians(wires.zero_deg))
+        self.i_peak = max(self.i_peak, *y.i)
+        shown = [s * y.i[k] for s, k in zip(wires.sign, wires.sensor, strict=True)]
+        angle = _core.wrap_float(wires.direction * y.theta_e + np.radians(wires.zero_deg))
         if self.spoil is not None:
             shown, angle = self.spoil(shown, angle)
         self._sequence += self.commands
         record = self._record.pack(
-            self._interrupt,
             *self._start,
             *shown,
             angle,
-            wires.direction * omega_m,
-            u_dc,
-            i_source,
+            wires.direction * y.omega_m,
+            y.u_dc,
+            y.i_source,
             self.enable,
             self.clear,
             self.tripped,
@@ -224,23 +221,18 @@ class Board:
 def powered(
     on: Emulated,
     *,
-    interrupt: int = COMMISSIONING,
     theta_e_deg: float = 40.0,
     clamped: bool = False,
 ) -> Iterator[Board]:
     """The board from power-up on: enabled, with commands that keep coming."""
     with answering(on.program, on.cpu) as answer:
-        yield Board(on, answer, interrupt=interrupt, theta_e_deg=theta_e_deg, clamped=clamped)
+        yield Board(on, answer, theta_e_deg=theta_e_deg, clamped=clamped)
 
 
 def _evidence(last: np.void) -> str:
     """The fault in words, with its numbers."""
-    text = f"{_text(last)} (status {last['status']}"
-    if last["phase"] >= 0:
-        text += f", phase {last['phase']}"
-    if last["limit"] != 0:
-        text += f": {last['value']:.4g}, limit {last['limit']:.4g}"
-    return text + ")"
+    told = (last[name] for name in ("status", "phase", "value", "limit"))
+    return evidence(_text(last), *told)
 
 
 def _text(last: np.void) -> str:

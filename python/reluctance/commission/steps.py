@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from reluctance.commission.bench import CLAMPED, DONE, RUNNING, Found
-from reluctance.commission.board import CONTROL, Board, Emulated, powered
+from reluctance.commission.board import Board, Emulated, powered
 from reluctance.commission.wiring import read_wiring
 from reluctance.errors import ParameterError
-from reluctance.export.sequence_levels import speed_limit
-from reluctance.export.trip_levels import limits
+from reluctance.guard.sequence_levels import speed_limit
+from reluctance.guard.trip_levels import protection
 from reluctance.units import from_si, to_si
 
 MOST_TIME = 400.0  # of a routine [s]; it gives up before
@@ -55,11 +55,12 @@ class Spin:
 class Trip:
     """One trip test: what was done, what the board said, and after how long.
 
-    `stays`: the fault stays while the drive is enabled; `clears`: it goes once its cause has gone
-    and the drive is not enabled.
+    `began`: the drive turned, so that there was something to stop. `stays`: the fault stays while
+    the drive is enabled; `clears`: it goes once its cause has gone and the drive is not enabled.
     """
 
     what: str
+    began: bool
     status: int
     text: str
     late_us: float
@@ -147,7 +148,7 @@ def spin(
         progress(board.t / end)
         return board.mode == "fault"
 
-    with powered(on, interrupt=CONTROL) as board:
+    with powered(on) as board:
         board.reference = asked
         board.run(end, watch)
         counts = on.wires.direction * read_wiring(on.package).direction
@@ -160,15 +161,20 @@ def spin(
 
 
 def trips(on: Emulated, *, reference: float | None = None) -> list[Trip]:
-    """What must stop a turning drive, one power cycle each."""
+    """What must stop a turning drive, one power cycle each; none after one that did not begin."""
     part = TURNING if on.drive.reference.kind in SPEEDS else GENTLE
     asked = _gentle(on, part) if reference is None else _asked(on, reference)
-    return [_trip(on, what, cause, asked) for what, cause in CAUSES.items()]
+    done: list[Trip] = []
+    for what, cause in CAUSES.items():
+        done.append(_trip(on, what, cause, asked))
+        if not done[-1].began:
+            break
+    return done
 
 
 def _trip(on: Emulated, what: str, cause: Callable[[Board, bool], None], asked: float) -> Trip:
     brisk = BRISK * on.drive.omega_nominal
-    with powered(on, interrupt=CONTROL) as board:
+    with powered(on) as board:
         board.reference = asked
         if not board.run(3.0, lambda b: abs(b.omega_m) > brisk and b.mode == "run"):
             why = (
@@ -176,12 +182,13 @@ def _trip(on: Emulated, what: str, cause: Callable[[Board, bool], None], asked: 
                 if board.fault is None
                 else _said(board, "run")
             )
-            return Trip(what, 0, f"before the test: {why}", 0.0, not board.gates, False, False)
+            text = f"no test began: {why}"
+            return Trip(what, False, 0, text, 0.0, not board.gates, False, False)
         at = board.period * board.T_s
         cause(board, True)
         board.run(AFTER + on.drive.protection.si["command_timeout"], lambda b: b.mode == "fault")
         if board.fault is None:
-            return Trip(what, 0, "not found", 0.0, not board.gates, False, False)
+            return Trip(what, True, 0, "not found", 0.0, not board.gates, False, False)
         late, status, text = board.fault[0] - at, board.fault[1], board.fault[2]
         off = not board.gates
         board.clear = True
@@ -190,7 +197,7 @@ def _trip(on: Emulated, what: str, cause: Callable[[Board, bool], None], asked: 
         cause(board, False)
         board.enable = False
         clears = board.run(20e-3, lambda b: b.mode == "off")
-        return Trip(what, status, text, 1e6 * late, off, stays, clears)
+        return Trip(what, True, status, text, 1e6 * late, off, stays, clears)
 
 
 def _angle_plug(board: Board, pulled: bool) -> None:
@@ -270,7 +277,7 @@ def _time_to_limit(on: Emulated, asked: float) -> float:
     """What a torque takes to the speed limit, with room; other references are there sooner [s]."""
     if on.drive.reference.kind != "torque" or asked == 0:
         return SPIN_TIME
-    omega = speed_limit(on.drive, limits(on.drive))
+    omega = speed_limit(on.drive, protection(on.drive))
     return SPIN_TIME + SPIN_ROOM * on.drive.machine.J_kgm2 * omega / abs(asked)
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from reluctance.commission.bench import Wires
-from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.files import read_toml
+from reluctance.schema import did_you_mean
 
 
 def read_wires(path: Path) -> Wires:

@@ -1,23 +1,27 @@
-"""A drive: machine, converter, load, reference, control law and sensors, as checked tables."""
+"""A drive: machine, converter, load, reference, control law and sensors, checked together."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from reluctance import _core
-from reluctance.drive.control import Control
-from reluctance.drive.known import Known
-from reluctance.drive.machine import MachineFile
-from reluctance.drive.mismatch import Mismatch, as_known
-from reluctance.drive.operating_point import OperatingPoint
-from reluctance.drive.protection import Protection
-from reluctance.drive.pv_control import PvControl
-from reluctance.drive.schema import Section
-from reluctance.drive.tables import (
+from reluctance.drive.checks import check_together, check_torque_in_reach
+from reluctance.drive.overrides import plain, put
+from reluctance.drive.plausible import check_plausible
+from reluctance.drive.tables import OPTIONAL, TABLES, Tables
+from reluctance.drive.write import write_drive
+from reluctance.errors import ParameterError
+from reluctance.laws import table_of
+from reluctance.machine.library import machine_from, machine_table
+from reluctance.machine.machine_file import MachineFile
+from reluctance.machine.mismatch import Mismatch
+from reluctance.schema import Section, checked, did_you_mean
+from reluctance.tables.control import Control
+from reluctance.tables.protection import Protection
+from reluctance.tables.pv_control import PvControl
+from reluctance.tables.sections import (
     Converter,
     Load,
     Reference,
@@ -25,27 +29,91 @@ from reluctance.drive.tables import (
     SimulationSettings,
     Source,
 )
-
-OVER_VOLTAGE = 1.25  # of u_dc_V: default trip level of the dc link
-BRAKE_FULL, BRAKE_NONE = 0.4, 0.8  # of the way from u_dc_V to the trip level
+from reluctance.tables.supervision import Supervision
 
 
-@dataclass(frozen=True)
-class Drive:
-    """All that a run depends on, checked. Values carry their units in their names."""
+class Drive(Tables):
+    """A drive, checked as a drive file is: each table by itself, and all of them together.
 
-    name: str
-    machine: MachineFile
-    converter: Converter
-    source: Source
-    load: Load
-    reference: Reference
-    control: Control
-    sensing: Sensing
-    simulation: SimulationSettings
-    protection: Protection
-    mismatch: Mismatch
-    pv_control: PvControl
+    Parameters
+    ----------
+    machine : MachineFile, str or Path
+        The machine, its name in the library, or the path of a machine file.
+    converter, load, reference, control : Converter, Load, Reference, Control
+        A control law is a table too, as `EdgeMpc(T_s_us=20)`.
+    source, sensing, simulation, protection, mismatch, pv_control, supervision : optional
+        What is left out has its defaults.
+    name : str
+        For titles and files.
+    check_torque : bool
+        False leaves out whether the torque reference is in reach, for a caller that asks for
+        another torque.
+
+    Raises
+    ------
+    ParameterError
+        With one line that says what is wrong and what is needed.
+
+    Examples
+    --------
+    >>> import reluctance as rl
+    >>> drive = rl.Drive(
+    ...     machine="paper_6_4",
+    ...     converter=rl.Converter(u_dc_V=240),
+    ...     load=rl.Load(kind="locked", speed_rpm=500),
+    ...     reference=rl.Reference(kind="torque", tau_Nm=30),
+    ...     control=rl.EdgeMpc(T_s_us=20),
+    ... )
+    >>> float(drive.machine.psi(i=50.0, theta_e=3.14159)) > 0.3
+    True
+    """
+
+    def __init__(
+        self,
+        *,
+        machine: MachineFile | str | Path,
+        converter: Converter,
+        load: Load,
+        reference: Reference,
+        control: Control,
+        source: Source | None = None,
+        sensing: Sensing | None = None,
+        simulation: SimulationSettings | None = None,
+        protection: Protection | None = None,
+        mismatch: Mismatch | None = None,
+        pv_control: PvControl | None = None,
+        supervision: Supervision | None = None,
+        name: str = "drive",
+        check_torque: bool = True,
+    ) -> None:
+        if isinstance(machine, str | Path):
+            machine = machine_from(machine_table(str(machine), Path()))
+        super().__init__(
+            name=name,
+            machine=machine,
+            converter=converter,
+            source=source or Source(),
+            load=load,
+            reference=reference,
+            control=control,
+            sensing=sensing or Sensing(),
+            simulation=simulation or SimulationSettings(),
+            protection=protection or Protection(),
+            mismatch=mismatch or Mismatch(),
+            pv_control=pv_control or PvControl(),
+            supervision=supervision or Supervision(),
+        )
+        self._check_kinds()
+        check_together(self)
+        check_plausible(self)
+        if check_torque and self.reference.kind != "none":
+            check_torque_in_reach(self)
+
+    def _check_kinds(self) -> None:
+        kinds: dict[str, type[Section]] = {**TABLES, "machine": MachineFile, "control": Control}
+        for table, kind in kinds.items():
+            if not isinstance(given := getattr(self, table), kind):
+                raise ParameterError(f"Drive: {table} = {given!r}, need a {kind.__name__}")
 
     def with_values(self, values: Mapping[str, Any]) -> Drive:
         """This drive with other values, checked exactly like `--set`.
@@ -69,95 +137,66 @@ class Drive:
         >>> drive.with_values({"converter.u_dc_V": 300, "control.i_band_A": 0.5}).converter.u_dc_V
         300.0
         """
-        from reluctance.load import with_values  # upwards: which laws exist, load knows
+        if not isinstance(values, Mapping):
+            raise ParameterError(
+                f"with_values takes a dict as in {{'converter.u_dc_V': 300}}, not {values!r}"
+            )
+        for name in values:
+            if not isinstance(name, str):
+                raise ParameterError(f"with_values: {name!r} is not a `section.key`")
+        kept = self.sections()
+        data = {
+            key: kept.pop(key).given
+            for key in {name.partition(".")[0] for name in values}
+            if key in kept
+        }
+        for name, value in values.items():
+            put(data, name, plain(value), f"with_values {name} = {value!r}")
+        return drive_from(data, name=self.name, kept=kept)
 
-        return with_values(self, values)
+    def computed(self, **tables: Section) -> Drive:
+        """A copy with tables that were computed from checked ones, and are not checked again."""
+        copy = object.__new__(Drive)
+        Tables.__init__(copy, **{f.name: getattr(self, f.name) for f in fields(self)} | tables)
+        return copy
 
-    def tables(self) -> dict[str, dict[str, Any]]:
-        """The tables of a drive file that gives this drive."""
-        return {name: section.given for name, section in self.sections().items()}
+    def save(self, path: str | Path, *, comment: str = "") -> None:
+        """Writes a file that `load` reads as the same drive. Files that lie with it or below are
+        named from there, so that the folder can be moved; others by their absolute paths.
 
-    def sections(self) -> dict[str, Section]:
-        """The checked tables by their names in a drive file."""
-        return {f.name: getattr(self, f.name) for f in fields(self) if f.name != "name"}
+        Raises
+        ------
+        ParameterError
+            If the ending is not .toml or the disk does not take it.
+        """
+        write_drive(self, path, comment=comment)
 
-    def known(self) -> Known:
-        """What the controller may know of all this when it is set up."""
-        asked = self.reference.course[1] if self.reference.kind == "torque" else []
-        return Known(
-            machine=as_known(self.machine, self.mismatch),
-            u_dc=self.converter.u_dc_V,
-            omega_m=self.omega_nominal,
-            J=self.J,
-            reference=self.reference.kind,
-            tau_max=self.tau_max,
-            tau_working=max((abs(tau) for tau in asked), default=0.0) or self.tau_max,
-            brakes=self._brakes(asked),
-            T_s=self.control.T_s,
-            delay=self.sensing.delay_samples,
-            t_dead=self.converter.t_dead,
-            angle_step=self.sensing.angle_step(self.machine.n_phases, self.machine.N_r),
-            tracker_bandwidth=self.sensing.tracker_bandwidth,
-            comparators=self.sensing.comparators,
-            pv=self._pv_control() if self.reference.kind == "pv" else None,
-            t_min=self.converter.t_min,
-            t_blank=self.sensing.t_blank,
-            i_step=self.sensing.i_step,
-            i_noise=self.sensing.i_noise,
-            v_switch=self.converter.v_switch_V,
-            v_diode=self.converter.v_diode_V,
-            u_brake=self.u_brake,
-        )
 
-    def _brakes(self, asked: Sequence[float]) -> bool:
-        """Every torque of a reference brakes, at a speed that is held."""
-        if self.load.kind != "locked":
-            return False
-        powers = [tau * omega for tau in asked for omega in self.load.omega[1]]
-        return min(powers, default=0.0) < 0 and max(powers) <= 0
+def drive_from(
+    data: dict[str, Any],
+    *,
+    name: str = "drive",
+    check_torque: bool = True,
+    kept: Mapping[str, Section] | None = None,
+) -> Drive:
+    """A drive from the tables of a drive file; `machine` must be a table here. `kept` has those
+    that have been checked before."""
+    kept = kept or {}
+    for key in data:
+        if key not in (known := [*TABLES, "machine", "control"]):
+            raise ParameterError(f"unknown table `{key}`{did_you_mean(key, known)}")
+    for key in ("machine", "control", *TABLES):
+        if key not in data and key not in kept and key not in OPTIONAL:
+            raise ParameterError(f"missing table [{key}]")
+    sections: dict[str, Any] = {
+        key: kept.get(key) or checked(section, data.get(key, {}), f"[{key}]")
+        for key, section in TABLES.items()
+    }
+    sections["machine"] = kept.get("machine") or machine_from(data["machine"])
+    sections["control"] = kept.get("control") or _control(data["control"])
+    return Drive(name=name, check_torque=check_torque, **sections)
 
-    @property
-    def u_brake(self) -> tuple[float, float]:
-        """Dc-link voltages up to which the whole braking torque is given, and from which none [V]:
-        between the nominal voltage and the one at which the protection trips."""
-        u_dc = self.converter.u_dc_V
-        u_max = self.protection.u_dc_max_V or OVER_VOLTAGE * u_dc
-        room = max(u_max - u_dc, 0.0)
-        return u_dc + BRAKE_FULL * room, u_dc + BRAKE_NONE * room
 
-    def _pv_control(self) -> _core.PvControl:
-        return self.pv_control.core(
-            u_dc=self.converter.u_dc_V,
-            C=self.source.si["C"] or 0.0,
-            omega_most=self.omega_nominal,
-            strokes=self.machine.n_phases * self.machine.N_r,
-            T_s=self.control.T_s,
-            delay=self.sensing.delay_samples,
-        )
-
-    def controller(self) -> _core.Controller:
-        """The control law with all that stands around it."""
-        return self.control.controller(self.known())
-
-    def at(self, omega_m: float) -> OperatingPoint:
-        """The plant at a speed [rad/s]: its machine as it is, not as the control believes."""
-        return self.machine.at(u_dc=self.converter.u_dc_V, omega_m=omega_m)
-
-    @property
-    def J(self) -> float:
-        """Inertia of rotor and load [kg m^2]."""
-        return self.machine.J_kgm2 + self.load.J_kgm2
-
-    @property
-    def tau_max(self) -> float:
-        """Largest torque that the controller may ask for [N m]."""
-        if self.control.tau_max_Nm is not None:
-            return self.control.tau_max_Nm
-        return float(np.max(np.abs(self.reference.course[1])))
-
-    @property
-    def omega_nominal(self) -> float:
-        """The speed that the drive works at: held, or the greatest asked for [rad/s]."""
-        asked = self.reference.kind in ("speed", "pv")
-        speeds = self.reference.course if asked else self.load.omega
-        return float(np.max(np.abs(speeds[1])))
+def _control(table: object) -> Control:
+    law = table.get("law") if isinstance(table, dict) else None
+    return checked(table_of(law), table, "[control]")

@@ -100,6 +100,11 @@ def kind(drive: Drive) -> Kind:
             "[control] learn = true has no form in the C interface, in units and in the studio; "
             "need false there (the firmware package learns)"
         )
+    if drive.supervision.on:
+        raise ParameterError(
+            "[supervision] has no form in the C interface, in units and in the studio; remove "
+            "enable_s there (reluctance run, simulate and the firmware package have the states)"
+        )
     nodes = _controller(drive)
     found = NAME.match(nodes["control"]["type"])
     law = found[1] if found else ""
@@ -115,7 +120,7 @@ def _controller(drive: Drive) -> dict[str, Node]:
     nodes = _core.described(drive.controller())
     if nodes is None:
         raise ParameterError(
-            f"[control] law = {drive.control.law!r} cannot be exported; "  # type: ignore[attr-defined]
+            f"[control] law = {drive.control.law!r} cannot be exported; "
             "a law in C++ can (docs/extending.md)"
         )
     return nodes

@@ -7,13 +7,12 @@ say how fast a current may rise, and may be wrong by a factor of two.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.export.trip_levels import current_error, limits
+from reluctance.guard.trip_levels import current_error, protection
 
 DETECT = 0.05  # of i_max: a current that is one
 ABOVE_ERROR = 4.0  # of the greatest error of a reading: a third of it must be above the error too
@@ -87,61 +86,57 @@ def levels(drive: Drive) -> Levels:
     )
 
 
-def commission_fields(drive: Drive, at: Levels | None = None) -> dict[str, Any]:
-    """The fields of srm::Commission, in their order; nested structs are mappings."""
+def commission(drive: Drive, at: Levels | None = None) -> _core.Commission:
+    """The commissioning routines of a drive."""
     at = at or levels(drive)
-    T_s, trip = drive.control.T_s, limits(drive)
+    T_s, trip = drive.control.T_s, protection(drive).levels
     devices = drive.converter.si
     L_min, L_max, _ = _extremes(drive, 1.2 * max(at.i_hold, at.i_2))
     K_p = PI_GAIN * L_min / T_s
-    hold = {
-        "pi": {"K_p": K_p, "K_iT": K_p * T_s * PI_ZERO * K_p / L_max},
-        "duty_max": DUTY_MAX,
-    }
+    hold = _core.CurrentHold(
+        pi=_core.LimitedPi(K_p=K_p, K_iT=K_p * T_s * PI_ZERO * K_p / L_max), duty_max=DUTY_MAX
+    )
 
     def samples(t: float) -> int:
         return int(np.ceil(t / T_s))
 
-    return {
-        "T_s": T_s,
-        "t_dead": drive.converter.t_dead,
-        "i_trip": trip.i_trip,
-        "u_dc_min": trip.u_dc_min,
-        "u_dc_max": trip.u_dc_max,
-        "t_max": at.t_max,
-        "wiring": {
-            "duty": at.duty,
-            "i_detect": at.i_detect,
-            "n_pulse": samples(at.t_pulse),
-            "n_rest": BEFORE,
-        },
-        "resistance": {
-            "hold": hold,
-            "i_1": at.i_1,
-            "i_2": at.i_2,
-            "n_settle": samples(at.t_settle),
-            "n_mean": samples(at.t_mean),
-        },
-        "alignment": {
-            "hold": hold,
-            "i_hold": at.i_hold,
-            "i_low": at.i_low,
-            "slack": at.slack,
-            "n_rest": samples(at.t_rest),
-            "n_wait": samples(at.t_wait),
-        },
-        "pulses": {
-            "duty": at.duty,
-            "i_top": at.i_top,
-            "i_end": END * at.i_top,
-            "slack": 4 * at.slack,
-            "v_switch": devices["v_switch"],
-            "v_diode": devices["v_diode"],
-            "n_rest": BEFORE,
-            "n_pulse": samples(at.t_pulse),
-            "delay": drive.sensing.delay_samples,
-        },
-    }
+    return _core.Commission(
+        T_s=T_s,
+        t_dead=drive.converter.t_dead,
+        i_trip=trip.i_trip,
+        u_dc_min=trip.u_dc_min,
+        u_dc_max=trip.u_dc_max,
+        t_max=at.t_max,
+        wiring=_core.Wiring(
+            duty=at.duty, i_detect=at.i_detect, n_pulse=samples(at.t_pulse), n_rest=BEFORE
+        ),
+        resistance=_core.Resistance(
+            hold=hold,
+            i_1=at.i_1,
+            i_2=at.i_2,
+            n_settle=samples(at.t_settle),
+            n_mean=samples(at.t_mean),
+        ),
+        alignment=_core.Alignment(
+            hold=hold,
+            i_hold=at.i_hold,
+            i_low=at.i_low,
+            slack=at.slack,
+            n_rest=samples(at.t_rest),
+            n_wait=samples(at.t_wait),
+        ),
+        pulses=_core.FluxPulses(
+            duty=at.duty,
+            i_top=at.i_top,
+            i_end=END * at.i_top,
+            slack=4 * at.slack,
+            v_switch=devices["v_switch"],
+            v_diode=devices["v_diode"],
+            n_rest=BEFORE,
+            n_pulse=samples(at.t_pulse),
+            delay=drive.sensing.delay_samples,
+        ),
+    )
 
 
 def _extremes(drive: Drive, i_max: float) -> tuple[float, float, float]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from reluctance.export.replay_dump import Replayed
 from reluctance.figures import save_figure
+from reluctance.picture import Picture
 from reluctance.units import from_si
 
 
@@ -20,8 +20,7 @@ def dump_figure(replayed: Replayed, name: str) -> Figure:
     number = np.concatenate([s.first + np.arange(len(s.records)) for s in dump.segments])
     zero = number[-1] if dump.trigger is None else dump.trigger
     t = (number.astype(float) - zero) * dump.T_s * 1e3
-    figure = Figure(figsize=(11, 9), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Picture(11, 9)
     currents, legs, link, speed = figure.subplots(4, 1, sharex=True)
     for k in range(dump.n_phases):
         label = f"phase {'abcdef'[k]}"

@@ -80,7 +80,7 @@ MEANINGS = {
     "S_on": ("V.A", "sum of voltage and current over turn-ons"),
     "S_off": ("V.A", "sum of voltage and current over turn-offs"),
     "leg": (None, "leg: 1 magnetize, 0 freewheel, -1 demagnetize"),
-    "gate": (None, "who switches: 0 timer, 1 comparator, 2 comparator within a window"),
+    "gate": (None, "who switches: 0 off, 1 timer, 2 comparator, 3 comparator within a window"),
     "chop": (None, "leg above the band: 0 freewheel, -1 demagnetize"),
     "R": ("Ohm", "resistance"),
     "L_u": ("H", "unaligned inductance"),

@@ -24,7 +24,7 @@ reluctance_learned reluctance_get_learned(const reluctance_controller* controlle
 
 CODE = """
 reluctance_learned reluctance_get_learned(const reluctance_controller* controller) {
-  const auto& x = control.law.learned(state_of(controller).law.law);
+  const auto& x = reluctance::control.law.learned(state_of(controller).control.law.law);
   return {x.R, x.unaligned, x.aligned, x.saturated, x.strokes, x.asked, x.t_since};
 }"""
 

@@ -16,16 +16,17 @@ import numpy as np
 from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-from reluctance.export.commission_levels import commission_fields
+from reluctance.export.array_text import array_marks
+from reluctance.export.commission_levels import commission
 from reluctance.export.constants import Node, Tables, constant, literal
 from reluctance.export.learned_interface import learned_marks
 from reluctance.export.port import port_marks
 from reluctance.export.recording import desk_controller
 from reluctance.export.run_time import marks, run_time_code, run_time_parameters
 from reluctance.export.self_test import STEPS, self_test_data, stored_tables
-from reluctance.export.sequence_levels import sequence_fields, speed_limit
-from reluctance.export.trip_levels import VOLTAGE_MARGIN, limits
 from reluctance.files import check_folder, make_folder, scratch, told
+from reluctance.guard.sequence_levels import sequence, speed_limit
+from reluctance.guard.trip_levels import protection
 from reluctance.resources import resources
 from reluctance.units import from_si
 
@@ -125,7 +126,7 @@ def firmware(
         for header, code in own.items():
             _put(made / "include" / header, code)
         for header in headers(
-            [text, *(p.read_text("utf-8") for p in made.glob("*.cpp")), *own.values()]
+            [text, *(p.read_text("utf-8") for p in made.glob("*.?pp")), *own.values()]
         ):
             _put(made / "include" / header, (resources("include") / header).read_text("utf-8"))
         if folder.exists():
@@ -159,43 +160,14 @@ def described(drive: Drive) -> dict[str, Node]:
     nodes = _core.described(desk_controller(drive))
     if nodes is None:
         raise ParameterError(
-            f"[control] law = {drive.control.law!r} cannot be exported; "  # type: ignore[attr-defined]
+            f"[control] law = {drive.control.law!r} cannot be exported; "
             "a law in C++ can (docs/extending.md)"
         )
-    levels = limits(drive)
     if drive.reference.kind != "none":  # what a reference is cut to, at the latest
-        limit = nodes["control"]["fields"]["limits"]["fields"]
+        limit = nodes["control"]["fields"]["frame"]["fields"]["limits"]["fields"]
         limit["tau"] = min(limit["tau"], drive.tau_max)
-    fields = {
-        "machine": nodes["machine"],
-        "flux": {
-            "type": "srm::FluxBounds<float>",
-            "fields": {
-                "R": float(drive.machine.R),
-                "T_s": drive.control.T_s,
-                "i_error": levels.i_error,
-                "model_error": levels.model_error,
-                "u_margin": VOLTAGE_MARGIN,
-            },
-        },
-        "levels": {
-            "type": "srm::TripLevels<float>",
-            "fields": {
-                "i_trip": levels.i_trip,
-                "u_dc_min": levels.u_dc_min,
-                "u_dc_max": levels.u_dc_max,
-                "omega_max": levels.omega_max,
-                "angle_slack": levels.angle_slack,
-            },
-        },
-        "i_zero": levels.i_zero,
-        "delay": drive.sensing.delay_samples,
-        "settle": levels.settle,
-        "frozen": levels.frozen,
-    }
-    guard = {"type": f"srm::Protection<{nodes['machine']['type']}, {n_phases}>", "fields": fields}
-    states = {"type": "srm::Sequence<float>", "fields": sequence_fields(drive, levels)}
-    return {"control": nodes["control"], "protection": guard, "sequence": states}
+    guard = protection(drive)
+    return {**nodes, **_core.described_guard(guard, sequence(drive, guard))}
 
 
 def parameters(
@@ -240,13 +212,8 @@ def parameters(
 
 def commission_parameters(drive: Drive) -> str:
     """The text of commission_parameters.hpp: no part of the fingerprint, since no step reads it."""
-
-    def node(fields: Node) -> Node:
-        if not isinstance(fields, dict):
-            return fields
-        return {"fields": {name: node(value) for name, value in fields.items()}}
-
-    value = constant(node(commission_fields(drive)), Tables(), "commission")
+    routines = _core.described_commission(commission(drive))
+    value = constant(routines, Tables(), "commission")
     return f"""// Currents, voltages and times of commissioning, from `reluctance export firmware`.
 #pragma once
 
@@ -288,7 +255,8 @@ def _header_of(name: str) -> str:
 
 def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
     """What the templates name in @marks@."""
-    levels = limits(drive)
+    guard = protection(drive)
+    levels = guard.levels
     meaning = {
         "torque": "torque [N m]",
         "speed": "speed [rad/s]",
@@ -298,6 +266,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
     gates = gates_of(drive)
     return {
         **learned_marks(drive.control.learns),
+        **array_marks(drive),
         "phases": str(drive.machine.n_phases),
         "straight": ", ".join(map(str, range(drive.machine.n_phases))),
         "positive": ", ".join(["1"] * drive.machine.n_phases),
@@ -322,7 +291,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "fingerprint": f"0x{fingerprint:08X}",
         "i_max_A": f"{drive.machine.i_max_A:g}",
         "i_trip_A": f"{levels.i_trip:g}",
-        "i_zero_A": f"{levels.i_zero:g}",
+        "i_zero_A": f"{guard.i_zero:g}",
         "u_dc_V": f"{drive.converter.u_dc_V:g}",
         "u_dc_min_V": f"{levels.u_dc_min:g}",
         "u_dc_max_V": f"{levels.u_dc_max:g}",
@@ -330,13 +299,13 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         if drive.sensing.counted_angle
         else "from more than the last two angles",
         "speed_max_rpm": f"{from_si(levels.omega_max, 'rpm'):.6g}",
-        "speed_limit_rpm": f"{from_si(speed_limit(drive, levels), 'rpm'):.6g}",
-        "i_error_A": f"{levels.i_error:.3g}",
-        "model_error_pct": f"{100 * levels.model_error:.3g}",
-        "frozen": f"{levels.frozen} equal codes in a row"
-        if levels.frozen
+        "speed_limit_rpm": f"{from_si(speed_limit(drive, guard), 'rpm'):.6g}",
+        "i_error_A": f"{guard.flux.i_error:.3g}",
+        "model_error_pct": f"{100 * guard.flux.model_error:.3g}",
+        "frozen": f"{guard.frozen} equal codes in a row"
+        if guard.frozen
         else "not checked: it needs noise in `[sensing]`",
-        "u_ready_V": f"{sequence_fields(drive, levels)['u_ready']:g}",
+        "u_ready_V": f"{sequence(drive, guard).u_ready:g}",
         "command_timeout_ms": f"{drive.protection.command_timeout_ms:g}",
         "angle_slack_deg": f"{np.degrees(levels.angle_slack):.4g}",
         "adc": f"{drive.sensing.adc_bits} bits over {drive.sensing.i_range_A:g} A"
@@ -405,13 +374,12 @@ def gates_of(drive: Drive) -> set[int]:
     columns = _core.ORDER_COLUMNS
     used: set[int] = set()
     for theta_e in np.linspace(0, 2 * np.pi, 36, endpoint=False):
-        rows = _core.step(
-            controller,
-            [0.0] * drive.machine.n_phases,
+        y = _core.Measurement(
+            i=[0.0] * drive.machine.n_phases,
             theta_e=float(theta_e),
             omega_m=drive.omega_nominal,
             u_dc=drive.converter.u_dc_V,
-            reference=reference,
         )
+        rows = _core.step(controller, y, reference)
         used |= {int(gate) for gate in rows[columns.index("gate") : -1 : len(columns)]}
     return used

@@ -20,7 +20,7 @@ from reluctance.export.target import (
     replay,
 )
 from reluctance.files import scratch
-from reluctance.run.kpis import Kpis
+from reluctance.key_figures import Kpis
 from reluctance.run.simulate import simulate
 
 

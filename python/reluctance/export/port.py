@@ -7,7 +7,7 @@ import numpy as np
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.constants import literal
-from reluctance.export.trip_levels import limits
+from reluctance.guard.trip_levels import protection
 
 CLOCK_HZ = {"stm32g474": 170e6}  # of the timers
 MOST_TICKS = 65_535 - 32  # of a period: 16 bits
@@ -35,7 +35,7 @@ def port_marks(name: str, drive: Drive, gates: set[int]) -> dict[str, str]:
         (not 0 < sensing.encoder_counts <= 65536, "[sensing] encoder_counts of 1 to 65536"),
         (sensing.hall or sensing.encoder_index, "[sensing] without hall and encoder_index"),
         (
-            limits(drive).i_trip > CODES_ABOVE_ZERO / 4096 * sensing.i_range_A,
+            protection(drive).levels.i_trip > CODES_ABOVE_ZERO / 4096 * sensing.i_range_A,
             f"[sensing] i_range_A with the trip level below {CODES_ABOVE_ZERO}/4096 of it",
         ),
         (drive.converter.t_min <= 0, "[converter] min_pulse_us"),
@@ -50,7 +50,7 @@ def port_marks(name: str, drive: Drive, gates: set[int]) -> dict[str, str]:
             f"a whole number, at most {MOST_TICKS}"
         )
     watchdog = max(int(np.ceil(WATCHDOG_PERIODS * drive.control.T_s * WATCHDOG_HZ)), WATCHDOG_LEAST)
-    full = DC_LINK_RANGE * limits(drive).u_dc_max
+    full = DC_LINK_RANGE * protection(drive).levels.u_dc_max
     return {
         "period_ticks": str(round(ticks)),
         "A_per_code": literal(sensing.i_range_A / 4096, "A per code"),

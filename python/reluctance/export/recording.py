@@ -19,8 +19,7 @@ STEPS = 20_000  # of a replay, by default
 class Recording:
     """The samples that a controller saw in a simulation, and its answers in single precision."""
 
-    samples: NDArray[np.float32]  # (n, n_phases + 5): i, theta_e, omega_m, u_dc, i_source,
-    # reference
+    samples: NDArray[np.float32]  # (n, n_phases + 5): Measurement.columns, reference
     commands: NDArray[np.float32]  # columns as _core.step
 
 
@@ -35,24 +34,9 @@ def record(drive: Drive, *, steps: int = STEPS) -> Recording:
     samples: list[list[float]] = []
     commands: list[list[float]] = []
 
-    def step(
-        i: list[float],
-        theta_e: float,
-        omega_m: float,
-        u_dc: float,
-        reference: float,
-        i_source: float,
-    ) -> list[float]:
-        answer = _core.step(
-            controller,
-            i,
-            theta_e=theta_e,
-            omega_m=omega_m,
-            u_dc=u_dc,
-            reference=reference,
-            i_source=i_source,
-        )
-        samples.append([*i, theta_e, omega_m, u_dc, i_source, reference])
+    def step(y: _core.Measurement, reference: float) -> list[float]:
+        answer = _core.step(controller, y, reference)
+        samples.append([*y.columns, reference])
         commands.append(answer)
         return answer
 

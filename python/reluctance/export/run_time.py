@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from reluctance.drive import Drive
 from reluctance.export.constants import Node, literal
-from reluctance.export.trip_levels import MOST_SLACK_DEG, angle_step
+from reluctance.guard.trip_levels import MOST_SLACK_DEG, angle_step
 from reluctance.units import to_si
 
 GAIN_RANGE = 10.0  # of a gain of the speed loop: from none to so many times the built one
@@ -65,23 +65,29 @@ def _nominal(drive: Drive) -> float:
 
 ENTRIES = (
     _Entry(
-        "torque_limit", "N m", "control.limits.tau", _up_to_built, _kind("torque", "speed", "pv")
+        "torque_limit",
+        "N m",
+        "control.frame.limits.tau",
+        _up_to_built,
+        _kind("torque", "speed", "pv"),
     ),
     _Entry(
         "current_limit",
         "A",
-        "control.limits.i",
+        "control.frame.limits.i",
         _up_to_built,
         lambda drive: not drive.control.learns,  # which takes its orders as given
     ),
     _Entry("speed_limit", "rad/s", "sequence.omega_none", _up_to_built, _kind("torque", "none")),
     _Entry("speed_limit", "rad/s", "sequence.reference_max", _up_to_built, _kind("speed", "pv")),
-    _Entry("speed_gain", "N m s/rad", "control.speed.K_p", _gain, _kind("speed", "pv")),
-    _Entry("speed_integral_gain", "N m/rad", "control.speed.K_i", _gain, _kind("speed", "pv")),
+    _Entry("speed_gain", "N m s/rad", "control.frame.speed.K_p", _gain, _kind("speed", "pv")),
+    _Entry(
+        "speed_integral_gain", "N m/rad", "control.frame.speed.K_i", _gain, _kind("speed", "pv")
+    ),
     _Entry(
         "speed_rate",
         "rad/s^2",
-        "control.ramp.rate",
+        "control.frame.ramp.rate",
         lambda drive, built: (min(LEAST_RATE, built), built),
         _kind("speed"),
     ),
@@ -152,7 +158,7 @@ constexpr RunTimeParameter run_time[] = {{
 {rows}}};
 constexpr std::uint32_t run_time_layout = 0x{layout(entries):08X};
 
-{_setter("tuning_of", "control.tuning()", "control.", entries)}
+{_setter("control_of", "control.frame.tuning()", "control.frame.", entries)}
 {_setter("trip_levels_of", "protection.levels", "protection.levels.", entries)}
 {_setter("sequence_of", "sequence", "sequence.", entries)}"""
 

@@ -182,15 +182,8 @@ def processor_in_the_loop(program: Path, cpu: Cpu, *, n_phases: int) -> Iterator
     order = order_type(n_phases)
     with answering(program, cpu) as answer:
 
-        def step(
-            i: list[float],
-            theta_e: float,
-            omega_m: float,
-            u_dc: float,
-            reference: float,
-            i_source: float,
-        ) -> list[float]:
-            sample = np.array([[*i, theta_e, omega_m, u_dc, i_source, reference]])
+        def step(y: _core.Measurement, reference: float) -> list[float]:
+            sample = np.array([[*y.columns, reference]])
             told = np.frombuffer(answer(target_samples(sample).tobytes(), order.itemsize), order)
             row: list[float] = _columns(told, n_phases)[0].tolist()
             return row

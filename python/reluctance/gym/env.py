@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from reluctance.drive import Drive
 from reluctance.gym.episodes import Action, Prices, Range, Task, episodes
 from reluctance.gym.figures import figures
-from reluctance.gym.spaces import OFFSET, action_space, observation_space
+from reluctance.gym.spaces import OFFSET, action_space, checked_action, observation_space
 
 Observation = NDArray[np.float32]
 
@@ -96,7 +96,7 @@ class DriveEnv(gymnasium.Env[Observation, NDArray[Any]]):
 
     def step(self, action: NDArray[Any]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Holds an action for a control period. The last `info` of an episode has its figures."""
-        self._action[0] = action
+        self._action[0] = checked_action(action, self.action_space)
         if self._offset:
             self._action -= self._offset
         self.batch.step(

@@ -10,12 +10,12 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.drive.control import BAND_PART
-from reluctance.drive.schema import did_you_mean
+from reluctance.drive.load import load
 from reluctance.errors import ParameterError
-from reluctance.load import load
 from reluctance.resources import resources
 from reluctance.run.plant import loop_parts
+from reluctance.schema import did_you_mean
+from reluctance.tables.control import BAND_PART
 from reluctance.units import to_si
 
 Task = Literal["torque", "current", "speed"]
@@ -153,7 +153,7 @@ def rules_tau(drive: Drive) -> float:
 def _rules(drive: Drive, task: Task, action: Action, prices: Prices) -> _core.Rules:
     parts = loop_parts(drive, -1.0)
     i_max, tau, omega = drive.machine.i_max_A, rules_tau(drive), drive.omega_nominal
-    band = getattr(drive.control, "i_band_A", None)
+    band = drive.control.current_band
     return _core.Rules(
         task=getattr(_core.Task, task),
         action=getattr(_core.Action, action),

@@ -6,7 +6,7 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.gym.episodes import Episodes, rules_tau
-from reluctance.run.plant import bridge
+from reluctance.plant.parts import bridge
 
 
 def figures(episodes: Episodes, batch: _core.Batch, drive: int) -> dict[str, float]:

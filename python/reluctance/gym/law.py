@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.errors import ParameterError
 from reluctance.gym.env import DriveEnv
 
 
@@ -34,15 +33,8 @@ class LawPolicy:
     def orders(self, env: DriveEnv) -> NDArray[np.float64]:
         """From the last sample of an environment."""
         *i, theta_e, omega_m, u_dc, i_source, reference = env.batch.sample(0)
-        row = _core.step(
-            self._controller,
-            i,
-            theta_e=theta_e,
-            omega_m=omega_m,
-            u_dc=u_dc,
-            i_source=i_source,
-            reference=reference,
-        )
+        y = _core.Measurement(i=i, theta_e=theta_e, omega_m=omega_m, u_dc=u_dc, i_source=i_source)
+        row = _core.step(self._controller, y, reference)
         return np.asarray(row[:-1]).reshape(1, -1)
 
 
@@ -58,15 +50,7 @@ class Played:
 
 
 def played(env: DriveEnv, policy: LawPolicy, seeds: Sequence[int]) -> Played:
-    """Episodes of an environment under a control law, one for each seed.
-
-    Raises
-    ------
-    ParameterError
-        If the environment steps held legs, which take no orders.
-    """
-    if env.batch.held:
-        raise ParameterError("a law needs an environment with action 'currents' or 'duties'")
+    """Episodes of an environment under a control law, one for each seed."""
     rewards, infos, trips = [], [], 0
     for seed in seeds:
         env.reset(seed=seed)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from reluctance.errors import ParameterError
 from reluctance.gym.episodes import Episodes
 
 MOST = 2.0  # observations are held within this many times what counts as one (environment.hpp)
@@ -60,6 +61,30 @@ def action_space(episodes: Episodes) -> Any:
         return spaces.MultiDiscrete([3] * n_phases)  # demagnetize, freewheel, magnetize
     least = -1.0 if episodes.action == "duties" else 0.0
     return spaces.Box(least, 1.0, (n_phases,), np.float32)
+
+
+def checked_action(action: object, space: Any) -> Any:
+    """An action as numbers, if it is one of the space.
+
+    Raises
+    ------
+    ParameterError
+        If its shape is another, or a number is none or out of range.
+    """
+    try:
+        given = np.asarray(action, np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(f"action {action!r}, need numbers of shape {space.shape}") from None
+    if given.shape != space.shape:
+        raise ParameterError(f"action of shape {given.shape}, need {space.shape}")
+    legs = isinstance(space, spaces.MultiDiscrete)
+    low, high = (0, space.nvec - 1) if legs else (space.low, space.high)
+    if not np.all((given >= low) & (given <= high)):  # false for NaN too
+        raise ParameterError(
+            f"action {given.tolist()}, need numbers from {np.min(low):g} to {np.max(high):g}; clip "
+            "it"
+        )
+    return given
 
 
 OFFSET = {"legs": 1.0, "duties": 0.0, "currents": 0.0}  # of an action, to the core's number

@@ -14,7 +14,7 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.gym.episodes import Action, Prices, Range, Task, episodes
 from reluctance.gym.figures import figures
-from reluctance.gym.spaces import OFFSET, action_space, observation_space
+from reluctance.gym.spaces import OFFSET, action_space, checked_action, observation_space
 
 Floats = NDArray[np.float32]
 Step = tuple[Floats, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]
@@ -104,7 +104,7 @@ class DriveVectorEnv(VectorEnv[Floats, NDArray[Any], NDArray[Any]]):
 
     def step(self, actions: NDArray[Any]) -> Step:
         """Holds actions for a control period."""
-        given = np.asarray(actions, np.float64)
+        given = checked_action(actions, self.action_space)
         if self._offset:
             given = given - self._offset
         for k in np.flatnonzero(self._ended):

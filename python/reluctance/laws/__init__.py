@@ -2,12 +2,12 @@
 
 from importlib import import_module
 
-from reluctance.drive.compiled_law import CompiledLaw
-from reluctance.drive.control import Control
-from reluctance.drive.own_code import CPP, PYTHON, names_code
-from reluctance.drive.own_law import OwnLaw
-from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
+from reluctance.laws.compiled_law import CompiledLaw
+from reluctance.laws.own_code import CPP, PYTHON, names_code
+from reluctance.laws.own_law import OwnLaw
+from reluctance.schema import did_you_mean
+from reluctance.tables.control import Control
 
 __all__ = ["LAWS", "Control", "table_of"]
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from reluctance.drive.schema import did_you_mean
 from reluctance.errors import ParameterError
-from reluctance.run import Kpis
+from reluctance.key_figures import Kpis
+from reluctance.schema import did_you_mean
 from reluctance.units import to_si
 
 FloatArray = NDArray[np.float64]

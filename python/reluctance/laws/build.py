@@ -16,10 +16,10 @@ from collections.abc import Collection
 from pathlib import Path
 from subprocess import PIPE, STDOUT, Popen, TimeoutExpired
 
-from reluctance.drive.compiled_law import core_fingerprint
-from reluctance.drive.own_code import COMPILED
 from reluctance.errors import ParameterError
 from reluctance.files import check_ending, write_whole
+from reluctance.laws.compiled_law import core_fingerprint
+from reluctance.laws.own_code import COMPILED
 from reluctance.resources import resources
 
 # The firmware's warnings, as errors: what builds here builds for the target.

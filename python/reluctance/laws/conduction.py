@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.drive.control import Control
-from reluctance.drive.known import Known
-from reluctance.drive.operating_point import OperatingPoint
-from reluctance.laws import flat_top
+from reluctance.laws.least_copper import ROOM, least_copper_angles
+from reluctance.laws.pulses import full_flux_speed
+from reluctance.tables.control import Control
+from reluctance.tables.known import Known
 from reluctance.units import to_si
 
 START_PART = 0.1  # of the working speed: below it, the window for starting
-SLOWEST = 1.0  # rise and fall take no angle here, as at standstill [rad/s]
+# Of the speed at which the flux linkage of i_max takes half a period: here it takes 4 deg, and
+# pulses are as at standstill, where a period never ends.
+SLOWEST = 0.02
 
 
 class ConductionAngles(Control):
@@ -38,17 +42,17 @@ class ConductionAngles(Control):
                 )
         return self
 
-    def window(self, known: Known, room: float = flat_top.ROOM) -> tuple[float, float]:
-        """Turn-on and turn-off angle, electrical [rad]. room: torque of flat-top pulses to have,
+    def window(self, known: Known, room: float = ROOM) -> tuple[float, float]:
+        """Turn-on and turn-off angle, electrical [rad]. room: torque of chopped pulses to have,
         over the greatest reference [1]."""
         if self.theta_on_deg is None or self.theta_off_deg is None:
-            return flat_top.least_copper_angles(self.point(known), known.tau_max, room)
+            return least_copper_angles(self.offline(known), known.tau_max, room)
         return float(np.radians(self.theta_on_deg)), float(np.radians(self.theta_off_deg))
 
-    def brake_window(self, known: Known, room: float = flat_top.ROOM) -> tuple[float, float]:
+    def brake_window(self, known: Known, room: float = ROOM) -> tuple[float, float]:
         """The same for braking in forward motion."""
         if self.brake_on_deg is None or self.brake_off_deg is None:
-            return flat_top.least_copper_angles(self.point(known), -known.tau_max, room)
+            return least_copper_angles(self.offline(known), -known.tau_max, room)
         return float(np.radians(self.brake_on_deg)), float(np.radians(self.brake_off_deg))
 
     def conduction(
@@ -66,7 +70,7 @@ class ConductionAngles(Control):
             omega_start=start,
         )
 
-    def point(self, known: Known) -> OperatingPoint:
-        """Where the pulses are computed: at the working speed, and not at standstill, where a
-        period never ends."""
-        return known.at(max(known.omega_m, SLOWEST))
+    def offline(self, known: Known) -> Known:
+        """The drive for which pulses are computed: at the working speed, and not at standstill,
+        where a period never ends."""
+        return replace(known, omega_m=max(known.omega_m, SLOWEST * full_flux_speed(known)))

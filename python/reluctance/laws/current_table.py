@@ -3,117 +3,64 @@ current, as a table."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from reluctance.drive.operating_point import OperatingPoint
-from reluctance.errors import ParameterError
-from reluctance.laws import flat_top
-from reluctance.units import from_si
-
-FloatArray = NDArray[np.float64]
-Currents = tuple[list[float], list[float]]  # over torques, motoring and braking [A]
+from reluctance.laws.pulses import FixedLaw, FloatArray, pulses
 
 TABLE_POINTS = 17  # of srm::MeanTorque
-CURRENTS = 8 * TABLE_POINTS  # of a curve that is inverted
-SMALL = 0.005  # of the torque: less is no difference between a law's own pulse and the flat top
-FROM = 1 / 8  # of the greatest torque: where that is asked
-FINER = 6  # currents between two of the curve, where the law's own pulses are followed
+CURRENTS = 4 * TABLE_POINTS  # of the curve that is inverted; it can jump with a chopping more
+FEW = 2 * TABLE_POINTS  # where it does not
+FINER = 5  # currents between two of the curve, about each entry of the table
 
 
 @dataclass(frozen=True)
-class Windows:
-    """The angles of motoring and of braking at one speed."""
+class Window:
+    """Turn-on and turn-off angle of a law whose current is fixed, electrical [rad]."""
 
-    point: OperatingPoint
-    motors: tuple[float, float]  # turn-on and turn-off, electrical [rad]
-    brakes: tuple[float, float]
-    currents: tuple[tuple[float, ...], ...] = ()  # of their curves, one or two rows [A]; none: all
+    theta_on: float
+    theta_off: float
+    law: FixedLaw
 
     @property
-    def pulses(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Turn-on and turn-off angles [rad] and currents [A] of the curves, (2, n), motoring
-        first."""
-        i = np.array(self.currents or self.point.i_max * np.linspace(0, 1, CURRENTS) ** 1.5)
-        on, off = np.transpose([self.motors, self.brakes])[:, :, None]
-        on, off, i = np.broadcast_arrays(on, off, i)
-        return on, off, i
+    def ends(self) -> tuple[float, float]:
+        """Both angles."""
+        return self.theta_on, self.theta_off
 
-    def tables(
-        self, tau_max: float, mean: Callable[[Windows], FloatArray | None], *, by_rule: bool
-    ) -> Currents:
-        """The current references [A] for the mean torques 0..tau_max in equal steps, motoring and
-        braking; past the greatest torque of the angles that of i_max.
+    @cached_property
+    def curve(self) -> Curve:
+        """Mean torque over the current, up to i_max."""
+        return self._curve(self.law.known.i_max * np.linspace(0, 1, self._count) ** 1.5)
 
-        Parameters
-        ----------
-        tau_max : float
-            [N m].
-        mean : callable
-            Mean torque of the law's own pulses, as of `pulses` [N m], or None. Flat-top pulses
-            serve where they have the same mean, as below base speed, and where it is not known.
-        by_rule : bool
-            The angles are nobody's choice: a drive whose angles only brake with tau_max is one too.
+    def currents(self, tau_max: float) -> list[float]:
+        """The current references for the mean torques 0..tau_max in equal steps [A]; past the
+        greatest torque that of i_max."""
+        wanted, i = np.linspace(0, tau_max, TABLE_POINTS), self.curve.i
+        finest = 2 if self.law.smooth else FINER
+        at = np.clip(np.searchsorted(i, self.curve.inverse(wanted)), 1, len(i) - 1)
+        finer = self._curve(np.unique(np.linspace(i[at - 1], i[at], finest + 1)))
+        return [float(current) for current in finer.inverse(wanted)]
 
-        Raises
-        ------
-        ParameterError
-            If the angles do not reach tau_max at i_max.
-        """
-        on, off, i = self.pulses
-        wanted = np.linspace(0, tau_max, TABLE_POINTS)
-        flat = _rising(flat_top.flat_top(self.point, on, off, i).tau)
-        found = [_inverse(flat[way], i[way], wanted) for way in (0, 1)]
-        own = mean(self)
-        others = []
-        for way, tau in enumerate(() if own is None else _rising(own)):
-            asked = (wanted >= FROM * tau_max) & (wanted <= flat[way, -1])
-            given = np.interp(found[way][asked], i[way], tau)
-            if np.any(np.abs(given - wanted[asked]) > SMALL * wanted[asked]):
-                found[way] = _inverse(tau, i[way], wanted)
-                others.append(way)
-        finer = self._about(found)
-        own = mean(finer) if others else None
-        if own is not None:
-            for way in others:
-                found[way] = _inverse(_rising(own)[way], finer.pulses[2][way], wanted)
-        if (flat[:, -1].max() if by_rule else flat[0, -1]) < tau_max:
-            raise self._refused(flat[0, -1], tau_max)
-        return found[0].tolist(), found[1].tolist()
+    @property
+    def _count(self) -> int:
+        return FEW if self.law.smooth else CURRENTS
 
-    def short(self, tau_max: float, own: FloatArray | None) -> tuple[bool, bool]:
-        """Whether the law's own pulses stay below a torque, motoring and braking."""
-        if own is None:
-            return False, False
-        motors, brakes = _rising(own)[:, -1] < tau_max
-        return bool(motors), bool(brakes)
-
-    def _about(self, found: list[FloatArray]) -> Windows:
-        """The same with more currents between those of the curves that lie about the found."""
-        rows = []
-        for i, near in zip(self.pulses[2], found, strict=True):
-            j = np.clip(np.searchsorted(i, near), 1, len(i) - 1)
-            rows.append(tuple(np.sort(np.linspace(i[j - 1], i[j], FINER).ravel()).tolist()))
-        return replace(self, currents=tuple(rows))
-
-    def _refused(self, most: float, tau_max: float) -> ParameterError:
-        on, off = np.degrees(self.motors)
-        return ParameterError(
-            f"[control] angles {on:g} to {off:g} deg give a mean torque of at most {most:.4g} N m "
-            f"at i_max_A = {self.point.i_max:g} and {from_si(self.point.omega_m, 'rpm'):.5g} rpm, "
-            f"need {tau_max:g}; change the angles, the speed or the torque"
-        )
+    def _curve(self, i: FloatArray) -> Curve:
+        tau = pulses(self.law, self.theta_on, self.theta_off, i).tau
+        return Curve(i, np.maximum.accumulate(np.maximum(tau, 0.0)))
 
 
-def _rising(tau: FloatArray) -> FloatArray:
-    """Torque of either way as a positive one that does not fall with the current."""
-    return np.asarray(np.maximum.accumulate(tau * np.array([[1], [-1]]), axis=1))
+@dataclass(frozen=True)
+class Curve:
+    """Mean torque, which does not fall, over the current."""
 
+    i: FloatArray  # rising [A]
+    tau: FloatArray  # [N m]
 
-def _inverse(tau: FloatArray, i: FloatArray, wanted: FloatArray) -> FloatArray:
-    """The currents over mean torques."""
-    rising = np.flatnonzero(np.diff(tau, prepend=-1.0) > 0)
-    return np.asarray(np.interp(wanted, tau[rising], i[rising]))
+    def inverse(self, wanted: FloatArray) -> FloatArray:
+        """The currents of mean torques [A]. Between two the torque grows as their square, as
+        without saturation."""
+        rising = np.flatnonzero(np.diff(self.tau, prepend=-1.0) > 0)
+        return np.interp(np.sqrt(wanted), np.sqrt(self.tau[rising]), self.i[rising])

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from reluctance import _core
-from reluctance.drive.known import Known
 from reluctance.laws.flux_lead import flux_lead
 from reluctance.laws.learning import Learns
-from reluctance.laws.shared_torque import SharedTorque
+from reluctance.laws.shared_torque import SharedTorque, sharing_angles
+from reluctance.tables.known import Known
+from reluctance.tables.variants import CARRIER, Look, Variant
 
 
 class Deadbeat(SharedTorque, Learns):
     """The duty cycle that brings each phase to its share of the torque in one control period,
     which is the carrier's too."""
 
-    law: Literal["deadbeat"]
+    look: ClassVar[Look] = Look("direct", "#E69F00", "--")
+    title: ClassVar[str] = "deadbeat flux control"
+    variants: ClassVar[tuple[Variant, ...]] = (
+        Variant(
+            name="deadbeat",
+            free=CARRIER,
+            place=sharing_angles,
+            what="Cubic sharing; the duty cycle that brings each flux linkage to its reference.",
+            when="Constant switching frequency and a microcontroller's PWM.",
+            needs="PWM timers",
+        ),
+    )
+    law: Literal["deadbeat"] = "deadbeat"
     carriers: Literal["in_phase", "interleaved"] = "in_phase"
 
-    def controller(self, known: Known) -> _core.Controller:
+    def core(self, known: Known) -> _core.Law:
         sharing = self.shares(known)
         law: dict[str, Any] = {
             "sharing": sharing,
@@ -30,7 +43,7 @@ class Deadbeat(SharedTorque, Learns):
             "carriers": getattr(_core.Carriers, self.carriers),
         }
         if not self.learn:
-            return _core.deadbeat(self.setting(known), **law)
+            return _core.deadbeat(*self.built_for(known), **law)
         return _core.learning_deadbeat(
-            self.setting(known), fit=self.fit(known), w_sw_torque=0.0, w_sw_voltage=0.0, **law
+            *self.built_for(known), fit=self.fit(known), w_sw_torque=0.0, w_sw_voltage=0.0, **law
         )

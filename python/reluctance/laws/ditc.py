@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
 from reluctance.laws.conduction import ConductionAngles
-from reluctance.laws.flat_top import ROOM
+from reluctance.laws.least_copper import ROOM
+from reluctance.tables.known import Known
+from reluctance.tables.variants import Free, Look, Variant
 
 FloatArray = NDArray[np.float64]
 
@@ -27,10 +28,30 @@ TORQUES = 9  # of srm::TurnOn
 FAST = 0.28
 
 
+def overlapping_angles(n_phases: int, x: float, y: float) -> dict[str, float]:
+    """Turn-on from 90 deg ahead of unaligned to 60 deg behind it, turn-off from 90 to 175 deg, at
+    least a stroke apart."""
+    on = -90 + 150 * x
+    off = max(90 + 85 * y, on + 360 / n_phases)
+    return {"theta_on_deg": round(on, 2), "theta_off_deg": round(off + 0.005, 2)}
+
+
 class Ditc(ConductionAngles):
     """The torque error picks the legs, in an inner and an outer band."""
 
-    law: Literal["ditc"]
+    look: ClassVar[Look] = Look("direct", "#CC79A7", "--")
+    title: ClassVar[str] = "direct torque control (DITC)"
+    variants: ClassVar[tuple[Variant, ...]] = (
+        Variant(
+            name="ditc",
+            free=Free("tau_band_Nm", "tau", 1e-4, 0.5, slope=-1.0),
+            place=overlapping_angles,
+            what="The torque error, from a model, picks the legs in two bands.",
+            when="Fast sampling and a good map: small ripple without current references.",
+            needs="fast sampling",
+        ),
+    )
+    law: Literal["ditc"] = "ditc"
     tau_band_Nm: float | None = Field(None, gt=0)  # inner, half width; by default 1 % of tau_max
     tau_band_outer_Nm: float | None = Field(None, gt=0)  # by default twice the inner one
 
@@ -42,6 +63,12 @@ class Ditc(ConductionAngles):
         return self
 
     def check(self, known: Known) -> None:
+        super().check(known)
+        if self.tau_band_Nm is not None and self.tau_band_Nm >= known.tau_max:
+            raise ParameterError(
+                f"[control] tau_band_Nm = {self.tau_band_Nm:g}, need less than the greatest torque "
+                f"of the drive, {known.tau_max:g} N m"
+            )
         stroke = 360 / known.n_phases
         if self.theta_on_deg is None or self.theta_off_deg is None:
             return
@@ -52,12 +79,12 @@ class Ditc(ConductionAngles):
                 f"{known.n_phases} phases, so that one is always in charge"
             )
 
-    def controller(self, known: Known) -> _core.Controller:
+    def core(self, known: Known) -> _core.Law:
         inner = INNER_PART * known.tau_max if self.tau_band_Nm is None else self.tau_band_Nm
         outer = OUTER_PART * inner if self.tau_band_outer_Nm is None else self.tau_band_outer_Nm
         window, brake = self._window(known), self.brake_window(known)
         return _core.ditc(
-            self.setting(known),
+            *self.built_for(known),
             conduction=self.conduction(known, window, brake),
             turn_on=self._turn_on(known, window[1], brake[1]),
             bands=_core.TorqueBands(inner=inner, outer=outer),

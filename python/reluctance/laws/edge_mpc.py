@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from reluctance import _core
-from reluctance.drive.known import Known
 from reluctance.laws.flux_guide import FluxGuide
-from reluctance.laws.guided import CURRENT_POINTS, FluxGuided
+from reluctance.laws.guided import CURRENT_POINTS, ROOM, FluxGuided
 from reluctance.laws.learning import Learns
+from reluctance.tables.known import Known
+from reluctance.tables.variants import WANTED_FREQUENCY, Look, Variant
 
 if TYPE_CHECKING:
-    from reluctance import limit
+    from reluctance import optimum
 
 MORE_FLUX = 1.2  # than believed
 # Of a guide for least ripple, which asks for deviations itself; chosen on the paper's machine
@@ -23,7 +24,18 @@ SLACK = 0.8
 class EdgeMpc(FluxGuided, Learns):
     """Switching instants as variables; torque in a band, flux near the guide."""
 
-    law: Literal["edge_mpc"]
+    look: ClassVar[Look] = Look("predictive", "#D55E00", "-")
+    title: ClassVar[str] = "predictive (edge_mpc)"
+    variants: ClassVar[tuple[Variant, ...]] = (
+        Variant(
+            name="edge_mpc",
+            free=WANTED_FREQUENCY,
+            what="Predictive: switching instants as variables, flux near the reference profile.",
+            when="Least torque ripple at minimum copper loss, with fast or slow sampling.",
+            needs="timers with four edges per sample",
+        ),
+    )
+    law: Literal["edge_mpc"] = "edge_mpc"
     # What the profiles of the guide have least, without ripple of their own: copper loss, or the
     # ripple that switching leaves, for up to 3 % more copper loss at rated torque
     # (docs/control/least_ripple.csv).
@@ -37,34 +49,41 @@ class EdgeMpc(FluxGuided, Learns):
             return speeds
         return [*speeds, MORE_FLUX * known.omega_m]
 
-    def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[limit.Table]:
+    def of_tables(self, known: Known) -> Known:
+        if self.learn or self.guide == "least_ripple":  # which is planned for the torques asked for
+            return super().of_tables(known)
+        return replace(known, tau_max=ROOM * known.tau_max)
+
+    def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[optimum.Table]:
         tables = super().tables(known, n_points)
         if self.guide == "least_copper":
             return tables
-        from reluctance import limit
+        from reluctance import optimum
 
-        return [limit.least_ripple_table(known.at(t.omega_m), t) for t in tables]
+        return [optimum.least_ripple_table(known.at(t.omega_m), t) for t in tables]
 
     def flux_guide(self, known: Known) -> FluxGuide:
         guide = super().flux_guide(known)
         return guide if self.guide == "least_copper" else replace(guide, slack=SLACK)
 
-    def controller(self, known: Known) -> _core.Controller:
-        guide = self.flux_guide(self.of_tables(known))
+    def core(self, known: Known) -> _core.Law:
+        try:
+            guide = self.flux_guide(self.of_tables(known))
+        except RuntimeError:  # no profile is found above the greatest reference
+            guide = self.flux_guide(known)
         law: dict[str, Any] = {
             "guide": guide.profiles,
             "w_sw": guide.w_sw,
             "psi_slack": guide.psi_slack,
-            "conducts": guide.conducts,
             "R": known.R,
             "i_max": known.i_max,
             "T_s": self.T_s,
             "delay": known.delay,
         }
         if not self.learn:
-            return _core.edge_mpc(self.setting(known), **law)
+            return _core.edge_mpc(*self.built_for(known), **law)
         tau, u = guide.w_sw_powers
         learning = _core.learning_edge_mpc
         return learning(
-            self.setting(known), fit=self.fit(known), w_sw_torque=tau, w_sw_voltage=u, **law
+            *self.built_for(known), fit=self.fit(known), w_sw_torque=tau, w_sw_voltage=u, **law
         )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from reluctance import _core
-from reluctance.drive.known import Known
 from reluctance.laws.flux_guide import FluxGuide
 from reluctance.laws.guided import FluxGuided
+from reluctance.tables.known import Known
+from reluctance.tables.variants import WANTED_FREQUENCY, Look, Variant
 
 PULSES_PER_TURN_ON = 4.8  # pulses a second of the phase in charge, of a turn-on of one switch
 # When motoring, a guide that conducts in more than this part of the period is followed closer, by
@@ -23,19 +24,54 @@ CLOSER = 4.0  # [1]
 NO_GUIDE = _core.Guide(np.zeros((1, 2, 3)), tau_max=1.0, omega_m=[0.0], u_dc=1.0)
 
 
+def copper_and_horizon(n_phases: int, x: float, y: float) -> dict[str, float]:
+    """Weight of copper and horizon, 1 or 2, of a law without guide. Beyond, a run takes minutes:
+    far from the reference nothing can be pruned."""
+    return {"w_i": float(f"{10 ** (5 * x - 7):.3g}"), "horizon": 1 if y < 0.5 else 2}
+
+
 class FiniteSetMpc(FluxGuided):
     """One leg combination a sample, by branch and bound over the horizon."""
 
-    law: Literal["finite_set_mpc"]
+    look: ClassVar[Look] = Look("predictive", "#0072B2", "-")
+    title: ClassVar[str] = "predictive, finite set of legs"
+    variants: ClassVar[tuple[Variant, ...]] = (
+        Variant(
+            name="finite_set_short",
+            keys=(("guided", False),),
+            free=WANTED_FREQUENCY,
+            place=copper_and_horizon,
+            what="Finite-control-set MPC as in the literature: torque error, copper, switching.",
+            when="To compare with the literature: "
+            "its horizon is too short to build up flux in time.",
+            needs="fast sampling",
+        ),
+        Variant(
+            name="finite_set_mpc",
+            free=WANTED_FREQUENCY,
+            what="Finite-control-set MPC that follows the flux linkage of the reference profile.",
+            when="Fast sampling: small ripple at minimum copper loss; one leg state per sample.",
+            needs="fast sampling",
+        ),
+        Variant(
+            name="finite_set_mpc_3",
+            keys=(("horizon", 3),),
+            free=WANTED_FREQUENCY,
+            what="The same over three samples.",
+            when="As above, where the frequency is low against the sampling.",
+            needs="very fast sampling",
+        ),
+    )
+    law: Literal["finite_set_mpc"] = "finite_set_mpc"
     horizon: int = Field(1, ge=1, le=4)  # samples
     guided: bool = True  # without its guide the law is short-sighted: for comparison only
     w_i: float = Field(0.0, ge=0)  # weight of copper [N^2 m^2/A^2]
 
-    def controller(self, known: Known) -> _core.Controller:
+    def core(self, known: Known) -> _core.Law:
         guide = self.flux_guide(known)
         pulse = 1 / (PULSES_PER_TURN_ON * self.f_switch)
         return _core.finite_set_mpc(
-            self.setting(known),
+            *self.built_for(known),
             guide=guide.profiles if self.guided else NO_GUIDE,
             horizon=self.horizon,
             w_psi=self.w_psi(guide, known) if self.guided else [0.0],

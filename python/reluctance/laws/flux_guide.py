@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reluctance import _core
-from reluctance.drive.operating_point import OperatingPoint
+from reluctance.machine.operating_point import OperatingPoint
 
 if TYPE_CHECKING:
-    from reluctance.limit import Table
+    from reluctance.optimum import Table
 
 FULL_VOLTAGE = 0.98  # of the dc link: above, a leg is held
 LEAST_RESERVE = 0.2  # that weights are made for; the least that was tried is 0.25

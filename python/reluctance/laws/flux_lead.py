@@ -7,22 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reluctance import _core
-from reluctance.drive.known import Known
-from reluctance.laws.shortfall import mean_of_shares
+from reluctance.tables.known import Known
 
 FloatArray = NDArray[np.float64]
 
 POINTS = 9  # of srm::LeadLines, each way
 CURRENTS, ANGLES = 120, 361
-COARSER = 3  # steps of the integration over those of the angles
 NO_SHARE = 1e-6  # of the torque: less is none
 FASTEST = 3.0  # times the working speed: where the tables end
-LEVELS = 24  # speeds that are tried for a shortfall
-SMALL = 0.005  # of the torque, or of half the greatest: a mean that is off by less is held
-# Braking, flux is led at every speed. Up to this lead the mean is within 1 % of the reference
-# without feedback on the machines of studies/quadrants.py [rad].
-LEAD = float(np.radians(55))
-BEYOND = 100.0  # times the end of the tables: a shortfall that never comes
+NEVER = 1e9  # angle per flux of a share that is never short of voltage [rad/Wb]
 
 
 class Shares:
@@ -55,45 +48,39 @@ class Shares:
         psi_end = np.take_along_axis(psi, most.T, axis=1).T
         return float(self.theta[first]), x[most], psi_end
 
-    def motoring(self, levels: FloatArray) -> NDArray[np.bool_]:
-        """Whether the shares alone hold the mean, for angles per flux (n,) over the torques."""
-        coarse = slice(None, None, COARSER)
-        mean = mean_of_shares(self.known, self.theta[coarse], self.i[:, coarse], levels)
-        most = np.maximum(self.torques, self.torques[-1] / 2)
-        return np.asarray(np.abs(mean - self.torques) <= SMALL * most)
-
-    def braking(self, levels: FloatArray) -> NDArray[np.bool_]:
-        """Whether the lead does."""
-        _, x_end, psi_end = self.lines(levels)
-        return np.asarray((levels[:, None] * psi_end - x_end <= LEAD) & ~self.limited)
+    def reach(self) -> FloatArray:
+        """The greatest angle per flux, over the torques (POINTS,), at which the voltage lets the
+        flux follow the shares as it rises: there max(omega_e dpsi/dtheta + R i) is u_dc. None
+        where i_max does not give a share, or flux would have to jump [rad/Wb]."""
+        slope = np.diff(self.psi, axis=1) / np.abs(np.diff(self.theta))
+        left = 1 - self.known.R * (self.i[:, 1:] + self.i[:, :-1]) / 2 / self.known.u_dc
+        reach = np.where(slope > 0, left / np.maximum(slope, 1e-12), NEVER).min(axis=1)
+        reach = np.where(self.limited, 0.0, np.minimum(np.maximum(reach, 0), NEVER))
+        reach[0] = reach[1]  # no torque: nothing is asked
+        return np.asarray(reach)
 
 
 def flux_lead(known: Known, sharing: _core.Sharing, *, by_rule: bool) -> _core.FluxLead:
     """The tables for a machine, its nominal dc-link voltage and a sharing function. Angles that are
     not by rule are kept as they are when motoring: nothing is led."""
     fastest = FASTEST * known.N_r * max(known.omega_m, 1.0) / known.u_dc
-    reach, levels = fastest * np.linspace(0, 1, POINTS), fastest * np.linspace(0, 1, LEVELS + 1)[1:]
+    reach = fastest * np.linspace(0, 1, POINTS)
     motoring = Shares(known, sharing, np.linspace(0, np.pi, ANGLES))
     braking = Shares(known, sharing, np.linspace(np.pi, 0, ANGLES))
-    shares_do = motoring.motoring(levels) if by_rule else np.ones((LEVELS, POINTS), bool)
+    shares_do = motoring.reach() if by_rule else np.full(POINTS, NEVER)
     return _core.FluxLead(
-        motoring=_packed(motoring.lines(reach), levels, shares_do),
-        braking=_packed(braking.lines(reach), levels, braking.braking(levels)),
+        motoring=_packed(motoring.lines(reach), shares_do),
+        braking=_packed(braking.lines(reach), np.zeros(POINTS)),
         tau_max=known.tau_max,
         reach_max=float(reach[-1]),
         drop=known.R * float(max(motoring.i.max(), braking.i.max())),
     )
 
 
-def _packed(
-    lines: tuple[float, FloatArray, FloatArray], levels: FloatArray, held: NDArray[np.bool_]
-) -> _core.LeadLines:
-    """The tables as the law takes them; held: whether nothing else is needed for the mean."""
+def _packed(lines: tuple[float, FloatArray, FloatArray], enough: FloatArray) -> _core.LeadLines:
+    """The tables as the law takes them; enough: the angle per flux up to which no lead is needed
+    for the mean."""
     theta_start, x_end, psi_end = lines
-    last = np.cumprod(held, axis=0).sum(axis=0)  # levels that are held, up to the first that is not
-    enough = np.where(last > 0, levels[0] * (last + 0.5), 0.0)
-    enough[held.all(axis=0)] = BEYOND * levels[-1]
-    enough[0] = enough[1]  # no torque: nothing is asked
     return _core.LeadLines(
         theta_start=theta_start,
         psi_end=psi_end.ravel().tolist(),

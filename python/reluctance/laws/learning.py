@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import model_validator
 
 from reluctance import _core
-from reluctance.drive.control import Control
-from reluctance.drive.known import Known
+from reluctance.tables.control import Control
+from reluctance.tables.known import Known
 
 STEPS_OF_NOTHING = 1  # a current of as many steps of the converter is none
 NOISE_OF_NOTHING = 4  # times the rms noise
@@ -49,7 +49,7 @@ class Learns(Control):
         inductance = _core.magnetics(known.magnetics, np.zeros(1), np.zeros(1))[0, 3]
         return _core.StrokeFit(
             drops=_core.Drops(t_dead=known.t_dead, v_switch=known.v_switch, v_diode=known.v_diode),
-            edges=_core.EdgeLimits(t_min=known.t_min, t_blank=known.t_blank, T_s=known.T_s),
+            edges=known.frame["edges"],
             L_u=float(inductance),
             i_least=max(
                 STEPS_OF_NOTHING * known.i_step + NOISE_OF_NOTHING * known.i_noise,

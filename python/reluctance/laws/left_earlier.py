@@ -11,9 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from reluctance import _core
-from reluctance.laws.chopped import chopped_pulses
-from reluctance.laws.current_table import FROM, FloatArray, Windows
+from reluctance.laws.current_table import Window
+from reluctance.laws.pulses import FloatArray, pulses
 
+FROM = 1 / 8  # of the greatest torque: below, a pulse is not looked at
 JUMP = 0.02  # of the torque, from one current to the next, besides the square of the current
 CURRENTS = 250  # from the one of the least torque asked ...
 MORE = 1.06  # ... to this times the greatest: past a jump at the greatest torque
@@ -24,40 +25,32 @@ ANGLES = 17  # of turn-off ...
 EARLIEST = 0.5  # ... and the part of the window that is kept
 
 
-def left_earlier(
-    windows: Windows, tau_max: float, i_ref: list[float], half: float, hard: bool
-) -> _core.PulseTable:
+def left_earlier(window: Window, tau_max: float, i_ref: list[float]) -> _core.PulseTable:
     """The motoring pulses over the torque, the same at every speed.
 
     Parameters
     ----------
     i_ref : list
         Currents for torques 0..tau_max in equal steps, with the whole window [A].
-    half : float
-        Half width of the current band [A].
-    hard : bool
-        Above the band the leg demagnetizes.
 
     Returns
     -------
     PulseTable
         Empty where the mean does not jump.
     """
-    on, off = windows.motors
+    if window.law.smooth:
+        return _core.PulseTable()
+    on, off = window.ends
 
     def given(theta_off: FloatArray | float, i: FloatArray) -> FloatArray:
-        """Mean torque [N m]; none where a step crosses the band, and nothing jumps."""
-        theta_on, theta_off, i = np.broadcast_arrays(on, theta_off, i)
-        mean = chopped_pulses(windows.point, theta_on, theta_off, i, half, np.array(hard))
-        return np.zeros(0) if mean is None else mean
+        """Mean torque [N m]."""
+        return pulses(window.law, on, theta_off, i).tau
 
     wanted = np.linspace(0, tau_max, len(i_ref))
     low = wanted <= FROM * tau_max
-    most = min(i_ref[-1] * MORE, windows.point.i_max)
+    most = min(i_ref[-1] * MORE, window.law.known.i_max)
     i = np.geomspace(i_ref[int(low.sum()) - 1] / MORE, most, CURRENTS)
     tau = given(off, i)
-    if not len(tau):
-        return _core.PulseTable()
     jumps = _jumps(tau, i, tau_max)
     if not jumps:
         return _core.PulseTable()
@@ -72,7 +65,7 @@ def left_earlier(
         for level in np.linspace((1 + NEXT) * tau[below], tau[above], LEVELS):
             nodes.append((level, i[above], _last(angles, curve, level)))
     nodes += [(t, _last(i, tau, t), off) for t in torques]
-    return _same_at_every_speed(windows, np.array(sorted(nodes)))
+    return _same_at_every_speed(window, np.array(sorted(nodes)))
 
 
 def _jumps(tau: FloatArray, i: FloatArray, tau_max: float) -> list[tuple[int, int]]:
@@ -99,13 +92,13 @@ def _last(x: FloatArray, y: FloatArray, wanted: float) -> float:
     return float(np.interp(wanted, y[n : n + 2], x[n : n + 2]))
 
 
-def _same_at_every_speed(windows: Windows, nodes: FloatArray) -> _core.PulseTable:
+def _same_at_every_speed(window: Window, nodes: FloatArray) -> _core.PulseTable:
     """A table of torques, currents and turn-off angles, (n, 3)."""
     tau, i, theta_off = nodes[np.unique(nodes[:, 0], return_index=True)[1]].T
     return _core.PulseTable(
-        omega=(windows.point.omega_m * np.array([1.0, 2.0])).tolist(),
+        omega=(window.law.known.omega_m * np.array([1.0, 2.0])).tolist(),
         tau=tau.tolist(),
-        theta_on=np.full(2 * len(tau), windows.motors[0]).tolist(),
+        theta_on=np.full(2 * len(tau), window.theta_on).tolist(),
         theta_off=np.tile(theta_off, 2).tolist(),
         i_ref=np.tile(i, 2).tolist(),
     )

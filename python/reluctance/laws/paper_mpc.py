@@ -3,33 +3,57 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.drive.known import Known
 from reluctance.laws.flux_guide import packed
-from reluctance.laws.guided import CURRENT_POINTS, Guided
+from reluctance.laws.guided import CURRENT_POINTS, ROOM, Guided
 from reluctance.laws.short_voltage import NEVER, short_from
+from reluctance.tables.known import Known
+from reluctance.tables.variants import CURRENT_BAND, Look, Variant
 
 if TYPE_CHECKING:
-    from reluctance import limit
+    from reluctance import optimum
 
 BAND_PART = 0.01  # of the current limit: default half width of the band
-# Greatest torque of the guide over the greatest reference, where feedback holds the mean [1].
-ROOM = 1.1
+
+
+def tracking_weights(n_phases: int, x: float, y: float) -> dict[str, float]:
+    """Weights of the source paper's controller: distance to the guide, increments."""
+    return {"w_i": float(f"{10 ** (4 * x - 3):.3g}"), "r_w": float(f"{10 ** (4 * y - 3):.3g}")}
 
 
 class PaperMpc(Guided):
     """The source paper's structure: predictive current references, hysteresis regulator."""
 
-    law: Literal["paper_mpc"]
+    look: ClassVar[Look] = Look("paper", "#009E73", "-")
+    title: ClassVar[str] = "predictive currents (source paper)"
+    variants: ClassVar[tuple[Variant, ...]] = (
+        Variant(
+            name="paper_mpc",
+            free=CURRENT_BAND,
+            place=tracking_weights,
+            what="The source paper's structure: predictive current references, held in a band.",
+            when="To compare with the paper.",
+            needs="one current comparator per phase",
+        ),
+    )
+    law: Literal["paper_mpc"] = "paper_mpc"
     N_p: int = Field(3, ge=1, le=_core.N_p_max)
     N_c: int = Field(2, ge=1, le=_core.N_c_max)
     r_w: float = Field(0.05, gt=0)  # weight of reference increments [N^2 m^2/A^2]
     w_i: float = Field(0.05, ge=0)  # weight of the distance to the guide [N^2 m^2/A^2]
     i_band_A: float | None = Field(None, gt=0)  # half width of the regulator's band
+
+    @property
+    def current_band(self) -> float | None:
+        return self.i_band_A
+
+    @property
+    def uses_comparators(self) -> bool:
+        return True
 
     @model_validator(mode="after")
     def moves_fit_the_horizon(self) -> PaperMpc:
@@ -39,7 +63,7 @@ class PaperMpc(Guided):
             )
         return self
 
-    def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[limit.Table]:
+    def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[optimum.Table]:
         tables = super().tables(known, n_points)
         if short_from(tables, known) == NEVER:
             return tables
@@ -48,10 +72,10 @@ class PaperMpc(Guided):
         except RuntimeError:  # no profile is found above the greatest reference
             return tables
 
-    def controller(self, known: Known) -> _core.Controller:
+    def core(self, known: Known) -> _core.Law:
         i_max, tables = known.i_max, self.tables(known)
         return _core.paper_mpc(
-            self.setting(known),
+            *self.built_for(known),
             guide=packed(tables, "i", known.R),
             N_p=self.N_p,
             N_c=self.N_c,

@@ -6,14 +6,23 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.drive.control import NEVER_REACHED
-from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
 from reluctance.laws.conduction import ConductionAngles
-from reluctance.laws.current_table import Currents, FloatArray, Windows
-from reluctance.laws.flat_top import ROOM
+from reluctance.laws.current_table import Window
+from reluctance.laws.least_copper import ROOM
+from reluctance.laws.pulses import FixedLaw
+from reluctance.tables.control import NEVER_REACHED
+from reluctance.tables.known import Known
+from reluctance.units import from_si
+
+Currents = tuple[list[float], list[float]]  # over torques, motoring and braking [A]
 
 MORE_ROOM = (1.3, 1.6)  # over the torque: for windows whose pulses fall short of the flat top's
+
+
+def pulse_angles(n_phases: int, x: float, y: float) -> dict[str, float]:
+    """Turn-on from 90 deg ahead of unaligned to 60 deg behind it, turn-off from 90 to 175 deg."""
+    return {"theta_on_deg": round(-90 + 150 * x, 2), "theta_off_deg": round(90 + 85 * y, 2)}
 
 
 class PulseCurrent(ConductionAngles):
@@ -36,37 +45,51 @@ class PulseCurrent(ConductionAngles):
         return self.i_ref_A is None
 
     def check(self, known: Known) -> None:
+        super().check(known)
         if self.i_ref_A is not None and self.i_ref_A > known.i_max:
             raise ParameterError(
                 f"[control] i_ref_A = {self.i_ref_A:g}, need <= [machine] i_max_A = "
                 f"{known.i_max:g}; lower one or raise the other"
             )
 
-    def windows(self, known: Known) -> Windows:
-        """Both windows; those by rule have as much room above the greatest torque as the law's own
-        pulses need."""
-        point = self.point(known)
-        motors, brakes = self.window(known), self.brake_window(known)
-        windows = Windows(point, motors, brakes)
-        if not self.follows_torque:
-            return windows
-        for room in MORE_ROOM:
-            short = windows.short(known.tau_max, self.mean_torque(known, windows))
-            motors = self.window(known, room) if short[0] else motors
-            brakes = self.brake_window(known, room) if short[1] else brakes
-            windows = Windows(point, motors, brakes)
-        return windows
+    def windows(self, known: Known) -> tuple[Window, Window]:
+        """Motoring and braking. Those by rule have as much room above the greatest torque as the
+        law's own pulses need."""
+        known = self.offline(known)
+        return self._roomy(known, brakes=False), self._roomy(known, brakes=True)
 
-    def currents(self, known: Known, windows: Windows) -> Currents | None:
+    def _roomy(self, known: Known, *, brakes: bool) -> Window:
+        of, law = self.brake_window if brakes else self.window, self.fixed(known, brakes=brakes)
+        window = Window(*of(known), law)
+        if self.follows_torque:
+            for room in MORE_ROOM:
+                if window.curve.tau[-1] < known.tau_max:
+                    window = Window(*of(known, room), law)
+        return window
+
+    def currents(self, known: Known, windows: tuple[Window, Window]) -> Currents | None:
         """Of the torques 0..tau_max in equal steps, motoring and braking [A]; None where the
-        current does not follow the torque."""
+        current does not follow the torque.
+
+        Raises
+        ------
+        ParameterError
+            If angles of one's own do not motor with tau_max at i_max, or those by rule neither
+            motor nor brake with it.
+        """
         if not self.follows_torque:
             return None
-        return windows.tables(
-            known.tau_max,
-            lambda windows: self.mean_torque(known, windows),
-            by_rule=self.theta_on_deg is None,
-        )
+        motors, brakes = windows
+        most = float(motors.curve.tau[-1])
+        by_rule = self.theta_on_deg is None
+        if max(most, brakes.curve.tau[-1] if by_rule else 0.0) < known.tau_max:
+            on, off = np.degrees([motors.theta_on, motors.theta_off])
+            raise ParameterError(
+                f"[control] angles {on:g} to {off:g} deg give a mean torque of at most {most:.4g} "
+                f"N m at i_max_A = {known.i_max:g} and {from_si(known.omega_m, 'rpm'):.5g} rpm, "
+                f"need {known.tau_max:g}; change the angles, the speed or the torque"
+            )
+        return motors.currents(known.tau_max), brakes.currents(known.tau_max)
 
     def reference(self, known: Known, currents: Currents | None) -> _core.MeanTorque:
         """The current over the torque reference."""
@@ -74,8 +97,8 @@ class PulseCurrent(ConductionAngles):
             return _core.MeanTorque.constant(self.i_ref_A or NEVER_REACHED)
         return _core.MeanTorque(tau_max=known.tau_max, i_ref=currents[0], i_brake=currents[1])
 
-    def mean_torque(self, known: Known, windows: Windows) -> FloatArray | None:
-        """What the law's own pulses give [N m]; None where flat-top pulses are known to serve."""
+    def fixed(self, known: Known, *, brakes: bool) -> FixedLaw:
+        """The law with a fixed current, braking or motoring."""
         raise NotImplementedError
 
     def brake_window(self, known: Known, room: float = ROOM) -> tuple[float, float]:

@@ -6,21 +6,19 @@ at each speed of the table and at torques that lie closer where they are small.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from reluctance import _core
 from reluctance.cache import cached
-from reluctance.drive.known import Known
-from reluctance.drive.operating_point import OperatingPoint
 from reluctance.laws.angle_table import AngleTable, FloatArray
-from reluctance.laws.chopped import chopped_pulses
-from reluctance.laws.flat_top import flat_top
-from reluctance.limit.magnetics import content
+from reluctance.laws.pulses import chopped, pulses
+from reluctance.optimum.magnetics import content
+from reluctance.tables.known import Known
 
-ALGORITHM = 2  # raised when the same table gives other currents
+ALGORITHM = 3  # raised when the same table gives other currents
 TORQUES = 12  # between 0 and the top, in equal steps of their square root, besides the table's
 FAR = 1 / 8  # of the top speed: between speeds farther apart currents are computed too
 NEAR = 0.02  # of the top: a torque this close to one of the table's is left out
@@ -34,7 +32,7 @@ class Currents:
     i_ref: FloatArray
 
 
-def pulse_table(known: Known, angles: AngleTable, half: float, hard: bool) -> _core.PulseTable:
+def pulse_table(known: Known, angles: AngleTable, half: float, *, hard: bool) -> _core.PulseTable:
     """The table of the core: for the speeds of the file and the one that the drive works at, up to
     the greatest torque of the two.
 
@@ -49,7 +47,7 @@ def pulse_table(known: Known, angles: AngleTable, half: float, hard: bool) -> _c
 
     def compute() -> Currents:
         rows = [
-            _currents(known.at(float(speed)), on[j], off[j], tau, half, hard)
+            _currents(replace(known, omega_m=float(speed)), on[j], off[j], tau, half, hard)
             for j, speed in enumerate(omega)
         ]
         return Currents(np.array(rows))
@@ -89,7 +87,7 @@ def _torques(angles: AngleTable, tau_max: float) -> FloatArray:
 
 
 def _currents(
-    point: OperatingPoint,
+    known: Known,
     on: FloatArray,
     off: FloatArray,
     tau: FloatArray,
@@ -97,11 +95,9 @@ def _currents(
     hard: bool,
 ) -> FloatArray:
     """The current for each torque with its angles; where the angles do not reach it, i_max."""
-    i = point.i_max * np.linspace(0, 1, CURRENTS) ** 1.5
-    theta_on, theta_off, top = np.broadcast_arrays(on[:, None], off[:, None], i)
-    mean = chopped_pulses(point, theta_on, theta_off, top, half, np.array(hard))
-    if mean is None:
-        mean = flat_top(point, theta_on, theta_off, top).tau
+    i = known.i_max * np.linspace(0, 1, CURRENTS) ** 1.5
+    law = chopped(known, half, brakes=False, hard=hard)
+    mean = pulses(law, on[:, None], off[:, None], i).tau
     rising = np.sqrt(np.maximum(np.maximum.accumulate(mean, axis=1), 0))  # about as the current
     found = []
     for wanted, curve in zip(np.sqrt(tau), rising, strict=True):

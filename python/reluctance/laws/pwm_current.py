@@ -2,28 +2,43 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from dataclasses import replace
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from reluctance import _core
-from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
-from reluctance.laws.current_table import FloatArray, Windows
-from reluctance.laws.pulse_current import PulseCurrent
-from reluctance.laws.sampled_pwm import PiLoop, sampled
+from reluctance.laws.pulse_current import PulseCurrent, pulse_angles
+from reluctance.laws.pulses import PERIODS, FixedLaw, period, plain
+from reluctance.tables.known import Known
+from reluctance.tables.variants import CARRIER, Look, Variant
 
 # Bandwidth times control period: half of it leaves a phase margin of about 60 deg, with the half
 # sample of the PWM and one sample of delay taken from 90 deg at 57 deg per radian.
 BANDWIDTH_PART = 0.3
+AVERAGED = 600  # samples at least, so that they fall on all angles
+MOST_SAMPLES = 1500  # of a period: with more of them a current is no nearer to its reference
 
 
 class PwmCurrent(PulseCurrent):
     """Between turn-on and turn-off the current is held by PI control with feed-forward; the
     carrier's period is the control period."""
 
-    law: Literal["pwm_current"]
+    look: ClassVar[Look] = Look("pulses", "#000000", "--")
+    title: ClassVar[str] = "PWM current control"
+    variants: ClassVar[tuple[Variant, ...]] = (
+        Variant(
+            name="pwm_current",
+            free=CARRIER,
+            place=pulse_angles,
+            what="Flat current pulses between two angles, held by PI control and PWM.",
+            when="As `angles`, where the switching frequency has to be constant.",
+            needs="PWM timers",
+        ),
+    )
+    law: Literal["pwm_current"] = "pwm_current"
     bandwidth_Hz: float | None = Field(None, gt=0)  # of the current loop; by default 0.3/T_s rad/s
 
     def check(self, known: Known) -> None:
@@ -35,11 +50,11 @@ class PwmCurrent(PulseCurrent):
                 "lower it or T_s_us"
             )
 
-    def controller(self, known: Known) -> _core.Controller:
+    def core(self, known: Known) -> _core.Law:
         windows = self.windows(known)
         return _core.pwm_current(
-            self.setting(known),
-            conduction=self.conduction(known, windows.motors, windows.brakes),
+            *self.built_for(known),
+            conduction=self.conduction(known, windows[0].ends, windows[1].ends),
             reference=self.reference(known, self.currents(known, windows)),
             R=known.R,
             bandwidth=self.bandwidth,
@@ -53,5 +68,20 @@ class PwmCurrent(PulseCurrent):
             return float(2 * np.pi * self.bandwidth_Hz)
         return BANDWIDTH_PART / self.T_s
 
-    def mean_torque(self, known: Known, windows: Windows) -> FloatArray | None:
-        return sampled(windows, PiLoop(self.bandwidth, self.T_s, known.delay))
+    def fixed(self, known: Known, *, brakes: bool) -> FixedLaw:
+        T_s = max(known.T_s, period(known) / MOST_SAMPLES)
+        bandwidth = min(self.bandwidth, BANDWIDTH_PART / T_s) if T_s > known.T_s else self.bandwidth
+
+        def controller(known: Known, conduction: _core.Conduction, i: float) -> _core.Controller:
+            law = _core.pwm_current(
+                *plain(known).built_for(known),
+                conduction=conduction,
+                reference=_core.MeanTorque.constant(i),
+                R=known.R,
+                bandwidth=bandwidth,
+                T_s=known.T_s,
+            )
+            return _core.Controller(law, plain(known).frame(known))
+
+        periods = int(np.ceil(max(AVERAGED * T_s / period(known), PERIODS)))
+        return FixedLaw(replace(known, T_s=T_s), brakes, controller, periods)

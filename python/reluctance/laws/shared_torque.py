@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.drive.control import Control
-from reluctance.drive.known import Known
 from reluctance.errors import ParameterError
 from reluctance.laws.flux_lead import ANGLES, Shares
+from reluctance.tables.control import Control
+from reluctance.tables.known import Known
 
 TABLE_POINTS = 33  # of srm::Sharing
 NO_SHARE = 1e-3  # of the torque: less, or as much short of all of it, is no sharing
@@ -23,6 +23,16 @@ OVERLAP_PART = 2 / 3
 # What flux may take to rise and to fall, over a period, with this overlap: at 1.4 every machine
 # that was tried holds the mean, at 1.47 the generic 60 kW machine is 18 % short.
 TURN = 1.2
+
+
+def sharing_angles(n_phases: int, x: float, y: float) -> dict[str, float]:
+    """Turn-on in the first half of the angle that two phases can share, overlap in the rest."""
+    free = 180 - 360 / n_phases
+    on = free / 2 * x
+    return {
+        "theta_on_deg": round(on, 2),
+        "theta_ov_deg": round((free - on) * (0.1 + 0.9 * y) - 0.01, 2),
+    }
 
 
 class SharedTorque(Control):
@@ -53,6 +63,7 @@ class SharedTorque(Control):
         return self
 
     def check(self, known: Known) -> None:
+        super().check(known)
         free = 180 - 360 / known.n_phases
         if free <= 0:
             raise ParameterError(
@@ -114,13 +125,13 @@ def _turn(known: Known, sharing: _core.Sharing) -> float:
 
 def _optimal(known: Known) -> _core.Sharing:
     """The share that a phase has while it takes over in the least-copper profile without ripple
-    (`reluctance.limit`): optimised offline for this machine, torque, speed and dc-link voltage."""
-    from reluctance import limit  # a tenth of the start-up time
+    (`reluctance.optimum`): optimised offline for this machine, torque, speed and dc voltage."""
+    from reluctance import optimum  # a tenth of the start-up time
 
     machine = known.machine
-    profile = limit.best_profile(known.at(known.omega_m), known.tau_max)
+    profile = optimum.best_profile(known.at(known.omega_m), known.tau_max)
     free = np.pi - 2 * np.pi / machine.n_phases
-    share = machine.torque(profile.i, profile.theta_e) / known.tau_max
+    share = machine.tau(profile.i, profile.theta_e) / known.tau_max
     on = float(profile.theta_e[max(int(np.argmax(share > NO_SHARE)) - 1, 0)])
     whole = float(profile.theta_e[int(np.argmax(share > 1 - NO_SHARE))])
     end = min(whole if whole > on else free, free)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reluctance.drive.known import Known
 from reluctance.laws.flux_guide import FULL_VOLTAGE, nearest_level, voltage
+from reluctance.tables.known import Known
 
 if TYPE_CHECKING:
-    from reluctance.limit import Table
+    from reluctance.optimum import Table
 
 SHORT = 0.3  # of the period at full voltage: more is short [1]
 NEVER = 1e30

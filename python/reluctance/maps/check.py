@@ -95,7 +95,7 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
     symmetry = None if table.half else _symmetry_error(table)
     noise = _noise(table)
     row_error, row = _row_error(table, noise)
-    turns = None if torque_rms is None else _turns(table.tau, tau_W)
+    scale = None if torque_rms is None else _scale(table.tau, tau_W)
     figures = dict(
         monotone_share=float((steps > 0).mean()),
         symmetry_error=symmetry,
@@ -106,8 +106,8 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
         row_error=row_error,
     )
     reasons = _reasons(figures, row)
-    if turns is not None:
-        reasons.insert(0, turns)
+    if scale is not None:
+        reasons.insert(0, scale)
     last = float(table.i[-1])
     return MapReport(
         N_r=table.N_r,
@@ -140,15 +140,27 @@ def coenergy_torque(table: FluxTable) -> Array:
     return table.N_r * slope
 
 
-def _turns(tau: Array | None, tau_W: Array) -> str | None:
-    """A flux linkage of another number of turns than the torque: their ratio is a whole number, and
-    with it they belong together."""
+def _scale(tau: Array | None, tau_W: Array) -> str | None:
+    """Flux linkage and torque that belong together but for a whole factor: a power of ten is a unit
+    error, any other a number of turns."""
     if tau is None:
         return None
     factor = float(np.sum(tau * tau_W) / np.sum(tau_W**2))
     left = float(np.sqrt(np.mean((tau - factor * tau_W) ** 2) / np.mean(tau**2)))
-    whole = round(max(factor, 1 / factor)) if factor > 0 else 0
-    if whole < 2 or abs(max(factor, 1 / factor) / whole - 1) > TURNS or left > TORQUE_RMS:
+    if factor <= 0 or left > TORQUE_RMS:
+        return None
+    ratio = max(factor, 1 / factor)
+    ten = 10 ** round(np.log10(ratio))
+    if ten > 1 and abs(ratio / ten - 1) < TURNS:
+        size = "large" if factor > 1 else "small"
+        unit, other = ("tau_Nm", "psi_mWb") if factor > 1 else ("tau_mNm", "psi_Wb")
+        return (
+            f"torque is {ten:g} times too {size} for the flux linkage: a unit error; correct the "
+            f"unit in the column's name, of torque (is `{unit}` right?) or of flux linkage (is "
+            f"`{other}` right?)"
+        )
+    whole = round(ratio)
+    if whole < 2 or abs(ratio / whole - 1) > TURNS:
         return None
     times = f"1/{whole}" if factor > 1 else f"{whole}"
     return (

@@ -11,6 +11,8 @@ from reluctance.maps.table import Array, FluxTable
 
 MATCH = 0.01  # how near an angle range must come to a half or whole period, of a half period [1]
 ZERO_OFF = np.pi / 18  # how far the largest flux may be from a zero that is inferred [rad]
+FALLS = 0.02  # of its rise: what noise and a flat top may take from the flux at an end; at a zero
+# that is 16 deg wrong it is (1 - cos 16 deg)/2
 UNITS = {"deg": np.pi / 180, "rad": 1.0}
 CHOICES = {
     "angle_unit": ("deg", "rad"),
@@ -346,6 +348,15 @@ def _peak_is_aligned(theta_e: Array, psi: Array, where: str) -> None:
         raise ParameterError(
             f"zero = {where}, but flux falls towards what would be alignment; pass zero={other} "
             f"(--zero {other})"
+        )
+    half = theta_e[-1] < 1.5 * np.pi
+    rise = float(np.ptp(flux))
+    if half and max(flux.max() - flux[-1], flux[0] - flux.min()) > FALLS * rise:
+        least, most = (float(np.degrees(theta_e[at(flux)])) for at in (np.argmin, np.argmax))
+        raise ParameterError(
+            f"the flux is least {least:.0f} and largest {most:.0f} deg el. from what would be the "
+            "unaligned angle, need 0 and 180: the zero of the angle is wrong; record again with "
+            "the right one (firmware: run `alignment` before `pulses`)"
         )
 
 

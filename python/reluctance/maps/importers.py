@@ -2,7 +2,8 @@
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from reluctance.errors import ParameterError
 from reluctance.files import is_file
 from reluctance.maps.cells import numeric, sheet_rows, text_rows
 from reluctance.maps.conventions import settled
-from reluctance.maps.raw import Column, RawMap, chosen, column
+from reluctance.maps.raw import Column, RawMap, chosen
 from reluctance.maps.table import Array, FluxTable
 from reluctance.maps.variations import is_swept, swept
 
@@ -69,10 +70,12 @@ def read_map(
         One line: what is wrong with the file and what to do.
     """
     path = Path(path)
-    try:
+    with _blamed(path):
         raw = _read(path, dict(names or {}))
-        if torque is not None:
-            raw = with_torque(raw, _read(Path(torque), {}, torque=True), Path(torque))
+    if torque is not None:
+        with _blamed(Path(torque)):
+            raw = with_torque(raw, _read(Path(torque), {}, torque=True))
+    with _blamed(path):
         return settled(
             raw,
             N_r=N_r,
@@ -82,6 +85,13 @@ def read_map(
             layout=layout,
             aligned_at=aligned_at,
         )
+
+
+@contextmanager
+def _blamed(path: Path) -> Iterator[None]:
+    """Puts the file before what is wrong with it."""
+    try:
+        yield
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None
 
@@ -100,13 +110,13 @@ def write_map(table: FluxTable, path: str | Path) -> None:
                 writer.writerow([repr(float(v)) for v in row])
 
 
-def with_torque(raw: RawMap, other: RawMap, where: Path) -> RawMap:
+def with_torque(raw: RawMap, other: RawMap) -> RawMap:
     """A flux map with the torque of another file, whichever way round its table is."""
     axes, theirs = (raw.rows, raw.columns), (other.rows, other.columns)
     for found, table in ((theirs, other.psi), (theirs[::-1], other.psi.T)):
         if all(len(a) == len(b) and np.allclose(a, b) for a, b in zip(axes, found, strict=True)):
             return replace(raw, tau=table)
-    raise ParameterError(f"axes of {where} differ from those of the flux; export both on one grid")
+    raise ParameterError("axes differ from those of the flux; export both on one grid")
 
 
 def _read(path: Path, names: dict[str, str], *, torque: bool = False) -> RawMap:
@@ -147,7 +157,7 @@ def _from_rows(rows: list[list[str]], names: dict[str, str], *, torque: bool) ->
     if names and all(map(numeric, head)):  # no header: columns have numbers
         head = [str(n) for n in range(1, len(head) + 1)]
         rows = [head, *rows]
-    if names or sum(_named_column(cell) for cell in head) >= 3:
+    if names or not any(map(numeric, head[1:])):  # a grid has its second axis there
         return _long(rows, names, torque=torque)
     if len(rows) < 3 or len(rows[0]) < 3:
         raise ParameterError(
@@ -159,13 +169,6 @@ def _from_rows(rows: list[list[str]], names: dict[str, str], *, torque: bool) ->
         [[_number(c, r, n) for n, c in enumerate(row, 1)] for r, row in enumerate(rows[1:], 2)]
     )
     return RawMap(rows=body[:, 0], columns=columns, psi=body[:, 1:])
-
-
-def _named_column(cell: str) -> bool:
-    try:
-        return not numeric(cell) and column(cell) is not None
-    except ParameterError:  # a unit that is unknown
-        return True
 
 
 def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False) -> RawMap:

@@ -1,6 +1,7 @@
 """What a map file says before conventions are settled, and how its quantities are named."""
 
 import re
+import shlex
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
@@ -11,7 +12,7 @@ from reluctance.maps.table import Array
 STEMS = {
     "psi": ("ftbl", "psi", "flux", "fluxlinkage", "flux_linkage", "lambda", "linkage"),
     "i": ("statorcurrent", "i", "current", "i_ph", "i_phase", "phase_current"),
-    "theta": ("rotorangle", "theta", "angle", "position", "rotor_angle", "theta_r"),
+    "theta": ("rotorangle", "theta", "angle", "position", "pos", "rotor_angle", "theta_r"),
     "tau": ("ttbl", "tau", "torque", "t", "tau_ph", "phase_torque"),
 }
 UNITS = {
@@ -31,6 +32,7 @@ KINDS = {
     "mechanical": "mechanical",
 }
 REQUIRED = ("psi", "i", "theta")
+BRACKETED = re.compile(r"^.*[\[(](?P<unit>[^\[\]()]+)[\])]\s*$")
 
 
 @dataclass(frozen=True)
@@ -71,13 +73,27 @@ class Column:
 
 
 def column(name: str) -> Column | None:
-    """The quantity that a name like `i_A`, `theta_m_deg`, `psi [mWb]` or `FTBL` stands for."""
+    """The quantity that a name like `i_A`, `theta_m_deg`, `psi [mWb]` or `FTBL` stands for. A unit
+    in brackets at the end decides, whatever stands before it."""
+    if (bracketed := _by_unit(name)) is not None:
+        return bracketed
     words = _words(name)
     for quantity, stems in STEMS.items():
         for n in range(len(words), 0, -1):
             stem = "_".join(words[:n])
             if {stem, stem.removesuffix("s"), stem.removesuffix("es")} & {*stems}:
                 return _with_unit(quantity, words[n:], name)
+    return None
+
+
+def _by_unit(name: str) -> Column | None:
+    """By the unit in brackets at the end of a name; no two quantities share a unit."""
+    match = BRACKETED.match(name)
+    words = _words(match["unit"]) if match else []
+    for quantity, units in UNITS.items():
+        if any(word in units for word in words):
+            if all(word in units or (quantity == "theta" and word in KINDS) for word in words):
+                return stated_column(quantity, name)
     return None
 
 
@@ -88,8 +104,8 @@ def leading(name: str) -> str:
 
 
 def stated_column(quantity: str, name: str) -> Column:
-    """A name that the user says is this quantity: its unit, and kind for angles, where it ends in
-    one: `I_aa[A]`, `rotor (el. deg)`."""
+    """A name that is this quantity: its unit, and kind for angles, where it ends in one: `I_aa[A]`,
+    `rotor (el. deg)`, `Pos_mech [deg]`."""
     unit = kind = None
     for word in reversed(_words(name)):
         if unit is None and word in UNITS[quantity]:
@@ -103,7 +119,7 @@ def stated_column(quantity: str, name: str) -> Column:
 
 def _words(name: str) -> list[str]:
     """The parts of a name in lower case. A dot or a product sign within a unit joins: N.m, V s."""
-    joined = re.sub(r"\b(m?N|m?V)\s*[.*·]\s*(m|s)\b", r"\1\2", name.strip())
+    joined = re.sub(r"\b(m?N|m?V)\s*[.*·]\s*(m|s)\b", r"\1\2", name.strip().replace("°", " deg "))
     return [w for w in re.split(r"[\s_\[\]()./,:]+", joined.lower()) if w]
 
 
@@ -123,7 +139,7 @@ def _with_unit(quantity: str, words: list[str], name: str) -> Column:
             units = ", ".join(UNITS[quantity])
             raise ParameterError(
                 f"column `{name}` has the unknown part `{word}`, need a unit out of {units} "
-                "(any case); rename the column"
+                "(any case)"
             )
     return _column(quantity, unit, kind)
 
@@ -142,36 +158,42 @@ def chosen(
         Where flux, current or angle is missing, or a selected name does not exist.
     """
     names = list(names)
-    listed = ", ".join(f"`{n}`" for n in names[:12]) or "nothing"
-    for quantity, name in selected.items():
-        if quantity not in STEMS or name not in names:
-            raise ParameterError(
-                f"{what} has no `{name}` for {quantity}, it has {listed}; select names as "
-                "psi=NAME, i=NAME, theta=NAME, tau=NAME"
-            )
     found: dict[str, tuple[str, Column]] = {}
     for quantity, name in selected.items():
+        if quantity not in STEMS or name not in names:
+            raise ParameterError(f"{what} has no `{name}` for {quantity}; {_listed(names)}")
         found[quantity] = (name, stated_column(quantity, name))
-    doubt: ParameterError | None = None
+    faults: list[str] = []
     for name in names:
         try:
             known = column(name) if name not in selected.values() else None
-        except ParameterError as fault:  # a unit that is unknown: told where nothing else fits
-            doubt, known = fault, None
+        except ParameterError as fault:  # a unit that is unknown: told where a quantity is missing
+            faults.append(str(fault))
+            continue
         if known is None or known.quantity in selected:
             continue
         if known.quantity in found:
             raise ParameterError(
                 f"{what} has `{found[known.quantity][0]}` and `{name}` for {known.quantity}; "
-                f"select one with {known.quantity}=NAME"
+                f"{_listed(names)}; select one: {_ready(found, required)}"
             )
         found[known.quantity] = (name, known)
-    missing = [q for q in required if q not in found]
-    if missing and doubt is not None:
-        raise doubt
-    if missing:
+    if missing := [q for q in required if q not in found]:
+        said = "".join(f"; {fault}" for fault in faults)
         raise ParameterError(
-            f"{what} has no {' and no '.join(missing)}, it has {listed}; select names as "
-            f"{missing[0]}=NAME, or name them like i_A, theta_deg, psi_Wb"
+            f"{what} has no {' and no '.join(missing)}{said}; {_listed(names)}; name the columns: "
+            f"{_ready(found, required)} (a unit in brackets is read, SI without one)"
         )
     return found
+
+
+def _listed(names: list[str]) -> str:
+    """All names of a file; of a long list, its first dozen."""
+    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+    return f"it has {', '.join(f'`{n}`' for n in names[:12]) or 'nothing'}{more}"
+
+
+def _ready(found: Mapping[str, tuple[str, Column]], required: Collection[str]) -> str:
+    """The options that name each required column, with NAME where none was recognised."""
+    names = {q: found[q][0] if q in found else "NAME" for q in required}
+    return " ".join(f"--name {shlex.quote(f'{q}={name}')}" for q, name in names.items())

@@ -3,14 +3,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from reluctance import _core, limit
+import reluctance.paper.printed as printed
+import reluctance.paper.pump as pump
+from reluctance import _core, optimum
 from reluctance.drive import Drive
-from reluctance.drive.machine import MachineFile
-from reluctance.paper import printed, pump
+from reluctance.key_figures import Kpis
+from reluctance.machine.machine_file import MachineFile
 from reluctance.paper.claim import Claim, verdict
 from reluctance.paper.points import HALF, RATED, Point, le_huy
 from reluctance.paper.study import Study
-from reluctance.run.kpis import Kpis
 from reluctance.units import from_si
 
 PSI_M_DEFAULT = 0.486  # of the generic machine with the same L_d, L_q and I_m [Wb]
@@ -177,12 +178,12 @@ def flux_curves(machine: MachineFile) -> Claim:
     )
 
 
-def maximum_point(drive: Drive, best: limit.Profile) -> list[Claim]:
+def maximum_point(drive: Drive, best: optimum.Profile) -> list[Claim]:
     """I_m, theta_m, psi_m."""
     machine = drive.machine
     other = machine.model_copy(update={"psi_m_Wb": PSI_M_DEFAULT})
     point = other.at(u_dc=drive.converter.u_dc_V, omega_m=drive.omega_nominal)
-    relaxed = limit.best_profile(point, RATED.tau_ref)
+    relaxed = optimum.best_profile(point, RATED.tau_ref)
     psi_15 = float(magnetics(other, printed.I_M, printed.THETA_M)[0])
     return [
         Claim(

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from reluctance.paper import printed
+import reluctance.paper.printed as printed
+from reluctance import picture
+from reluctance.key_figures import definite
 from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.response import LEVEL
 from reluctance.paper.study import Study
 from reluctance.paper.sweeps import Response
 from reluctance.run import plots
-from reluctance.run.kpis import definite
 from reluctance.units import from_si
 
 MODEL, PAPER = "C0", "C3"
@@ -32,8 +32,7 @@ class Picture:
 
 def blank(rows: int, columns: int, *, size: tuple[float, float]) -> tuple[Figure, list[list[Axes]]]:
     """A figure with its own canvas and its axes, row by row."""
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = picture.Picture(*size)
     axes = figure.subplots(rows, columns, squeeze=False)
     for ax in axes.flat:
         ax.grid(alpha=0.3)
@@ -232,7 +231,7 @@ def model(found: Study) -> Figure:
     half = theta[theta <= np.pi / 4]
     for i, style in ((20.0, ":"), (50.0, "-"), (90.0, "--")):
         as_printed = [printed.torque(i, a, L_sat=m.L_sat, A=m.A, B=m.B) for a in half]
-        mended = machine.torque(i, np.pi - machine.N_r * half)
+        mended = machine.tau(i, np.pi - machine.N_r * half)
         torque_ax.plot(np.degrees(half), as_printed, style, color=PAPER, label=f"printed, {i:g} A")
         torque_ax.plot(np.degrees(half), mended, style, color=MODEL, label=f"mended, {i:g} A")
     torque_ax.set(xlabel="rotor angle from alignment (deg)", ylabel="torque of one phase (N m)")

@@ -6,11 +6,11 @@ from collections import Counter
 
 import numpy as np
 
+from reluctance.key_figures import definite
 from reluctance.paper.claim import Claim, Value, text
 from reluctance.paper.figures import PICTURES
 from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.study import Study
-from reluctance.run.kpis import definite
 from reluctance.units import from_si, to_si
 
 STYLE = """

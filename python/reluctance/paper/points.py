@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass
 
-from reluctance import _core, limit
+import reluctance.paper.printed as printed
+from reluctance import _core, optimum
 from reluctance.drive import Drive
-from reluctance.drive.machine import MachineFile
+from reluctance.drive.load import load
 from reluctance.errors import ParameterError
-from reluctance.load import load
-from reluctance.paper import printed
+from reluctance.key_figures import Kpis
+from reluctance.machine.machine_file import MachineFile
 from reluctance.resources import resources
-from reluctance.run.kpis import Kpis
 from reluctance.run.result import Result
 from reluctance.run.simulate import simulate
 
@@ -46,7 +46,7 @@ class Runs:
     locked: Result  # torque control, speed held
     pump: Result  # from standstill, speed loop closed, pump on the shaft
     free: Kpis  # torque control with the pump on the shaft: where it comes to rest
-    best: limit.Profile  # least copper for no ripple, speed held
+    best: optimum.Profile  # least copper for no ripple, speed held
 
 
 def run_point(point: Point) -> Runs:
@@ -61,7 +61,7 @@ def run_point(point: Point) -> Runs:
         locked=simulate(drive),
         pump=simulate(pump, until=PUMP_UNTIL, record=PUMP_RECORD),
         free=simulate(free, until=1.0, record=None).kpis,
-        best=limit.best_profile(drive.at(drive.omega_nominal), point.tau_ref),
+        best=optimum.best_profile(drive.at(drive.omega_nominal), point.tau_ref),
     )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reluctance import _core
-from reluctance.drive.machine import MachineFile
+from reluctance.machine.machine_file import MachineFile
 from reluctance.run.result import Result
 
 FloatArray = NDArray[np.float64]

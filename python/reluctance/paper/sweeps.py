@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from reluctance.key_figures import Kpis
 from reluctance.paper.points import Point
 from reluctance.paper.response import LEVEL, least_time, least_voltage, response_time
-from reluctance.run.kpis import Kpis
 from reluctance.run.result import Result
 from reluctance.run.simulate import simulate
 

@@ -9,8 +9,9 @@ if find_spec("pandas") is None or find_spec("pvlib") is None:
         "pumping needs pvlib, which is not installed; `pip install reluctance[sun]`"
     )
 
+from reluctance.pumping.drive_of import drive_of
 from reluctance.pumping.figures import Chain, chain, per, remarks, with_units
-from reluctance.pumping.operate import Pumped, Samples, columns, operate
+from reluctance.pumping.operate import Pumped, Samples, columns, pump
 from reluctance.pumping.sizing import sizes
 from reluctance.pumping.system import System, load_system
 
@@ -21,9 +22,10 @@ __all__ = [
     "System",
     "chain",
     "columns",
+    "drive_of",
     "load_system",
-    "operate",
     "per",
+    "pump",
     "remarks",
     "sizes",
     "with_units",

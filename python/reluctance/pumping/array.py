@@ -2,15 +2,17 @@
 
 from pydantic import Field, model_validator
 
-from reluctance.drive.pv_module import CellNumbers, cell_of, check_one_module
-from reluctance.drive.schema import Section
-from reluctance.drive.single_diode import Cell, Diode, FloatArray, array_diode
+from reluctance.schema import Section
+from reluctance.solar.datasheet import Datasheet
+from reluctance.solar.pv_module import CellNumbers, cell_of, check_one_module
+from reluctance.solar.single_diode import Cell, Diode, FloatArray, array_diode
 
 
 class Array(Section):
     """A field of equal modules on one fixed plane, unshaded."""
 
     module: str | None = None  # a name of the CEC table
+    datasheet: Datasheet | None = None  # what the maker prints
     cell: CellNumbers | None = None
     n_series: int = Field(ge=1)
     n_parallel: int = Field(ge=1)
@@ -21,13 +23,13 @@ class Array(Section):
 
     @model_validator(mode="after")
     def has_one_module(self) -> "Array":
-        check_one_module(self.module, self.cell, "array")
+        check_one_module(self.module, self.datasheet, self.cell, "array")
         return self
 
     @property
     def reference(self) -> Cell:
         """One module at 1000 W/m2 and 25 degC."""
-        return cell_of(self.module, self.cell, "array")
+        return cell_of(self.module, self.datasheet, self.cell, "array")
 
     def diode(self, poa_global: FloatArray, temp_cell: FloatArray) -> Diode:
         """The array's curve at irradiance [W/m2] and cell temperature [degC]."""

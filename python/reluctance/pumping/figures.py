@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from reluctance.drive.pump import GRAVITY, M3PH, RHO, RPM
-from reluctance.drive.single_diode import G_REF, FloatArray, power_point
+from reluctance.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.pumping.matching import Limit
 from reluctance.pumping.operate import Pumped
 from reluctance.pumping.system import System
 from reluctance.pumping.tank import Storage
 from reluctance.pumping.tank import store as storing
+from reluctance.solar.single_diode import G_REF, FloatArray, power_point
 
 KWH = 3.6e6  # [J]
 TOLD_OF_START = 0.005  # of the demand: a start that changes the missing water by more is told
@@ -121,6 +121,8 @@ def with_units(found: Pumped) -> dict[str, float | None]:
             if limit != Limit.none
         },
         "u_oc_max_V": float(s.u_oc.max()),
+        "u_oc_cold_V": found.system.u_cold,
+        "temp_cold_degC": found.system.limits.temp_cold_degC,
         "u_mp_hot_V": float(s.u[np.argmax(np.where(s.u_oc > 0, s.temp_cell, -np.inf))]),
         "demand_m3": None if store is None else float(store.demand.sum()),
         "missing_m3": None if store is None else float(store.missing.sum()),

@@ -18,9 +18,9 @@ from scipy.interpolate import RegularGridInterpolator
 import reluctance
 from reluctance.cache import cached
 from reluctance.drive import Drive
-from reluctance.drive.single_diode import FloatArray
-from reluctance.efficiency.locked import at, length, rising
+from reluctance.efficiency_map.locked import at, length, rising
 from reluctance.errors import ParameterError
+from reluctance.solar.single_diode import FloatArray
 
 ALGORITHM = 4  # raised when the same drive gives other numbers
 SHAPE = (3, 5, 5)  # voltages, speeds, torques
@@ -201,7 +201,7 @@ def _filled(ratio: FloatArray) -> FloatArray:
 
 def _content(drive: Drive) -> object:
     """All that the runs depend on."""
-    from reluctance.limit.magnetics import content
+    from reluctance.optimum.magnetics import content
 
     files = {"map", "torque_map"}  # paths: their content is in the magnetics
     table = getattr(drive.control, "angle_table", None)

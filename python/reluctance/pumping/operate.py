@@ -2,22 +2,23 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from reluctance.drive.hydraulics import Hydraulics, hydraulics
-from reluctance.drive.pump import GRAVITY, M3PH, RHO, RPM
-from reluctance.drive.single_diode import Diode, FloatArray, PowerPoint, current, power_point
 from reluctance.errors import ParameterError
+from reluctance.hydraulics.pipe import Hydraulics, hydraulics
+from reluctance.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.pumping.loss_map import Box, LossMap, loss_map
 from reluctance.pumping.matching import limit_of, power_table, speed
 from reluctance.pumping.sun import sunlight
-from reluctance.pumping.system import Operation, System, together
+from reluctance.pumping.system import Operation, System, load_system, together
 from reluctance.pumping.tank import Storage, store
 from reluctance.pumping.weather import Weather
 from reluctance.pumping.weather_file import read_weather, with_minutes
+from reluctance.solar.single_diode import Diode, FloatArray, PowerPoint, current, power_point
 
 DARK = 5.0  # below it the array is taken as dark [W/m^2]
 HOT_COLD = (75.0, -10.0)  # cell temperatures that bound the array's voltage [degC]
@@ -77,8 +78,8 @@ class Pumped:
         return float(self.samples.Q.sum() * self.step)
 
 
-def operate(
-    system: System,
+def pump(
+    system: System | str | Path,
     *,
     weather: Weather | None = None,
     progress: Callable[[float], None] | None = None,
@@ -87,7 +88,8 @@ def operate(
 
     Parameters
     ----------
-    system : System
+    system : System, str or Path
+        The system, or its file.
     weather : Weather, optional
         Instead of the system's own.
     progress : callable, optional
@@ -100,13 +102,15 @@ def operate(
 
     Examples
     --------
-    >>> from reluctance.pumping import load_system, operate
-    >>> round(operate(load_system("examples/sun_day.toml")).water, -1)
+    >>> import reluctance as rl
+    >>> round(rl.pump("examples/sun_day.toml").water, -1)
     570.0
     """
+    if not isinstance(system, System):
+        system = load_system(system)
     checks: dict[str, Callable[[], object]] = {  # these take no time; the loss map takes seconds
         "load": lambda: hydraulics(system.pump.curve(), system.pipe, system.pump.omega_max),
-        "array": lambda: system.array.reference,
+        "array": system.check_voltage,
         "weather": lambda: weather or read_weather(system.weather, system.site, system.folder),
     }
     found: dict[str, Any] = together(checks)
@@ -167,12 +171,6 @@ def _by_day(
     operation, machine = system.operation, system.drive.machine
     diode = system.array.diode(poa, temp_cell)
     best = power_point(diode)
-    limit = system.limits.u_max_V
-    if limit is not None and best.u_oc.max() > limit:
-        raise ParameterError(
-            f"[array] n_series = {system.array.n_series}: {best.u_oc.max():.4g} V without load, "
-            f"need at most [limits] u_max_V = {limit:g}; take fewer modules in series"
-        )
     u, i = _operating_point(operation, diode, best)
     u_link = np.maximum(u - system.array.blocking_diode_V, 0.0)
     p_array = u_link * i

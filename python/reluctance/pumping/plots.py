@@ -7,12 +7,12 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
-from reluctance.drive.hydraulics import flow
-from reluctance.drive.pump import GRAVITY, M3PH, RHO, RPM
-from reluctance.drive.single_diode import FloatArray, current, power_point
+from reluctance.hydraulics.pipe import flow
+from reluctance.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.pumping.figures import KWH, chain, per
 from reluctance.pumping.operate import Pumped
 from reluctance.pumping.text import CAUSES
+from reluctance.solar.single_diode import FloatArray, current, power_point
 
 # Of M. Okabe and K. Ito, 2008: told apart by colour-blind readers.
 BLUE, RED, GREEN, PINK, ORANGE, SKY = (

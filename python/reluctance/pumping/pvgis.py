@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reluctance.drive.pv_module import pvlib
 from reluctance.errors import ParameterError
+from reluctance.solar.pv_module import pvlib
 
 NAMES = {"T2m": "temp_air", "WS10m": "wind_speed", "G(h)": "ghi", "Gb(n)": "dni", "Gd(h)": "dhi"}
 TILTED = {"Gb(i)", "Gd(i)"}  # on the plane that was asked for

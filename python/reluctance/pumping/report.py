@@ -4,11 +4,11 @@ import html
 from collections.abc import Callable
 
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+import reluctance.pumping.plots as plots
 from reluctance.figures import embedded
-from reluctance.pumping import plots
+from reluctance.picture import Picture
 from reluctance.pumping.figures import remarks, with_units
 from reluctance.pumping.operate import Pumped
 from reluctance.pumping.text import rows
@@ -55,8 +55,7 @@ def page(found: Pumped, drawn: dict[str, Figure]) -> str:
 
 
 def _figure(size: tuple[float, float]) -> Figure:
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Picture(*size)
     return figure
 
 

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from reluctance.errors import ParameterError
 from reluctance.figures import drawn
 from reluctance.files import write_together
+from reluctance.picture import Picture
 from reluctance.pumping.figures import with_units
-from reluctance.pumping.operate import operate
+from reluctance.pumping.operate import pump
 from reluctance.pumping.system import System
 from reluctance.pumping.write import made, put_bytes, put_text
 
@@ -48,7 +48,7 @@ def sizes(
     for combination in combinations:
         row: dict[str, object] = dict(zip(values, combination, strict=True))
         try:
-            found = with_units(operate(system.with_values(row)))
+            found = with_units(pump(system.with_values(row)))
             row |= {name: found[name] for name in FIGURES} | {"why": ""}
         except ParameterError as fault:
             row |= {name: np.nan for name in FIGURES} | {"water_m3": 0.0, "why": str(fault)}
@@ -150,8 +150,8 @@ def parsed(text: str, system: System) -> tuple[str, list[float]]:
 
 def figure(table: pd.DataFrame, values: Values, demand: float | None = None) -> Figure:
     """Water over the last value, a line for each combination of the others."""
-    chart = Figure(figsize=(8, 5), layout="constrained")
-    FigureCanvasAgg(chart)
+    table = table[table["why"] == ""] if "why" in table else table  # a refused size has no water
+    chart = Picture(8, 5)
     ax = chart.subplots()
     *others, last = values
     if others:

@@ -6,19 +6,22 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
+import numpy as np
 from pydantic import Field, model_validator
 
 import reluctance
 from reluctance.drive import Drive
-from reluctance.drive.hydraulics import Pipe
-from reluctance.drive.pump import Pump, pump_from
-from reluctance.drive.schema import Section, checked, did_you_mean
 from reluctance.errors import ParameterError
 from reluctance.files import read_toml, toml_value
+from reluctance.hydraulics.pipe import Pipe
+from reluctance.hydraulics.pump import Pump, pump_from
+from reluctance.plant.pv_source import COLD_G
 from reluctance.pumping.array import Array
 from reluctance.pumping.site import Site
 from reluctance.pumping.tank import Demand, Tank
 from reluctance.pumping.weather_file import WeatherTable
+from reluctance.schema import Section, checked, did_you_mean
+from reluctance.solar.single_diode import open_circuit
 
 T = TypeVar("T")
 TORQUE_MARGIN = 1.1  # the loss map's end over the torque of the drive file
@@ -31,6 +34,7 @@ class Operation(Section):
     u_V: float | None = Field(None, gt=0)  # constant: of the array; dcdc: of the dc link
     fraction: float | None = Field(None, gt=0, lt=1)  # of the open-circuit voltage
     efficiency: float | None = Field(None, gt=0, le=1)  # of the dc-dc converter
+    C_uF: float | None = Field(None, ge=20)  # of the dc link; by default 10 ms of nominal power
 
     @model_validator(mode="after")
     def numbers_belong_to_the_kind(self) -> "Operation":
@@ -53,6 +57,7 @@ class Limits(Section):
 
     tau_max_Nm: float | None = Field(None, gt=0)  # by default 1.1 times the drive file's torque
     u_max_V: float | None = Field(None, gt=0)  # that the switches stand; by default not checked
+    temp_cold_degC: float = Field(-10.0, gt=-60, lt=60)  # coldest cell in full sun, as of a drive
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,28 @@ class System:
     def tau_max(self) -> float:
         """Largest torque that the drive is used for [N m]."""
         return self.limits.tau_max_Nm or TORQUE_MARGIN * self.drive.tau_max
+
+    @property
+    def u_cold(self) -> float:
+        """Greatest voltage that the array gives: open circuit, bright and cold [V]."""
+        cold = np.array([self.limits.temp_cold_degC])
+        return float(open_circuit(self.array.diode(np.array([COLD_G]), cold))[0])
+
+    def check_voltage(self) -> None:
+        """The one rule of sizing, simulation and firmware: the switches stand the array's voltage.
+
+        Raises
+        ------
+        ParameterError
+            If they do not.
+        """
+        limit, cold = self.limits.u_max_V, self.limits.temp_cold_degC
+        if limit is not None and self.u_cold > limit:
+            raise ParameterError(
+                f"[array] n_series = {self.array.n_series}: {self.u_cold:.4g} V without load in "
+                f"full sun at [limits] temp_cold_degC = {cold:g}, need at most [limits] u_max_V = "
+                f"{limit:g}; take fewer modules in series, or a warmer cold if the site has one"
+            )
 
     def with_values(self, values: dict[str, Any]) -> "System":
         """A copy with other values, as {"array.n_series": 8}; checked."""

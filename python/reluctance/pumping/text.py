@@ -37,6 +37,8 @@ LABELS = {
     "speed_max_rpm": ("largest speed", "rpm", 1.0),
     "Q_max_m3ph": ("largest flow", "m³/h", 1.0),
     "u_oc_max_V": ("greatest open-circuit voltage", "V", 1.0),
+    "u_oc_cold_V": ("open-circuit voltage, full sun, coldest cell", "V", 1.0),
+    "temp_cold_degC": ("  coldest cell ([limits] temp_cold_degC)", "degC", 1.0),
     "u_mp_hot_V": ("operating voltage, hottest cells", "V", 1.0),
     "limited_h": ("at a limit", "h", 1.0),
     "limited_speed_h": ("  of the speed", "h", 1.0),

@@ -8,14 +8,15 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
 
-from reluctance.drive.pv_module import pvlib
-from reluctance.drive.schema import Section
+from reluctance.columns import Quantity, recognised
 from reluctance.errors import ParameterError
 from reluctance.files import is_file
 from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
 from reluctance.pumping.pvgis import is_pvgis, pvgis_hours
 from reluctance.pumping.site import Site, extra_radiation, sun_over
 from reluctance.pumping.weather import COLUMNS, Weather, weather_of
+from reluctance.schema import Section
+from reluctance.solar.pv_module import pvlib
 
 NEAR_DEG = 1.0  # a file from farther away is for another place
 SOLAR_CONSTANT = 1367.0  # direct light is never more: near the horizon an estimate may be [W/m^2]
@@ -144,11 +145,27 @@ def _epw(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     return frame
 
 
+WATTS = {"w/m2": 1.0, "w/m^2": 1.0, "wpm2": 1.0}
+CSV_COLUMNS = {  # names of pvlib, PVGIS, TMY3 and loggers
+    "time": Quantity(("time", "date", "datetime", "timestamp", "date_time"), {}),
+    "ghi": Quantity(("ghi", "g(h)", "global", "global_horizontal"), WATTS),
+    "dni": Quantity(("dni", "gb(n)", "direct_normal"), WATTS),
+    "dhi": Quantity(("dhi", "gd(h)", "diffuse", "diffuse_horizontal"), WATTS),
+    "temp_air": Quantity(
+        ("temp_air", "t2m", "tair", "temp", "temperature", "dry-bulb"),
+        {"degc": 1.0, "c": 1.0, "°c": 1.0},
+    ),
+    "wind_speed": Quantity(("wind_speed", "ws10m", "wind", "ws", "wspd"), {"m/s": 1.0, "mps": 1.0}),
+}
+
+
 def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     """Columns `time` (local without an offset, or with one), ghi, temp_air, wind_speed, dni, dhi;
     dni and dhi are estimated from ghi where both are missing (Erbs)."""
     try:
-        frame = pd.read_csv(path, comment="#")
+        frame = pd.read_csv(path, comment="#", encoding="utf-8-sig")
+        known = recognised([str(name) for name in frame.columns], CSV_COLUMNS)
+        frame = frame.rename(columns={name: quantity for quantity, (name, _) in known.items()})
         text = frame["time"].astype(str)
         offset = text.str.contains(r"(?:[+-]\d\d:?\d\d|Z)$")
         if offset.any() and not offset.all():
@@ -172,13 +189,13 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
                 f"{path}: a time does not exist once in {site.timezone} ({fault}); write times "
                 "with their offset from UTC, or set a fixed [site] timezone such as Etc/GMT+5"
             ) from None
+    listed = ", ".join(map(str, frame.columns))
     for name, usual in (("temp_air", table.temp_air_degC), ("wind_speed", table.wind_mps)):
         if name not in frame:
             frame[name] = usual
     if "ghi" not in frame or ("dni" in frame) != ("dhi" in frame):
         raise ParameterError(
-            f"{path}: columns {', '.join(frame.columns)}; need time, ghi, and both or none of dni "
-            "and dhi"
+            f"{path}: columns {listed}; need time, ghi, and both or none of dni and dhi, in W/m2"
         )
     frame.index = t
     shift = {"start": 0.5, "middle": 0.0, "end": -0.5}[table.stamp]

@@ -13,13 +13,12 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.errors import ParameterError
 from reluctance.figures import check_figure, save_figure
+from reluctance.picture import Picture
 from reluctance.run.result import Result
 
 FloatArray = NDArray[np.float64]
@@ -112,8 +111,7 @@ def save_energy_loop(result: Result, path: str | Path) -> list[EnergyLoop]:
     path = Path(path)
     check_figure(path)
     loops = energy_loops(result)
-    figure = Figure(figsize=(7.5, 5.5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Picture(7.5, 5.5)
     plot_energy_loop(figure.subplots(), result, loops[0])
     save_figure(figure, path, title=f"{result.drive.name}: energy loop")
     return loops

@@ -10,7 +10,7 @@ from math import gamma
 import numpy as np
 from numpy.typing import NDArray
 
-from reluctance.drive.loss_data import Iron, SwitchingEnergies
+from reluctance.machine.loss_data import Iron, SwitchingEnergies
 
 FloatArray = NDArray[np.float64]
 

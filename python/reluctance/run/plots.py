@@ -1,17 +1,19 @@
 """Figures of a run. Each function draws on Axes that it is given and returns them."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from reluctance.figures import save_figure
-from reluctance.run.result import Result
+from reluctance.picture import Picture
+from reluctance.plant.pv_source import diode_of
+from reluctance.run.record import Record
+from reluctance.solar.single_diode import Diode, current, power_point
 from reluctance.units import from_si
 
+SHORT = 0.02  # of a run: a state that is too short for its name
 LEG_NAMES = ("demagnetize", "freewheel", "magnetize")
 
 
@@ -27,15 +29,22 @@ def _legend_above(ax: Axes) -> None:
     )
 
 
-def _last(result: Result, start: float) -> Result:
-    """The waveforms from `start` [s] on."""
-    kept = result.t >= start
-    rows = {name: getattr(result, name)[kept] for name in ("t", "omega_m", "tau", "tau_ref")}
-    phases = {name: getattr(result, name)[:, kept] for name in ("i", "i_ref", "leg", "tau_ph")}
-    return replace(result, **rows, **phases)
+def mark_events(ax: Axes, result: Record) -> Axes:
+    """The states that a supervised drive has entered, as lines with their names."""
+    events = result.events or []
+    ends = [*(event.t for event in events[1:]), np.inf][: len(events)]
+    for event, end in zip(events, ends, strict=True):
+        ax.axvline(event.t * 1e3, color="0.6", lw=0.7, ls=":", zorder=0)
+        if end - event.t < SHORT * result.t[-1]:
+            continue  # its name would lie below the next one
+        at = (event.t * 1e3, 0.02)
+        ax.annotate(
+            event.mode, at, xycoords=("data", "axes fraction"), fontsize=7, rotation=90, color="0.3"
+        )
+    return ax
 
 
-def plot_torque(ax: Axes, result: Result) -> Axes:
+def plot_torque(ax: Axes, result: Record) -> Axes:
     """Torque and its reference over time."""
     ax.plot(result.t * 1e3, result.tau, lw=0.8, label="torque")
     if np.any(result.tau_ref):
@@ -45,19 +54,22 @@ def plot_torque(ax: Axes, result: Result) -> Axes:
     return ax
 
 
-def plot_speed(ax: Axes, result: Result) -> Axes:
-    """Speed over time."""
+def plot_speed(ax: Axes, result: Record) -> Axes:
+    """Speed over time, and at the right the flow of a pump."""
     ax.plot(result.t * 1e3, from_si(result.omega_m, "rpm"), lw=1.2, label="speed")
     if result.drive.reference.kind == "speed":
         times, speeds = result.drive.reference.course
         asked = from_si(np.interp(result.t, times, speeds), "rpm")
         ax.plot(result.t * 1e3, asked, "k--", lw=0.8, label="reference")
         _legend_above(ax)
+    if result.drive.load.pump is not None:
+        beside = ax.twinx()
+        plot_flow(beside, result).set_xlabel("")
     ax.set(xlabel="time (ms)", ylabel="speed (rpm)")
     return ax
 
 
-def plot_phase_torques(ax: Axes, result: Result) -> Axes:
+def plot_phase_torques(ax: Axes, result: Record) -> Axes:
     """Torque of each phase over time."""
     for k, tau in enumerate(result.tau_ph):
         ax.plot(result.t * 1e3, tau, lw=0.8, label=f"phase {'abcdef'[k]}")
@@ -66,7 +78,7 @@ def plot_phase_torques(ax: Axes, result: Result) -> Axes:
     return ax
 
 
-def plot_currents(ax: Axes, result: Result) -> Axes:
+def plot_currents(ax: Axes, result: Record) -> Axes:
     """Phase currents, and dashed the references of laws that have them."""
     for k, i in enumerate(result.i):
         (line,) = ax.plot(result.t * 1e3, i, lw=0.8, label=f"phase {'abcdef'[k]}")
@@ -79,7 +91,7 @@ def plot_currents(ax: Axes, result: Result) -> Axes:
     return ax
 
 
-def plot_legs(ax: Axes, result: Result) -> Axes:
+def plot_legs(ax: Axes, result: Record) -> Axes:
     """Leg states, one band per phase."""
     n_phases = len(result.leg)
     for k, leg in enumerate(result.leg):
@@ -92,35 +104,77 @@ def plot_legs(ax: Axes, result: Result) -> Axes:
     return ax
 
 
-def overview(result: Result, *, last_periods: float = 2.0) -> Figure:
+def plot_link(ax: Axes, result: Record) -> Axes:
+    """Dc-link voltage over time, and the voltage of the array's maximum power point."""
+    best = power_point(_diode(result))
+    ax.plot(result.t * 1e3, result.u_dc, lw=0.8, label="dc link")
+    ax.plot(result.t * 1e3, best.u, "k--", lw=0.8, label="maximum power point")
+    ax.set(xlabel="time (ms)", ylabel="voltage (V)")
+    _legend_above(ax)
+    return ax
+
+
+def plot_power(ax: Axes, result: Record) -> Axes:
+    """Power of the array over time, against what it could give; its current follows from the
+    voltage, by its curve."""
+    diode = _diode(result)
+    behind = result.u_dc + result.drive.source.blocking_diode_V
+    power = result.u_dc * np.maximum(current(diode, behind), 0.0)
+    ax.plot(result.t * 1e3, power, lw=0.8, label="from the array")
+    ax.plot(result.t * 1e3, power_point(diode).p, "k--", lw=0.8, label="available")
+    ax.set(xlabel="time (ms)", ylabel="power (W)")
+    _legend_above(ax)
+    return ax
+
+
+def plot_flow(ax: Axes, result: Record) -> Axes:
+    """Flow of the pump over time."""
+    ax.plot(result.t * 1e3, from_si(result.Q, "m3ph"), lw=1.0, color="#009E73", label="flow")
+    ax.yaxis.label.set_color("#009E73")
+    ax.set(xlabel="time (ms)", ylabel="flow (m³/h)")
+    return ax
+
+
+def _diode(result: Record) -> Diode:
+    """The array's curve at the instants of the run."""
+    source = result.drive.source
+    G = np.interp(result.t, source.t_s, source.poa_global_Wpm2 or [])
+    return diode_of(source, G, np.interp(result.t, source.t_s, source.temp_cell_degC or []))
+
+
+def overview(result: Record, *, last_periods: float = 2.0) -> Figure:
     """Torque and speed of the whole run; currents and legs of its last electrical periods. Where
-    the speed is held, the torques of the phases take its place.
+    the speed is held, the torques of the phases take its place; on an array dc-link voltage and
+    power are between them.
 
     Returns
     -------
     Figure
         With its own canvas: no window, no global state.
     """
-    figure = Figure(figsize=(11, 8), layout="constrained")
-    FigureCanvasAgg(figure)
-    torque, speed, currents, legs = figure.subplots(2, 2).flat
-    plot_torque(torque, result).set_title("whole run", loc="left")
+    on_array = result.drive.source.kind == "pv"
+    figure = Picture(11, 11.5 if on_array else 8)
+    torque, speed, *more, currents, legs = figure.subplots(3 if on_array else 2, 2).flat
+    if on_array:
+        plot_link(more[0], result).set_title("whole run", loc="left")
+        plot_power(more[1], result).set_title("whole run", loc="left")
+    mark_events(plot_torque(torque, result), result).set_title("whole run", loc="left")
     period = 2 * np.pi / result.drive.machine.N_r / max(abs(result.kpis.speed_mean), 1e-9)
     start = max(result.t[-1] - last_periods * period, 0.0)
     late = [(currents, plot_currents), (legs, plot_legs)]
     if np.ptp(result.omega_m) > 0:
-        plot_speed(speed, result).set_title("whole run", loc="left")
+        mark_events(plot_speed(speed, result), result).set_title("whole run", loc="left")
     else:  # a held speed would fill a panel with a constant
         late.append((speed, plot_phase_torques))
     for ax, plot in late:
         shown = f"last {last_periods:g} periods" if start > 0 else "whole run"
-        plot(ax, _last(result, start)).set_title(shown, loc="left")
+        plot(ax, result.since(start)).set_title(shown, loc="left")
         ax.set_xlim(start * 1e3, result.t[-1] * 1e3)
     figure.suptitle(result.drive.name, parse_math=False)
     return figure
 
 
-def save_plot(result: Result, path: str | Path) -> None:
+def save_plot(result: Record, path: str | Path) -> None:
     """Writes the overview; the ending chooses png, svg, pdf or html. The page has zoom over the
     whole run, and the key figures."""
     path = Path(path)

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.drive.control import NEVER_REACHED
-from reluctance.drive.own_law import Law, controller_of
 from reluctance.errors import ParameterError
+from reluctance.guard.supervised import controller as guarded
+from reluctance.key_figures import Kpis
+from reluctance.laws.own_law import Law, core_of
 from reluctance.run.bounds import Bounds
 from reluctance.run.columns import Rows
-from reluctance.run.kpis import Kpis, evaluated, kpis
+from reluctance.run.events import Event, events
+from reluctance.run.kpis import evaluated, kpis
 from reluctance.run.learned import Learned, learned
 from reluctance.run.losses import iron_loss
 from reluctance.run.plant import closed_loop
 from reluctance.run.result import Result
+from reluctance.tables.control import NEVER_REACHED
+from reluctance.tables.supervision import Supervision
 
 WARMING_STEP = 1e-3  # [s]
 
@@ -73,9 +78,11 @@ def simulate(
     end = checked(drive, until, record)
     bounds = Bounds(drive, end, record)
     if law is not None:
-        controller = controller_of(law, drive.control, drive.known())
+        controller = guarded(drive, core_of(law, drive.known()))
     elif controller is None:
-        controller = drive.controller()
+        controller = guarded(drive)
+    else:
+        drive = replace(drive, supervision=Supervision.model_validate({}))
     iron = drive.machine.iron is not None  # its loss needs every point, whatever is kept
     watched = iron or record is not None
     loop = closed_loop(drive, controller, -1.0 if not watched else 0.0 if iron else record or 0.0)
@@ -107,8 +114,8 @@ def simulate(
     if iron:
         rows = rows.between(0, 0) if record is None else _on_grid(rows, record)
     figures = kpis(summed, drive, p_fe=p_fe, wall_s_per_sim_s=wall / end)
-    known = learned(history, drive.known().R) if drive.control.learns else None
-    return _result(drive, rows, figures, summed, known)
+    beliefs = learned(history, drive.known().R) if drive.control.learns else None
+    return _result(drive, rows, figures, summed, beliefs, events(controller))
 
 
 def checked(drive: object, until: object, record: object) -> float:
@@ -152,9 +159,22 @@ def _iron_loss(drive: Drive, rows: Rows, periods: Rows) -> float | None:
 
 
 def _result(
-    drive: Drive, rows: Rows, figures: Kpis, periods: Rows, known: Learned | None
+    drive: Drive,
+    rows: Rows,
+    figures: Kpis,
+    periods: Rows,
+    known: Learned | None,
+    entered: list[Event] | None,
 ) -> Result:
     single = {name: rows[name] for name in ("t", "theta_m", "omega_m", "u_dc", "tau", "tau_ref")}
     phases = {name: rows.phases(name) for name in ("i", "i_ref", "leg", "u", "psi", "tau_ph")}
     phases["i_ref"] = np.where(phases["i_ref"] < NEVER_REACHED, phases["i_ref"], 0.0)
-    return Result(drive=drive, kpis=figures, periods=periods, learned=known, **single, **phases)
+    return Result(
+        drive=drive,
+        kpis=figures,
+        periods=periods,
+        learned=known,
+        events=entered,
+        **single,
+        **phases,
+    )

@@ -14,11 +14,13 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.drive import Drive
-from reluctance.drive.own_law import OwnLaw
 from reluctance.errors import ParameterError
+from reluctance.guard.supervised import controller
+from reluctance.key_figures import Kpis
+from reluctance.laws.own_law import OwnLaw
 from reluctance.run.bounds import Bounds
 from reluctance.run.columns import Rows
-from reluctance.run.kpis import Kpis, kpis
+from reluctance.run.kpis import kpis
 from reluctance.run.plant import closed_loop
 from reluctance.run.simulate import checked, simulate
 
@@ -122,7 +124,7 @@ class _Started:
 
 def _started(drive: Drive, end: float) -> _Started:
     bounds = Bounds(drive, end, None)
-    return _Started(drive, bounds, closed_loop(drive, drive.controller(), -1.0))
+    return _Started(drive, bounds, closed_loop(drive, controller(drive), -1.0))
 
 
 def _taken(runs: _core.Runs, started: dict[int, _Started]) -> tuple[int, Kpis | ParameterError]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from reluctance.drive import Drive
+from reluctance.drive.load import load
+from reluctance.laws import LAWS
 from reluctance.laws.conduction import ConductionAngles
 from reluctance.laws.shared_torque import SharedTorque
-from reluctance.load import load
 from reluctance.resources import resources
 from reluctance.studio.parameters import control_parameters
 
@@ -23,6 +25,13 @@ class Start:
     name: str
     example: str
     changes: Mapping[str, Any] = field(default_factory=dict)
+    title: str = ""  # in the list of laws, in place of the law's own
+
+    @property
+    def law(self) -> str:
+        """The control law."""
+        given = tomllib.loads((resources("examples") / f"{self.example}.toml").read_text("utf-8"))
+        return str(self.changes.get("control.law", given["control"]["law"]))
 
     def drive(self) -> Drive:
         """The drive, with what its law computes by default written out as keys."""
@@ -55,9 +64,9 @@ LINEAR = {
     "reference.tau_Nm": 2.0,
     "control.i_band_A": 0.1,
 }
-STARTS = (
+SHOWN = (
     Start("sharing", "sharing_cubic"),
-    Start("single_pulse", "single_pulse"),
+    Start("single_pulse", "single_pulse", title="single pulse"),
     Start("pwm", "pwm_current"),
     Start("ditc", "ditc"),
     Start("deadbeat", "deadbeat"),
@@ -71,3 +80,14 @@ STARTS = (
     Start("map_mpc", "map_mpc"),
     Start("linear_sharing", "sharing_cubic", LINEAR),
 )
+
+
+def _starts() -> tuple[Start, ...]:
+    """Those above, and each law that none of them has."""
+    shown = {start.law for start in SHOWN}
+    return SHOWN + tuple(
+        Start(law, "sharing_cubic", {"control.law": law}) for law in LAWS if law not in shown
+    )
+
+
+STARTS = _starts()

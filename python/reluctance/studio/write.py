@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from reluctance import _core
+from reluctance import _core, limits
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.blob import blob
-from reluctance.limit import limit_of
 from reluctance.run.energy_loop import CURVES_DEG
 from reluctance.studio.controls import controls_of
 from reluctance.studio.starts import STARTS, Start
@@ -48,7 +47,8 @@ def about(start: Start, drive: Drive) -> dict[str, Any]:
     return {
         "name": start.name,
         "machine": machine.name,
-        "law": drive.control.law,  # type: ignore[attr-defined]
+        "law": drive.control.law,
+        "title": start.title or drive.control.title or start.law,
         "N_s": machine.N_s,
         "N_r": machine.N_r,
         "n_phases": machine.n_phases,
@@ -78,7 +78,7 @@ def given_tables(start: Start, drive: Drive) -> dict[str, Any]:
 def limit(drive: Drive) -> dict[str, Any] | None:
     """`reluctance limit` at the drive's own operating point; None where it asks for no torque."""
     try:
-        return dict(limit_of(drive).with_units())
+        return dict(limits.limit(drive).with_units())
     except ParameterError:
         return None
 

@@ -13,6 +13,7 @@
 #include "srm/control/commission/resistance.hpp"
 #include "srm/control/commission/wiring.hpp"
 #include "srm/control/frame/dead_time_compensation.hpp"
+#include "srm/control/guard/fault.hpp"
 
 namespace srm {
 
@@ -105,6 +106,49 @@ struct Commission {
         break;
     }
     return Command<T, N>{};
+  }
+};
+
+/// The routines as the control of a supervised drive (guard/supervised.hpp): a finding that is a
+/// fault ends the run.
+template <Real T, int N>
+struct Commissioning {
+  using Scalar = T;
+  static constexpr int n_phases = N;
+
+  Commission<T> routines;
+
+  struct State {
+    typename Commission<T>::template State<N> routine;
+    Fault<T> fault;
+  };
+  struct Tuning {};
+  constexpr Tuning tuning() const { return {}; }
+  constexpr bool motors() const { return false; }
+
+  void step(State& x, const Measurement<T, N>& y, T, Command<T, N>& orders, Tuning) const {
+    orders = routines.step(x.routine, y);
+    x.fault = found(x.routine.finding, y.u_dc);
+  }
+  void start(State&) const {}
+  void watch(State&, const Measurement<T, N>&, Tuning) const {}
+  void forget(State& x) const { x.fault = {}; }
+  const Fault<T>& fault(const State& x) const { return x.fault; }
+  bool latched(const State& x) const { return x.fault.status != Status::ok; }
+
+ private:
+  constexpr Fault<T> found(Finding finding, T u_dc) const {
+    switch (finding) {
+      case Finding::over_current:
+        return {Status::over_current, -1, T(0), routines.i_trip, 0};
+      case Finding::wrong_voltage:
+        if (u_dc > routines.u_dc_max) return {Status::over_voltage, -1, u_dc, routines.u_dc_max, 0};
+        return {Status::under_voltage, -1, u_dc, routines.u_dc_min, 0};
+      case Finding::not_a_number:
+        return {Status::not_a_number, -1, T(0), T(0), 0};
+      default:
+        return {};
+    }
   }
 };
 

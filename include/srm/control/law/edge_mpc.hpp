@@ -8,19 +8,12 @@
 // they last.
 //
 // Far outside the band, after a step of the reference, every phase is driven towards it by all of
-// the voltage until the torque is there, in whichever sample and at whichever instant that is.
+// the voltage until the torque is there, in whichever sample and at whichever instant that is
+// (step_assist.hpp).
 //
-// Until the step ends or a stroke is over, a phase whose guide has not begun can help too: it is
-// magnetized if the rotor takes it past the unaligned position before the phase in charge has the
-// flux that the torque needs. Its own flux stays below what the guide has early in the stroke,
-// where the torque over the flux is greatest; with more, a small step would overshoot. A stroke is
-// the limit because torque that the voltage does not give would cost current for ever.
-//
-// At high speed the guide may keep a phase in current nearly throughout, and a sample may be a
-// large part of the period. Flux linkage that a phase lacks there is lacking for the whole period.
-// So each phase is brought to the guide by itself (guide_track.hpp), and the mean is held by
-// feedback (mean_hold.hpp). The same is done where the guide conducts for much of the period and
-// the plan has lost the torque for a period.
+// Where the levels of the plan leave the torque far from its reference for a pulse, the voltage
+// cannot hold it. From there on, for a period, each phase follows the guide by itself
+// (profile_follower.hpp). In both modes feedback holds the mean torque.
 //
 // One law from "2 us, no delay" to "20 us, one sample late": the plan of a short sample almost
 // always has no edge at all.
@@ -28,9 +21,8 @@
 
 #include "srm/base/fields.hpp"
 #include "srm/control/part/edge_plan.hpp"
-#include "srm/control/part/guide_track.hpp"
-#include "srm/control/part/mean_hold.hpp"
-#include "srm/control/part/mirror.hpp"
+#include "srm/control/part/profile_follower.hpp"
+#include "srm/control/part/step_assist.hpp"
 
 namespace srm {
 
@@ -46,146 +38,122 @@ struct EdgeMpc {
   /// Band of a sample of two pulses and more: this share of A T_s/pulse (0.4 would last for five
   /// edges).
   static constexpr T wide_band = T(0.53);
-  /// A sample that turns the rotor by more is coarse: the torque within it is no straight line
-  /// [rad].
-  static constexpr T coarse = T(0.1);
-  /// When motoring, a guide that conducts in more than this part of the period is tracked [1].
-  static constexpr T conducts_most = T(0.88);
-  /// And one that conducts in more than this part, where the plan has lost the torque [1].
-  static constexpr T conducts_much = T(0.7);
-  /// Where the resistance takes more of the voltage, deviations from the guide decay by themselves,
-  /// and the plan serves [1].
-  static constexpr T damping = T(0.1);
-  /// What the feedback of the mean may add to the torque or take from it [1].
+  /// What the feedback of the mean may add to the torque: the guide has as much more [1].
   static constexpr T held_part = T(0.1);
   /// A torque error of this many bands is far [1].
   static constexpr T far = T(5);
-  /// A change of the reference by more than this is a step, which ends where less is lacking [1].
-  static constexpr T lacks = T(0.05);
-  /// Flux at the end of a step, over that of the guide in the middle of the stroke [1].
-  static constexpr T end_flux = T(1.2);
 
   M machine;
   Guide<T> guide;     // flux linkage over torque reference, electrical angle and speed [Wb]
   T w_sw;             // cost of a turn-on: switching_weight.hpp [N^2 m^2 s]
   View<T> psi_slack;  // most that a phase may leave the guide, at each of its speeds [Wb]
-  View<T> conducts;   // part of the period in which the guide has current, at each speed [1]
   T R;                // phase resistance [ohm]
   T i_max;            // current limit [A]
   T T_s;              // control period [s]
   int delay;          // samples from measurement to effect: 0 or 1
-  SRM_FIELDS(machine, guide, w_sw, psi_slack, conducts, R, i_max, T_s, delay)
+  SRM_FIELDS(machine, guide, w_sw, psi_slack, R, i_max, T_s, delay)
+
+  enum class Mode { plan, follow, assist };
 
   struct State : Memory<T, N> {
-    MeanHold<T> hold{};
-    T tau{};        // of the last sample, in the frame of positive torque [N m]
-    T reference{};  // of the last sample [N m]
-    // Angle that a step of the reference may still take; below zero: on which torque was lacking
-    // since then, less that on which it was there [rad].
-    T way{};
-    bool tracks = false;  // in the last sample
+    MeanHold<T> mean{};
+    TorqueStep<T> steps{};
+    T tau{};         // of the last sample, in the frame of positive torque [N m]
+    T short_left{};  // angle for which the guide is still followed [rad]
   };
 
-  constexpr bool is_consistent() const {
-    return psi_slack.size == guide.omega.size && conducts.size == guide.omega.size;
-  }
+  constexpr bool is_consistent() const { return psi_slack.size == guide.omega.size; }
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
-    const T ahead = max(T_s, T(10e-6));
-    T demand = abs(tau_ref);
-    const bool motoring = (tau_ref < T(0)) == (y.omega_m < T(0));
+    const bool braking = brakes(y.omega_m, tau_ref);
     const T turn = static_cast<T>(machine.N_r) * abs(y.omega_m) * T_s;
-    const bool jumps = abs(tau_ref - state.reference) > lacks * demand;
-    state.reference = tau_ref;
-    state.way = jumps ? stroke : max(state.way - turn, T(-4) * pi<T>);
-    const bool tracked = state.tracks;
-    if (tracked) demand = held(state, demand, turn, !motoring);
+    state.steps.next(tau_ref, turn, two_pi<T> / static_cast<T>(N));
+    const T most = min(guide.first.level_max, (T(1) + held_part) * abs(tau_ref));
+    const T demand = state.mean.asked(abs(tau_ref), state.tau, turn, braking, most);
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T slack = profile.of(psi_slack);
-    const bool is_coarse = turn > coarse;
-    const T most = state.way < T(-2) * pi<T> ? conducts_much : conducts_most;
-    const bool lasts = guide.drop < damping * y.u_dc && profile.of(conducts) > most;
-    state.tracks = is_coarse || (motoring && lasts);
+    const T ahead = max(T_s, T(10e-6));
     const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
-    const auto phases = outlook.at(y, tau_ref, state);
-    if (state.tracks) {
-      track_all(state, phases, is_coarse ? T(0) : slack, y.u_dc);
+    const Phases phases = outlook.at(y, tau_ref, state);
+    state.tau = torque_of(phases);
+    const Band band = band_of(phases, demand, y.u_dc);
+    const Mode mode = mode_of(state, phases, demand, band, turn, y.u_dc);
+    if (mode == Mode::follow) {
+      const T near = y.u_dc * band.pulse / T(8);  // half of what a pulse of even duty moves
+      ProfileFollower<T, N>{R, i_max, T_s}.follow(phases, near, y.u_dc, state.ordered);
       return state.ordered;
     }
-    if (tracked) state.hold = {};
+    plan_sample(state, phases, demand, band, slack, mode, y.u_dc);
+    if (mode == Mode::assist && state.steps.lasts() && !braking) {
+      const StepAssist<M, N> assist{i_max, T_s, delay};
+      assist.magnetize_ahead(y, tau_ref, phases, profile, turn, state.ordered);
+    }
+    return state.ordered;
+  }
 
-    // Half width of the torque band [N m] and length of a pulse period at this band [s].
+ private:
+  static constexpr int decisions_max = 2 * N + 2;
+  using Phases = std::array<PhaseOutlook<T>, N>;
+
+  struct Band {
+    T A;      // half width of the torque band [N m]
+    T pulse;  // length of a pulse period at this band [s]
+  };
+
+  Band band_of(const Phases& phases, T demand, T u_dc) const {
     T ripple = max(demand * T(1e3), T(1));  // 0.1 % in a microsecond, where no phase acts
     for (const PhaseOutlook<T>& x : phases) {
-      if (!x.idle) ripple = max(ripple, ripple_rate(x.gain, x.goal_rate + R * x.i, y.u_dc));
+      if (!x.idle) ripple = max(ripple, ripple_rate(x.gain, x.goal_rate + R * x.i, u_dc));
     }
     const T A = max(cube_root(T(0.75) * w_sw * ripple), T(1e-6));
-    const T pulse = T(2) * A / ripple;
+    return {A, T(2) * A / ripple};
+  }
 
+  Mode mode_of(State& state, const Phases& phases, T demand, const Band& band, T turn,
+               T u_dc) const {
+    if (state.steps.lasts()) return Mode::assist;
+    state.short_left = max(state.short_left - turn, T(0));
+    const bool judged = !(state.short_left > T(0)) && !(state.steps.left > T(0));
+    if (judged && !can_hold(phases, demand, band, u_dc)) state.short_left = two_pi<T>;
+    return state.short_left > T(0) ? Mode::follow : Mode::plan;
+  }
+
+  /// Whether the levels around the voltage of the guide bring a torque that is far from its
+  /// reference back within a pulse.
+  bool can_hold(const Phases& phases, T demand, const Band& band, T u_dc) const {
+    T most = T(0), least = T(0);  // slopes of the torque [N m/s]
+    for (const PhaseOutlook<T>& p : phases) {
+      const int low = p.idle || p.goal_rate + R * p.i < T(0) ? -1 : 0;
+      const T a = p.gain * p.rate(low, u_dc, R);
+      const T b = p.idle ? a : p.gain * p.rate(low + 1, u_dc, R);
+      most = most + p.drift + max(a, b);
+      least = least + p.drift + min(a, b);
+    }
+    const T e = torque_of(phases) - demand;
+    const T t = max(T_s, band.pulse);
+    return e + most * t >= -far * band.A && e + least * t <= far * band.A;
+  }
+
+  [[gnu::noinline]] void plan_sample(State& state, const Phases& phases, T demand, const Band& band,
+                                     T slack, Mode mode, T u_dc) const {
     typename Plan::Point x;
-    const Plan plan = problem(phases, y.u_dc, demand, state.way > T(0), slack, A, pulse, x);
+    const Plan plan = problem(phases, u_dc, demand, mode == Mode::assist, slack, band, x);
     typename Plan::Levels last;
     for (int j = 0; j < plan.n_active; ++j) {
       const typename Plan::Active& p = plan.phases[j];
       last[j] = static_cast<int>(state.ordered[p.k].leg.back()) + 1;
       if (is_far(phases[p.k], x.e)) last[j] = x.e < T(0) ? p.highest : p.lowest;
     }
-
-    plan_edges(plan, x, last, pulse, state.ordered);
-    if (!(x.e * A < -lacks * demand)) state.way = min(state.way + T(2) * turn, T(0));
-    if (motoring && state.way > T(0)) wake(state, y, tau_ref, phases, profile, turn);
-    return state.ordered;
-  }
-
- private:
-  static constexpr int decisions_max = 2 * N + 2;
-  static constexpr T stroke = T(2) * pi<T> / static_cast<T>(N);
-  using Phases = std::array<PhaseOutlook<T>, N>;
-
-  /// The torque to ask for while the guide is tracked, so that the mean of the torque is `demand`;
-  /// no more than the guide has.
-  [[gnu::noinline, gnu::cold]] T held(State& state, T demand, T turn, bool braking) const {
-    state.hold.asked(demand, state.tau, turn, braking);
-    T& part = state.hold.part[braking ? 1 : 0];
-    const T most = max(guide.first.level_max / demand - T(1), T(0));
-    part = clamp(part, -held_part, min(held_part, most));
-    return demand * (T(1) + part);
-  }
-
-  /// Each phase to the guide, which it may leave by `slack`, a pulse inside the sample included.
-  [[gnu::noinline, gnu::cold]] void track_all(State& state, const Phases& phases, T slack,
-                                              T u_dc) const {
-    const T near = max(slack / T(4) - u_dc * T_s / T(8), T(0));
-    state.tau = T(0);
-    for (int k = 0; k < N; ++k) {
-      state.tau = state.tau + phases[k].tau;
-      const Leg last = state.ordered[k].leg.back();
-      state.ordered[k] = track(phases[k], last, near, u_dc, R, i_max, T_s);
-    }
-  }
-
-  /// Magnetizes the idle phases that can give torque at the end of a step, up to the flux linkage
-  /// of the guide early in its stroke. turn: of a sample [rad].
-  [[gnu::noinline, gnu::cold]] void wake(State& state, const Measurement<T, N>& y, T tau_ref,
-                                         const Phases& phases, const Profile<T>& profile,
-                                         T turn) const {
-    const T early = profile.at(pi<T> / T(6)) - y.u_dc * T_s;
-    T built = T(0);
-    for (const PhaseOutlook<T>& p : phases) built = p.gain > T(0) ? max(built, p.psi) : built;
-    const T left = end_flux * profile.at(pi<T> / T(2)) - built;
-    const T lead = clamp(turn / T_s * left / y.u_dc, T(0), pi<T> / T(2));
-    for (int k = 0; k < N; ++k) {
-      const PhaseOutlook<T>& p = phases[k];
-      const T theta = drive_angle<N>(y.theta_e, k, tau_ref) + turn * static_cast<T>(delay);
-      if (!p.idle || !(wrap(theta + lead) < lead + pi<T> / T(2))) continue;
-      state.ordered[k] = hold<T>(p.i < i_max && p.psi < early ? Leg::magnetize : Leg::freewheel);
-    }
+    plan_edges(plan, x, last, band.pulse, state.ordered);
+    if (!(x.e * band.A < -TorqueStep<T>::lacks * demand)) state.steps.reached = true;
   }
 
   /// The plan's units and x, where it starts. steps: after a step of the reference, where the guide
   /// counts for nothing while the torque is far from it.
   [[gnu::noinline]] Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand,
-                                 bool steps, T slack, T A, T pulse, typename Plan::Point& x) const {
+                                 bool steps, T slack, const Band& band,
+                                 typename Plan::Point& x) const {
+    const T A = band.A, pulse = band.pulse;
     Plan plan;
     const T per_A = T(1) / A;
     const T per_slack = T(1) / slack;

@@ -1,0 +1,77 @@
+"""Processor time of a flux map from a geometry, over the number of unknowns and of nodes.
+
+    python bench/geometry.py [--out FILE.csv]
+
+One thread (OPENBLAS_NUM_THREADS=1 keeps it so). The 8/6 and 12/8 machines of machines/geometry; the
+mesh as it is and with two thirds and four thirds of the cells across poles and slots. Column
+`load` is the system's load average at the end: above the number of cores, the times are upper
+bounds.
+"""
+
+import argparse
+import os
+import resource
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from reluctance.files import read_toml, write_table
+from reluctance.geometry.file import Geometry
+from reluctance.geometry.mesh import Grid
+from reluctance.geometry.samples import sample
+from reluctance.geometry.solve import Field
+from reluctance.geometry.solved import system_of
+from reluctance.machine.geometry_machine import flattened
+from reluctance.schema import checked
+
+ROOT = Path(__file__).parents[1]
+MACHINES = ("emdlab_8_6", "own_12_8")
+NODES = ((31, 20), (31, 11), (16, 11))
+ACROSS = (8, 12, 16)  # cells across a pole and a slot; 12 is the default
+
+
+def measured(name: str, across: int, angles: int, currents: int) -> dict[str, float | str]:
+    """One map."""
+    table = flattened(read_toml(ROOT / "machines" / "geometry" / f"{name}.toml"))
+    geometry = checked(Geometry, {k: v for k, v in table.items() if k != "model"}, name)
+    steps = 0
+
+    def look(row: int, column: int, field: Field) -> None:
+        nonlocal steps
+        steps += field.steps
+
+    began = time.process_time()
+    system = system_of(geometry, replace(Grid(), pole=across, slot=across))
+    i = np.linspace(0, geometry.map.current_max_A, currents + 1)
+    sample(system, i, np.linspace(0, np.pi, angles), look=look)
+    return {
+        "machine": name,
+        "unknowns": system.n,
+        "angles": angles,
+        "currents": currents,
+        "newton_steps": steps,
+        "processor_s": round(time.process_time() - began, 2),
+        "memory_MB": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024),
+        "load": round(os.getloadavg()[0], 1),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path(__file__).with_name("geometry.csv"))
+    options = parser.parse_args()
+    rows = []
+    for name in MACHINES:
+        for nodes in NODES:
+            rows.append(measured(name, 12, *nodes))
+            print(rows[-1], flush=True)
+        for across in ACROSS:
+            rows.append(measured(name, across, 9, 6))
+            print(rows[-1], flush=True)
+    write_table(options.out, {key: np.array([row[key] for row in rows]) for key in rows[0]})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,90 @@
+// The frame around a law: its parameters, and the controller that it makes of any law.
+#include "bind_struct.hpp"
+#include "describe.hpp"
+#include "srm/sim/desk.hpp"
+
+namespace bound {
+
+namespace {
+
+/// A DriveControl as a tree, with the law itself and not the call that stands for it on the desk.
+template <class T>
+nb::object described_control(const nb::dict& law, const srm::Frame<T>& frame) {
+  nb::dict node, fields;
+  fields["law"] = law;
+  fields["frame"] = described(frame);
+  node["type"] = nb::str(("srm::DriveControl<" + nb::cast<std::string>(law["type"]) + ">").c_str());
+  node["fields"] = fields;
+  return node;
+}
+
+/// The machine model of a law in its precision.
+template <class T>
+nb::object described_machine(const AnyMachine& machine) {
+  return std::visit(
+      []<template <class> class M>(const srm::Held<M<double>>& model) {
+        srm::Tables memory;
+        M<T> own;
+        srm::assign(own, model.value, memory);
+        return described(own);
+      },
+      machine);
+}
+
+AnyController controller(const AnyLaw& law, const srm::Frame<double>& given) {
+  const auto around = [&]<class T, int N>(const srm::CalledLaw<T, N>& called) -> AnyController {
+    srm::DriveControl<srm::CalledLaw<T, N>> control{called};
+    srm::assign(control.frame, given);
+    AnyController made{srm::on_desk(control, nullptr)};
+    if (law.describe != nullptr) {
+      made.description = [law, frame = control.frame] {
+        nb::dict tree;
+        tree["control"] =
+            described_control(nb::cast<nb::dict>(law.describe(law.made.get())), frame);
+        tree["machine"] = described_machine<T>(law.machine);
+        return tree;
+      };
+    }
+    return made;
+  };
+  return std::visit([&](const auto& any) { return std::visit(around, any); }, law.called);
+}
+
+}  // namespace
+
+void bind_frame(nb::module_& m) {
+  bind_struct<srm::LimitedPi<double>>(m, "LimitedPi",
+                                      "Output per error, and per error and control period.");
+  bind_struct<srm::PowerTracker<double>>(
+      m, "PowerTracker", "Maximum power point tracking on a voltage reference [V].");
+  bind_struct<srm::WholePeriods<double>>(m, "WholePeriods",
+                                         "Means over whole electrical periods [s].");
+  bind_struct<srm::StrokeRipple<double>>(m, "StrokeRipple",
+                                         "Adaptive notch filter at the stroke frequency [s].");
+  bind_struct<srm::PvControl<double>>(m, "PvControl",
+                                      "Voltage control and tracking of a drive on a photovoltaic "
+                                      "array. SI units.");
+  bind_struct<srm::SpeedPi<double>>(m, "SpeedPi", "PI speed controller. SI units.");
+  bind_struct<srm::SpeedRamp<double>>(m, "SpeedRamp",
+                                      "The speed reference that the torque can follow. SI units.");
+  bind_struct<srm::TrackerGains<double>>(m, "TrackerGains",
+                                         "Of angle [1], speed [1/s] and load torque [N m/rad].");
+  bind_struct<srm::AngleTracker<double>>(
+      m, "AngleTracker", "Observer of angle, speed and load torque on the angle. SI units.");
+  bind_struct<srm::EdgeLimits<double>>(m, "EdgeLimits",
+                                       "Shortest leg state, time without edges before a sample, "
+                                       "control period [s].");
+  bind_struct<srm::UserLimits<double>>(m, "UserLimits",
+                                       "Of torque [N m] and phase current [A], below what the law "
+                                       "is built for.");
+  bind_struct_with_defaults<srm::Frame<double>>(
+      m, "Frame",
+      "What stands around a control law: angle tracker, speed or voltage loop, limits, sampled "
+      "comparators, dead-time compensation. By default none of them. SI units.");
+  nb::class_<AnyLaw>(m, "Law", "A control law of the core, or a function that stands for one.");
+  nb::class_<AnyController>(m, "Controller", "A complete controller, ready to be sampled.")
+      .def(nb::new_(&controller), nb::arg("law"), nb::arg("frame"),
+           "A law with its frame, and their state.");
+}
+
+}  // namespace bound

@@ -1,0 +1,54 @@
+// The protection and the states of a drive, from Python.
+#include "bind_struct.hpp"
+#include "describe.hpp"
+#include "srm/control/guard/protection.hpp"
+#include "srm/control/guard/sequence.hpp"
+
+namespace bound {
+
+namespace {
+
+/// A struct of parameters whose fields Python can read.
+template <class S>
+void bind_readable(nb::module_& m, const char* name, const char* doc) {
+  nb::class_<S> bound = bind_struct<S>(m, name, doc);
+  S sample{};
+  const auto* base = reinterpret_cast<const char*>(&sample);
+  srm::fields_of(sample, [&]<class... V>(srm::Field<V>... field) {
+    (bound.def_prop_ro(field.name,
+                       [at = reinterpret_cast<const char*>(&field.value) - base](const S& self) {
+                         return *reinterpret_cast<const V*>(reinterpret_cast<const char*>(&self) +
+                                                            at);
+                       }),
+     ...);
+  });
+}
+
+/// In single precision, as on the target.
+nb::dict described_guard(const srm::Protection<double>& protection,
+                         const srm::Sequence<double>& sequence) {
+  srm::Protection<float> protects;
+  srm::Sequence<float> leads;
+  srm::assign(protects, protection);
+  srm::assign(leads, sequence);
+  nb::dict nodes;
+  nodes["protection"] = described(protects);
+  nodes["sequence"] = described(leads);
+  return nodes;
+}
+
+}  // namespace
+
+void bind_guard(nb::module_& m) {
+  bind_readable<srm::FluxBounds<double>>(
+      m, "FluxBounds", "What a current reading may be wrong by, and the voltage. SI units.");
+  bind_readable<srm::TripLevels<double>>(m, "TripLevels", "Levels of the readings. SI units.");
+  bind_readable<srm::Protection<double>>(
+      m, "Protection", "The checks of every sample before the control law sees it. SI units.");
+  bind_readable<srm::Sequence<double>>(
+      m, "Sequence", "The states of a drive, from precharge to a fault and back. SI units.");
+  m.def("described_guard", &described_guard, nb::arg("protection"), nb::arg("sequence"),
+        "Both in single precision as trees of names and numbers, for export.");
+}
+
+}  // namespace bound

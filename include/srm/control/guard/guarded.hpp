@@ -1,0 +1,95 @@
+// A drive's control with its protection: the step, and what goes on while the legs are off.
+#pragma once
+
+#include <new>
+
+#include "srm/control/frame/drive_control.hpp"
+#include "srm/control/guard/protection.hpp"
+
+namespace srm {
+
+/// The sample as the protection judges it: with the observer's speed where there is an observer.
+template <Uses used, ControlLaw Law, class Y>
+Y judged(const DriveControl<Law>& control, const typename DriveControl<Law>::State& x, Y y) {
+  if constexpr (used.observer) {
+    if (control.frame.motion == Motion::tracked) {
+      y.omega_m = control.frame.tracker.omega_m(x.frame.tracker);
+    }
+  }
+  return y;
+}
+
+/// A control that starts anew, with the rotor already followed.
+template <ControlLaw Law>
+void start(const DriveControl<Law>&, typename DriveControl<Law>::State& x) {
+  const auto tracker = x.frame.tracker;
+  x = {};
+  x.frame.tracker = tracker;
+}
+
+/// A control law and its frame under the protection.
+template <Machine M, class Control>
+struct Guarded {
+  using Scalar = typename M::Scalar;
+  using T = Scalar;
+  static constexpr int N = Control::n_phases;
+  static constexpr int n_phases = N;
+
+  M machine;  // as the controller knows it
+  Protection<T> protection;
+  Control control;
+
+  struct State {
+    typename Protection<T>::template State<N> guard;
+    typename Control::State law;
+  };
+
+  /// What may be another one from step to step (firmware: parameters at run time).
+  struct Tuning {
+    TripLevels<T> levels;
+    srm::Tuning<T> control;
+  };
+  constexpr Tuning tuning() const { return {protection.levels, control.frame.tuning()}; }
+
+  /// True where the reference is a torque, or the sign of one.
+  constexpr bool motors() const {
+    return control.frame.outer == Outer::torque || control.frame.outer == Outer::none;
+  }
+
+  /// Protection, then the law; all legs off where the protection does not admit the sample.
+  template <Uses used = Uses{}>
+  [[gnu::always_inline]] Status step(State& x, const Measurement<T, N>& y, T reference,
+                                     Command<T, N>& orders, const Tuning& at) const {
+    const Measurement<T, N> seen = judged<used>(control, x.law, y);
+    if (protection.admits(x.guard, machine, seen, reference, at.levels)) {
+      ::new (&orders)  // in place: a copy would cost as much as an angle law's arithmetic
+          Command<T, N>(control.template step<used>(x.law, y, reference, at.control));
+      protection.remember(x.guard, machine.N_r, seen, orders);
+    } else {
+      orders = {};
+    }
+    return x.guard.fault.status;
+  }
+
+  /// The law starts anew, with the rotor already followed.
+  void start(State& x) const { srm::start(control, x.law); }
+
+  /// The protection starts anew.
+  void forget(State& x) const { x.guard = {}; }
+
+  /// Protection and observer go on while the legs are off; the dc link may still be low.
+  template <Uses used = Uses{}>
+  void watch(State& x, Measurement<T, N> y, const Tuning& at) const {
+    y.u_dc = max(y.u_dc, at.levels.u_dc_min);
+    if constexpr (used.observer) control.frame.follow(x.law.frame, y, T(0));
+    if (protection.admits(x.guard, machine, y, T(0), at.levels)) {
+      protection.remember(x.guard, machine.N_r, y, Command<T, N>{});
+    }
+  }
+
+  /// The fault of the last sample; `latched` where it stays.
+  const Fault<T>& fault(const State& x) const { return x.guard.fault; }
+  bool latched(const State& x) const { return x.guard.latched; }
+};
+
+}  // namespace srm

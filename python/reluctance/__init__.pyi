@@ -1,0 +1,46 @@
+from reluctance._core import Gate as Gate
+from reluctance._core import Leg as Leg
+from reluctance._core import Measurement as Measurement
+from reluctance._core import Order as Order
+from reluctance.comparison import compare as compare
+from reluctance.drive import Drive as Drive
+from reluctance.drive.load import load as load
+from reluctance.efficiency_map import efficiency as efficiency
+from reluctance.errors import ParameterError as ParameterError
+from reluctance.machine.from_geometry import machine_from_geometry as machine_from_geometry
+from reluctance.key_figures import Kpis as Kpis
+from reluctance.laws.angles import Angles as Angles
+from reluctance.laws.deadbeat import Deadbeat as Deadbeat
+from reluctance.laws.ditc import Ditc as Ditc
+from reluctance.laws.edge_mpc import EdgeMpc as EdgeMpc
+from reluctance.laws.finite_set_mpc import FiniteSetMpc as FiniteSetMpc
+from reluctance.laws.own_law import Law as Law
+from reluctance.laws.paper_mpc import PaperMpc as PaperMpc
+from reluctance.laws.pwm_current import PwmCurrent as PwmCurrent
+from reluctance.laws.torque_sharing import TorqueSharing as TorqueSharing
+from reluctance.limits import limit as limit
+from reluctance.machine.library import machines as machines
+from reluctance.machine.machine_file import LeHuyMachine as LeHuyMachine
+from reluctance.machine.map_machine import MapMachine as MapMachine
+from reluctance.machine.mismatch import Mismatch as Mismatch
+from reluctance.pumping import pump as pump
+from reluctance.run import Record as Record
+from reluctance.run import Result as Result
+from reluctance.run import simulate as simulate
+from reluctance.run import simulate_all as simulate_all
+from reluctance.sweeps import Sweep as Sweep
+from reluctance.sweeps import sweep as sweep
+from reluctance.tables.known import Known as Known
+from reluctance.tables.protection import Protection as Protection
+from reluctance.tables.supervision import Supervision as Supervision
+from reluctance.tables.pv_control import PvControl as PvControl
+from reluctance.tables.sections import Converter as Converter
+from reluctance.tables.sections import Load as Load
+from reluctance.tables.sections import Reference as Reference
+from reluctance.tables.sections import Sensing as Sensing
+from reluctance.tables.sections import SimulationSettings as SimulationSettings
+from reluctance.tables.sections import Source as Source
+from reluctance.tuning import tune as tune
+
+__all__: list[str]
+__version__: str

@@ -1,0 +1,91 @@
+"""Values put into the tables of a drive file: `section.key=value`, by `--set` and `with_values`."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reluctance.drive.tables import TABLES
+from reluctance.errors import ParameterError
+from reluctance.files import toml_value
+from reluctance.laws import LAWS, table_of
+from reluctance.laws.own_code import names_code
+from reluctance.machine.library import machine_table
+from reluctance.schema import did_you_mean
+
+
+def law_of(data: dict[str, Any]) -> object:
+    control = data.get("control")
+    return control.get("law") if isinstance(control, dict) else None
+
+
+def _keep_keys_of_the_law(control: dict[str, Any], before: object) -> None:
+    """Drops the keys of [control] that its law does not have; those of a law of one's own are
+    given after it. Angles stay among laws of one kind only: elsewhere they mean something else."""
+    law = control.get("law")
+    if isinstance(law, str) and (law in LAWS or names_code(law)):
+        table = table_of(law)
+        kept = set(table.model_fields)
+        if isinstance(before, str) and before in LAWS:
+            if table.__bases__[0] is not table_of(before).__bases__[0]:
+                kept -= {key for key in kept if key.endswith("_deg")}
+        for key in set(control) - kept:
+            del control[key]
+
+
+def _fields(data: dict[str, Any], path: list[str]) -> set[str]:
+    """The keys that a table of a drive file may have; of an inner one none is known here."""
+    name, *below = path
+    if below:
+        return set()
+    law = law_of(data)
+    if name == "control" and isinstance(law, str) and law in LAWS:
+        return set(table_of(law).model_fields)
+    return set(TABLES[name].model_fields) if name in TABLES else set()
+
+
+def parsed(text: str) -> tuple[str, Any]:
+    """Name and value of `section.key=value`; None where no value is given."""
+    if not isinstance(text, str):
+        raise ParameterError(f"override {text!r}, need a text as in 'section.key=value'")
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not equals:
+        raise ParameterError(f"--set {text}: need section.key=value; `{name}=` removes the key")
+    if not value:
+        return name, None
+    if name == "machine":
+        return name, value.strip("\"'")
+    return name, toml_value(value)
+
+
+def put(data: dict[str, Any], name: str, value: Any, where: str) -> None:
+    """Puts a value into the tables, or takes the key out where it is None. A new law takes the keys
+    with it that it does not have."""
+    if name == "machine" and value is not None:
+        data["machine"] = machine_table(value, Path()) if isinstance(value, str) else value
+        return
+    *path, key = name.split(".")
+    if not path or not key:
+        raise ParameterError(f"{where}: need section.key=value")
+    table, before = data, law_of(data)
+    for part in path:
+        table = table.setdefault(part, {})
+        if not isinstance(table, dict):
+            raise ParameterError(f"{where}: `{part}` is not a table")
+    if value is not None:
+        table[key] = value
+    elif key in table:
+        del table[key]
+    elif key not in _fields(data, path):
+        raise ParameterError(
+            f"{where}: no such key to remove{did_you_mean(key, table) if table else ''}"
+        )
+    if law_of(data) != before:
+        _keep_keys_of_the_law(data["control"], before)
+
+
+def plain(value: Any) -> Any:
+    """Numbers and lists as TOML has them, of NumPy's and of other sequences."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple | range) else value

@@ -1,0 +1,104 @@
+"""The machine library, and the right class for a [machine] table."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reluctance.errors import ParameterError
+from reluctance.files import is_file, read_toml
+from reluctance.machine.geometry_machine import (
+    flattened,
+    geometry_machine,
+    is_geometry,
+    with_steel_path,
+)
+from reluctance.machine.machine_file import LeHuyMachine, MachineFile
+from reluctance.machine.map_machine import MapMachine
+from reluctance.resources import resources
+from reluctance.schema import checked, did_you_mean, placed
+
+MODELS: dict[str, type[MachineFile]] = {"lehuy": LeHuyMachine, "map": MapMachine}
+
+
+def machine_from(table: object, *, where: str = "[machine]") -> MachineFile:
+    """The machine of a [machine] table, checked.
+
+    Raises
+    ------
+    ParameterError
+        With one line: an unknown model or key, a value out of range, a flux map that is refused.
+    """
+    if not isinstance(table, dict):
+        raise ParameterError(f"{where} = {table!r}, need a table")
+    if "model" not in table:
+        raise ParameterError(f"missing key `model` in {where}")
+    model = table["model"]
+    if model == "geometry":
+        return geometry_machine(table, where)
+    if not isinstance(model, str) or model not in MODELS:
+        raise ParameterError(
+            f"{where} model = {model!r} is unknown{did_you_mean(str(model), MODELS)}"
+        )
+    return checked(MODELS[model], table, where)
+
+
+def placed_machine(table: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The [machine] table with the files in it seen from here instead of from its folder."""
+    return placed(MODELS.get(str(table.get("model")), MachineFile), table, folder)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One machine of the library."""
+
+    key: str  # what a drive file calls it
+    machine: MachineFile
+    tau_peak: float  # greatest static torque of one phase at i_max_A [N m]
+
+    def with_units(self) -> dict[str, object]:
+        """As `reluctance machines --json` prints it."""
+        m = self.machine
+        return {
+            "machine": self.key,
+            "name": m.name,
+            "N_s": m.N_s,
+            "N_r": m.N_r,
+            "n_phases": m.n_phases,
+            "i_max_A": m.i_max_A,
+            "tau_peak_Nm": self.tau_peak,
+            "model": m.model,
+            "source": m.source,
+            "licence": m.licence,
+            "assumed": m.assumed,
+        }
+
+
+def machines() -> list[Entry]:
+    """All machines of the library, by name."""
+    found = []
+    for path in sorted(resources("machines").glob("*.toml")):
+        table = placed_machine(read_toml(path)["machine"], path.parent)
+        machine = machine_from(table, where=f"{path.name} [machine]")
+        torque = machine.tau(machine.i_max_A, np.linspace(0, np.pi, 181))
+        found.append(Entry(path.stem, machine, float(torque.max())))
+    return found
+
+
+def machine_table(machine: str, folder: Path) -> dict[str, Any]:
+    """The [machine] table of a library machine by its name, or of a file by its path."""
+    candidates = [folder / machine, resources("machines") / f"{machine}.toml"]
+    for candidate in candidates:
+        if is_file(candidate):
+            data = read_toml(candidate)
+            if is_geometry(data):
+                return with_steel_path(flattened(data), candidate.parent)
+            if set(data) != {"machine"}:
+                raise ParameterError(f"{candidate}: need the table [machine] and nothing else")
+            table: dict[str, Any] = data["machine"]
+            return placed_machine(table, candidate.parent)
+    names = [p.stem for p in resources("machines").glob("*.toml")]
+    raise ParameterError(
+        f"machine `{machine}` is neither a file nor in the library{did_you_mean(machine, names)}"
+    )

@@ -1,0 +1,143 @@
+"""Machine files: geometry, winding and magnetisation of one machine."""
+
+from functools import lru_cache
+from math import gcd
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, model_validator
+
+from reluctance import _core
+from reluctance.copper import COPPER_COEFFICIENT
+from reluctance.machine.loss_data import Iron
+from reluctance.machine.operating_point import Magnetics, OperatingPoint
+from reluctance.schema import Section
+
+
+class MachineFile(Section):
+    """What every [machine] table has. Electrical angle 0 is unaligned, pi is aligned."""
+
+    called = "machine"
+
+    name: str
+    source: str  # where the numbers come from
+    licence: str
+    assumed: str = ""  # what the source does not give
+    N_s: int = Field(gt=0)  # stator poles
+    N_r: int = Field(gt=0)  # rotor poles
+    n_phases: int = Field(ge=2, le=6)
+    R_ohm: float = Field(ge=0)  # of one phase, at temp_R_degC
+    temp_R_degC: float = 20.0
+    temp_w_degC: float = Field(20.0, gt=-200)  # winding temperature of the run
+    i_max_A: float = Field(gt=0)  # current limit of the drive
+    J_kgm2: float = Field(gt=0)  # rotor inertia
+    B_Nms: float = Field(0.0, ge=0)  # viscous friction
+    iron: Iron | None = None  # [machine.iron]: without it no iron loss is estimated
+    model: Literal["lehuy", "map", "geometry"]
+
+    @model_validator(mode="after")
+    def phases_follow_from_the_poles(self) -> "MachineFile":
+        phases = self.N_s // gcd(self.N_s, self.N_r)
+        if phases != self.n_phases:
+            raise ValueError(
+                f"n_phases = {self.n_phases}, but {self.N_s}/{self.N_r} poles make {phases} "
+                f"phases (N_s over the greatest common divisor of N_s and N_r); "
+                "set n_phases or the poles"
+            )
+        return self
+
+    @property
+    def R(self) -> float:
+        """Phase resistance at the winding temperature [ohm]."""
+        return self.R_ohm * (1 + COPPER_COEFFICIENT * (self.temp_w_degC - self.temp_R_degC))
+
+    @property
+    def magnetics(self) -> Magnetics:
+        """The machine model of the core."""
+        raise NotImplementedError
+
+    @property
+    def i_known_A(self) -> float:
+        """The largest current that the magnetisation is known for; beyond it is extrapolation."""
+        return np.inf
+
+    @property
+    def greatest_torque(self) -> float:
+        """Of all phases at i_max_A, at the best angle, each left out where it would brake [N m]."""
+        return _greatest_torque(self.magnetics, self.n_phases, self.i_max_A)
+
+    def at(self, *, u_dc: float, omega_m: float) -> OperatingPoint:
+        """This machine on a dc link [V] at a speed [rad/s]."""
+        return OperatingPoint(
+            magnetics=self.magnetics,
+            n_phases=self.n_phases,
+            R=self.R,
+            i_max=self.i_max_A,
+            u_dc=u_dc,
+            omega_m=omega_m,
+        )
+
+    def psi(self, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
+        """Flux linkage of one phase [Wb] at currents [A] and electrical angles [rad], broadcast."""
+        return self._column(0, i, theta_e)
+
+    def co_energy(self, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
+        """Co-energy of one phase [J], likewise: psi and tau are its derivatives."""
+        return self._column(1, i, theta_e)
+
+    def tau(self, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
+        """Torque of one phase [N m], likewise."""
+        return self._column(2, i, theta_e)
+
+    def _column(self, column: int, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
+        """One of the columns of `_core.magnetics`."""
+        i, theta_e = np.broadcast_arrays(np.asarray(i, float), np.asarray(theta_e, float))
+        turned = np.mod(theta_e, 2 * np.pi)
+        flat = _core.magnetics(self.magnetics, i.ravel().copy(), turned.ravel().copy())
+        return np.asarray(flat[:, column]).reshape(i.shape)
+
+
+class LeHuyMachine(MachineFile):
+    """A machine by five numbers: the model of H. Le-Huy and P. Brunelle (IECON 2005)."""
+
+    model: Literal["lehuy"]
+    L_u_H: float = Field(gt=0)  # unaligned inductance
+    L_a_H: float = Field(gt=0)  # aligned inductance, unsaturated
+    L_sat_H: float = Field(gt=0)  # aligned incremental inductance, saturated
+    i_m_A: float = Field(gt=0)  # a point of the saturated aligned curve: current ...
+    psi_m_Wb: float = Field(gt=0)  # ... and flux linkage
+
+    @model_validator(mode="after")
+    def aligned_flux_saturates(self) -> "LeHuyMachine":
+        A = self.psi_m_Wb - self.L_sat_H * self.i_m_A
+        if A <= 0:
+            raise ValueError(
+                f"psi_m_Wb = {self.psi_m_Wb:g}, need more than L_sat_H i_m_A = "
+                f"{self.L_sat_H * self.i_m_A:g}; check the point (i_m_A, psi_m_Wb)"
+            )
+        if self.L_a_H <= max(self.L_u_H, self.L_sat_H):
+            raise ValueError(
+                f"L_a_H = {self.L_a_H:g}, need more than L_u_H = {self.L_u_H:g} and "
+                f"L_sat_H = {self.L_sat_H:g}"
+            )
+        return self
+
+    @property
+    def magnetics(self) -> _core.LeHuy:
+        return _le_huy(self.N_r, self.L_u_H, self.L_a_H, self.L_sat_H, self.i_m_A, self.psi_m_Wb)
+
+
+# Thousands of drives of a sweep have the same machine: what follows from it is computed once.
+@lru_cache(maxsize=64)
+def _le_huy(
+    N_r: int, L_u: float, L_a: float, L_sat: float, i_m: float, psi_m: float
+) -> _core.LeHuy:
+    return _core.LeHuy(N_r=N_r, L_u=L_u, L_a=L_a, L_sat=L_sat, i_m=i_m, psi_m=psi_m)
+
+
+@lru_cache(maxsize=64)
+def _greatest_torque(magnetics: Magnetics, n_phases: int, i_max: float) -> float:
+    theta_e = np.linspace(0, 2 * np.pi, 720, endpoint=False)  # whole steps for 2 to 6 phases
+    tau = np.maximum(_core.magnetics(magnetics, np.full(720, i_max), theta_e)[:, 2], 0.0)
+    return float(tau.reshape(n_phases, -1).sum(axis=0).max())

@@ -1,0 +1,81 @@
+"""A solved geometry as a machine file with its flux map next to it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from reluctance.errors import ParameterError
+from reluctance.files import check_ending, write_together
+from reluctance.geometry.file import Geometry
+from reluctance.geometry.solved import Solution
+from reluctance.machine.map_file import quoted
+from reluctance.maps.check import check_map
+from reluctance.maps.importers import write_map
+
+
+def write_machine(geometry: Geometry, solution: Solution, out: Path, *, made_of: str) -> list[Path]:
+    """Writes MACHINE.toml and MACHINE.csv; both or none.
+
+    Raises
+    ------
+    ParameterError
+        If a file cannot be put there.
+    """
+    check_ending(out, {".toml"})
+    table = out.with_suffix(".csv")
+    if table.exists() and not out.exists():
+        raise ParameterError(f"{table} is there already and of no machine; choose another --out")
+    report = check_map(solution.table(geometry.rotor_poles))
+    if report.verdict != "good":
+        raise ParameterError(
+            f"{geometry.map.angles} angles x {geometry.map.currents} currents are too coarse for "
+            f"this machine ({report.reasons[0]}); raise [map] angles or currents"
+        )
+    text = machine_text(geometry, solution, table.name, made_of)
+    write_together(
+        {
+            table: lambda path: write_map(solution.table(geometry.rotor_poles), path),
+            out: lambda path: path.write_text(text, encoding="utf-8"),
+        }
+    )
+    return [out, table]
+
+
+def machine_text(geometry: Geometry, solution: Solution, map_name: str, made_of: str) -> str:
+    """The machine file. What it has no key for stands in its first lines."""
+    g, s = geometry, solution
+    temperature = g.winding.temperature_degC
+    poles = f"{g.stator_poles}/{g.rotor_poles}, {g.phases} phases"
+    name = g.name or f"{poles}, from its geometry"
+    values: list[tuple[str, str | float | int]] = [
+        ("name", name),
+        ("source", f"{g.source}; map computed from {made_of} (2-D field)"),
+        ("licence", g.licence),
+        ("assumed", g.assumed),
+        ("N_s", g.stator_poles),
+        ("N_r", g.rotor_poles),
+        ("n_phases", g.phases),
+        ("R_ohm", rounded(s.R_ohm) if g.R_ohm is None else g.R_ohm),
+        ("temp_R_degC", temperature),
+        ("temp_w_degC", temperature if g.temp_w_degC is None else g.temp_w_degC),
+        ("i_max_A", g.map.current_max_A if g.i_max_A is None else g.i_max_A),
+        ("J_kgm2", rounded(s.J_kgm2) if g.J_kgm2 is None else g.J_kgm2),
+        ("B_Nms", g.B_Nms),
+        ("model", "map"),
+        ("map", map_name),
+        ("angle_kind", "electrical"),
+        ("zero", "unaligned"),
+    ]
+    notes = [
+        f"# Computed from {made_of}: 2-D field, {s.unknowns:.0f} unknowns. One phase at a time.",
+        f"# End windings {1e3 * s.L_end_H:.4g} mH a phase (in the map), wire "
+        f"{1e6 * s.wire_area_m2:.3g} mm2, copper {s.copper_kg:.3g} kg, iron "
+        f"{s.stator_iron_kg:.3g} + {s.rotor_iron_kg:.3g} kg.",
+    ]
+    lines = [f"{key} = {quoted(v) if isinstance(v, str) else repr(v)}" for key, v in values]
+    return "\n".join([*notes, "[machine]", *lines]) + "\n"
+
+
+def rounded(value: float) -> float:
+    """To four digits: more than the estimates are good for."""
+    return float(f"{value:.4g}")

@@ -1,0 +1,52 @@
+"""What a supervised drive went through: the states that it entered, and its faults."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from reluctance import _core
+
+MODES = ("off", "precharge", "calibrate", "ready", "run", "fault")  # control/guard/sequence.hpp
+
+
+@dataclass(frozen=True)
+class Event:
+    """A state that a drive has entered."""
+
+    t: float  # at this sample [s]
+    mode: str
+    status: int = 0  # of a fault
+    text: str = ""  # likewise, with its evidence
+
+    def __str__(self) -> str:
+        return f"{self.mode}: {self.text}" if self.text else self.mode
+
+    def with_units(self) -> dict[str, Any]:
+        """The same under the names of files and the command line."""
+        return {"t_s": self.t, "mode": self.mode, "status": self.status, "text": self.text}
+
+
+def events(controller: _core.Controller) -> list[Event] | None:
+    """What a controller has gone through; None where it is not supervised."""
+    rows = _core.events(controller)
+    return None if rows is None else [_event(row) for row in rows.tolist()]
+
+
+def evidence(text: str, status: int, phase: int, value: float, limit: float) -> str:
+    """A fault in words, with its numbers."""
+    text += f" (status {status}"
+    if phase >= 0:
+        text += f", phase {phase}"
+    if limit != 0:
+        text += f": {value:.4g}, limit {limit:.4g}"
+    return text + ")"
+
+
+def _event(row: Sequence[float]) -> Event:
+    t, mode, status, phase, value, limit = row
+    if not status:
+        return Event(t, MODES[int(mode)])
+    text = evidence(_core.describe_status(int(status)), int(status), int(phase), value, limit)
+    return Event(t, MODES[int(mode)], int(status), text)

@@ -1,0 +1,334 @@
+"""Geometry files: what is refused with which line, and what comes out of a good one."""
+
+import json
+from copy import deepcopy
+
+import numpy as np
+import pytest
+from command import command, refused
+from scipy.constants import mu_0
+
+import reluctance as rl
+from reluctance import _core
+from reluctance.files import read_toml
+from reluctance.geometry import convergence
+from reluctance.geometry.file import Geometry
+from reluctance.geometry.mesh import Grid
+from reluctance.geometry.samples import rotor_angle
+from reluctance.geometry.solve import at_angle, solve
+from reluctance.geometry.solved import solved, system_of
+from reluctance.geometry.steel_file import grade
+from reluctance.machine.geometry_machine import flattened
+from reluctance.maps import check_map, fit_surface
+from reluctance.resources import resources
+from reluctance.schema import checked
+
+COARSE = Grid(pole=4, slot=4, rotor_pole=3, stator_pole=3, yoke=2)
+GOOD = {
+    "machine": {"stator_poles": 6, "rotor_poles": 4, "phases": 3},
+    "lamination": {"stack_length_mm": 50.0, "steel": "M400-50A"},
+    "stator": {
+        "outer_diameter_mm": 110.0,
+        "bore_diameter_mm": 56.0,
+        "pole_arc_deg": 30.0,
+        "pole_height_mm": 16.0,
+    },
+    "rotor": {"pole_arc_deg": 32.0, "pole_height_mm": 9.0, "shaft_diameter_mm": 14.0},
+    "air_gap": {"length_mm": 0.3},
+    "winding": {"turns_per_pole": 90},
+    "map": {"current_max_A": 15.0, "angles": 17, "currents": 10},
+}
+
+
+def changed(**changes):
+    """The good file with section__key = value; None takes the key out."""
+    data = deepcopy(GOOD)
+    for name, value in changes.items():
+        section, key = name.split("__")
+        data[section].pop(key, None)
+        if value is not None:
+            data[section][key] = value
+    return data
+
+
+def write(path, data):
+    lines = []
+    for section, values in data.items():
+        lines += [f"[{section}]", *(f"{k} = {json.dumps(v)}" for k, v in values.items())]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def geometry(**changes):
+    table = flattened(changed(**changes))
+    del table["model"]
+    return checked(Geometry, table, "[machine]")
+
+
+REFUSED = [
+    ({"air_gap__length_mm": 0}, "air_gap.length_mm = 0, need > 0"),
+    ({"air_gap__length_mm": 20.0}, "check its unit"),
+    ({"stator__pole_arc_deg": 61.0}, "stator.pole_arc_deg = 61: neighbouring poles overlap"),
+    ({"rotor__pole_arc_deg": 60.0}, "rotor.pole_arc_deg = 60: neighbouring poles overlap"),
+    ({"stator__pole_height_mm": 27.0}, "leaves no yoke: need less than 27"),
+    ({"rotor__pole_height_mm": 21.0}, "rotor.pole_height_mm = 21 leaves no yoke"),
+    ({"stator__bore_diameter_mm": 14.0}, "leaves no rotor around the shaft"),
+    ({"machine__phases": 4}, "6/4 poles make 3; set phases or the poles"),
+    ({"machine__stator_pole": 6}, "did you mean `stator_poles`?"),
+    ({"stator__pole_arcs_deg": 30}, "did you mean `pole_arc_deg`?"),
+    ({"winding__turns_per_pole": None}, "missing key `winding.turns_per_pole`"),
+    ({"winding__polarity": "NNSS"}, "has 4 letters, need 6"),
+    ({"winding__polarity": "NNNNNS"}, "is no winding of this machine"),
+    ({"winding__polarity": "ABCABC"}, "winding.polarity = 'ABCABC'"),
+    ({"winding__parallel_paths": 3}, "need a divisor of the 2 poles of a phase"),
+    ({"winding__slot_fill": 0.9}, "winding.slot_fill = 0.9, need <= 0.8"),
+    ({"winding__coil_width_mm": 5.0}, "set both or none"),
+    ({"winding__coil_to_pole_mm": 1.0}, "set coil_width_mm and coil_height_mm too"),
+    (
+        {"winding__coil_width_mm": 12.0, "winding__coil_height_mm": 10.0},
+        "coil_width_mm = 12 does not fit the slot",
+    ),
+    (
+        {"winding__coil_width_mm": 5.0, "winding__coil_height_mm": 17.0},
+        "coil_height_mm = 17 does not fit the slot",
+    ),
+    ({"map__current_max_A": 1500.0}, "far beyond saturation"),
+    ({"map__coupling": "pairs"}, "coupling = 'pairs' is not available"),
+    ({"map__coupling": "all"}, "need 'none' or 'pairs'"),
+    ({"lamination__steel": "M530"}, "no such grade; did you mean `M530-50A`?"),
+    ({"lamination__steel": "nowhere.csv"}, "no such file"),
+    ({"lamination__stacking_factor": 97}, "need <= 1"),
+]
+
+
+@pytest.mark.parametrize(("changes", "text"), REFUSED, ids=[text for _, text in REFUSED])
+def test_an_impossible_geometry_gets_one_line(tmp_path, changes, text):
+    path = write(tmp_path / "g.toml", changed(**changes))
+    out = tmp_path / "m.toml"
+    assert text in refused("machine", "from-geometry", path, "--out", out)
+    assert not out.exists()
+
+
+H, B = (x[::6] for x in grade("M400-50A"))
+CURVES = [
+    ([(h, b) for h, b in zip(B, H, strict=True)], "the columns are swapped"),
+    ([(h, 1e4 * b) for h, b in zip(H, B, strict=True)], "divide gauss by 10 000"),
+    ([(h / 1000, b) for h, b in zip(H, B, strict=True)], "multiply kA/m by 1000"),
+    ([(h, b) for h, b in zip(H, B, strict=True) if b < 1.75], "set [lamination] saturation_pol"),
+    ([(H[0], B[0]), (H[3], B[3]), (H[2], B[2]), *zip(H[4:], B[4:], strict=True)], "need to rise"),
+    ([(H[0], B[0]), (H[1], B[1])], "two columns of at least 6 numbers"),
+    ([("a", "b")] * 8, "two columns of at least 6 numbers"),
+]
+
+
+@pytest.mark.parametrize(("points", "text"), CURVES, ids=[text for _, text in CURVES])
+def test_a_curve_that_is_none_gets_one_line(tmp_path, points, text):
+    (tmp_path / "bh.csv").write_text("\n".join(f"{h},{b}" for h, b in points) + "\n")
+    path = write(tmp_path / "g.toml", changed(lamination__steel="bh.csv"))
+    assert text in refused("machine", "from-geometry", path, "--out", tmp_path / "m.toml")
+
+
+def test_a_saturation_below_the_curve_gets_one_line(tmp_path):
+    (tmp_path / "bh.csv").write_text("\n".join(f"{h},{b}" for h, b in zip(H, B, strict=True)))
+    keys = {"lamination__steel": "bh.csv", "lamination__saturation_polarisation_T": 1.5}
+    path = write(tmp_path / "g.toml", changed(**keys))
+    assert "need more than the" in refused("machine", "from-geometry", path)
+
+
+def test_a_file_without_geometry_gets_one_line(tmp_path):
+    path = tmp_path / "g.toml"
+    path.write_text('[machine]\nname = "x"\n')
+    assert "is no geometry file" in refused("machine", "from-geometry", path)
+
+
+def test_named_columns_may_stand_in_either_order(tmp_path):
+    rows = [f"{b!r},{h!r}" for h, b in zip(H.tolist(), B.tolist(), strict=True)]
+    (tmp_path / "bh.csv").write_text("\n".join(["B_T,H_A_per_m", *rows]) + "\n")
+    from reluctance.geometry.steel_file import read_curve
+
+    read_H, read_B = read_curve(tmp_path / "bh.csv")
+    np.testing.assert_array_equal(read_H, H)
+    np.testing.assert_array_equal(read_B, B)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A geometry file, the machine file that the command makes of it, and what it prints."""
+    folder = tmp_path_factory.mktemp("geometry")
+    path, out = write(folder / "g.toml", GOOD), folder / "m.toml"
+    figure = folder / "m.png"
+    done = command("machine", "from-geometry", path, "--out", out, "--plot", figure, "--json")
+    assert done.code == 0, done.error
+    assert figure.stat().st_size > 20_000
+    return path, out, json.loads(done.out)
+
+
+def drive(machine, law="angles", **control):
+    """Tables of a drive at a held speed."""
+    return {
+        "machine": machine,
+        "converter": {"u_dc_V": 150},
+        "load": {"kind": "locked", "speed_rpm": 700},
+        "reference": {"kind": "torque", "tau_Nm": 1.5},
+        "control": {"law": law, "T_s_us": 25, **control},
+        "simulation": {"until_s": 0.06},
+    }
+
+
+def test_machine_file_and_geometry_file_give_the_same_drive(made, tmp_path):
+    """Resistance and inertia of the file are rounded to four digits."""
+    geometry_path, machine_path, _ = made
+    kpis = []
+    for name in (geometry_path, machine_path):
+        path = write(tmp_path / "d.toml", drive({}))
+        tables = path.read_text().replace("[machine]\n", "")
+        path.write_text(f'machine = "{name}"\n' + tables)
+        kpis.append(rl.simulate(rl.load(path)).kpis)
+    assert kpis[0].tau_mean == pytest.approx(1.5, rel=0.05)
+    assert kpis[0].tau_mean == pytest.approx(kpis[1].tau_mean, rel=2e-3)
+    assert kpis[0].i_rms == pytest.approx(kpis[1].i_rms, rel=2e-3)
+    assert max(abs(k.energy_residual) for k in kpis) < 1e-6
+
+
+@pytest.mark.long
+def test_keys_of_the_geometry_are_keys_of_the_drive(made, tmp_path):
+    path = write(tmp_path / "d.toml", drive({}))
+    path.write_text(f'machine = "{made[0]}"\n' + path.read_text().replace("[machine]\n", ""))
+    first = rl.load(path)
+    shorter = first.with_values({"machine.lamination.stack_length_mm": 25.0})
+    assert shorter.machine.J_kgm2 == pytest.approx(first.machine.J_kgm2 / 2, rel=1e-6)
+    torque = [d.machine.tau(10.0, 1.8) for d in (first, shorter)]
+    assert torque[1] == pytest.approx(torque[0] / 2, rel=1e-6)
+    warm = first.with_values({"machine.temp_w_degC": 120.0})
+    assert warm.machine.R == pytest.approx(first.machine.R * 1.393, rel=1e-6)
+    with pytest.raises(rl.ParameterError, match="neighbouring poles overlap"):
+        first.with_values({"machine.stator.pole_arc_deg": 70.0})
+
+
+def test_the_map_is_energy_consistent_and_judged_good(made):
+    solution = solved(geometry())
+    report = check_map(solution.table(4))
+    assert report.verdict == "good"
+    assert report.area_error < 2e-3
+    work = np.trapezoid(solution.tau[-1], solution.theta_e) / 4
+    gain = solution.coenergy[-1, -1] - solution.coenergy[-1, 0]
+    assert work == pytest.approx(gain, rel=0.02)
+    assert made[2]["R_ohm"] == pytest.approx(solution.R_ohm)
+    assert made[2]["tau_peak_Nm"] == pytest.approx(solution.tau.max())
+
+
+@pytest.mark.long
+def test_torque_between_the_nodes_is_the_field_s():
+    """0.2 % rms of the peak at points of no node, on the default grid of the map."""
+    seed = int(np.random.SeedSequence().generate_state(1)[0])
+    print(f"seed {seed}")
+    random = np.random.default_rng(seed)
+    case = geometry(map__angles=None, map__currents=None)
+    solution, system = solved(case), system_of(case)
+    machine = fit_surface(solution.table(4)).machine
+    theta_e, i = random.uniform(0, np.pi, 40), random.uniform(0.3, 15, 40)
+    found = _core.magnetics(machine, i, theta_e)
+    exact = []
+    for angle, current in zip(theta_e, i, strict=True):
+        field = solve(at_angle(system, rotor_angle(system, angle)), current * np.eye(3)[0])
+        exact.append((field.psi[0] + solution.L_end_H * current, field.tau))
+    psi, tau = np.array(exact).T
+    assert np.sqrt(np.mean((found[:, 2] - tau) ** 2)) < 2e-3 * solution.tau.max()
+    assert np.abs(found[:, 0] - psi).max() < 2e-3 * solution.psi.max()
+
+
+@pytest.mark.long
+def test_end_windings_turns_and_paths_scale_as_they_must():
+    few = {"map__angles": 13, "map__currents": 6}
+    base = geometry(**few)
+    more = geometry(**few, winding__turns_per_pole=180, map__current_max_A=7.5)
+    one, two = solved(base), solved(more)
+    np.testing.assert_allclose(two.tau, one.tau, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(two.psi, 2 * one.psi, rtol=1e-6, atol=1e-9)
+    assert two.R_ohm == pytest.approx(4 * one.R_ohm)
+    assert two.L_end_H == pytest.approx(4 * one.L_end_H)
+    fixed = solved(geometry(**few, winding__end_winding=2.0))
+    extra = (2e-3 - one.L_end_H) * one.i[:, None]
+    np.testing.assert_allclose(fixed.psi, one.psi + extra, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(fixed.tau, one.tau, rtol=1e-9, atol=1e-12)
+
+
+def test_the_radial_force_is_that_of_the_flux_of_the_pole():
+    """Aligned and unsaturated, the stress on the pole is B^2/(2 mu_0), B its flux over its area."""
+    solution, case = solved(geometry()), geometry()
+    flux = (solution.psi[1, -1] - solution.L_end_H * solution.i[1]) / (2 * 90)
+    width = 28e-3 * np.radians(30)
+    B = flux / (width * 50e-3)
+    force = B**2 / (2 * mu_0) * width * 50e-3
+    assert case.air_gap.length_mm == 0.3
+    assert solution.pole_force[1, -1] == pytest.approx(force, rel=0.15)
+    assert list(solution.orders[:3]) == [0, 2, 4]
+    # Two opposite poles pull: order 0 and 2 are the largest, and no order is odd.
+    amplitude = solution.stress_orders[:, -1, -1]
+    assert amplitude[1] > amplitude[3:].max()
+
+
+@pytest.mark.long
+def test_the_convergence_report_has_three_points():
+    points = convergence(geometry())
+    assert [p["theta_e_deg"] for p in points] == pytest.approx([0, 90, 180])
+    assert max(abs(p["psi_change"]) for p in points) < 1.5e-3
+    assert max(abs(p["tau_change"]) for p in points) < 7e-3
+
+
+def test_a_polarity_that_does_not_reverse_is_solved_whole():
+    """A, A, -A, -A around the stator: other paths of the flux than A, -A, A, -A."""
+    twelve = dict(
+        machine__stator_poles=12,
+        machine__rotor_poles=8,
+        stator__pole_arc_deg=14.0,
+        rotor__pole_arc_deg=15.0,
+        map__angles=13,
+        map__currents=6,
+    )
+    usual = geometry(**twelve)
+    assert usual.polarity == "NNNSSSNNNSSS"
+    other = geometry(**twelve, winding__polarity="NNNNNNSSSSSS")
+    assert usual.coils.reverses(4) and not other.coils.reverses(4)
+    fields = []
+    for case in (usual, other):
+        system = system_of(case, COARSE)
+        fields.append(solve(at_angle(system, 0.0), np.array([15.0, 0, 0])))
+    small, whole = (f.position.system.n for f in fields)
+    assert whole > 3.9 * small
+    less = 1 - fields[1].psi[0] / fields[0].psi[0]
+    assert 1e-4 < less < 0.05  # longer paths through the yokes
+
+
+GEOMETRIES = sorted((resources("machines") / "geometry").glob("*.toml"))
+
+
+@pytest.mark.parametrize("path", GEOMETRIES, ids=lambda path: path.stem)
+def test_a_stored_map_is_that_of_its_geometry(path):
+    """At two nodes; the whole map takes a while."""
+    table = flattened(read_toml(path))
+    del table["model"]
+    case = checked(Geometry, table, path.name)
+    stored = np.loadtxt(path.parents[1] / f"{path.stem}.csv", delimiter=",", skiprows=1)
+    system = system_of(case)
+    machine = read_toml(path.parents[1] / f"{path.stem}.toml")["machine"]
+    assert machine["source"].endswith(f"map computed from {path.name} (2-D field)")
+    for theta_deg in (90.0, 180.0):
+        near = np.abs(stored[:, 1] - theta_deg) < 1e-9
+        i, _, psi, tau = stored[near][10]
+        unit = np.eye(case.phases)[0]
+        field = solve(at_angle(system, rotor_angle(system, np.radians(theta_deg))), i * unit)
+        from reluctance.geometry.solved import by_products_of
+
+        own = field.psi[0] + by_products_of(case).L_end_H * i
+        assert own == pytest.approx(psi, rel=1e-5)
+        assert field.tau == pytest.approx(tau, abs=1e-4 * stored[:, 3].max())
+
+
+def test_there_is_a_geometry_of_each_kind():
+    poles = set()
+    for path in GEOMETRIES:
+        head = read_toml(path)["machine"]
+        poles.add((head["stator_poles"], head["rotor_poles"]))
+        assert head["source"] and head["licence"] and head["assumed"]
+    assert poles >= {(6, 4), (8, 6), (10, 8), (12, 8), (18, 12)}
