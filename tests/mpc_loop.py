@@ -114,7 +114,7 @@ def controller(
         *built_for,
         horizon=horizon,
         w_psi=guide.w_psi,
-        conducts=guide.conducts,
+        feedback=guide.feedback,
         w_i=0.0,
         t_end=pulse**2 / (24 * horizon * timing.T_s),
         **common,

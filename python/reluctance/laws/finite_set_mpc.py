@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import replace
 from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from reluctance import _core
-from reluctance.laws.flux_guide import FluxGuide
-from reluctance.laws.guided import FluxGuided
+from reluctance.laws.flux_guide import CONDUCTS_MOST, FluxGuide
+from reluctance.laws.guided import ROOM, FluxGuided
 from reluctance.tables.known import Known
 from reluctance.tables.variants import WANTED_FREQUENCY, Look, Variant
 
 PULSES_PER_TURN_ON = 4.8  # pulses a second of the phase in charge, of a turn-on of one switch
-# When motoring, a guide that conducts in more than this part of the period is followed closer, by
-# this factor on the weight: flux that is left past alignment to win torque now brakes later.
+# When motoring, a guide that hardly ends (flux_guide.py) is followed closer, by this factor on the
+# weight: flux that is left past alignment to win torque now brakes later.
 # Measured at the speeds of docs/control/quadrants.md on two of its machines and twelve others that
 # were drawn: with 1 the torque of two collapses at three times base speed, 4 and 16 hold all, and 4
 # has less ripple.
-CONDUCTS_MOST = 0.9  # [1]
 CLOSER = 4.0  # [1]
 NO_GUIDE = _core.Guide(np.zeros((1, 2, 3)), tau_max=1.0, omega_m=[0.0], u_dc=1.0)
 
@@ -69,13 +70,16 @@ class FiniteSetMpc(FluxGuided):
 
     def core(self, known: Known) -> _core.Law:
         guide = self.flux_guide(known)
+        if any(guide.feedback):
+            with suppress(RuntimeError):  # no profile is found above the greatest reference
+                guide = self.flux_guide(replace(known, tau_max=ROOM * known.tau_max))
         pulse = 1 / (PULSES_PER_TURN_ON * self.f_switch)
         return _core.finite_set_mpc(
             *self.built_for(known),
             guide=guide.profiles if self.guided else NO_GUIDE,
             horizon=self.horizon,
             w_psi=self.w_psi(guide, known) if self.guided else [0.0],
-            conducts=guide.conducts if self.guided else [0.0],
+            feedback=guide.feedback if self.guided else [0.0],
             w_i=self.w_i,
             w_sw=guide.w_sw,
             t_end=pulse**2 / (24 * self.horizon * self.T_s),

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from reluctance.optimum import Table
 
 FULL_VOLTAGE = 0.98  # of the dc link: above, a leg is held
+TORQUE_ERROR = 1e-3  # rms, relative: a profile with less is one without ripple [1]
+CONDUCTS_MOST = 0.9  # of the period: a guide with more has hardly an end [1]
 LEAST_RESERVE = 0.2  # that weights are made for; the least that was tried is 0.25
 NEAR = 1.15  # of working torque and voltage: how far powers are measured
 # Least current of a guide, against its greatest: below it is zero, and the phase is idle. What the
@@ -76,6 +78,22 @@ class FluxGuide:
     def conducts(self) -> list[float]:
         """Share of the period in which a phase has current, (n_speeds,) [1]."""
         return [float(np.mean(self._conducting(table))) for table in self.tables]
+
+    @property
+    def ripples(self) -> list[bool]:
+        """Whether the profile has ripple of its own, (n_speeds,)."""
+        levels = [nearest_level(table, self.tau_ref) for table in self.tables]
+        return [
+            bool(table.tau_error_rms[j] > TORQUE_ERROR * table.tau_ref[j])
+            for table, j in zip(self.tables, levels, strict=True)
+        ]
+
+    @property
+    def feedback(self) -> list[float]:
+        """1 where only feedback holds the mean of a law that looks a few samples ahead, else 0,
+        (n_speeds,)."""
+        pairs = zip(self.ripples, self.conducts, strict=True)
+        return [float(ripples or conducts > CONDUCTS_MOST) for ripples, conducts in pairs]
 
     @property
     def psi_slack(self) -> list[float]:

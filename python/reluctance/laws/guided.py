@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
-from reluctance.laws.flux_guide import FluxGuide
+from reluctance.laws.flux_guide import TORQUE_ERROR, FluxGuide
 from reluctance.tables.control import Control
 from reluctance.tables.known import Known
 from reluctance.units import to_si
@@ -28,9 +28,8 @@ RIPPLE_WEIGHT = 100.0
 FLUX_POINTS = 360  # of a flux guide: the volt-seconds of a sample are its differences
 
 
-# The profiles of motoring serve for braking up to this rms torque error at the working torque,
-# relative to it, and up to this rms current relative to the profiles of braking [1].
-TORQUE_ERROR = 1e-3
+# The profiles of motoring serve for braking without ripple at the working torque, and up to this
+# rms current relative to the profiles of braking [1].
 MORE_CURRENT = 1.15
 
 

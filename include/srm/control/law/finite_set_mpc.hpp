@@ -14,9 +14,9 @@
 //   w_psi = (tau_ref/(psi_max reserve))^2: with full voltage reserve the whole flux linkage counts
 //   as the whole torque; where the guide takes all of the voltage no deviation is made good
 //
-// Where the guide conducts nearly throughout, a small part of its flux linkage makes all of the
-// torque. There the mean is held by feedback (mean_hold.hpp), and where the torque has collapsed
-// all the same, each phase follows its guide by itself.
+// Where the guide has ripple of its own, or conducts nearly throughout, so that a small part of its
+// flux linkage makes all of the torque, the mean is held by feedback (mean_hold.hpp). Where the
+// torque has collapsed all the same, each phase follows its guide by itself.
 //
 // Measured with T_s = 2 us, h = 2..6 us, f = 18 kHz: 19 to 23 kHz. A long sample limits it by
 // itself.
@@ -34,8 +34,6 @@ struct FiniteSetMpc {
   using T = Scalar;
   static constexpr int n_phases = N;
   static constexpr int horizon_max = 4;
-  /// Where the guide conducts in more than this part of the period the mean is held [1].
-  static constexpr T conducts_most = T(0.9);
   static constexpr T dead = T(0.002);     // a miss of the mean that is left alone [1]
   static constexpr T held_part = T(0.1);  // what the feedback may add to the torque [1]
   // Where the torque has been off by this much for so long, only the guide counts.
@@ -46,7 +44,7 @@ struct FiniteSetMpc {
   Guide<T> guide;    // flux linkage over torque reference, electrical angle and speed [Wb]
   int horizon;       // samples, 1..horizon_max
   View<T> w_psi;     // distance to the guide, at each of its speeds [N^2 m^2/Wb^2]; 0: none
-  View<T> conducts;  // part of the period in which the guide has current, at each speed [1]
+  View<T> feedback;  // 1 at those of its speeds at which feedback holds the mean, else 0 [1]
   T w_i;             // copper [N^2 m^2/A^2]
   T w_sw;            // cost of a turn-on [N^2 m^2 s]
   T t_end;           // weight of the last sample, at least T_s [s]
@@ -54,7 +52,7 @@ struct FiniteSetMpc {
   T i_max;           // current limit [A]
   T T_s;             // control period [s]
   int delay;         // samples from measurement to effect: 0 or 1
-  SRM_FIELDS(machine, guide, horizon, w_psi, conducts, w_i, w_sw, t_end, R, i_max, T_s, delay)
+  SRM_FIELDS(machine, guide, horizon, w_psi, feedback, w_i, w_sw, t_end, R, i_max, T_s, delay)
 
   struct State : Memory<T, N> {
     MeanHold<T> hold{};
@@ -64,7 +62,7 @@ struct FiniteSetMpc {
   };
 
   constexpr bool is_consistent() const {
-    return w_psi.size == guide.omega.size && conducts.size == guide.omega.size;
+    return w_psi.size == guide.omega.size && feedback.size == guide.omega.size;
   }
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
@@ -85,7 +83,7 @@ struct FiniteSetMpc {
                                  .w_i = w_i,
                                  .w_sw = w_sw,
                                  .horizon = horizon};
-    state.holds = profile.of(conducts) > conducts_most;
+    state.holds = profile.of(feedback) > T(0.5);
     if (state.holds) {
       remember(state, y.omega_m, abs(tau_ref), search.phases);
     } else {
