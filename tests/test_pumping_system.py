@@ -161,22 +161,26 @@ def test_torque_out_of_reach_is_stored_as_the_greatest_achieved(day):
 
 
 def test_the_time_for_a_year_and_for_the_loss_map(year):
-    """Processor time over that of 100 sorts of a million numbers in the same process: 0.11 for
-    hours, 0.50 for minutes, 0.46 for the map; the bounds are twice that."""
+    """Processor time over that of ten stable sorts of a million numbers in the same process, which
+    no vector unit makes faster: 0.10 for hours, 0.9 for minutes, 1.1 for the map; the bounds are
+    twice that. The least of three turns counts, of the map, which is kept, the only one."""
     numbers = np.random.default_rng(1).random(1_000_000)
 
-    def processor_time(work):
-        start = time.process_time()
-        work()
-        return time.process_time() - start
+    def processor_time(work, turns=3):
+        taken = []
+        for _ in range(turns):
+            start = time.process_time()
+            work()
+            taken.append(time.process_time() - start)
+        return min(taken)
 
-    sorts = processor_time(lambda: [np.sort(numbers) for _ in range(10)]) * 10
+    sorts = processor_time(lambda: np.sort(numbers, kind="stable")) * 10
     hours = processor_time(lambda: pump(year.system))
     by_minute = year.system.with_values({"weather.generate_minutes": True})
     minutes = processor_time(lambda: pump(by_minute))
     box = maps.Box(u_dc=(180.0, 280.0), omega=(36.1, 180.6), tau_max=45.0)
-    runs = processor_time(lambda: maps.loss_map(year.system.drive, box))
-    assert hours < 0.22 * sorts and minutes < sorts and runs < 0.92 * sorts
+    runs = processor_time(lambda: maps.loss_map(year.system.drive, box), turns=1)
+    assert hours < 0.2 * sorts and minutes < 1.8 * sorts and runs < 2.2 * sorts
 
 
 def test_hourly_means_overstate_the_water_of_a_cloudy_day_and_generated_minutes_mend_it(day):
