@@ -1,5 +1,6 @@
 """Tuning: the best of what was tried, bounds that hold, a drive file that reads as the drive."""
 
+import inspect
 import json
 from pathlib import Path
 
@@ -8,10 +9,12 @@ import pytest
 from command import command, refused
 
 import reluctance as rl
-from reluctance.tuning import Trial, tune
+from reluctance.cli.tune import tune as cli_tune
+from reluctance.tuning import Trial, angles, tune
 from reluctance.tuning.compass import GRID, LAST_STEP, compass
 from reluctance.tuning.goal import Target, bound
 from reluctance.tuning.match import Lever, match
+from reluctance.tuning.tune import BUDGET
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"
@@ -186,3 +189,8 @@ def test_what_cannot_be_meant_is_one_line() -> None:
     )
     assert bound("efficiency>0.8").miss({"efficiency": 0.6}) == pytest.approx(0.25)
     assert bound("i_rms<50").miss({"i_rms_A": 40.0}) == pytest.approx(-0.2)
+
+
+def test_the_help_names_the_budgets_that_serve() -> None:
+    (option,) = inspect.signature(cli_tune).parameters["budget"].annotation.__metadata__
+    assert option.help == f"Trials: {BUDGET}, or {angles.BUDGET} at each node of a table."

@@ -90,6 +90,7 @@ def tune(
     values = dict(parsed(text) for text in vary or [])
     for laws in (values.get("control.law", []), [x.get("control.law") for x in points]):
         refuse_untrusted(laws, trust)
+    trials: dict[str, Any] = {} if budget is None else {"budget": budget}
     if over is not None:
         alone = {"--at": at, "--optuna": optuna, "--study": study, "--until": until}
         for name, given in (alone | {"--table": table}).items():
@@ -97,7 +98,7 @@ def tune(
                 raise ParameterError(f"{name} has no effect with --over; leave it out")
         drive = load(drive_file, overrides, trust=trust, check_torque=False)
         options = {"maximise": maximise, "keep": keep or [], "vary": values or None, "jobs": jobs}
-        options |= {} if budget is None else {"budget": budget}
+        options |= trials
         axes = dict(parsed(text) for text in over)
         with look(style, width):
             tune_over(drive, axes, minimise, options, out=out, plot=plot, as_json=as_json)
@@ -113,12 +114,12 @@ def tune(
             maximise=maximise,
             keep=keep or [],
             at=points,
-            budget=100 if budget is None else budget,
             method="optuna" if optuna else "cobyla",
             study=study,
             until=until,
             jobs=jobs,
             progress=told,
+            **trials,
         )
     if out is not None:
         found.drive.save(out, comment=f"Tuned for the {found.goal}.")

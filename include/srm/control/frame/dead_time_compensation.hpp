@@ -1,4 +1,4 @@
-// What makes up for a dead time: a switch that turns on late is ordered to turn on earlier.
+// Compensation of a dead time: a switch that turns on late is ordered to turn on earlier.
 #pragma once
 
 #include "srm/control/frame/interface.hpp"

@@ -23,6 +23,7 @@
 #pragma once
 
 #include "srm/base/fields.hpp"
+#include "srm/control/part/conduction.hpp"
 #include "srm/control/part/leg_search.hpp"
 #include "srm/control/part/mean_hold.hpp"
 
@@ -108,8 +109,7 @@ struct FiniteSetMpc {
     const T demand = abs(tau_ref);
     const T turn = static_cast<T>(machine.N_r) * omega_m * T_s;
     const T most = min(guide.first.level_max, (T(1) + held_part) * demand);
-    const bool braking = (tau_ref < T(0)) != (omega_m < T(0));
-    return state.hold.asked(demand, state.tau, turn, braking, most, dead);
+    return state.hold.asked(demand, state.tau, turn, brakes(omega_m, tau_ref), most, dead);
   }
 
   [[gnu::noinline, gnu::cold]] void remember(State& state, T omega_m, T demand,
