@@ -15,6 +15,7 @@ from firmware_tools import ROOT, needs_target
 sys.path.insert(0, str(ROOT / "bench"))
 from worst_step import (
     CASES,
+    FEW,
     FILE,
     Target,
     as_sequence,
@@ -25,7 +26,6 @@ from worst_step import (
     worst_random,
 )
 
-SAMPLES = 15_000  # of each kind
 
 with FILE.open() as file:
     ROWS = {row["law"]: row for row in csv.DictReader(file)}
@@ -47,8 +47,8 @@ def test_the_bound_covers_a_million_samples_and_twenty_operating_points(name: st
 def test_a_search_finds_no_longer_step_than_the_file_has(name: str, tmp_path: Path) -> None:
     row, drive = {k: int(v) for k, v in ROWS[name].items() if v.isdecimal()}, CASES[name].drive()
     target = Target(drive, tmp_path)
-    random, start = worst_random(drive, target, SAMPLES)
-    steps = max(int(target.count(samples).max()) for samples in torque_steps(drive, SAMPLES))
+    random, start = worst_random(drive, target, FEW)
+    steps = max(int(target.count(samples).max()) for samples in torque_steps(drive, FEW))
     point = int(target.count(next(operating_points(drive))).max())
     found, _ = climb(drive, target, start, generations=10, children=500)
     assert found <= row["bound"]
