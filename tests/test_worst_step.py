@@ -26,7 +26,6 @@ from worst_step import (
     worst_random,
 )
 
-
 with FILE.open() as file:
     ROWS = {row["law"]: row for row in csv.DictReader(file)}
 
