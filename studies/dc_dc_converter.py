@@ -15,12 +15,12 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from reluctance.figures import save_figure
+from reluctance.phases import BLUE, GREEN, ORANGE
+from reluctance.picture import Picture
 from reluctance.pumping import System, load_system, pump
-from reluctance.pumping.plots import BLUE, GREEN, ORANGE
 from reluctance.pumping.write import write_text_whole
 
 ROOT = Path(__file__).parents[1]
@@ -64,8 +64,7 @@ def with_converter(system: System, efficiency: float) -> System:
 
 def figure(table: list[Row]) -> Figure:
     """What a converter adds, over the modules in series."""
-    drawn = Figure(figsize=(8, 5), layout="constrained")
-    FigureCanvasAgg(drawn)
+    drawn = Picture(8, 5)
     ax = drawn.subplots()
     for name, colour in COLOURS.items():
         part = [row for row in table if row["weather"] == name]

@@ -16,11 +16,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance.key_figures import definite
+from reluctance.picture import Picture
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted(p for p in (ROOT / "examples").glob("*.toml") if "[site]" not in p.read_text())
@@ -61,8 +61,7 @@ def written(value: float | str | None) -> str:
 
 def overview() -> Figure:
     """Torque over one electrical period: three laws at the rated point of the paper's machine."""
-    figure = Figure(figsize=(9, 3.6), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Picture(9, 3.6)
     ax = figure.subplots()
     for (name, label), colour in zip(LAWS.items(), COLOURS, strict=True):
         result = rl.simulate(rl.load(ROOT / "examples" / f"{name}.toml"))

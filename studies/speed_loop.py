@@ -17,12 +17,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance.comparison.comparison import PROCESSES
 from reluctance.key_figures import definite
+from reluctance.picture import Picture
 from reluctance.run.result import Result
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "edge_mpc_mcu.toml"
@@ -186,8 +186,7 @@ def tasks() -> list[tuple[Case, str, int]]:
 
 def plot() -> Figure:
     """Speed of the first case after a load step and a reversal."""
-    figure = Figure(figsize=(11, 4), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Picture(11, 4)
     step, turn = figure.subplots(1, 2)
     case = CASES[0]
     for label, counts, more in (

@@ -21,7 +21,6 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import reluctance as rl
@@ -35,6 +34,7 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.laws import table_of
 from reluctance.laws.guided import Guided
+from reluctance.picture import Picture
 
 RATED = Path(__file__).parents[1] / "examples" / "paper_rated.toml"
 SETTINGS = ["control.T_s_us=5"]
@@ -176,8 +176,7 @@ def study(parts: tuple[float, ...], controls: list[str], budget: int) -> list[Ro
 
 def plot(rows: list[Row]) -> Figure:
     """Error, rms current and capability over speed."""
-    figure = Figure(figsize=(15, 5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Picture(15, 5)
     panels = figure.subplots(1, 3)
     for control in dict.fromkeys(row.control for row in rows):
         mine = [row for row in rows if row.control == control]

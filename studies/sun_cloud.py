@@ -11,13 +11,13 @@ import csv
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import reluctance as rl
 from reluctance import _core
 from reluctance.figures import save_figure
+from reluctance.picture import Picture
 from reluctance.plant.pv_source import available
 
 ROOT = Path(__file__).parents[1]
@@ -100,8 +100,7 @@ def latching() -> rl.Result:
 
 def figure(result: rl.Result, *, title: str) -> Figure:
     """Voltage, power, speed and flow over time."""
-    drawn = Figure(figsize=(8, 8), layout="constrained")
-    FigureCanvasAgg(drawn)
+    drawn = Picture(8, 8)
     volts, watts, speed, water = drawn.subplots(4, 1, sharex=True)
     t = np.arange(GRID, result.t[-1], GRID)
     volts.plot(result.t, result.u_dc, lw=0.8)

@@ -7,7 +7,6 @@ needs no other file and no network.
 
 from __future__ import annotations
 
-import html
 from itertools import pairwise
 from typing import Any
 
@@ -19,12 +18,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator
 from numpy.typing import NDArray
 
+from reluctance.html_page import html_page
+
 MOST_POINTS = 20_000  # of a line; longer ones keep the extremes of as many intervals
 DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dotdash", "None": "solid"}
-CSS = (
-    "body{font-family:sans-serif;margin:1em auto;max-width:80em;padding:0 1em}"
-    "td{padding:.1em 1em .1em 0;font-variant-numeric:tabular-nums}"
-)
 
 
 def page(title: str, figure: Figure, below: str = "") -> str:
@@ -33,7 +30,7 @@ def page(title: str, figure: Figure, below: str = "") -> str:
     Parameters
     ----------
     title : str
-        Plain text: it is escaped here.
+        Plain text.
     figure : Figure
     below : str
         What follows the figure, as HTML.
@@ -48,14 +45,8 @@ def page(title: str, figure: Figure, below: str = "") -> str:
     rows = [panels[n : n + columns] for n in range(0, len(panels), columns)]
     grid = gridplot(rows, sizing_mode="stretch_width", merge_tools=False)
     script, body = components(grid)
-    name = html.escape(title)
     library = Resources(mode="inline", components=["bokeh"]).render()
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title>'
-        '<meta name="viewport" content="width=device-width,initial-scale=1">'
-        f"<style>{CSS}</style>{library}<h1>{name}</h1>"
-        f"{body}{script}{below}</html>\n"
-    )
+    return html_page(title, f"{body}{script}{below}", head=library)
 
 
 def _panel(ax: Axes, shared: dict[Any, Any]) -> Any:

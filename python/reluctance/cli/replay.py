@@ -12,6 +12,7 @@ from reluctance.cli.options import AsJson, Overrides, Plot, Trust
 from reluctance.errors import ParameterError
 from reluctance.export.replay_dump import Replayed, replay_dump
 from reluctance.figures import check_figure
+from reluctance.phases import phase_name
 
 
 def replay(
@@ -55,7 +56,7 @@ def _trigger(found: Replayed) -> str:
         return f"{dump.samples} samples, no trigger"
     text = f"{dump.samples} samples, trigger at sample {dump.trigger}: {found.cause}"
     if dump.status:
-        of = f" of phase {'abcdef'[dump.phase]}" if dump.phase >= 0 else ""
+        of = f" of {phase_name(dump.phase)}" if dump.phase >= 0 else ""
         text += f" (value {dump.value:.6g}{of}, limit {dump.limit:.6g})"
     return text
 

@@ -90,7 +90,7 @@ def tune(
     values = dict(parsed(text) for text in vary or [])
     for laws in (values.get("control.law", []), [x.get("control.law") for x in points]):
         refuse_untrusted(laws, trust)
-    trials: dict[str, Any] = {} if budget is None else {"budget": budget}
+    budgeted: dict[str, Any] = {} if budget is None else {"budget": budget}
     if over is not None:
         alone = {"--at": at, "--optuna": optuna, "--study": study, "--until": until}
         for name, given in (alone | {"--table": table}).items():
@@ -98,7 +98,7 @@ def tune(
                 raise ParameterError(f"{name} has no effect with --over; leave it out")
         drive = load(drive_file, overrides, trust=trust, check_torque=False)
         options = {"maximise": maximise, "keep": keep or [], "vary": values or None, "jobs": jobs}
-        options |= trials
+        options |= budgeted
         axes = dict(parsed(text) for text in over)
         with look(style, width):
             tune_over(drive, axes, minimise, options, out=out, plot=plot, as_json=as_json)
@@ -119,7 +119,7 @@ def tune(
             until=until,
             jobs=jobs,
             progress=told,
-            **trials,
+            **budgeted,
         )
     if out is not None:
         found.drive.save(out, comment=f"Tuned for the {found.goal}.")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reluctance.efficiency_map.locked import FloatArray
+from reluctance.arrays import FloatArray
 from reluctance.efficiency_map.map import EfficiencyMap
 from reluctance.errors import ParameterError
 from reluctance.units import name_and_unit, to_si

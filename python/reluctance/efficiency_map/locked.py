@@ -5,10 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from reluctance.arrays import FloatArray
 from reluctance.drive import Drive
 from reluctance.schema import checked
-
-FloatArray = NDArray[np.float64]
 
 PERIODS = 6  # electrical periods of a run; its second half counts
 SHORTEST = 0.02  # run [s]

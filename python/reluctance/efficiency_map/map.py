@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reluctance.arrays import FloatArray
 from reluctance.drive import Drive
-from reluctance.efficiency_map.locked import FloatArray, at, length, rising
+from reluctance.efficiency_map.locked import at, length, rising
 from reluctance.errors import ParameterError
 from reluctance.sweeps.sweep import swept
 from reluctance.units import from_si, to_si

@@ -10,8 +10,8 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from reluctance.arrays import FloatArray
 from reluctance.efficiency_map.cycle import Cycle
-from reluctance.efficiency_map.locked import FloatArray
 from reluctance.efficiency_map.map import LOSSES, EfficiencyMap
 from reluctance.figures import save_figure
 from reluctance.optimum import Envelope

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from reluctance.export.replay_dump import Replayed
 from reluctance.figures import save_figure
+from reluctance.phases import LETTERS, phase_name
 from reluctance.picture import Picture
 from reluctance.units import from_si
 
@@ -23,7 +24,7 @@ def dump_figure(replayed: Replayed, name: str) -> Figure:
     figure = Picture(11, 9)
     currents, legs, link, speed = figure.subplots(4, 1, sharex=True)
     for k in range(dump.n_phases):
-        label = f"phase {'abcdef'[k]}"
+        label = phase_name(k)
         currents.plot(t, rows["i"][:, k], lw=0.9, label=label)
         ordered = rows["order"]["leg"][:, k, 0] + 3 * (dump.n_phases - 1 - k) + 1
         legs.step(t, ordered, where="post", lw=0.8, label=label)
@@ -33,7 +34,7 @@ def dump_figure(replayed: Replayed, name: str) -> Figure:
     heights = [3 * (dump.n_phases - 1 - k) + s for k in range(dump.n_phases) for s in range(3)]
     legs.set_yticks(
         heights,
-        [f"{'abcdef'[k]} {state}" for k in range(dump.n_phases) for state in names],
+        [f"{LETTERS[k]} {state}" for k in range(dump.n_phases) for state in names],
         fontsize=7,
     )
     legs.set_ylabel("first leg state ordered")

@@ -59,7 +59,7 @@ def draw_field(field: Field, *, axes: Axes | None = None) -> Axes:
         axes.add_collection(drawn)
         x, y = _places(side, turn)
         nodes = potential[side.unknown] * side.mesh.sign
-        axes.contour(x, y, nodes, levels=levels, colors="white", linewidths=0.6)
+        axes.contour(x, y, nodes, levels=levels, colors="white", linewidths=0.6, linestyles="solid")
     if drawn is not None:
         axes.figure.colorbar(drawn, ax=axes, label="|B| [T]", shrink=0.8)
     return _finished(axes, system)

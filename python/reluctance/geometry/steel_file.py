@@ -4,10 +4,11 @@ A grade of the library is the curve
 
     J(H) = J_1 (H/H_1)/sqrt(1 + (H/H_1)^2) + J_2 H/(H + H_2),    B = J + mu_0 H
 
-J_1, J_2 and H_2 follow from the least polarisation at 2.5, 5 and 10 kA/m that EN 10106 guarantees
-for the grade; H_1 sets the steepness below the knee and is our choice (relative permeability of
-about 9000). A delivered sheet is usually better by 0.02 to 0.06 T: use its own curve where you have
-it.
+which is our own; no curve of the library is measured. J_1, J_2 and H_2 follow from three numbers a
+grade: the least polarisation at 2.5, 5 and 10 kA/m that a sheet of that name must have by EN 10106.
+They were written down from knowledge of the standard and not compared with a copy of it. H_1 sets
+the steepness below the knee and is our choice (relative permeability of about 9000). A delivered
+sheet is usually better by 0.02 to 0.06 T: use its own curve where you have it.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ from reluctance.files import is_file
 from reluctance.geometry.steel import Array, Steel
 from reluctance.schema import did_you_mean
 
-# Least polarisation at 2500, 5000 and 10 000 A/m [T]: EN 10106, fully processed, non-oriented.
+# Least polarisation at 2500, 5000 and 10 000 A/m [T]: fully processed, non-oriented, EN 10106; see
+# above for how far that was checked.
 GRADES = {
     "M270-35A": (1.49, 1.60, 1.70),
     "M400-50A": (1.53, 1.63, 1.73),

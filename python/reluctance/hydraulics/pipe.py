@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import Field, model_validator
 
+from reluctance.arrays import FloatArray
 from reluctance.errors import ParameterError
-from reluctance.hydraulics.pump import GRAVITY, Curve, FloatArray
+from reluctance.hydraulics.pump import GRAVITY, Curve
 from reluctance.schema import Section
 
 LAMINAR = 2300.0  # Reynolds number

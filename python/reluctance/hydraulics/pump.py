@@ -14,15 +14,13 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from reluctance.arrays import FloatArray
 from reluctance.columns import Quantity, recognised
 from reluctance.errors import ParameterError
 from reluctance.files import is_file, read_toml
 from reluctance.schema import FileName, NamesFile, Section, checked, did_you_mean, placed
-
-FloatArray = NDArray[np.float64]
 
 RHO = 998.2  # water at 20 degC [kg/m^3]
 GRAVITY = 9.80665  # [m/s^2]

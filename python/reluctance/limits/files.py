@@ -7,15 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reluctance import _core, figures
+from reluctance.arrays import FloatArray
 from reluctance.files import write_table
 from reluctance.limits.report import Limit
 from reluctance.optimum.envelope import Envelope
-from reluctance.optimum.magnetics import FloatArray
+from reluctance.phases import COLOURS, phase_name
 from reluctance.picture import Picture
 from reluctance.units import from_si
-
-# Of M. Okabe and K. Ito, 2008: told apart by colour-blind readers.
-PHASES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
 def save_profile(limit: Limit, path: str | Path) -> None:
@@ -69,10 +67,10 @@ def plot_torque(ax: Axes, limit: Limit) -> Axes:
 def plot_voltage(ax: Axes, limit: Limit) -> Axes:
     """Voltage of the first phase within the dc link, and its flux; both zeros at one height."""
     best = limit.least_copper
-    ax.step(*_closed(limit, best.u), where="post", color=PHASES[0])
+    ax.step(*_closed(limit, best.u), where="post", color=COLOURS[0])
     ax.axhspan(-best.u_dc, best.u_dc, color="k", alpha=0.06, lw=0)
     ax.set(title="phase a: voltage, within the dc link's, and flux linkage", ylabel="voltage (V)")
-    ax.yaxis.label.set_color(PHASES[0])
+    ax.yaxis.label.set_color(COLOURS[0])
     ax.set_ylim(-1.1 * best.u_dc, 1.1 * best.u_dc)
     flux = ax.twinx()
     flux.plot(*_closed(limit, best.psi), color="k", ls="--")
@@ -87,8 +85,8 @@ def plot_envelope(ax: Axes, limit: Limit, envelope: Envelope) -> Axes:
     """Greatest ripple-free torque over speed, and the operating point."""
     best = limit.least_copper
     rpm = from_si(envelope.omega_m, "rpm")
-    ax.fill_between(rpm, envelope.tau_max, color=PHASES[0], alpha=0.15, lw=0)
-    ax.plot(rpm, envelope.tau_max, marker=".", color=PHASES[0], label="greatest without ripple")
+    ax.fill_between(rpm, envelope.tau_max, color=COLOURS[0], alpha=0.15, lw=0)
+    ax.plot(rpm, envelope.tau_max, marker=".", color=COLOURS[0], label="greatest without ripple")
     ax.plot(from_si(best.omega_m, "rpm"), best.tau_ref, "k*", ms=12, label="operating point")
     ax.set(
         title=f"{limit.tau_max:.4g} N m without ripple at this speed",
@@ -137,8 +135,8 @@ def _save(path: str | Path, table: dict[str, FloatArray]) -> None:
 
 def _plot_phases(ax: Axes, limit: Limit, values: FloatArray) -> None:
     for k in range(limit.drive.machine.n_phases):
-        name = f"phase {'abcdef'[k]}"
-        ax.plot(*_closed(limit, _shifted(limit, values, k)), color=PHASES[k], label=name)
+        name = phase_name(k)
+        ax.plot(*_closed(limit, _shifted(limit, values, k)), color=COLOURS[k], label=name)
 
 
 def _closed(limit: Limit, values: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reluctance.arrays import FloatArray
 from reluctance.drive import Drive
 from reluctance.drive.plausible import corner_speed
 from reluctance.limits.point import check_point, operating_point
 from reluctance.optimum.envelope import Envelope, torque_speed_envelope
-from reluctance.optimum.magnetics import FloatArray
 from reluctance.optimum.profile import Profile, best_profile
 from reluctance.optimum.programme import FEASIBLE
 from reluctance.optimum.ripple import RippleFloor, ripple_floor

@@ -84,6 +84,11 @@ class FluxTable:
         """Mechanical angles [rad]."""
         return self.theta_e / self.N_r
 
+    def times(self, factor: float) -> "FluxTable":
+        """With flux linkage and torque times a factor [1]."""
+        tau = None if self.tau is None else factor * self.tau
+        return replace(self, psi=factor * self.psi, tau=tau)
+
 
 def around(table: FluxTable, values: Array) -> CubicSpline:
     """Cubic C2 spline of `values` (n_i, n_theta) over theta_e, along axis 1.

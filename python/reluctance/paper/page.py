@@ -6,6 +6,7 @@ from collections import Counter
 
 import numpy as np
 
+from reluctance.html_page import html_page
 from reluctance.key_figures import definite
 from reluctance.paper.claim import Claim, Value, text
 from reluctance.paper.figures import PICTURES
@@ -14,8 +15,6 @@ from reluctance.paper.study import Study
 from reluctance.units import from_si, to_si
 
 STYLE = """
-body{font-family:system-ui,sans-serif;line-height:1.45;max-width:72em;margin:2em auto;padding:0 1em;
-color:#1a1a1a}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums;font-size:.92em}
 td,th{border-bottom:1px solid #ccc;padding:.3em .7em .3em 0;text-align:left;vertical-align:top}
 td.n,th.n{text-align:right}
@@ -26,11 +25,11 @@ th.claim{width:52%}
 .verdict{white-space:nowrap;font-weight:600}
 .why{color:#555}
 @media(max-width:50em){table{display:block;overflow-x:auto}td.n,td.label{white-space:normal}
-td,th{padding-right:.4em}body{margin:1em auto}
+td,th{padding-right:.4em}
 .claims tbody,.claims tr,.claims td{display:block}.claims tr{border-bottom:1px solid #ccc}
 .claims td{border:0;padding:.1em 0}.claims .head{display:none}.claims td.n{text-align:left}
 .claims [data-label]::before{content:attr(data-label) ": ";color:#555}}
-img{max-width:100%}figure{margin:1.5em 0}figcaption{color:#444}
+figure{margin:1.5em 0}figcaption{color:#444}
 code,pre{background:#f3f3f3;padding:.1em .3em}pre{padding:.7em}
 """
 
@@ -54,11 +53,7 @@ def page(found: Study, rows: list[Claim], images: dict[str, bytes]) -> str:
         for p in PICTURES
     )
     m = drive.machine
-    return f"""<!doctype html>
-<html lang="en"><head><meta charset="utf-8">
-<meta name="viewport" content="width=device-width">
-<title>The source paper, claim by claim</title><style>{STYLE}</style></head><body>
-<h1>The source paper, claim by claim</h1>
+    body = f"""
 <p>A. D. Pierre, A. R. Gilles, H. K. Théophile, V. Antoine: <em>Torque ripple minimization in switch
 reluctance motor using model predictive control for water pumping application</em>, CJAST 2019,
 doi 10.9734/CJAST/2019/44861 (CC BY 4.0). Here its drive is simulated with its errors mended, and
@@ -107,8 +102,8 @@ reluctance run examples/paper_rated.toml --plot rated.png
 reluctance run examples/paper_half.toml --set converter.u_dc_V=400
 reluctance run examples/paper_pump.toml --until 2.4</pre>
 <p>docs/paper.md lists each error of the paper with its equation number, and what was mended.</p>
-</body></html>
 """
+    return html_page("The source paper, claim by claim", body, style=STYLE)
 
 
 def _figures_table(found: Study) -> str:

@@ -5,11 +5,9 @@ the paper's too; docs/paper.md lists what is wrong with each.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reluctance.arrays import FloatArray
 from reluctance.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 POWER = 6000.0  # Table 1 [W]
 SPEED = to_si(1500.0, "rpm")  # Table 1 [rad/s]

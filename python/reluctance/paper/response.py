@@ -12,13 +12,12 @@ this torque reaches the level. No limit of current; ideal switches; zero time to
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from reluctance import _core
+from reluctance.arrays import FloatArray
 from reluctance.machine.machine_file import MachineFile
 from reluctance.run.result import Result
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 0.95  # of the torque reference: our definition of "reached"; the paper gives none
 DT = 2e-6  # step of the bound [s]; halving it moves no response time by more than 1e-8 s

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from reluctance import _core
+from reluctance.arrays import FloatArray
 from reluctance.schema import checked
 from reluctance.tables.sections import Load
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from reluctance.hydraulics.pipe import Pipe
     from reluctance.hydraulics.pump import Curve
 
-FloatArray = NDArray[np.float64]
 
 COLUMNS = 97  # of the table: torque is off by 1e-6 of itself between them
 FINE = 1001  # of the flow: linear between them, off by 1e-5 of itself

@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from reluctance import _core
+from reluctance.arrays import FloatArray
 from reluctance.solar.pv_module import cell_of
 from reluctance.solar.single_diode import (
     Diode,
-    FloatArray,
     array_diode,
     open_circuit,
     power_point,

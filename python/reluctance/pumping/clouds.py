@@ -8,9 +8,9 @@ import pandas as pd
 from numpy.typing import NDArray
 from pydantic import Field
 
+from reluctance.arrays import FloatArray
 from reluctance.pumping.weather import Weather
 from reluctance.schema import Section
-from reluctance.solar.single_diode import FloatArray
 
 CYCLE_MIN = 14.0  # a clear and a covered spell within an hour, together
 HAZE = 1.2  # direct light of an hour may exceed the clear-sky model's by this

@@ -16,11 +16,12 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 import reluctance
+from reluctance.arrays import FloatArray
 from reluctance.cache import cached
 from reluctance.drive import Drive
 from reluctance.efficiency_map.locked import at, length, rising
 from reluctance.errors import ParameterError
-from reluctance.solar.single_diode import FloatArray
+from reluctance.schema import file_keys
 
 ALGORITHM = 4  # raised when the same drive gives other numbers
 SHAPE = (3, 5, 5)  # voltages, speeds, torques
@@ -203,7 +204,7 @@ def _content(drive: Drive) -> object:
     """All that the runs depend on."""
     from reluctance.optimum.magnetics import content
 
-    files = {"map", "torque_map"}  # paths: their content is in the magnetics
+    files = set(file_keys(type(drive.machine)))  # paths: their content is in the magnetics
     table = getattr(drive.control, "angle_table", None)
     return [
         reluctance.__version__,

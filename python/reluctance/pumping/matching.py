@@ -9,9 +9,9 @@ from enum import IntEnum
 
 import numpy as np
 
+from reluctance.arrays import FloatArray
 from reluctance.hydraulics.pipe import Hydraulics
 from reluctance.pumping.loss_map import LossMap
-from reluctance.solar.single_diode import FloatArray
 
 VOLTAGES = 9  # of the table, equidistant over the loss map's
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from reluctance.arrays import FloatArray
 from reluctance.errors import ParameterError
 from reluctance.hydraulics.pipe import Hydraulics, hydraulics
 from reluctance.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
@@ -18,7 +19,7 @@ from reluctance.pumping.system import Operation, System, load_system, together
 from reluctance.pumping.tank import Storage, store
 from reluctance.pumping.weather import Weather
 from reluctance.pumping.weather_file import read_weather, with_minutes
-from reluctance.solar.single_diode import Diode, FloatArray, PowerPoint, current, power_point
+from reluctance.solar.single_diode import Diode, PowerPoint, current, power_point
 
 DARK = 5.0  # below it the array is taken as dark [W/m^2]
 HOT_COLD = (75.0, -10.0)  # cell temperatures that bound the array's voltage [degC]

@@ -7,17 +7,15 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
+from reluctance.arrays import FloatArray
 from reluctance.hydraulics.pipe import flow
 from reluctance.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
+from reluctance.phases import BLUE, GREEN, ORANGE, RED, SKY
 from reluctance.pumping.figures import KWH, chain, per
 from reluctance.pumping.operate import Pumped
 from reluctance.pumping.text import CAUSES
-from reluctance.solar.single_diode import FloatArray, current, power_point
+from reluctance.solar.single_diode import current, power_point
 
-# Of M. Okabe and K. Ito, 2008: told apart by colour-blind readers.
-BLUE, RED, GREEN, PINK, ORANGE, SKY = (
-    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
-)  # fmt: skip
 MANY_DAYS = 60  # more are shown by month
 MOST_POINTS = 4000  # of a cloud of samples
 IRRADIANCES = (200.0, 400.0, 600.0, 800.0, 1000.0)  # of the curves [W/m^2]

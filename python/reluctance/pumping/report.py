@@ -8,16 +8,13 @@ from matplotlib.figure import Figure
 
 import reluctance.pumping.plots as plots
 from reluctance.figures import embedded
+from reluctance.html_page import html_page
 from reluctance.picture import Picture
 from reluctance.pumping.figures import remarks, with_units
 from reluctance.pumping.operate import Pumped
 from reluctance.pumping.text import rows
 
 Plot = Callable[[Axes, Pumped], Axes]
-STYLE = (
-    "body{font-family:sans-serif;margin:2em auto;max-width:62em;line-height:1.4}"
-    "td{padding:.1em 1.5em .1em 0;font-variant-numeric:tabular-nums}img{max-width:100%}"
-)
 
 
 def figures(found: Pumped) -> dict[str, Figure]:
@@ -38,7 +35,6 @@ def figures(found: Pumped) -> dict[str, Figure]:
 
 def page(found: Pumped, drawn: dict[str, Figure]) -> str:
     """HTML with the figures in it."""
-    name = html.escape(found.system.name)
     table = "".join(
         f"<tr><td>{html.escape(label)}</td><td>{html.escape(value)}</td></tr>"
         for label, value in rows(with_units(found))
@@ -48,25 +44,17 @@ def page(found: Pumped, drawn: dict[str, Figure]) -> str:
         f'<h2>{html.escape(key)}</h2><img alt="{html.escape(key)}" src="{embedded(figure)}">'
         for key, figure in drawn.items()
     )
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title>'
-        f"<style>{STYLE}</style><h1>{name}</h1><table>{table}</table>{notes}{images}</html>\n"
-    )
-
-
-def _figure(size: tuple[float, float]) -> Figure:
-    figure = Picture(*size)
-    return figure
+    return html_page(found.system.name, f"<table>{table}</table>{notes}{images}")
 
 
 def _single(plot: Plot, found: Pumped, size: tuple[float, float]) -> Figure:
-    figure = _figure(size)
+    figure = Picture(*size)
     plot(figure.subplots(), found).grid(alpha=0.25)
     return figure
 
 
 def _day(found: Pumped) -> Figure:
-    figure = _figure((10, 9))
+    figure = Picture(10, 9)
     chosen = (plots.plot_irradiance, plots.plot_power, plots.plot_speed, plots.plot_flow)
     for ax, plot in zip(figure.subplots(4, sharex=True), chosen, strict=True):
         plot(ax, found).grid(alpha=0.25)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from reluctance.arrays import FloatArray
 from reluctance.errors import ParameterError
 from reluctance.pumping.site import Site, Sun, sun_over
-from reluctance.solar.single_diode import FloatArray
 
 DARK_DEG = 96.0  # zenith angle of the end of civil twilight
 LIGHT = 50.0  # more at night than a pyranometer's offset [W/m^2]

@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-
-LETTERS = "abcdef"  # of the phases, in files
+from reluctance.arrays import FloatArray
 
 
 @dataclass(frozen=True)

@@ -13,15 +13,15 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
 from reluctance import _core
+from reluctance.arrays import FloatArray
 from reluctance.errors import ParameterError
 from reluctance.figures import check_figure, save_figure
+from reluctance.phases import phase_name
 from reluctance.picture import Picture
 from reluctance.run.result import Result
 
-FloatArray = NDArray[np.float64]
 CURVES_DEG = (0.0, 45.0, 90.0, 135.0, 180.0)  # magnetisation curves behind the loop
 
 
@@ -89,7 +89,7 @@ def plot_energy_loop(ax: Axes, result: Result, loop: EnergyLoop) -> Axes:
     ax.plot(loop.i, loop.psi, lw=1.0)
     ax.set_xlim(right=1.2 * float(loop.i.max()))
     ax.set(xlabel="phase current (A)", ylabel="flux linkage (Wb)")
-    ax.set_title(f"phase {'abcdef'[loop.k]}: {text(loop)}", fontsize=9)
+    ax.set_title(f"{phase_name(loop.k)}: {text(loop)}", fontsize=9)
     ax.grid(alpha=0.3)
     return ax
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from reluctance import _core
-from reluctance.run.columns import FloatArray
+from reluctance.arrays import FloatArray
 
 QUIET = 0.2  # without a stroke that counts: it does not learn [s]
 SMALL = 0.01  # of a parameter: a smaller change is none

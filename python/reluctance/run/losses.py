@@ -8,11 +8,9 @@ from itertools import pairwise
 from math import gamma
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reluctance.arrays import FloatArray
 from reluctance.machine.loss_data import Iron, SwitchingEnergies
-
-FloatArray = NDArray[np.float64]
 
 
 def switching_loss(energies: SwitchingEnergies, S_on: float, S_off: float) -> float | None:

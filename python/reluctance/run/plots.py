@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reluctance.figures import save_figure
+from reluctance.phases import LETTERS, phase_name
 from reluctance.picture import Picture
 from reluctance.plant.pv_source import diode_of
 from reluctance.run.record import Record
@@ -72,7 +73,7 @@ def plot_speed(ax: Axes, result: Record) -> Axes:
 def plot_phase_torques(ax: Axes, result: Record) -> Axes:
     """Torque of each phase over time."""
     for k, tau in enumerate(result.tau_ph):
-        ax.plot(result.t * 1e3, tau, lw=0.8, label=f"phase {'abcdef'[k]}")
+        ax.plot(result.t * 1e3, tau, lw=0.8, label=phase_name(k))
     ax.set(xlabel="time (ms)", ylabel="torque of the phases (N m)")
     _legend_above(ax)
     return ax
@@ -81,7 +82,7 @@ def plot_phase_torques(ax: Axes, result: Record) -> Axes:
 def plot_currents(ax: Axes, result: Record) -> Axes:
     """Phase currents, and dashed the references of laws that have them."""
     for k, i in enumerate(result.i):
-        (line,) = ax.plot(result.t * 1e3, i, lw=0.8, label=f"phase {'abcdef'[k]}")
+        (line,) = ax.plot(result.t * 1e3, i, lw=0.8, label=phase_name(k))
         if np.any(result.i_ref[k]):
             ax.step(
                 result.t * 1e3, result.i_ref[k], "--", where="post", lw=0.7, color=line.get_color()
@@ -96,9 +97,9 @@ def plot_legs(ax: Axes, result: Record) -> Axes:
     n_phases = len(result.leg)
     for k, leg in enumerate(result.leg):
         level = 3 * (n_phases - 1 - k) + leg + 1
-        ax.step(result.t * 1e3, level, where="post", lw=0.6, label=f"phase {'abcdef'[k]}")
+        ax.step(result.t * 1e3, level, where="post", lw=0.6, label=phase_name(k))
     heights = [3 * (n_phases - 1 - k) + state for k in range(n_phases) for state in range(3)]
-    names = [f"{'abcdef'[k]} {LEG_NAMES[state]}" for k in range(n_phases) for state in range(3)]
+    names = [f"{LETTERS[k]} {LEG_NAMES[state]}" for k in range(n_phases) for state in range(3)]
     ax.set_yticks(heights, names, fontsize=7)
     ax.set(xlabel="time (ms)", ylabel="leg state")
     return ax

@@ -8,10 +8,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from reluctance.arrays import FloatArray
 from reluctance.drive import Drive
 from reluctance.key_figures import Kpis
+from reluctance.phases import LETTERS
 from reluctance.plant.pump_load import flow
-from reluctance.run.columns import LETTERS, FloatArray, Rows
+from reluctance.run.columns import Rows
 from reluctance.run.events import MODES, Event
 from reluctance.run.learned import Learned
 from reluctance.units import from_si

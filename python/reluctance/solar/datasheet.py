@@ -11,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field, model_validator
 
+from reluctance.arrays import FloatArray
 from reluctance.cache import cached
 from reluctance.errors import ParameterError
 from reluctance.schema import Section
 from reluctance.solar.single_diode import (
     K_BOLTZMANN,
     Cell,
-    FloatArray,
     array_diode,
     open_circuit,
     power_point,

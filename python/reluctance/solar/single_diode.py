@@ -10,9 +10,8 @@ and Dobos, J. Sol. Energy Eng. 134 (2012) 021011 for the dependence on irradianc
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from reluctance.arrays import FloatArray
 
 T_REF = 298.15  # [K]
 G_REF = 1000.0  # [W/m^2]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from reluctance.arrays import FloatArray
 
 
 def front(x: FloatArray, y: FloatArray, most: Sequence[bool] = (False, False)) -> NDArray[np.intp]:

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from reluctance.arrays import FloatArray
 from reluctance.errors import ParameterError
 from reluctance.key_figures import Kpis
 from reluctance.schema import did_you_mean
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

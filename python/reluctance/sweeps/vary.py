@@ -32,7 +32,8 @@ def parsed(text: str) -> tuple[str, list[Any]]:
     name, equals, given = (part.strip() for part in text.partition("="))
     if not equals or not given or not name:
         raise ParameterError(f"--vary {text}: need {FORM}")
-    if "machine" not in name and "law" not in name and ":" in given:
+    names_a_file = name.rpartition(".")[2] in ("machine", "law")  # which may have a colon
+    if ":" in given and not names_a_file:
         return name, _range(text, given.split(":"))
     value = toml_value(given)
     if isinstance(value, list):
