@@ -24,16 +24,25 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "srm/machine/flux_map.hpp"
-#include "srm/machine/lehuy.hpp"
+#include "srm/machine/machines.hpp"
 #include "srm/sim/called_law.hpp"
 #include "srm/sim/controller.hpp"
 #include "srm/sim/event.hpp"
 #include "srm/sim/tables.hpp"
 
+namespace srm {
+
+template <template <class> class... M>
+using OneOf = std::variant<Held<M<double>>...>;
+
+/// A machine model of this library, in the precision of the plant.
+using AnyMachine = OneOf<SRM_BUILT_IN_MACHINES>;
+
+}  // namespace srm
+
 namespace bound {
 
-using AnyMachine = std::variant<srm::Held<srm::LeHuy<double>>, srm::Held<srm::FluxMap<double>>>;
+using srm::AnyMachine;
 
 /// Calls f.template operator()<N>() for the phase count.
 template <class F>

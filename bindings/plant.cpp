@@ -18,12 +18,8 @@ void bind_plant(nb::module_& m) {
   bind_struct<srm::Course>(m, "Course",
                            "A quantity over time: linear between points, two points at "
                            "the same time make a step. Times in s.");
-  bind_struct<srm::StiffSource>(m, "StiffSource", "A dc link that holds its voltage [V].");
-  bind_struct<srm::Battery>(m, "Battery",
-                            "Open-circuit voltage [V] behind R [ohm], dc-link capacitor C [F].");
-  bind_struct<srm::PvArray>(m, "PvArray",
-                            "A photovoltaic array of one diode on a dc-link capacitor: numbers at "
-                            "1000 W/m^2 and 25 degC, irradiance and cell temperature over time.")
+  bind_each(m, srm::Source());
+  nb::borrow<nb::class_<srm::PvArray>>(m.attr("PvArray"))
       .def("current", &srm::PvArray::current, nb::arg("u"), nb::arg("G"), nb::arg("T_degC"),
            "Current of the array at a voltage [V], irradiance [W/m^2] and cell temperature "
            "[degC]; negative above its open-circuit voltage [A].");
@@ -54,7 +50,8 @@ void bind_plant(nb::module_& m) {
       "described_plant",
       [](const AnyMachine& machine, double R, const srm::Source& source, const srm::Bridge& bridge,
          const srm::Shaft& shaft, double t_dead, const srm::Sampling& sampling,
-         const srm::Course& reference, double theta_m, const srm::Resolution& resolution) {
+         const srm::Course& reference, double theta_m,
+         const srm::Resolution& resolution) -> nb::typed<nb::dict, std::string, nb::any> {
         nb::dict plant, fields, loop, node;
         std::visit([&](const auto& m) { fields["machine"] = described(m.value); }, machine);
         fields["R"] = R;
@@ -74,10 +71,6 @@ void bind_plant(nb::module_& m) {
       nb::kw_only(), nb::arg("machine"), nb::arg("R"), nb::arg("source"), nb::arg("bridge"),
       nb::arg("shaft"), nb::arg("t_dead"), nb::arg("sampling"), nb::arg("reference"),
       nb::arg("theta_m"), nb::arg("resolution"),
-      nb::sig("def described_plant(*, machine: LeHuy | FluxMap, R: float, source: StiffSource | "
-              "Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, "
-              "t_dead: float, sampling: Sampling, reference: Course, theta_m: float, resolution: "
-              "Resolution) -> dict[str, typing.Any]"),
       "All but the controller of a closed loop as a tree of names and numbers, for export.");
   m.def(
       "n_switches",

@@ -64,16 +64,18 @@ int main() {
   run("sharing", machine,
       srm::TorqueSharing<Machine, N>{.machine = machine,
                                      .sharing = sharing,
-                                     .lead = {},
+                                     .feasible = srm::always_feasible<double>(),
+                                     .guide = {},
+                                     .R = 0.72,
                                      .i_max = 150,
                                      .i_band = 1,
-                                     .T_s = 20e-6,
-                                     .t_ahead = 1e-5});
+                                     .T_s = 20e-6});
   run("deadbeat", machine,
       srm::Deadbeat<Machine, N>{.machine = machine,
                                 .R = 0.72,
                                 .sharing = sharing,
-                                .lead = {},
+                                .feasible = srm::always_feasible<double>(),
+                                .guide = {},
                                 .i_max = 150,
                                 .T_s = 20e-6});
   return 0;

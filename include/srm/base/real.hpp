@@ -27,6 +27,12 @@ constexpr T abs(T x) {
   }
 }
 
+/// And finite.
+template <Real T>
+constexpr bool is_positive(T x) {
+  return x > T(0) && x - x == T(0);
+}
+
 template <Real T>
 constexpr T min(T a, T b) {
   return b < a ? b : a;

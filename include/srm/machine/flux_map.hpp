@@ -140,6 +140,26 @@ struct FluxMap {
     const int j = piece[slot];
     return j + 1 < n_i && i >= knot[j + 1] ? j + 1 : j;
   }
+
+ public:
+  /// The name of what is wrong; null where nothing is.
+  constexpr const char* fault() const {
+    if (N_r < 1 || N_r > 1000) return "N_r";
+    const bool sizes = n_i >= 2 && n_i <= 255 && n_theta >= 2 && n_theta <= 100000 && n_slot >= 1 &&
+                       knot.size == n_i && piece.size == n_slot &&
+                       coefficient.size == n_i * (n_theta + 3) * n_power;
+    if (!sizes) return "sizes of the flux map";
+    for (int j = 1; j < n_i; ++j) {
+      if (!(knot[j] > knot[j - 1])) return "knots of the flux map";
+    }
+    for (const int j : piece) {
+      if (j >= n_i) return "slots of the flux map";
+    }
+    if (!is_positive(theta_span) || !is_positive(cells_per_rad) || !is_positive(slots_per_A)) {
+      return "spans of the flux map";
+    }
+    return inductance_bound(*this) > T(0) ? nullptr : "inductance of the flux map";
+  }
 };
 
 /// Last current of the table [A].

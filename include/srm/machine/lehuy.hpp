@@ -52,6 +52,14 @@ struct LeHuy {
             .psi_theta = rise * df};
   }
 
+  /// The name of what is wrong; null where nothing is.
+  constexpr const char* fault() const {
+    if (N_r < 1 || N_r > 1000) return "N_r";
+    const bool all = is_positive(L_u) && is_positive(L_sat) && is_positive(A) && is_positive(B) &&
+                     is_positive(i_sat);
+    return all ? nullptr : "L_u, L_sat, A, B, i_sat of the machine";
+  }
+
   /// i >= 0 [A], theta_e in [0, 2 pi).
   constexpr Jet<T> jet(T i, T theta_e) const {
     const T per_rad = T(N_r) * (T(1) / pi<T>);  // dx/dtheta_m

@@ -21,6 +21,9 @@
 namespace srm {
 
 struct PvArray {
+  static constexpr const char* about =
+      "A photovoltaic array of one diode on a dc-link capacitor: numbers at 1000 W/m^2 and 25 "
+      "degC, irradiance and cell temperature over time.";
   double I_L;         // photo current at 1000 W/m^2 and 25 degC [A]
   double R_s;         // series resistance [ohm]
   double R_sh;        // shunt resistance there [ohm]

@@ -1,6 +1,6 @@
 // What feeds the dc link. Its voltage is a state of the plant; a source says how it changes.
 //
-// To add one: a struct with these five functions, and its name in `Source` at the end of this file.
+// To add one: a struct with `about` and these five functions, and its name in `Source` at the end.
 #pragma once
 
 #include <cmath>
@@ -14,6 +14,7 @@ namespace srm {
 
 /// A dc link that holds its voltage whatever it is asked for; the voltage may follow a course.
 struct StiffSource {
+  static constexpr const char* about = "A dc link that holds its voltage [V].";
   Course u_dc;  // [V]
   SRM_FIELDS(u_dc)
 
@@ -30,6 +31,8 @@ struct StiffSource {
 /// A battery or rectifier as a voltage behind a resistance, with a dc-link capacitor:
 ///   C du/dt = (E - u)/R - i_dc
 struct Battery {
+  static constexpr const char* about =
+      "Open-circuit voltage [V] behind R [ohm], dc-link capacitor C [F].";
   Course E;              // open-circuit voltage [V]
   double R;              // of battery and cable [ohm]
   double C;              // of the dc link [F]

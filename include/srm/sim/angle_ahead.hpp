@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "srm/sim/loop.hpp"
+#include "srm/sim/simulation_state.hpp"
 #include "srm/sim/window.hpp"
 
 namespace srm {
 
 /// The next end of an electrical period [rad].
 template <Motor M, int N>
-double next_period(const Plant<M, N>& plant, const Loop<N>& now) {
+double next_period(const Plant<M, N>& plant, const SimulationState<N>& now) {
   const double pitch = two_pi<double> / plant.machine.N_r, theta_m = now.x().theta_m;
   const double passed = std::round(theta_m / pitch);
   const bool near = std::abs(theta_m - passed * pitch) <= angle_tolerance;
@@ -22,7 +22,8 @@ double next_period(const Plant<M, N>& plant, const Loop<N>& now) {
 
 /// The nearest of all of them [rad].
 template <Motor M, int N>
-double next_angle(const Plant<M, N>& plant, const Loop<N>& now, const SensedAngle& sensed) {
+double next_angle(const Plant<M, N>& plant, const SimulationState<N>& now,
+                  const SensedAngle& sensed) {
   const double theta_m = now.x().theta_m;
   double ahead = std::abs(now.theta_period - theta_m);
   for (int k = 0; k < N; ++k) {

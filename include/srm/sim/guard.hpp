@@ -78,9 +78,9 @@ inline constexpr double small_part = 1e-5;
 /// A step of length h from `start` to `end`; with a guard, of the length that ends on it, near h
 /// and no longer than `longest`.
 template <Machine M, int N>
-[[gnu::flatten]] Trial step(const Plant<M, N>& p, const Point<N>& start, const Settled<N>& s,
+[[gnu::flatten]] Trial step(const Plant<M, N>& p, const Instant<N>& start, const StepStart<N>& s,
                             const Scale& scale, double h, const Guard& g, double longest,
-                            Point<N>& end) {
+                            Instant<N>& end) {
   Trial y{.h = h, .spread = 0, .fine = false, .landed = false};
   predict(start, s, h, end.x);
   std::array<double, N> off{};

@@ -12,9 +12,9 @@
 #include <utility>
 
 #include "srm/sim/angle_ahead.hpp"
-#include "srm/sim/instant.hpp"
-#include "srm/sim/loop.hpp"
+#include "srm/sim/present_rows.hpp"
 #include "srm/sim/sampling.hpp"
+#include "srm/sim/simulation_state.hpp"
 #include "srm/sim/together.hpp"
 
 namespace srm {
@@ -30,7 +30,7 @@ struct Resolution {
 template <Motor M, int N>
 class Simulation {
  public:
-  using Snapshot = Loop<N>;
+  using Snapshot = SimulationState<N>;
 
   /// The dc link starts at the voltage of its source. Without a controller, orders come from
   /// outside (`obey`).
@@ -80,14 +80,15 @@ class Simulation {
   }
 
   /// The same by the steps of a run that stops nowhere: the first step that would pass t_stop is
-  /// not taken, and then t_stop is returned. `look` goes the rest of the way. So a result does not
+  /// not taken, and then t_stop is returned. `peek` goes the rest of the way. So a result does not
   /// depend on where a run is interrupted.
   double advance_whole(double t_stop, Rows& waveforms, Rows& periods) {
     const long last = now_.steps + slice / 10;
     while (now_.t < t_stop && !waveforms.full() && !periods.full() && now_.steps < last) {
       prepare(waveforms, periods);
       const bool may_pass = now_.t + resolution_.dt_max > t_stop;  // no step is longer
-      const std::optional<Loop<N>> before = may_pass ? std::optional(now_) : std::nullopt;
+      const std::optional<SimulationState<N>> before =
+          may_pass ? std::optional(now_) : std::nullopt;
       step(std::min({now_.t_sample, now_.t_record, now_.t_course}));
       if (now_.t > t_stop) {
         now_ = *before;
@@ -100,7 +101,7 @@ class Simulation {
   /// To t_stop by a shorter step, after `advance_whole` has returned it: for what is seen there.
   /// Whoever wants to go on with whole steps restores the snapshot from before. Ends like `advance`
   /// where a step does not get on.
-  void look(double t_stop) {
+  void peek(double t_stop) {
     const long last = now_.steps + slice;
     while (now_.t < t_stop && now_.steps < last) {
       step(std::min({t_stop, now_.t_sample, now_.t_record, now_.t_course}));
@@ -148,8 +149,8 @@ class Simulation {
     now_.rated = false;
   }
 
-  const Loop<N>& snapshot() const { return now_; }
-  void restore(const Loop<N>& s) { now_ = s; }
+  const SimulationState<N>& snapshot() const { return now_; }
+  void restore(const SimulationState<N>& s) { now_ = s; }
 
   /// The present instant as a row of the waveforms.
   Waveform<N> waveform() const { return srm::waveform(plant_, now_); }
@@ -173,9 +174,9 @@ class Simulation {
  private:
   static constexpr long slice = 20000;  // steps of one call of `advance`; some ten milliseconds
 
-  Point<N>& at() { return now_.at(); }
-  const Point<N>& at() const { return now_.at(); }
-  Point<N>& end() { return now_.end(); }
+  Instant<N>& at() { return now_.at(); }
+  const Instant<N>& at() const { return now_.at(); }
+  Instant<N>& end() { return now_.end(); }
   const State<N>& x() const { return at().x; }
 
   /// Courses over time step, if at all, at their points.
@@ -329,7 +330,7 @@ class Simulation {
   }
 
   /// Magnetics and rates at the start of a step.
-  Settled<N> settled() {
+  StepStart<N> step_start() {
     Circuit<N>& circuit = now_.circuit;
     for (int k = 0; k < N; ++k) {
       if (conducts(now_.legs[k], x().i[k]) != circuit.flows[k]) flow(k);
@@ -341,7 +342,7 @@ class Simulation {
       rates(plant_, x(), at().jets, circuit, {now_.t, now_.t}, at().rates);
       now_.rated = true;
     }
-    Settled<N> s{.circuit = circuit, .t = now_.t, .d2i = {}};
+    StepStart<N> s{.circuit = circuit, .t = now_.t, .d2i = {}};
     const Rates<N>& r = at().rates;
     for (int k = 0; k < N; ++k) {
       if (circuit.flows[k]) s.d2i[k] = bend(at().jets[k], r.i[k], r.v[k], r.omega_m);
@@ -364,7 +365,7 @@ class Simulation {
   /// All phases by the same step.
   void step_together(double t_limit) {
     for (int k = 0; k < N; ++k) t_limit = std::min(t_limit, now_.gates.next_instant(k));
-    const Settled<N> s = settled();
+    const StepStart<N> s = step_start();
     if (now_.turns != direction()) {
       now_.theta_next = next_angle(plant_, now_, sensed());
       now_.turns = direction();
@@ -542,7 +543,7 @@ class Simulation {
   Controller<N> controller_;
   Course reference_;
   Resolution resolution_;
-  Loop<N> now_;
+  SimulationState<N> now_;
 };
 
 }  // namespace srm

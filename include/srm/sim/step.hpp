@@ -73,7 +73,7 @@ struct Scale {
 
 /// State, with the magnetics of the phases that carry current, and the rates of all.
 template <int N>
-struct Point {
+struct Instant {
   State<N> x;
   Jets<N> jets;
   Rates<N> rates;
@@ -81,7 +81,7 @@ struct Point {
 
 /// What does not change within a step.
 template <int N>
-struct Settled {
+struct StepStart {
   const Circuit<N>& circuit;
   double t;                   // start of the step [s]
   std::array<double, N> d2i;  // second derivatives of the currents at the start [A/s^2]
@@ -106,7 +106,7 @@ struct Settled {
 
 /// The state at time h after a point, by its Taylor polynomial.
 template <int N>
-void predict(const Point<N>& from, const Settled<N>& s, double h, State<N>& x) {
+void predict(const Instant<N>& from, const StepStart<N>& s, double h, State<N>& x) {
   const Rates<N>& r = from.rates;
   const Moving& du = r.source.du_dc;
   for (int k = 0; k < N; ++k) {
@@ -132,8 +132,8 @@ void predict(const Point<N>& from, const Settled<N>& s, double h, State<N>& x) {
 /// What the flux linkages ask the currents to change by, of a trial `end` at time h; so far they
 /// have been changed by `off` since their prediction.
 template <int N>
-std::array<double, N> corrections(const Point<N>& start, const Point<N>& end, const Settled<N>& s,
-                                  double h,
+std::array<double, N> corrections(const Instant<N>& start, const Instant<N>& end,
+                                  const StepStart<N>& s, double h,
                                   const std::type_identity_t<std::array<double, N>>& off) {
   const Rates<N>& r = start.rates;
   const Paths<N>& paths = s.circuit.paths;
@@ -156,7 +156,7 @@ std::array<double, N> corrections(const Point<N>& start, const Point<N>& end, co
 
 /// Takes what Hermite's rule says of a trial at the end of a step of length h.
 template <Machine M, int N>
-void close(const Plant<M, N>& p, const Point<N>& start, Point<N>& end, const Settled<N>& s,
+void close(const Plant<M, N>& p, const Instant<N>& start, Instant<N>& end, const StepStart<N>& s,
            double h) {
   const Rates<N>& r0 = start.rates;
   Rates<N>& r1 = end.rates;

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <concepts>
+#include <cstddef>
 #include <memory>
+#include <new>
 #include <type_traits>
 #include <vector>
 
@@ -29,9 +31,23 @@ class Tables {
     return {table->data(), static_cast<int>(table->size())};
   }
 
+  /// A copy of a value, which needs no destructor.
+  template <class S>
+  const S* keep_one(const S& value) {
+    static_assert(std::is_trivially_destructible_v<S> && alignof(S) <= alignof(std::max_align_t));
+    return ::new (room(sizeof(S))) S(value);
+  }
+
   std::shared_ptr<const void> owner() const { return tables_; }
 
  private:
+  void* room(std::size_t bytes) {
+    const std::size_t n = (bytes + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t);
+    auto table = std::make_shared<std::vector<std::max_align_t>>(n);
+    tables_->push_back(table);
+    return table->data();
+  }
+
   std::shared_ptr<std::vector<std::shared_ptr<const void>>> tables_ =
       std::make_shared<std::vector<std::shared_ptr<const void>>>();
 };

@@ -20,9 +20,9 @@ using Spans = std::array<Span, N>;
 /// The first guard that the rates at a point lead to within a time h, and when. angle: the next
 /// angle that matters.
 template <int N>
-std::pair<Guard, double> expected(const Point<N>& start,
-                                  const std::type_identity_t<Spans<N>>& spans, const Settled<N>& s,
-                                  const Guard& angle, double h) {
+std::pair<Guard, double> expected(const Instant<N>& start,
+                                  const std::type_identity_t<Spans<N>>& spans,
+                                  const StepStart<N>& s, const Guard& angle, double h) {
   Guard first;
   const auto consider = [&](const Guard& g, double left, double rate, double second) {
     const double reach = h * (std::abs(rate) + h * std::abs(second));
@@ -46,8 +46,8 @@ std::pair<Guard, double> expected(const Point<N>& start,
 /// The first guard that a step of length h meets, and about when; none has direction 0. A guard of
 /// `located` is left out: the step ends on it.
 template <int N>
-std::pair<Guard, double> met(const Point<N>& start, const Point<N>& end,
-                             const std::type_identity_t<Spans<N>>& spans, const Settled<N>& s,
+std::pair<Guard, double> met(const Instant<N>& start, const Instant<N>& end,
+                             const std::type_identity_t<Spans<N>>& spans, const StepStart<N>& s,
                              const Guard& angle, double h, int located) {
   Met first;
   for (int k = 0; k < N; ++k) {
@@ -63,8 +63,8 @@ std::pair<Guard, double> met(const Point<N>& start, const Point<N>& end,
 
 /// Makes a step, that passes the guard, end on it.
 template <Machine M, int N>
-void locate(const Plant<M, N>& p, const Point<N>& start, const Settled<N>& s, const Scale& scale,
-            const Guard& g, double guess, Trial& y, Point<N>& end) {
+void locate(const Plant<M, N>& p, const Instant<N>& start, const StepStart<N>& s,
+            const Scale& scale, const Guard& g, double guess, Trial& y, Instant<N>& end) {
   double lower = 0, upper = y.h;
   for (int round = 0; round < 60; ++round) {
     if (!(guess > lower && guess < upper)) guess = (lower + upper) / 2;

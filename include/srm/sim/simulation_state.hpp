@@ -14,9 +14,9 @@ namespace srm {
 
 /// All that changes from step to step but the state of the controller: a plain value.
 template <int N>
-struct Loop {
-  std::array<Point<N>, 2> points;  // this one and the end of the step, in turns
-  int here = 0;                    // which of them is this one
+struct SimulationState {
+  std::array<Instant<N>, 2> instants;  // this one and the end of the step, in turns
+  int here = 0;                        // which of them is this one
   Integrals<N> sums;
   Gates<N> gates;
   AllLegs<N> legs;  // what the windings see
@@ -40,9 +40,9 @@ struct Loop {
   Extremes extremes;
   RotorSensor::State rotor;
 
-  Point<N>& at() { return points[here]; }
-  const Point<N>& at() const { return points[here]; }
-  Point<N>& end() { return points[1 - here]; }
+  Instant<N>& at() { return instants[here]; }
+  const Instant<N>& at() const { return instants[here]; }
+  Instant<N>& end() { return instants[1 - here]; }
   const State<N>& x() const { return at().x; }
   int direction() const { return x().omega_m < 0 ? -1 : 1; }
 

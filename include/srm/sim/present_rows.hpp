@@ -1,13 +1,13 @@
 // The present instant of a loop as a row of the tables.
 #pragma once
 
-#include "srm/sim/loop.hpp"
+#include "srm/sim/simulation_state.hpp"
 
 namespace srm {
 
 /// A row of the waveforms.
 template <Motor M, int N>
-Waveform<N> waveform(const Plant<M, N>& plant, const Loop<N>& now) {
+Waveform<N> waveform(const Plant<M, N>& plant, const SimulationState<N>& now) {
   State<N> x = now.x();
   Waveform<N> row{.t = now.t,
                   .theta_m = x.theta_m,
@@ -36,7 +36,7 @@ Waveform<N> waveform(const Plant<M, N>& plant, const Loop<N>& now) {
 
 /// A row of the periods: the integrals so far, and the extremes since the last one.
 template <Motor M, int N>
-Period<N> period(const Plant<M, N>& plant, const Loop<N>& now) {
+Period<N> period(const Plant<M, N>& plant, const SimulationState<N>& now) {
   const State<N>& x = now.x();
   return {.t = now.t,
           .theta_m = x.theta_m,
