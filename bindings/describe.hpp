@@ -25,12 +25,16 @@ namespace bound {
 
 namespace nb = nanobind;
 
-/// The name of a type as C++ source, from the compiler's own text: "... [with S = NAME; ...]".
-template <class S>
-std::string type_text() {
-  const std::string text = __PRETTY_FUNCTION__;
+/// From the compiler's own text: "... [with S = NAME; ...]".
+inline std::string name_in(const std::string& text) {
   const auto from = text.find("S = ") + 4;
   return text.substr(from, text.find_first_of(";]", from) - from);
+}
+
+/// The name of a type as C++ source.
+template <class S>
+[[gnu::cold]] std::string type_text() {
+  return name_in(__PRETTY_FUNCTION__);
 }
 
 /// Of the elements of a view.
@@ -70,13 +74,20 @@ inline nb::dict described_struct(const std::string& type,
 }
 
 template <class V>
+nb::object described(const V& value);
+
+/// The tree of a field, whichever struct it is of.
+template <class V>
+[[gnu::cold]] nb::object described_field(const void* at) {
+  return described(*static_cast<const V*>(at));
+}
+
+template <class V>
 [[gnu::cold]] nb::object described(const V& value) {
   if constexpr (srm::Listed<V>) {
     return srm::fields_of(value, [&]<class... F>(srm::Field<F>... field) -> nb::object {
       return described_struct(type_name(value),
-                              {{field.name, &field.value, [](const void* at) -> nb::object {
-                                  return described(*static_cast<const F*>(at));
-                                }}...});
+                              {{field.name, &field.value, &described_field<F>}...});
     });
   } else if constexpr (std::is_enum_v<V>) {
     nb::dict node;

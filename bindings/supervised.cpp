@@ -1,5 +1,7 @@
 // A supervised drive on the desk: a law with its frame, the protection and the states around them.
 #include "bind_struct.hpp"
+#include "describe_control.hpp"
+#include "describe_plant.hpp"
 #include "srm/sim/columns.hpp"
 #include "srm/sim/supervision.hpp"
 
@@ -41,7 +43,18 @@ AnyController supervised(const AnyLaw& law, const srm::Frame<double>& frame,
       srm::assign(drive.control.control.frame, frame);
       drive.control.control.law = called;
       srm::assign(drive.sequence, sequence);
-      return sampled(drive, plan, memory.owner());
+      AnyController made = sampled(drive, plan, memory.owner());
+      if (law.describe != nullptr) {
+        made.description = [law, drive, plan, owner = memory.owner()] {
+          nb::dict tree = described_controller(law, drive.control.control.frame);
+          tree["known"] = described(drive.control.machine);
+          tree["protection"] = described(drive.control.protection);
+          tree["sequence"] = described(drive.sequence);
+          tree["supervision"] = described_part(plan);
+          return tree;
+        };
+      }
+      return made;
     };
     return std::visit(guarded, machine);
   };

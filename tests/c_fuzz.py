@@ -3,9 +3,9 @@
     python tests/c_fuzz.py [SEQUENCES] [SEED] > bench/c_interface_fuzz.csv
 
 Compiles tests/c_interface/fuzz.cpp with the sanitizers for addresses and undefined behaviour and
-runs it with blobs of drives with sensors, a battery, a direct torque law and a predictive law. A
-wild pointer, a leak, undefined behaviour or an unknown status ends it. 10^6 sequences take about
-half an hour. Sequence j of seed s is the same whatever comes before it.
+runs it with blobs of drives with sensors, a battery, a direct torque law, a predictive law and
+states. A wild pointer, a leak, undefined behaviour or an unknown status ends it. 10^6 sequences
+take about half an hour. Sequence j of seed s is the same whatever comes before it.
 """
 
 import csv
@@ -46,6 +46,7 @@ def program(place: Path) -> list[Path]:
         ("battery", rl.load(EXAMPLES / "battery.toml"), None),
         ("ditc", rl.load(EXAMPLES / "ditc.toml"), None),
         ("edge_mpc", rl.load(EXAMPLES / "edge_mpc_mcu.toml"), None),
+        ("states", sharing.with_values({"supervision.enable_s": 0.0}), None),
     ):
         files.append(place / f"{name}.srm")
         files[-1].write_bytes(blob(drive, record=record))

@@ -16,7 +16,10 @@ WASM = (
     "-Wl,--export=malloc -Wl,--export=free"
 ).split()
 PARTS = {"drive": 0, "stage": 1, "controller": 2}
-TABLES = ("parameter", "input", "waveform", "period", "last_period", "measurement", "order", "leg")
+TABLES = (
+    *("parameter", "input", "waveform", "period", "last_period", "measurement", "order", "leg"),
+    "states",
+)
 MORE = 1
 
 # Sensors with steps, a sample of delay and dead time: what a drive on a board has.

@@ -16,6 +16,7 @@ import reluctance as rl
 from reluctance import _core
 from reluctance.errors import ParameterError
 from reluctance.export.blob import blob, kind
+from reluctance.guard.supervised import controller
 from reluctance.run.plant import closed_loop
 
 ROOT = Path(__file__).parents[1]
@@ -27,6 +28,14 @@ TURNING = [
     "reference.speed_rpm=",
     "reference.tau_Nm=18",
 ]
+STATES = {  # a drive that meets a fault, is cleared and enabled again
+    "supervision.enable_s": 0.0,
+    "supervision.precharge_ms": 1.0,
+    "supervision.fault": "dead_current_sensor",
+    "supervision.fault_s": 0.085,
+    "supervision.clear_s": 0.09,
+    "supervision.restart_s": 0.092,
+}
 DRIVES = {
     "sharing": rl.load(EXAMPLES / "sharing_cubic.toml"),
     "battery": rl.load(EXAMPLES / "battery.toml"),
@@ -35,6 +44,10 @@ DRIVES = {
     "ditc": rl.load(EXAMPLES / "ditc.toml"),
     "map": rl.load(EXAMPLES / "map_mpc.toml").with_values(
         {"control.law": "torque_sharing", "control.precision": "float"}
+    ),
+    "states": rl.load(EXAMPLES / "sharing_cubic.toml").with_values({**SENSORS, **STATES}),
+    "states, float": rl.load(EXAMPLES / "map_mpc.toml").with_values(
+        {"control.law": "torque_sharing", "control.precision": "float", **STATES}
     ),
     "angle table": rl.load(EXAMPLES / "angle_table.toml", TURNING),
 }
@@ -46,9 +59,14 @@ def lib(tmp_path_factory):
     return library(compiled(place / "reluctance.so", laws="TorqueSharing,Ditc,Angles", phases="3"))
 
 
+def end(name):
+    """Of a run: a drive with states runs from 0.07 s on."""
+    return 0.1 if name.startswith("states") else UNTIL
+
+
 def desk(drive, until=UNTIL, record=0.0):
     """Rows of waveforms and periods that the simulation of Python leaves."""
-    loop = closed_loop(drive, drive.controller(), -1.0 if record is None else record)
+    loop = closed_loop(drive, controller(drive), -1.0 if record is None else record)
     loop.close_period()
     t, waveforms, periods = 0.0, [], []
     while t < until:
@@ -62,8 +80,8 @@ def desk(drive, until=UNTIL, record=0.0):
 def test_it_computes_the_bits_of_the_simulation(lib, name):
     drive = DRIVES[name]
     unit = Unit(lib, blob(drive, record=0.0)).start()
-    waveforms, periods = unit.advance(UNTIL)
-    expected = desk(drive)
+    waveforms, periods = unit.advance(end(name))
+    expected = desk(drive, end(name))
     assert len(waveforms) > 500
     assert waveforms.tobytes() == expected[0].tobytes()
     assert periods.tobytes() == expected[1].tobytes()
@@ -75,10 +93,10 @@ def test_it_computes_the_bits_of_the_simulation(lib, name):
 @pytest.mark.parametrize("name", DRIVES)
 def test_a_run_does_not_depend_on_where_it_is_interrupted(lib, name):
     unit = Unit(lib, blob(DRIVES[name], record=0.0)).start()
-    whole = unit.advance(UNTIL)
+    whole = unit.advance(end(name))
     unit.reset()
     unit.start()
-    parts = [unit.advance(t) for t in np.linspace(0, UNTIL, 778)[1:]]
+    parts = [unit.advance(t) for t in np.linspace(0, end(name), 778)[1:]]
     for j in (0, 1):
         assert np.vstack([p[j] for p in parts]).tobytes() == whole[j].tobytes()
     unit.free()
@@ -90,27 +108,27 @@ def test_stage_and_controller_make_the_drive(lib, name):
     drive = DRIVES[name]
     content = blob(drive, record=0.0)
     whole = Unit(lib, content).start()
-    stage, controller = (Unit(lib, content, p).start() for p in ("stage", "controller"))
+    stage, control = (Unit(lib, content, p).start() for p in ("stage", "controller"))
     T_s = drive.control.T_s
-    samples = round(UNTIL / T_s)
+    samples = round(end(name) / T_s)
     expected = whole.advance(T_s * samples)[0]
     reference = drive.reference.course
     rows = []
     for n in range(samples):
-        controller.write("measurement", stage.read("measurement"))
-        if "reference" in controller.names("input"):
+        control.write("measurement", stage.read("measurement"))
+        if "reference" in control.names("input"):
             held = np.interp(T_s * n, *reference)
-            controller.set("input", "reference", held)
-        controller.sample()
-        orders = controller.read("order")
-        assert controller.names("order")[-1] == "tau_ref"
+            control.set("input", "reference", held)
+        control.sample()
+        orders = control.read("order")
+        assert control.names("order")[-1] == "tau_ref"
         stage.write("order", orders[:-1])
         stage.sample()
         rows.append(stage.advance(T_s * (n + 1))[0])
     coupled = np.vstack(rows)
     of = [j for j, column in enumerate(stage.names("waveform")) if column != "tau_ref"]
     assert coupled[:, of].tobytes() == expected[:, of].tobytes()
-    for unit in (whole, stage, controller):
+    for unit in (whole, stage, control):
         unit.free()
 
 
@@ -183,6 +201,52 @@ def test_inputs_take_the_place_of_constants(lib):
     unit.free()
 
 
+def test_a_drive_with_states_is_asked_and_tells(lib):
+    """Enabled from outside; a reading beyond the trip level ends the run until it is cleared."""
+    drive = DRIVES["sharing"].with_values({"supervision.enable_s": 0.0})
+    unit = Unit(lib, blob(drive))
+    assert unit.names("input")[:3] == ["reference", "enable", "clear"]
+    unit.set("input", "enable", 0.0)
+    unit.start()
+    unit.advance(0.002)
+    told = dict(zip(unit.names("states"), unit.read("states"), strict=True))
+    assert told["mode"] == 0 and told["gate_enable"] == 0
+    unit.set("input", "enable", 1.0)
+    unit.advance(0.08)
+    assert unit.get("states", "mode") == 4 and unit.get("states", "gate_enable") == 1
+    assert unit.get("period", "E_dc") > 0
+    i_trip = unit.get("parameter", "control.drive.control.protection.levels.i_trip")
+    unit.free()
+
+    control = Unit(lib, blob(drive), "controller").start()
+    seen = dict(zip(control.names("measurement"), control.read("measurement"), strict=True))
+    seen |= {"u_dc": 240.0, "theta_e": 1.0}
+
+    def sampled(**values):
+        control.write("measurement", [*(seen | values).values()])
+        control.sample()
+        return dict(zip(control.names("states"), control.read("states"), strict=True))
+
+    modes = [sampled()["mode"]]
+    while modes[-1] < 4 and len(modes) < 20000:
+        modes.append(sampled()["mode"])
+    assert set(modes) == {1, 2, 3, 4} and modes == sorted(modes)
+    sampled(i_1=1.1 * i_trip)
+    fault = sampled(i_1=1.1 * i_trip)
+    assert (fault["mode"], fault["status"], fault["phase"]) == (5, 2, 1)
+    assert fault["value"] == 1.1 * i_trip and fault["limit"] == i_trip
+    assert control.get("order", "at_once") == 1 and control.get("order", "leg_0_0") == -1
+    control.set("input", "clear", 1.0)
+    assert sampled()["mode"] == 5  # while it is enabled
+    control.set("input", "enable", 0.0)
+    assert sampled()["mode"] == 0
+    control.free()
+    unit = Unit(lib, blob(DRIVES["sharing"])).start()
+    with pytest.raises(RuntimeError, match="-11"):  # a drive without states
+        unit.names("states")
+    unit.free()
+
+
 def test_parameters_have_the_names_of_the_fields(lib):
     unit = Unit(lib, blob(DRIVES["sharing"], record=0.0))
     names = unit.names("parameter")
@@ -206,8 +270,8 @@ def wrong(lib, call, *arguments):
 def checksummed(content: bytes) -> bytes:
     from reluctance.export.blob import HASH_START, _hashed
 
-    value = _hashed(HASH_START, content[:72] + content[80:])
-    return content[:72] + struct.pack("<Q", value) + content[80:]
+    value = _hashed(HASH_START, content[:80] + content[88:])
+    return content[:80] + struct.pack("<Q", value) + content[88:]
 
 
 def test_a_wrong_blob_is_told(lib):
@@ -221,10 +285,10 @@ def test_a_wrong_blob_is_told(lib):
 
     assert create(b"")[0] == create(b"SRMDRIVE")[0] == create(b"x" * 200)[0] == -5
     assert create(good[:-8])[0] == create(good[:100] + b"?" + good[101:])[0] == -7
-    assert create(good[:8] + b"\x02" + good[9:])[0] == -6
+    assert create(good[:8] + b"\x01" + good[9:])[0] == -6
     assert create(checksummed(good[:-8]))[0] == -5
     assert create(checksummed(good + bytes(8)))[0] == -5
-    other_layout = checksummed(good[:64] + bytes(8) + good[72:])
+    other_layout = checksummed(good[:72] + bytes(8) + good[80:])
     assert create(other_layout) == (
         -6,
         "the blob is of another version of reluctance: export it again: fields",
@@ -232,9 +296,12 @@ def test_a_wrong_blob_is_told(lib):
     assert create(checksummed(good[:12] + b"\x05" + good[13:]))[0] == -8
     assert create(checksummed(good[:16] + b"EdgeMpc".ljust(24, b"\0") + good[40:])) == (
         -8,
-        "this library was compiled without this kind of drive: EdgeMpc, LeHuy, 3 phases, double",
+        "this library was compiled without this kind of drive: "
+        "EdgeMpc, LeHuy, 3 phases, double, frame",
     )
-    nan = checksummed(good[:88] + struct.pack("<d", np.nan) + good[96:])
+    assert create(checksummed(good[:64] + b"states\0\0" + good[72:]))[0] == -6
+    assert create(checksummed(good[:64] + b"other\0\0\0" + good[72:]))[0] == -8
+    nan = checksummed(good[:96] + struct.pack("<d", np.nan) + good[104:])
     assert create(nan)[1].endswith("plant.machine.L_u")
 
 
@@ -244,7 +311,7 @@ def test_every_number_of_a_blob_may_be_anything(lib):
     handle, reached = np.zeros(1, np.uint32), np.zeros(1)
     refused = 0
     values = (0.0, -1.0, 0.5, 1e300, -1e300, 7.0, np.nan, np.inf)
-    for j in range(80, len(good), 8):
+    for j in range(88, len(good), 8):
         for value in np.roll(values, j // 8)[:3]:  # the fuzzer below tries more
             content = checksummed(good[:j] + struct.pack("<d", value) + good[j + 8 :])
             status = lib.srm_create(content, len(content), 0, handle.ctypes.data)
@@ -292,7 +359,7 @@ def test_wrong_calls_are_told(lib):
     assert wrong(lib, "set", u, 2, 0, 1.0) == wrong(lib, "set", u, 6, 0, 1.0) == -13
     assert wrong(lib, "read", u, 2, None, 24) == wrong(lib, "find", u, 2, None, at) == -1
     assert wrong(lib, "read", u, 2, at, 23) == wrong(lib, "restore", u, at, 3) == -4
-    assert wrong(lib, "find", u, 2, b"torque", at) == wrong(lib, "count", u, 8, at) == -12
+    assert wrong(lib, "find", u, 2, b"torque", at) == wrong(lib, "count", u, 9, at) == -12
     assert wrong(lib, "take", u, 3, at, 0, at) == -4  # the row of the start waits
     unit.advance(1e-3)
     assert wrong(lib, "advance", u, 1e-4, at) == -9

@@ -220,6 +220,32 @@ def test_stage_and_controller_make_the_drive(units, version, tmp_path):
 
 
 @each_version
+def test_a_drive_with_states_is_enabled_trips_and_is_cleared_from_outside(version, tmp_path):
+    """A voltage beyond its limit is a fault; it is cleared once the voltage is back."""
+    file = tmp_path / "states.fmu"
+    export.fmu(DRIVE.with_values({"supervision.enable_s": 0.0}), file, version=version)
+    assert validate_fmu(str(file)) == []
+    slave, t = Slave(file, tmp_path / "unit", enable=0), 0.0
+
+    def after(seconds, **values):
+        nonlocal t
+        slave.set(**values)
+        slave.step(t, seconds)
+        t += seconds
+        return slave.get(["states.mode", "states.status", "states.gate_enable"]).tolist()
+
+    assert after(0.01) == [0, 0, 0]
+    assert after(0.1, enable=1) == [4, 0, 1]
+    turns = slave.get(["period.turn_ons"])
+    assert turns[0] > 50
+    assert after(0.01, u_source=400.0) == [5, 3, 0]
+    assert after(0.01, enable=0, clear=1) == [5, 3, 0]  # its cause is still there
+    assert after(0.01, u_source=240.0) == [0, 0, 0]
+    assert after(0.1, enable=1, clear=0) == [4, 0, 1]
+    slave.close()
+
+
+@each_version
 def test_states_are_restored_and_resets_begin_anew(units, version, tmp_path):
     slave = Slave(units[version, "drive"], tmp_path)
     names = ["i_0", "tau", "period.tau"]

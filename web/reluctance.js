@@ -11,6 +11,7 @@
 export const PARTS = { drive: 0, stage: 1, controller: 2 };
 export const TABLES = {
   parameter: 0, input: 1, waveform: 2, period: 3, last_period: 4, measurement: 5, order: 6, leg: 7,
+  states: 8,
 };
 const MORE = 1;
 

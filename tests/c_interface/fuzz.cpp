@@ -66,13 +66,13 @@ void damage(Bytes& blob) {
       if (blob.size() < 88) return;
       for (int n = below(3); n >= 0; --n) {
         const double value = any_number();
-        const int numbers = int(blob.size()) / 8 - 10;
-        std::memcpy(&blob[std::size_t(80 + 8 * below(numbers))], &value, 8);
+        const int numbers = int(blob.size()) / 8 - 11;
+        std::memcpy(&blob[std::size_t(88 + 8 * below(numbers))], &value, 8);
       }
       const std::string_view all(reinterpret_cast<const char*>(blob.data()), blob.size());
       using namespace srm::c_api;
-      const std::uint64_t sum = hashed(hashed(hash_start, all.substr(0, 72)), all.substr(80));
-      std::memcpy(&blob[72], &sum, 8);
+      const std::uint64_t sum = hashed(hashed(hash_start, all.substr(0, 80)), all.substr(88));
+      std::memcpy(&blob[80], &sum, 8);
     }
   }
 }
@@ -85,7 +85,7 @@ srm_unit some_unit(const std::vector<srm_unit>& units) {
 /// A call with arguments that are mostly good.
 void call(std::vector<srm_unit>& units, std::vector<Bytes>& states) {
   const srm_unit unit = some_unit(units);
-  const srm_table table = below(12) == 0 ? int(random_bits()) : below(8);
+  const srm_table table = below(12) == 0 ? int(random_bits()) : below(9);
   int32_t count = 0, index = 0;
   const bool known = srm_count(unit, table, &count) == SRM_OK;
   std::vector<double> row(known ? std::size_t(count) : 10);

@@ -7,9 +7,10 @@
 //       16     24  law, padded with zeros: EdgeMpc
 //       40     16  machine model: LeHuy, FluxMap
 //       56      8  precision of the controller: float, double
-//       64      8  layout: hash of the names of all fields (unpack.hpp)
-//       72      8  checksum: FNV-1a over all other bytes
-//       80         parameters, doubles (unpack.hpp)
+//       64      8  around the law: frame, or states (control_part.hpp)
+//       72      8  layout: hash of the names of all fields (unpack.hpp)
+//       80      8  checksum: FNV-1a over all other bytes
+//       88         parameters, doubles (unpack.hpp)
 #pragma once
 
 #include <cstring>
@@ -20,12 +21,12 @@
 
 namespace srm::c_api {
 
-inline constexpr std::uint32_t blob_version = 1;
-inline constexpr std::size_t blob_header = 80;
+inline constexpr std::uint32_t blob_version = 2;
+inline constexpr std::size_t blob_header = 88;
 
 struct Blob {
   int n_phases = 0;
-  std::string law, machine, precision;
+  std::string law, machine, precision, around;
   std::uint64_t layout = 0, checksum = 0;
   const unsigned char* parameters = nullptr;
   std::size_t size = 0;  // of the parameters [B]
@@ -51,13 +52,14 @@ inline srm_status parse(const unsigned char* bytes, std::size_t size, Blob& blob
   if (number_at<std::uint32_t>(bytes, 8) != blob_version) return SRM_WRONG_VERSION;
   if (size < blob_header || size % 8 != 0) return SRM_NOT_A_BLOB;
   const std::string_view all(reinterpret_cast<const char*>(bytes), size);
-  blob.checksum = hashed(hashed(hash_start, all.substr(0, 72)), all.substr(blob_header));
-  if (number_at<std::uint64_t>(bytes, 72) != blob.checksum) return SRM_WRONG_CHECKSUM;
+  blob.checksum = hashed(hashed(hash_start, all.substr(0, 80)), all.substr(blob_header));
+  if (number_at<std::uint64_t>(bytes, 80) != blob.checksum) return SRM_WRONG_CHECKSUM;
   blob.n_phases = number_at<std::int32_t>(bytes, 12);
   blob.law = text_at(bytes, 16, 24);
   blob.machine = text_at(bytes, 40, 16);
   blob.precision = text_at(bytes, 56, 8);
-  blob.layout = number_at<std::uint64_t>(bytes, 64);
+  blob.around = text_at(bytes, 64, 8);
+  blob.layout = number_at<std::uint64_t>(bytes, 72);
   blob.parameters = bytes + blob_header;
   blob.size = size - blob_header;
   return SRM_OK;

@@ -54,7 +54,9 @@ class DriveUnit final : public Unit {
         names_[SRM_ORDER].push_back(name + "_" + std::to_string(k));
       }
     }
+    if (control_->supervised()) names_[SRM_ORDER].push_back("at_once");
     if (part != SRM_STAGE) names_[SRM_ORDER].push_back("tau_ref");
+    if (part != SRM_STAGE && control_->supervised()) names_[SRM_STATES] = column_names(States{});
   }
   DriveUnit(const DriveUnit&) = delete;  // the loop calls the controller of its own unit
   DriveUnit& operator=(const DriveUnit&) = delete;
@@ -69,12 +71,17 @@ class DriveUnit final : public Unit {
       Controller<N> controller;
       if (part_ == SRM_DRIVE) {
         controller = [this](const Seen& y, double reference) {
-          return control_->step(y, reference);
+          Orders<N> given = control_->step(y, reference);
+          orders_.tau_ref = given.tau_ref;
+          orders_.at_once = given.at_once;
+          return given;
         };
       }
       loop_.emplace(given_.plant, given_.t_dead, given_.sampling, std::move(controller),
                     given_.reference, given_.theta_m, given_.resolution);
-      for (const Input& input : inputs_) put_input(input);
+      for (const Input& input : inputs_) {
+        if (!input.of_control) put_input(input);
+      }
       const bool records = given_.resolution.record_every >= 0;
       waveforms_.emplace(columns_of(Waveform<N>{}), records ? 20000 : 1);
       periods_.emplace(columns_of(Period<N>{}), 1000);
@@ -110,7 +117,7 @@ class DriveUnit final : public Unit {
     if (reached < t_stop) return diverged() ? Outcome{SRM_DIVERGED} : Outcome{SRM_MORE};
     if (loop_->t() < t_stop || loop_->within_step()) {
       before_ = loop_->snapshot();
-      loop_->look(t_stop);
+      loop_->peek(t_stop);
       looked_ = true;
       reached = loop_->t();
     }
@@ -158,9 +165,11 @@ class DriveUnit final : public Unit {
         break;
       case SRM_ORDER:
         values = write_columns(part_ == SRM_DRIVE ? loop_->command() : orders_.command, values);
-        if (part_ != SRM_STAGE) {
-          *values = part_ == SRM_DRIVE ? control_->tau_ref() : orders_.tau_ref;
-        }
+        if (control_->supervised()) *values++ = double(orders_.at_once);
+        if (part_ != SRM_STAGE) *values = orders_.tau_ref;
+        break;
+      case SRM_STATES:
+        write_columns(control_->states(), values);
         break;
       default:
         for (int k = 0; k < N; ++k) values[k] = double(orders_.command[k].leg[0]);
@@ -246,12 +255,6 @@ class DriveUnit final : public Unit {
   }
 
  private:
-  /// A quantity that is constant in the drive file, and may be changed from outside.
-  struct Input {
-    const char* name;
-    Course* course;
-  };
-
   /// A saved state; the state of the controller follows it.
   struct Saved {
     std::uint64_t checksum, identity;
@@ -271,11 +274,13 @@ class DriveUnit final : public Unit {
 
   void list_inputs() {
     const auto constant = [&](const char* name, Course& course) {
-      if (course.t.size() == 1 && course.value.size() == 1) inputs_.push_back({name, &course});
+      list_constant(inputs_, name, course, false);
     };
-    constant("reference", given_.reference);
+    if (part_ != SRM_STAGE) {
+      constant("reference", given_.reference);
+      control_->list_inputs(inputs_);
+    }
     if (part_ == SRM_CONTROLLER) return;
-    if (part_ == SRM_STAGE) inputs_.clear();
     Plant<M, N>& p = given_.plant;
     if (auto* source = std::get_if<StiffSource>(&p.source)) constant("u_dc", source->u_dc);
     if (auto* source = std::get_if<Battery>(&p.source)) constant("u_dc", source->E);
@@ -354,7 +359,7 @@ class DriveUnit final : public Unit {
       const Input& input = inputs_[first + j];
       if (input.course->value[0] == values[j]) continue;
       input.course->value[0] = values[j];
-      if (!loop_) continue;
+      if (!loop_ || input.of_control) continue;
       looked_ = false;  // from here on the run is another one
       put_input(input);
     }
@@ -373,11 +378,14 @@ class DriveUnit final : public Unit {
 
   Outcome write_orders(std::size_t first, const double* values, std::size_t count) {
     std::vector<double> row(names_[SRM_ORDER].size());
-    write_columns(orders_.command, row.data());
+    double* last = write_columns(orders_.command, row.data());
+    if (control_->supervised()) *last = double(orders_.at_once);
     std::copy_n(values, count, row.begin() + std::ptrdiff_t(first));
     std::vector<Number> places;
-    Command<double, N> trial = orders_.command;
+    Orders<N> given = orders_;
+    Command<double, N>& trial = given.command;
     for (PhaseCommand<double>& c : trial) add_numbers(c, "", places);
+    if (control_->supervised()) add_numbers(given.at_once, "", places);
     for (std::size_t j = 0; j < row.size(); ++j) {
       if (!places[j].set(row[j])) return {SRM_BAD_PARAMETER, names_[SRM_ORDER][j]};
     }
@@ -389,7 +397,7 @@ class DriveUnit final : public Unit {
       }
       if (!(c.i_band >= 0)) return {SRM_BAD_PARAMETER, "i_band"};
     }
-    orders_.command = trial;
+    orders_ = given;
     return {};
   }
 
@@ -411,7 +419,7 @@ class DriveUnit final : public Unit {
   std::uint64_t identity_;
   std::vector<Number> numbers_;
   std::vector<Input> inputs_;
-  std::array<std::vector<std::string>, 8> names_;
+  std::array<std::vector<std::string>, 9> names_;
 
   bool started_ = false;
   std::optional<Loop> loop_;

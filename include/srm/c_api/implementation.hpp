@@ -156,7 +156,7 @@ srm_status with_unit(srm_unit handle, F&& f) {
 template <class F>
 srm_status with_table(srm_unit handle, srm_table table, F&& f) {
   return with_unit(handle, [&](Unit& unit) {
-    if (table < SRM_PARAMETER || table > SRM_LEG) return told(SRM_NO_SUCH_NAME, "table");
+    if (table < SRM_PARAMETER || table > SRM_STATES) return told(SRM_NO_SUCH_NAME, "table");
     const auto& names = unit.names(table);
     const bool may_be_empty = table == SRM_INPUT;
     return names.empty() && !may_be_empty ? told(SRM_WRONG_PART) : f(unit, names);

@@ -16,12 +16,13 @@
 #include "srm/c_api/blob.hpp"
 #include "srm/c_api/drive_unit.hpp"
 #include "srm/control/laws.hpp"
+#include "srm/machine/machines.hpp"
 
 #ifndef SRM_LAWS
 #define SRM_LAWS SRM_BUILT_IN_LAWS
 #endif
 #ifndef SRM_MACHINES
-#define SRM_MACHINES LeHuy, FluxMap
+#define SRM_MACHINES SRM_BUILT_IN_MACHINES
 #endif
 #ifndef SRM_PHASES
 #define SRM_PHASES 2, 3, 4, 5, 6
@@ -55,11 +56,11 @@ struct Made {
 template <template <class, int> class... Law>
 struct Laws {
   template <class M, int N>
-  static std::unique_ptr<ControlPart<N>> control(std::string_view name) {
-    std::unique_ptr<ControlPart<N>> found;
+  static std::unique_ptr<LawPart<typename M::Scalar, N>> law(std::string_view name) {
+    std::unique_ptr<LawPart<typename M::Scalar, N>> found;
     const auto look = [&]<class One>() {
       if constexpr (together<One, M, N>()) {
-        if (template_name<One>() == name) found = std::make_unique<ControlOf<One>>();
+        if (template_name<One>() == name) found = std::make_unique<LawOf<One>>();
       }
     };
     (look.template operator()<Law<M, N>>(), ...);
@@ -113,7 +114,14 @@ void find_machine(const Blob& blob, srm_part part, Made& found) {
   const auto look = [&]<class Own, class Plants>() {
     if constexpr (L::template any<Own, N>()) {
       if (template_name<Own>() != blob.machine) return;
-      auto control = L::template control<Own, N>(blob.law);
+      auto law = L::template law<Own, N>(blob.law);
+      if (!law) return;
+      std::unique_ptr<ControlPart<N>> control;
+      if (blob.around == "states") {
+        control = std::make_unique<SupervisedControl<Own, N>>(std::move(law));
+      } else if (blob.around == "frame") {
+        control = std::make_unique<PlainControl<T, N>>(std::move(law));
+      }
       if (control) found = made<Plants, N>(blob, part, std::move(control));
     }
   };
@@ -135,7 +143,7 @@ void find_phases(const Blob& blob, srm_part part, Made& found) {
 
 inline std::string kind_text(const Blob& blob) {
   return blob.law + ", " + blob.machine + ", " + std::to_string(blob.n_phases) + " phases, " +
-         blob.precision;
+         blob.precision + ", " + blob.around;
 }
 
 inline Made made(const unsigned char* bytes, std::size_t size, srm_part part) {

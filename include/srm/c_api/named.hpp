@@ -69,6 +69,8 @@ void numbers(V& value, std::string& name, std::vector<Number>& found) {
   };
   if constexpr (Callable<V> || is_view<V>) {
     return;
+  } else if constexpr (requires { value.list(name, found); }) {
+    value.list(name, found);
   } else if constexpr (Listed<V>) {
     fields_of(value, [&](auto... field) { (below(field.value, field.name), ...); });
   } else if constexpr (Spread<V>) {
@@ -94,6 +96,8 @@ void viewed_numbers(V& value, std::string& name, std::vector<Number>& found) {
       numbers(const_cast<typename V::Value&>(value.data[j]), name, found);
       name.resize(before);
     }
+  } else if constexpr (requires { value.list_viewed(name, found); }) {
+    value.list_viewed(name, found);
   } else if constexpr (Listed<V>) {
     fields_of(value, [&](auto... field) { (viewed_below(field, name, found), ...); });
   }
@@ -101,7 +105,7 @@ void viewed_numbers(V& value, std::string& name, std::vector<Number>& found) {
 
 template <class V>
 void viewed_below(Field<V>& field, std::string& name, std::vector<Number>& found) {
-  if constexpr (Listed<V> || is_view<V>) {
+  if constexpr (Listed<V> || is_view<V> || requires { field.value.list_viewed(name, found); }) {
     const std::size_t before = enter(name, field.name);
     viewed_numbers(field.value, name, found);
     name.resize(before);

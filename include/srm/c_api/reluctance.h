@@ -87,7 +87,8 @@ enum {
   SRM_LAST_PERIOD = 4, /* P    the same at the end of the last whole electrical period */
   SRM_MEASUREMENT = 5, /* P C  what the sensors show; written to a controller */
   SRM_ORDER = 6,       /* P C  orders of all phases; written to a stage */
-  SRM_LEG = 7          /* P    one leg a phase, 1, 0 or -1, as order for a stage */
+  SRM_LEG = 7,         /* P    one leg a phase, 1, 0 or -1, as order for a stage */
+  SRM_STATES = 8       /* P C  of a drive with [supervision]: mode, status of the fault, outputs */
 };
 
 SRM_API int32_t srm_version(void);

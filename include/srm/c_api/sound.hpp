@@ -9,52 +9,18 @@
 #include <type_traits>
 #include <variant>
 
-#include "srm/control/frame/drive_control.hpp"
+#include "srm/control/guard/protection.hpp"
+#include "srm/control/guard/sequence.hpp"
 #include "srm/control/law/paper_mpc.hpp"
 #include "srm/control/part/guide.hpp"
 #include "srm/control/part/sharing.hpp"
-#include "srm/machine/flux_map.hpp"
-#include "srm/machine/lehuy.hpp"
 #include "srm/sim/simulation.hpp"
+#include "srm/sim/supervision.hpp"
 
 namespace srm::c_api {
 
 /// The name of what is wrong; null where nothing is.
 using Fault = const char*;
-
-template <class T>
-bool is_positive(T x) {
-  return x > T(0) && x - x == T(0);
-}
-
-template <Real T>
-Fault fault(const LeHuy<T>& m) {
-  if (m.N_r < 1 || m.N_r > 1000) return "N_r";
-  if (!is_positive(m.L_u) || !is_positive(m.L_sat) || !is_positive(m.A) || !is_positive(m.B) ||
-      !is_positive(m.i_sat)) {
-    return "L_u, L_sat, A, B, i_sat of the machine";
-  }
-  return nullptr;
-}
-
-template <Real T>
-Fault fault(const FluxMap<T>& m) {
-  if (m.N_r < 1 || m.N_r > 1000) return "N_r";
-  const bool sizes = m.n_i >= 2 && m.n_i <= 255 && m.n_theta >= 2 && m.n_theta <= 100000 &&
-                     m.n_slot >= 1 && m.knot.size == m.n_i && m.piece.size == m.n_slot &&
-                     m.coefficient.size == m.n_i * (m.n_theta + 3) * FluxMap<T>::n_power;
-  if (!sizes) return "sizes of the flux map";
-  for (int j = 1; j < m.n_i; ++j) {
-    if (!(m.knot[j] > m.knot[j - 1])) return "knots of the flux map";
-  }
-  for (const int j : m.piece) {
-    if (j >= m.n_i) return "slots of the flux map";
-  }
-  if (!is_positive(m.theta_span) || !is_positive(m.cells_per_rad) || !is_positive(m.slots_per_A)) {
-    return "spans of the flux map";
-  }
-  return inductance_bound(m) > T(0) ? nullptr : "inductance of the flux map";
-}
 
 template <Real T>
 Fault fault(const Guide<T>& g) {
@@ -100,7 +66,7 @@ inline Fault fault(const Shaft& s) {
 
 template <Machine M, int N>
 Fault fault(const Plant<M, N>& p) {
-  if (const Fault f = fault(p.machine)) return f;
+  if (const Fault f = p.machine.fault()) return f;
   if (!(p.R >= 0)) return "R";
   if (const Fault f = fault(p.shaft)) return f;
   return std::visit([](const auto& source) { return fault(source); }, p.source);
@@ -123,7 +89,7 @@ inline Fault fault(const Resolution& r) {
 template <class Law>
 Fault fault_of_law(const Law& law) {
   if constexpr (requires { law.machine; }) {
-    if (const Fault f = fault(law.machine)) return f;
+    if (const Fault f = law.machine.fault()) return f;
   }
   if constexpr (requires { law.guide; }) {
     if (const Fault f = fault(law.guide)) return f;
@@ -152,16 +118,33 @@ Fault fault_of_law(const Law& law) {
 /// Its horizons are capacities of its tables too.
 template <Machine M, int N, int Np_max, int Nc_max>
 Fault fault_of_law(const PaperMpc<M, N, Np_max, Nc_max>& law) {
-  if (const Fault f = fault(law.machine)) return f;
+  if (const Fault f = law.machine.fault()) return f;
   if (const Fault f = fault(law.guide)) return f;
   if (law.N_p < 1 || law.N_p > Np_max) return "N_p";
   if (law.N_c < 1 || law.N_c > Nc_max || law.N_c > law.N_p) return "N_c";
   return is_positive(law.T_s) ? nullptr : "T_s of the law";
 }
 
-template <class Law>
-Fault fault(const DriveControl<Law>& c) {
-  return fault_of_law(c.law);
+template <Real T>
+Fault fault(const Protection<T>& p) {
+  if (!is_positive(p.flux.T_s)) return "T_s of the protection";
+  return p.delay == 0 || p.delay == 1 ? nullptr : "delay of the protection";
+}
+
+template <Real T>
+Fault fault(const Sequence<T>& s) {
+  if (!is_positive(s.T_s)) return "T_s of the sequence";
+  return s.n_calibrate >= 1 && s.n_settle >= 0 ? nullptr : "n_calibrate, n_settle";
+}
+
+template <int N>
+Fault fault(const Supervision& s) {
+  if (!is_positive(s.T_s)) return "T_s of the supervision";
+  if (s.phase < 0 || s.phase >= N) return "phase of the trouble";
+  for (const Course* course : {&s.enable, &s.clear, &s.troubled}) {
+    if (const Fault f = fault(*course)) return f;
+  }
+  return nullptr;
 }
 
 }  // namespace srm::c_api

@@ -41,7 +41,7 @@ bool is_named(int value) {
   return [&]<int... v>(std::integer_sequence<int, v...>) {
     return ((value == v - 1 && is_named<static_cast<E>(v - 1)>()) || ...);
   }
-  (std::make_integer_sequence<int, 9>{});  // -1 to 7: all enumerations of the core
+  (std::make_integer_sequence<int, 10>{});  // -1 to 8: all enumerations of the core
 }
 
 /// A number of whatever type from a double; false where it cannot be one.
@@ -81,6 +81,8 @@ class Reader {
   void read(V& value, Tables& memory) {
     if constexpr (Callable<V>) {
       visit("!");
+    } else if constexpr (requires { value.read(*this, memory); }) {
+      value.read(*this, memory);
     } else if constexpr (Listed<V>) {
       visit("(");
       fields_of(value, [&](auto... field) { (named(field, memory), ...); });

@@ -166,7 +166,7 @@ class Instance {
   }
 
   bool is_known(const Entry& e) {
-    const bool table = e.table >= SRM_PARAMETER && e.table <= SRM_LEG;
+    const bool table = e.table >= SRM_PARAMETER && e.table <= SRM_STATES;
     if (table && e.index < unit().names(e.table).size()) return true;
     return refused("no variable has this reference");
   }

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from math import prod
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,8 @@ from reluctance.tables.supervision import Supervision
 NUMBERS = {name: n for n, name in enumerate(("none", *ROUTINES))}  # in reluctance_commission.h
 PRECHARGE = Supervision.model_validate({"enable_s": 0.0, "precharge_ms": 100.0})
 SLICE = 2e-3  # of simulated time between two looks [s]
-ORDER = struct.Struct("<7bx12f")  # of one leg: the columns of an order
+WORDS = "".join(f"{prod(of.shape)}{of.base.char}" for of, *_ in (PHASE.fields or {}).values())
+ORDER = struct.Struct("<" + WORDS.replace("V", "x"))  # of one leg: the columns of an order
 OFF = [0.0] * len(_core.ORDER_COLUMNS)
 
 

@@ -14,11 +14,12 @@ from pathlib import Path
 from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-from reluctance.export.constants import Node
+from reluctance.export.tree import Node, Visit, walk
 from reluctance.files import check_place, write_whole
+from reluctance.guard.supervised import controller
 from reluctance.run.plant import loop_parts
 
-VERSION = 1  # of the format; include/srm/c_api/blob.hpp has the same
+VERSION = 2  # of the format; include/srm/c_api/blob.hpp has the same
 HASH_START, HASH_PRIME = 14695981039346656037, 1099511628211  # of FNV-1a, 64 bits
 NAME = re.compile(r"srm::DriveControl<(?:\w+::)?(\w+)<(?:(?:\w+::)?(\w+)<)?")
 
@@ -31,6 +32,7 @@ class Kind:
     machine: str  # struct of the machine model: LeHuy or FluxMap
     n_phases: int
     precision: str  # of the controller: float or double
+    around: str  # the law: frame, or states
 
     def __str__(self) -> str:
         return f"{self.law}, {self.machine}, {self.n_phases} phases, {self.precision}"
@@ -75,18 +77,19 @@ def blob(drive: Drive, *, record: float | None = None) -> bytes:
     ParameterError
         If the law has no form outside Python.
     """
-    of, controller = kind(drive), _controller(drive)
+    of, nodes = kind(drive), described_controller(drive)
     loop = _core.described_plant(**loop_parts(drive, -1.0 if record is None else record))
-    names, numbers = _walk(loop)
-    more_names, more_numbers = _walk(controller["control"])
-    names, numbers = f"{names}control {more_names}", numbers + more_numbers
+    places = [*walk(loop), Visit("", "control ", ()), *walk(control_tree(nodes))]
+    names = "".join(place.mark for place in places)
+    numbers = [float(number) for place in places for number in place.numbers]
     head = b"SRMDRIVE" + struct.pack(
-        "<Ii24s16s8sQ",
+        "<Ii24s16s8s8sQ",
         VERSION,
         of.n_phases,
         of.law.encode(),
         of.machine.encode(),
         of.precision.encode(),
+        of.around.encode(),
         _hashed(HASH_START, names.encode()),
     )
     body = struct.pack(f"<{len(numbers)}d", *numbers)
@@ -100,12 +103,7 @@ def kind(drive: Drive) -> Kind:
             "[control] learn = true has no form in the C interface, in units and in the studio; "
             "need false there (the firmware package learns)"
         )
-    if drive.supervision.on:
-        raise ParameterError(
-            "[supervision] has no form in the C interface, in units and in the studio; remove "
-            "enable_s there (reluctance run, simulate and the firmware package have the states)"
-        )
-    nodes = _controller(drive)
+    nodes = described_controller(drive)
     found = NAME.match(nodes["control"]["type"])
     law = found[1] if found else ""
     machine = type(drive.machine.magnetics).__name__
@@ -113,53 +111,39 @@ def kind(drive: Drive) -> Kind:
         raise ParameterError(
             f"the law `{law or nodes['control']['type']}` has no name of 1 to 24 letters"
         )
-    return Kind(law, machine, drive.machine.n_phases, drive.control.precision)
+    around = "states" if drive.supervision.on else "frame"
+    return Kind(law, machine, drive.machine.n_phases, drive.control.precision, around)
 
 
-def _controller(drive: Drive) -> dict[str, Node]:
-    nodes = _core.described(drive.controller())
+def control_tree(nodes: dict[str, Node]) -> Node:
+    """The parameters of the controller as srm::c_api::PlainControl or SupervisedControl has them
+    (include/srm/c_api/control_part.hpp)."""
+    if "sequence" not in nodes:
+        return nodes["control"]
+    guarded = {
+        "machine": nodes["known"],
+        "protection": nodes["protection"],
+        "control": nodes["control"],
+    }
+    drive = {"sequence": nodes["sequence"], "control": {"fields": guarded}}
+    return {"fields": {"drive": {"fields": drive}, "supervision": nodes["supervision"]}}
+
+
+def described_controller(drive: Drive) -> dict[str, Node]:
+    """The tree of a drive's controller.
+
+    Raises
+    ------
+    ParameterError
+        If the law has no form outside Python.
+    """
+    nodes = _core.described(controller(drive))
     if nodes is None:
         raise ParameterError(
             f"[control] law = {drive.control.law!r} cannot be exported; "
             "a law in C++ can (docs/extending.md)"
         )
     return nodes
-
-
-def _walk(node: Node) -> tuple[str, list[float]]:
-    """The names of a tree as the reader visits them, and its numbers."""
-    names: list[str] = []
-    numbers: list[float] = []
-
-    def visit(node: Node) -> None:
-        if node is None:
-            names.append("!")
-        elif isinstance(node, list):
-            names.append("{")
-            numbers.extend(float(v) for v in node)
-            names.append("}")
-        elif not isinstance(node, dict):
-            numbers.append(float(node))
-        elif "table" in node:
-            names.append("[]")
-            numbers.append(float(len(node["values"])))
-            numbers.extend(float(v) for v in node["values"])
-        elif "variant" in node:
-            names.append("<")
-            numbers.append(float(node["variant"]))
-            visit(node["value"])
-            names.append(">")
-        elif "fields" in node:
-            names.append("(")
-            for name, value in node["fields"].items():
-                names.append(f"{name} ")
-                visit(value)
-            names.append(")")
-        else:
-            numbers.append(float(node["value"]))
-
-    visit(node)
-    return "".join(names), numbers
 
 
 def _hashed(start: int, content: bytes) -> int:

@@ -6,15 +6,14 @@ Floats are printed with the fewest digits that read back as the same float.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from reluctance.errors import ParameterError
+from reluctance.export.tree import Node
 
 BYTES = {"float": 4, "std::uint8_t": 1}  # of a table's element
 DTYPES = {"float": "<f4", "std::uint8_t": "u1"}
-Node = Any  # number, list, or one of the dicts of bindings/describe.hpp
 
 
 @dataclass
@@ -79,17 +78,6 @@ def constant(node: Node, tables: Tables, where: str, indent: int = 0) -> str:
         for name, value in node["fields"].items()
     ]
     return "{\n" + "".join(parts) + " " * indent + "}"
-
-
-def float_paths(node: Node, where: str) -> list[str]:
-    """Every float of a tree as a C++ expression, tables left out: `control.law.machine.L_u`."""
-    if isinstance(node, float):
-        return [where]
-    if isinstance(node, list):
-        return [p for j, v in enumerate(node) for p in float_paths(v, f"{where}[{j}]")]
-    if isinstance(node, dict) and "fields" in node:
-        return [p for name, v in node["fields"].items() for p in float_paths(v, f"{where}.{name}")]
-    return []
 
 
 def _wrapped(words: list[str], indent: int = 0) -> str:

@@ -18,11 +18,11 @@ from pathlib import Path
 from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
-from reluctance.export.blob import Kind, blob, kind
-from reluctance.export.constants import Node
+from reluctance.export.blob import Kind, blob, control_tree, described_controller, kind
 from reluctance.export.fmu_description import description
 from reluctance.export.fmu_variables import PARTS, Part, variables
 from reluctance.export.package import headers
+from reluctance.export.tree import numbers_of
 from reluctance.files import check_ending, scratch, told, write_whole
 from reluctance.laws.build import first_error
 from reluctance.resources import resources
@@ -34,6 +34,7 @@ FLAGS = (
 ).split()
 BINARY = {2: "binaries/linux64/{}.so", 3: "binaries/x86_64-linux/{}.so"}
 LIMIT = 900  # of the compiler; 15 s are usual [s]
+NOT_OF_A_UNIT = "resolution.record_every"  # which an importer records by itself
 
 
 @dataclass(frozen=True)
@@ -163,20 +164,10 @@ constexpr char token[] = "{token}";
 
 def _floats(drive: Drive) -> set[str]:
     """The names of the parameters that are real numbers and no table or course."""
-    nodes = _core.described(drive.controller()) or {}
     loop = _core.described_plant(**loop_parts(drive, -1.0))
-    return {*_float_names(loop, ""), *_float_names(nodes.get("control"), "control")}
-
-
-def _float_names(node: Node, name: str) -> list[str]:
-    if isinstance(node, float):
-        return [name] if name != "resolution.record_every" else []
-    if isinstance(node, dict) and "variant" in node:
-        return _float_names(node["value"], name)
-    if isinstance(node, dict) and "fields" in node:
-        below = node["fields"].items()
-        return [n for key, v in below for n in _float_names(v, f"{name}.{key}" if name else key)]
-    return []
+    control = control_tree(described_controller(drive))
+    numbers = numbers_of({"": loop, "control": control})
+    return {name for name, n in numbers.items() if isinstance(n, float)} - {NOT_OF_A_UNIT}
 
 
 def _compile(folder: Path, source: str, library: Path) -> None:

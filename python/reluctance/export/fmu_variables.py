@@ -13,11 +13,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from reluctance import _core
 from reluctance.errors import ParameterError
 
 Part = Literal["drive", "stage", "controller"]
 PARTS: tuple[Part, ...] = ("drive", "stage", "controller")
-TABLES = ("parameter", "input", "waveform", "period", "last_period", "measurement", "order")
+TABLES = (
+    *("parameter", "input", "waveform", "period", "last_period", "measurement", "order"),
+    *("leg", "states"),
+)
 RENAMED = {  # where a state has the name too
     ("input", "u_dc"): "u_source",
     ("input", "omega_m"): "omega_held",
@@ -28,6 +32,12 @@ PREFIX = {
     "last_period": "last_period.",
     "measurement": "measured.",
     "order": "order.",
+    "states": "states.",
+}
+OUTPUTS = {  # of the board besides the legs, 1 or 0
+    "gate_enable": "the gate drivers may switch",
+    "precharged": "the precharge resistor is bridged",
+    "chopper": "the brake chopper is on",
 }
 
 # The last word of a name, without the phase, to unit and meaning.
@@ -80,7 +90,7 @@ MEANINGS = {
     "S_on": ("V.A", "sum of voltage and current over turn-ons"),
     "S_off": ("V.A", "sum of voltage and current over turn-offs"),
     "leg": (None, "leg: 1 magnetize, 0 freewheel, -1 demagnetize"),
-    "gate": (None, "who switches: 0 off, 1 timer, 2 comparator, 3 comparator within a window"),
+    "gate": (None, f"who switches: {', '.join(f'{g.value} {g.name}' for g in _core.Gate)}"),
     "chop": (None, "leg above the band: 0 freewheel, -1 demagnetize"),
     "R": ("Ohm", "resistance"),
     "L_u": ("H", "unaligned inductance"),
@@ -91,9 +101,18 @@ MEANINGS = {
     "poa_global": ("W/m2", "irradiance on the array"),
     "temp_cell": ("degC", "cell temperature"),
     "H_static": ("m", "static head"),
+    "enable": (None, "1: the drive is asked to run"),
+    "clear": (None, "1: a fault is to be cleared; the drive must not be enabled"),
+    "at_once": (None, "1: the gates are off, in effect at this sample whatever the delay"),
+    "mode": (None, "0 off, 1 precharge, 2 calibrate, 3 ready, 4 run, 5 fault"),
+    "status": (None, "what the protection found; 0 is nothing (docs/firmware.md)"),
+    "phase": (None, "of the fault; -1: of none"),
+    "value": (None, "that the fault was found by"),
+    "limit": (None, "of that value"),
+    **{name: (None, f"1: {text}") for name, text in OUTPUTS.items()},
     "reference": (None, "reference of the drive: torque [N m] or speed [rad/s]"),
 }
-INTEGERS = {"leg", "gate", "chop"}
+INTEGERS = {"leg", "gate", "chop", "at_once", "mode", "status", "phase", *OUTPUTS}
 INDEX = re.compile(r"(_\d+)+$")
 
 
@@ -120,7 +139,7 @@ def _variables(tables: _Tables, part: Part, floats: set[str]) -> Iterator[Variab
     for code, table in enumerate(TABLES):
         if table == "measurement" and part == "drive":
             continue  # the controller's business
-        if table == "order" and part == "drive":
+        if table == "leg" or (table == "order" and part == "drive"):
             continue
         causality, variability = _role(table, part)
         values = tables.values(table) if causality != "output" else None
@@ -157,7 +176,7 @@ def _role(table: str, part: Part) -> tuple[str, str]:
         return "input", "continuous"
     if (table, part) in (("measurement", "controller"), ("order", "stage")):
         return "input", "discrete"
-    discrete = table in ("last_period", "order") or part == "controller"
+    discrete = table in ("last_period", "order", "states") or part == "controller"
     return "output", "discrete" if discrete else "continuous"
 
 

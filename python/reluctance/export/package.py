@@ -18,15 +18,17 @@ from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.export.array_text import array_marks
 from reluctance.export.commission_levels import commission
-from reluctance.export.constants import Node, Tables, constant, literal
+from reluctance.export.constants import Tables, constant, literal
 from reluctance.export.learned_interface import learned_marks
 from reluctance.export.port import port_marks
 from reluctance.export.recording import desk_controller
 from reluctance.export.run_time import marks, run_time_code, run_time_parameters
 from reluctance.export.self_test import STEPS, self_test_data, stored_tables
+from reluctance.export.tree import Node
 from reluctance.files import check_folder, make_folder, scratch, told
 from reluctance.guard.sequence_levels import sequence, speed_limit
 from reluctance.guard.trip_levels import protection
+from reluctance.phases import LETTERS
 from reluctance.resources import resources
 from reluctance.units import from_si
 
@@ -276,7 +278,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         "N_s": str(drive.machine.N_s),
         "R_ohm": f"{drive.machine.R:g}",
         "J_kgm2": f"{drive.machine.J_kgm2:g}",
-        "letters": ", ".join("abcdef"[: drive.machine.n_phases]),
+        "letters": ", ".join(LETTERS[: drive.machine.n_phases]),
         "T_s": literal(drive.control.T_s, "T_s"),
         "T_s_us": f"{drive.control.T_s_us:g}",
         "delay": str(drive.sensing.delay_samples),

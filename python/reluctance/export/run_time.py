@@ -11,7 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from reluctance.drive import Drive
-from reluctance.export.constants import Node, literal
+from reluctance.export.constants import literal
+from reluctance.export.tree import Node, numbers_of
 from reluctance.guard.trip_levels import MOST_SLACK_DEG, angle_step
 from reluctance.units import to_si
 
@@ -128,9 +129,10 @@ ENTRIES = (
 def run_time_parameters(drive: Drive, tree: dict[str, Node]) -> list[RunTime]:
     """Those of a drive, in the order of their numbers."""
     found = []
+    numbers = numbers_of(tree)
     for entry in ENTRIES:
         if entry.serves(drive):
-            built = float(_field(tree, entry.path))
+            built = float(numbers[entry.path])
             least, most = entry.range(drive, built)
             if most > least:  # otherwise there is nothing to choose
                 found.append(RunTime(entry.name, entry.unit, entry.path, least, most, built))
@@ -192,11 +194,3 @@ def _setter(name: str, start: str, prefix: str, entries: list[RunTime]) -> str:
         f"constexpr auto {name}(const auto& value) {{\n"
         f"  auto to = {start};\n{lines}  return to;\n}}\n"
     )
-
-
-def _field(tree: dict[str, Node], path: str) -> float:
-    name, *fields = path.split(".")
-    node = tree[name]
-    for field in fields:
-        node = node["fields"][field]
-    return float(node)

@@ -6,6 +6,7 @@ from reluctance import _core
 from reluctance.drive import Drive
 from reluctance.guard.sequence_levels import sequence
 from reluctance.guard.trip_levels import protection
+from reluctance.phases import LETTERS
 
 BEYOND = 0.1  # by which a reading passes its level
 LAST = 1e30  # a time that does not come [s]
@@ -56,14 +57,17 @@ def supervision(drive: Drive, guard: _core.Protection) -> _core.Supervision:
         clear=_while((clear, again)),
         troubled=_while((begins, clear if table.gone_s is None else table.gone_s)),
         trouble=getattr(_core.Trouble, table.fault),
-        phase="abcdef".index(table.fault_phase),
+        phase=LETTERS.index(table.fault_phase),
         level=shown.get(table.fault, 0.0),
     )
 
 
 def _while(*spans: tuple[float, float]) -> _core.Course:
     """1 from the first to the second time of each span, 0 besides."""
+    coming = [(start, end) for start, end in spans if start < LAST]
+    if coming in ([], [(0.0, LAST)]):  # what never changes may be changed from outside
+        return _core.Course(t=[0.0], value=[float(len(coming))])
     points = [(0.0, 0.0)]
-    for start, end in spans:
+    for start, end in coming:
         points += [(start, 0.0), (start, 1.0), (end, 1.0), (end, 0.0)]
     return _core.Course(t=[t for t, _ in points], value=[on for _, on in points])

@@ -38,6 +38,7 @@ struct Guarded {
   M machine;  // as the controller knows it
   Protection<T> protection;
   Control control;
+  SRM_FIELDS(machine, protection, control)
 
   struct State {
     typename Protection<T>::template State<N> guard;

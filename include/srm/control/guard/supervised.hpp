@@ -31,6 +31,7 @@ struct Supervised {
 
   Sequence<T> sequence;
   Control control;
+  SRM_FIELDS(sequence, control)
 
   struct State {
     typename Sequence<T>::template State<N> states;
