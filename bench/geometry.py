@@ -11,6 +11,7 @@ bounds.
 import argparse
 import os
 import resource
+import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -20,9 +21,7 @@ import numpy as np
 from reluctance.files import read_toml, write_table
 from reluctance.geometry.file import Geometry
 from reluctance.geometry.mesh import Grid
-from reluctance.geometry.samples import sample
-from reluctance.geometry.solve import Field
-from reluctance.geometry.solved import system_of
+from reluctance.geometry.solved import solved
 from reluctance.machine.geometry_machine import flattened
 from reluctance.schema import checked
 
@@ -33,26 +32,23 @@ ACROSS = (8, 12, 16)  # cells across a pole and a slot; 12 is the default
 
 
 def measured(name: str, across: int, angles: int, currents: int) -> dict[str, float | str]:
-    """One map."""
+    """One map with its forces, as `reluctance machine from-geometry` solves it."""
     table = flattened(read_toml(ROOT / "machines" / "geometry" / f"{name}.toml"))
-    geometry = checked(Geometry, {k: v for k, v in table.items() if k != "model"}, name)
-    steps = 0
-
-    def look(row: int, column: int, field: Field) -> None:
-        nonlocal steps
-        steps += field.steps
-
-    began = time.process_time()
-    system = system_of(geometry, replace(Grid(), pole=across, slot=across))
-    i = np.linspace(0, geometry.map.current_max_A, currents + 1)
-    sample(system, i, np.linspace(0, np.pi, angles), look=look)
+    del table["model"]
+    table["map"] = {**table["map"], "angles": angles, "currents": currents}
+    geometry = checked(Geometry, table, name)
+    with tempfile.TemporaryDirectory() as cache:
+        os.environ["RELUCTANCE_CACHE"] = cache
+        began = time.process_time()
+        solution = solved(geometry, grid=replace(Grid(), pole=across, slot=across))
+        took = time.process_time() - began
     return {
         "machine": name,
-        "unknowns": system.n,
+        "unknowns": round(solution.unknowns),
         "angles": angles,
         "currents": currents,
-        "newton_steps": steps,
-        "processor_s": round(time.process_time() - began, 2),
+        "newton_steps": round(solution.steps),
+        "processor_s": round(took, 2),
         "memory_MB": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024),
         "load": round(os.getloadavg()[0], 1),
     }
@@ -64,11 +60,9 @@ def main() -> None:
     options = parser.parse_args()
     rows = []
     for name in MACHINES:
-        for nodes in NODES:
-            rows.append(measured(name, 12, *nodes))
-            print(rows[-1], flush=True)
-        for across in ACROSS:
-            rows.append(measured(name, across, 9, 6))
+        cases = [(12, *nodes) for nodes in NODES] + [(across, 13, 6) for across in ACROSS]
+        for case in cases:
+            rows.append(measured(name, *case))
             print(rows[-1], flush=True)
     write_table(options.out, {key: np.array([row[key] for row in rows]) for key in rows[0]})
 

@@ -79,6 +79,7 @@ def test_no_text_key_that_holds_a_path_is_without_its_mark() -> None:
     marked = {(s.__name__, key) for s in below(Section) for key in file_keys(s)}
     for section, key in (
         *(("MapMachine", "map"), ("MapMachine", "torque_map"), ("Angles", "angle_table")),
+        *(("MapMachine", "pairs"), ("MapMachine", "force_map")),
         *(("Load", "pump"), ("Pump", "curve_csv"), ("OwnLaw", "law"), ("CompiledLaw", "law")),
     ):
         assert (section, key) in marked

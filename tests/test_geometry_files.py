@@ -13,6 +13,7 @@ from reluctance import _core
 from reluctance.files import read_toml
 from reluctance.geometry import convergence
 from reluctance.geometry.file import Geometry
+from reluctance.geometry.force import stress
 from reluctance.geometry.mesh import Grid
 from reluctance.geometry.samples import rotor_angle
 from reluctance.geometry.solve import at_angle, solve
@@ -20,6 +21,7 @@ from reluctance.geometry.solved import solved, system_of
 from reluctance.geometry.steel_file import grade
 from reluctance.machine.geometry_machine import flattened
 from reluctance.maps import check_map, fit_surface
+from reluctance.maps.pole_force import read_pole_force
 from reluctance.resources import resources
 from reluctance.schema import checked
 
@@ -93,7 +95,7 @@ REFUSED = [
         "coil_height_mm = 17 does not fit the slot",
     ),
     ({"map__current_max_A": 1500.0}, "far beyond saturation"),
-    ({"map__coupling": "pairs"}, "coupling = 'pairs' is not available"),
+    ({"map__pair_rank": 4}, "map.pair_rank has no effect with coupling = 'none'"),
     ({"map__coupling": "all"}, "need 'none' or 'pairs'"),
     ({"lamination__steel": "M530"}, "no such grade; did you mean `M530-50A`?"),
     ({"lamination__steel": "nowhere.csv"}, "no such file"),
@@ -205,6 +207,16 @@ def test_keys_of_the_geometry_are_keys_of_the_drive(made, tmp_path):
         first.with_values({"machine.stator.pole_arc_deg": 70.0})
 
 
+def test_a_control_may_know_the_geometry_wrong(made, tmp_path):
+    """[mismatch] scales what the control knows of flux linkage and resistance."""
+    path = write(tmp_path / "d.toml", drive({}))
+    path.write_text(f'machine = "{made[0]}"\n' + path.read_text().replace("[machine]\n", ""))
+    one, other = (rl.load(path, [f"mismatch.flux_factor={x}"]).known() for x in (1.0, 1.2))
+    for figure in ("psi", "tau"):
+        known, scaled = (float(getattr(x.machine, figure)(9.0, 2.0)) for x in (one, other))
+        assert scaled == pytest.approx(1.2 * known, rel=1e-6)
+
+
 def test_the_map_is_energy_consistent_and_judged_good(made):
     solution = solved(geometry())
     report = check_map(solution.table(4))
@@ -311,6 +323,7 @@ def test_a_stored_map_is_that_of_its_geometry(path):
     case = checked(Geometry, table, path.name)
     stored = np.loadtxt(path.parents[1] / f"{path.stem}.csv", delimiter=",", skiprows=1)
     system = system_of(case)
+    force = read_pole_force(path.parents[1] / f"{path.stem}_force.csv")
     machine = read_toml(path.parents[1] / f"{path.stem}.toml")["machine"]
     assert machine["source"].endswith(f"map computed from {path.name} (2-D field)")
     for theta_deg in (90.0, 180.0):
@@ -323,6 +336,8 @@ def test_a_stored_map_is_that_of_its_geometry(path):
         own = field.psi[0] + by_products_of(case).L_end_H * i
         assert own == pytest.approx(psi, rel=1e-5)
         assert field.tau == pytest.approx(tau, abs=1e-4 * stored[:, 3].max())
+        pull = stress(field).pole_force(0, case.stator_poles)
+        assert force.at(i, np.radians(theta_deg)) == pytest.approx(pull, rel=1e-3)
 
 
 def test_there_is_a_geometry_of_each_kind():

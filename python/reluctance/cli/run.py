@@ -17,13 +17,21 @@ from reluctance.drive import Drive
 from reluctance.figures import check_figure, look
 from reluctance.files import TABLES, check_ending
 from reluctance.key_figures import Kpis, shown
+from reluctance.phases import phase_name
 from reluctance.run import simulate
 from reluctance.run.bounds import MOST_BYTES, waveform_bytes
+from reluctance.run.radial_force import force_orders
 from reluctance.units import from_si
 
 if TYPE_CHECKING:
     from reluctance.run.energy_loop import EnergyLoop
 
+# Of waveforms that only the radial forces need: at least this many samples fit into a run.
+MOST_FORCE_SAMPLES = 1e5
+WITHOUT_PAIRS = (
+    "the simulation leaves out what neighbouring phases add to each other, the pairs of this "
+    "machine; `reluctance machine from-geometry` says how much that is"
+)
 TOLD_BYTES = 2e8  # of waveforms: from here on their size is said beforehand
 
 
@@ -60,7 +68,10 @@ def run(
             check_figure(path, style, width)
     silent = out is None and plot is None and energy_loop is None
     end = drive.simulation.until_s if until is None else until
-    record = None if silent else record_us * 1e-6
+    forces = drive.machine.pole_force is not None
+    record: float | None = record_us * 1e-6
+    if silent:  # the forces alone need waveforms, at the samples of the control
+        record = max(drive.control.T_s, end / MOST_FORCE_SAMPLES) if forces else None
     if TOLD_BYTES < (size := waveform_bytes(drive, end, record)) <= MOST_BYTES:
         print(
             f"note: the waveforms take about {size / 1e9:.2g} GB; --record-us 100 keeps a grid",
@@ -91,20 +102,25 @@ def run(
         entered = (
             {} if result.events is None else {"events": [e.with_units() for e in result.events]}
         )
-        print(json.dumps({**result.kpis.with_units(), **learned, **entered}))
+        radial = {"radial_force": [x.with_units() for x in force_orders(result)]} if forces else {}
+        print(json.dumps({**result.kpis.with_units(), **learned, **entered, **radial}))
     else:
         Console().print(kpi_table(drive.name, result.kpis, devices=drive.converter.has_drops))
         for event in result.events or []:
             print(f"{event.t:8.4f} s  {event}")
         for remark in result.kpis.remarks(steady=is_steady(drive)):
             print(f"note: {remark}")
+        if drive.machine.coupled:
+            print(f"note: {WITHOUT_PAIRS}")
+        for force in force_orders(result) if forces else []:
+            print(f"radial force on a stator pole, {force}")
         if result.learned is not None:
             print(f"learned: {result.learned.text()}")
         for path in (out, plot, energy_loop):
             if path is not None:
                 print(path)
         for loop in found:
-            print(f"energy loop, phase {'abcdef'[loop.k]}: {loops.text(loop)}")
+            print(f"energy loop, {phase_name(loop.k)}: {loops.text(loop)}")
 
 
 def kpi_table(name: str, kpis: Kpis, *, devices: bool) -> Table:

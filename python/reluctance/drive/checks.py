@@ -4,6 +4,7 @@ import numpy as np
 
 from reluctance.drive.tables import Tables
 from reluctance.errors import ParameterError
+from reluctance.phases import LETTERS
 from reluctance.plant.pv_source import cold_voltage
 
 
@@ -71,7 +72,7 @@ def _check_sensors(drive: Tables) -> None:
 def _check_supervision(drive: Tables) -> None:
     """Whether the states of the drive can stand around its control."""
     table = drive.supervision
-    if "abcdef".index(table.fault_phase) >= drive.machine.n_phases:
+    if LETTERS.index(table.fault_phase) >= drive.machine.n_phases:
         raise ParameterError(
             f"[supervision] fault_phase = {table.fault_phase!r}, need one of the "
             f"{drive.machine.n_phases} phases of the machine"

@@ -75,6 +75,7 @@ class MapGrid(Section):
     angles: int = Field(31, ge=13, le=181)  # from unaligned to aligned
     currents: int = Field(20, ge=6, le=100)  # above zero
     coupling: Literal["none", "pairs"] = "none"
+    pair_rank: int | None = Field(None, ge=1, le=8)  # functions of one current; None: by tolerance
 
 
 class Geometry(Section):
@@ -264,7 +265,5 @@ def _check_map(g: Geometry) -> None:
             f"map.current_max_A = {g.map.current_max_A:g} is far beyond saturation: {field:.3g} T "
             f"over the gap without iron; need at most {most:.3g}, or fewer turns"
         )
-    if g.map.coupling == "pairs":
-        raise ValueError(
-            "map.coupling = 'pairs' is not available: the map has one phase alone; set 'none'"
-        )
+    if g.map.coupling == "none" and g.map.pair_rank is not None:
+        raise ValueError("map.pair_rank has no effect with coupling = 'none'; set 'pairs'")

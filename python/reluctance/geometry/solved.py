@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -19,6 +20,7 @@ from reluctance.geometry.solve import Field
 from reluctance.geometry.steel import Array
 from reluctance.geometry.steel_file import steel
 from reluctance.geometry.system import System, assemble
+from reluctance.maps.pole_force import PoleForce
 from reluctance.maps.table import FluxTable
 
 N_ORDERS = 9  # spatial orders of the radial stress that are kept
@@ -70,6 +72,11 @@ class Solution:
     unknowns: float
     steps: float
 
+    @property
+    def force_table(self) -> PoleForce:
+        """Radial force on a pole of the phase."""
+        return PoleForce(self.i, self.theta_e, self.pole_force)
+
     def table(self, N_r: int) -> FluxTable:
         """The flux table at the nodes and midway between their angles.
 
@@ -115,25 +122,29 @@ def solved(
     ParameterError
         For a B-H curve that is none.
     """
+    grid = grid or Grid()
+    inputs = [*content(geometry, grid), geometry.map.angles, geometry.map.currents]
+    return cached(Solution, inputs, lambda: _solve(geometry, grid, progress), algorithm=ALGORITHM)
+
+
+def content(geometry: Geometry, grid: Grid) -> list[Any]:
+    """All that the field at a current depends on."""
     lamination = geometry.lamination
     curve = steel(
         lamination.steel,
         J_sat=lamination.saturation_polarisation_T,
         stacking_factor=lamination.stacking_factor,
     )
-    inputs = [
+    return [
         asdict(geometry.cross_section),
         asdict(geometry.coils),
         [x.tolist() for x in curve.curve],
         lamination.stacking_factor,
         lamination.stack_length_mm,
         geometry.winding.model_dump(),
-        geometry.map.model_dump(),
-        asdict(grid or Grid()),
+        geometry.map.current_max_A,
+        asdict(grid),
     ]
-    return cached(
-        Solution, inputs, lambda: _solve(geometry, grid or Grid(), progress), algorithm=ALGORITHM
-    )
 
 
 @lru_cache(maxsize=64)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +16,18 @@ from reluctance.geometry.file import Geometry
 from reluctance.geometry.samples import rotor_angle
 from reluctance.geometry.solve import at_angle, solve
 from reluctance.geometry.solved import Solution, solved, system_of
+from reluctance.machine.coupling import Coupling, check_pairs
+from reluctance.machine.geometry_coupling import coupling_of
 from reluctance.machine.geometry_machine import flattened, is_geometry, with_steel_path
 from reluctance.machine.write_geometry import write_machine
+from reluctance.maps.surface import surface
 from reluctance.picture import Picture
 from reluctance.schema import checked
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SELF_PART = 0.25  # of the time, where pairs are solved too: for the progress
 
 
 @dataclass(frozen=True)
@@ -33,11 +42,14 @@ class FromGeometry:
         Flux linkage, torque and forces over current and angle; resistance, inertia, masses.
     name : str
         Of the geometry file.
+    coupling : Coupling or None
+        What neighbouring phases add to each other, with [map] coupling = "pairs".
     """
 
     geometry: Geometry
     solution: Solution
     name: str
+    coupling: Coupling | None = None
 
     @property
     def figures(self) -> dict[str, float]:
@@ -62,6 +74,23 @@ class FromGeometry:
             "turns_per_pole": float(turns),
         }
 
+    def pair_lines(self) -> list[str]:
+        """What both phases of each pair give together at the largest current, as text."""
+        if self.coupling is None:
+            return ['one phase at a time; [map] coupling = "pairs" solves two']
+        i_max, peak = self.geometry.map.current_max_A, self.figures["tau_peak_Nm"]
+        lines = []
+        for table in dict.fromkeys(pair.table for pair in self.coupling.pairs):
+            x = table.at(np.linspace(-np.pi, np.pi, 361), i_max, i_max)
+            names = " ".join(p.letters for p in self.coupling.pairs if p.table is table)
+            lines.append(
+                f"pairs {names}: at {i_max:g} A in both the torque differs from the sum of each "
+                f"alone by {100 * float(np.sqrt((x.tau**2).mean())) / peak:.3g} % rms and up to "
+                f"{100 * float(np.abs(x.tau).max()) / peak:.3g} % of the peak (rank {table.rank}, "
+                f"{table.numbers} numbers)"
+            )
+        return lines
+
     def lines(self) -> list[str]:
         """The figures as text."""
         f, g = self.figures, self.geometry
@@ -77,25 +106,42 @@ class FromGeometry:
             f"{1e3 * f['L_end_H']:.3g} mH, wire {f['wire_area_mm2']:.3g} mm2 (estimates)",
             f"J = {f['J_kgm2']:.3g} kg m2, copper {f['copper_kg']:.3g} kg, iron "
             f"{f['iron_kg']:.3g} kg",
+            *self.pair_lines(),
         ]
 
     def save(self, out: str | Path) -> list[Path]:
         """Writes the machine file, and the flux map next to it."""
-        return write_machine(self.geometry, self.solution, Path(out), made_of=self.name)
+        return write_machine(
+            self.geometry, self.solution, Path(out), made_of=self.name, coupling=self.coupling
+        )
 
-    def plot(self, path: str | Path, *, theta_e_deg: float = 120.0) -> None:
-        """Writes the cross-section, and the field of phase a at half of the largest current."""
-        from reluctance.geometry.draw import draw, draw_field  # Matplotlib: half of the start-up
+    def draw(self, axes: Axes, *, theta_e_deg: float = 120.0) -> Axes:
+        """The cross-section, with the coils of each phase in a colour [mm]."""
+        from reluctance.geometry.draw import draw  # Matplotlib: half of the start-up
 
         system = system_of(self.geometry)
-        alpha = rotor_angle(system, np.radians(theta_e_deg))
-        i = np.eye(self.geometry.phases)[0] * self.geometry.map.current_max_A / 2
+        axes.set_title(self.name)
+        return draw(system, alpha=rotor_angle(system, np.radians(theta_e_deg)), axes=axes)
+
+    def draw_field(
+        self, axes: Axes, *, theta_e_deg: float = 120.0, i_A: float | None = None
+    ) -> Axes:
+        """|B| and field lines in the sector that is solved [mm], with a current in the phase of the
+        first pole; by default half of the largest one."""
+        from reluctance.geometry.draw import draw_field
+
+        system = system_of(self.geometry)
+        current = self.geometry.map.current_max_A / 2 if i_A is None else i_A
+        position = at_angle(system, rotor_angle(system, np.radians(theta_e_deg)))
+        axes.set_title(f"{current:g} A, {theta_e_deg:g} deg el.")
+        return draw_field(solve(position, current * np.eye(self.geometry.phases)[0]), axes=axes)
+
+    def plot(self, path: str | Path, *, theta_e_deg: float = 120.0) -> None:
+        """Writes the cross-section and the field."""
         picture = Picture(11, 5)
         left, right = picture.subplots(1, 2)
-        draw(system, alpha=alpha, axes=left)
-        draw_field(solve(at_angle(system, alpha), i), axes=right)
-        left.set_title(self.name)
-        right.set_title(f"{i[0]:g} A, {theta_e_deg:g} deg el.")
+        self.draw(left, theta_e_deg=theta_e_deg)
+        self.draw_field(right, theta_e_deg=theta_e_deg)
         save_figure(picture, Path(path), title=self.name)
 
 
@@ -127,6 +173,16 @@ def machine_from_geometry(
     table.pop("model")
     try:
         checked_file = checked(Geometry, table, "[machine]")
-        return FromGeometry(checked_file, solved(checked_file, progress=progress), path.name)
+        pairs = checked_file.map.coupling == "pairs"
+        first = SELF_PART if pairs else 1.0
+        told = progress or (lambda part: None)
+        solution = solved(checked_file, progress=lambda part: told(first * part))
+        coupling = None
+        if pairs:
+            share = 1 - SELF_PART
+            coupling = coupling_of(checked_file, told=lambda part: told(first + share * part))
+            own = surface(solution.table(checked_file.rotor_poles))
+            check_pairs(coupling, own, float(solution.i[-1]))
+        return FromGeometry(checked_file, solution, path.name, coupling)
     except ParameterError as fault:
         raise ParameterError(f"{path}: {fault}") from None

@@ -7,6 +7,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from pydantic import Field
+
 from reluctance import _core
 from reluctance.files import is_file
 from reluctance.machine.machine_file import MachineFile
@@ -14,6 +16,8 @@ from reluctance.schema import Section, checked
 
 if TYPE_CHECKING:
     from reluctance.geometry.solved import Solution
+    from reluctance.machine.coupling import Coupling
+    from reluctance.maps.pole_force import PoleForce
 
 
 class GeometryMachine(MachineFile):
@@ -21,6 +25,7 @@ class GeometryMachine(MachineFile):
 
     model: Literal["geometry"]
     geometry: Section
+    psi_factor: float = Field(1.0, gt=0)  # on the solved flux linkage, as a control knows it
 
     @property
     def given(self) -> dict[str, Any]:
@@ -33,13 +38,26 @@ class GeometryMachine(MachineFile):
         return _solution(*self._key)
 
     @property
+    def coupling(self) -> Coupling | None:
+        """What neighbouring phases add to each other; None with [map] coupling = "none"."""
+        return _coupling(*self._key)
+
+    @property
+    def coupled(self) -> bool:
+        return bool(self.geometry.given["map"].get("coupling", "none") == "pairs")
+
+    @property
+    def pole_force(self) -> PoleForce:
+        return self.solution.force_table
+
+    @property
     def _key(self) -> tuple[str, bytes]:
         """All that the solution depends on."""
         return _key(self.geometry)
 
     @property
     def magnetics(self) -> _core.FluxMap:
-        return _magnetics(*self._key, self.N_r)
+        return _magnetics(*self._key, self.N_r, self.psi_factor)
 
     @property
     def files(self) -> list[Path]:
@@ -125,7 +143,16 @@ def _solution(geometry: str, steel: bytes) -> Solution:
 
 
 @lru_cache(maxsize=32)
-def _magnetics(geometry: str, steel: bytes, N_r: int) -> _core.FluxMap:
+def _magnetics(geometry: str, steel: bytes, N_r: int, psi_factor: float) -> _core.FluxMap:
     from reluctance.maps.surface import surface
 
-    return surface(_solution(geometry, steel).table(N_r))
+    return surface(_solution(geometry, steel).table(N_r).times(psi_factor))
+
+
+@lru_cache(maxsize=32)
+def _coupling(geometry: str, steel: bytes) -> Coupling | None:
+    from reluctance.geometry.file import Geometry
+    from reluctance.machine.geometry_coupling import coupling_of
+
+    checked_file = Geometry.model_validate_json(geometry)
+    return coupling_of(checked_file) if checked_file.map.coupling == "pairs" else None

@@ -2,7 +2,7 @@
 
 from functools import lru_cache
 from math import gcd
-from typing import Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,11 +14,16 @@ from reluctance.machine.loss_data import Iron
 from reluctance.machine.operating_point import Magnetics, OperatingPoint
 from reluctance.schema import Section
 
+if TYPE_CHECKING:
+    from reluctance.machine.coupling import Coupling
+    from reluctance.maps.pole_force import PoleForce
+
 
 class MachineFile(Section):
     """What every [machine] table has. Electrical angle 0 is unaligned, pi is aligned."""
 
     called = "machine"
+    flux_keys: ClassVar[tuple[str, ...]] = ("psi_factor",)  # what scales with the flux linkage
 
     name: str
     source: str  # where the numbers come from
@@ -34,7 +39,7 @@ class MachineFile(Section):
     J_kgm2: float = Field(gt=0)  # rotor inertia
     B_Nms: float = Field(0.0, ge=0)  # viscous friction
     iron: Iron | None = None  # [machine.iron]: without it no iron loss is estimated
-    model: Literal["lehuy", "map", "geometry"]
+    model: str
 
     @model_validator(mode="after")
     def phases_follow_from_the_poles(self) -> "MachineFile":
@@ -61,6 +66,21 @@ class MachineFile(Section):
     def i_known_A(self) -> float:
         """The largest current that the magnetisation is known for; beyond it is extrapolation."""
         return np.inf
+
+    @property
+    def coupling(self) -> "Coupling | None":
+        """What neighbouring phases add to each other; None where nothing is known of it."""
+        return None
+
+    @property
+    def coupled(self) -> bool:
+        """Whether `coupling` is known; asks for no solution of a field."""
+        return False
+
+    @property
+    def pole_force(self) -> "PoleForce | None":
+        """Radial force on a stator pole of one phase; None where nothing is known of it."""
+        return None
 
     @property
     def greatest_torque(self) -> float:
@@ -100,6 +120,8 @@ class MachineFile(Section):
 
 class LeHuyMachine(MachineFile):
     """A machine by five numbers: the model of H. Le-Huy and P. Brunelle (IECON 2005)."""
+
+    flux_keys = ("L_u_H", "L_a_H", "L_sat_H", "psi_m_Wb")  # the current of the point stays
 
     model: Literal["lehuy"]
     L_u_H: float = Field(gt=0)  # unaligned inductance

@@ -15,7 +15,9 @@ from reluctance.machine.machine_file import MachineFile
 from reluctance.schema import FileName
 
 if TYPE_CHECKING:
+    from reluctance.machine.coupling import Coupling
     from reluctance.maps import FluxTable, MapReport, Surface
+    from reluctance.maps.pole_force import PoleForce
 
 CONVENTIONS = ("angle_unit", "angle_kind", "zero", "layout", "aligned_at")
 
@@ -26,6 +28,8 @@ class MapMachine(MachineFile):
     model: Literal["map"]
     map: FileName  # path from the machine file: .csv, .mat or .json
     torque_map: FileName | None = None  # a second grid with the torque, on the same axes
+    pairs: FileName | None = None  # what neighbouring phases add to each other: .csv
+    force_map: FileName | None = None  # radial force on a stator pole of one phase: .csv
     angle_unit: Literal["deg", "rad"] | None = None  # what the map file does not say itself
     angle_kind: Literal["mechanical", "electrical"] | None = None
     zero: Literal["unaligned", "aligned"] | None = None
@@ -71,6 +75,34 @@ class MapMachine(MachineFile):
         return self.surface.machine
 
     @property
+    def coupling(self) -> Coupling | None:
+        """What neighbouring phases add to each other; None where the file names no `pairs`."""
+        if self.pairs is None:
+            return None
+        return _coupling(self.pairs, _digest(self.pairs), self.N_r, self.n_phases)
+
+    @property
+    def coupled(self) -> bool:
+        return self.pairs is not None
+
+    @property
+    def pole_force(self) -> PoleForce | None:
+        return None if self.force_map is None else _force(self.force_map, _digest(self.force_map))
+
+    @model_validator(mode="after")
+    def force_map_is_one(self) -> MapMachine:
+        _ = self.pole_force
+        return self
+
+    @model_validator(mode="after")
+    def pairs_are_of_this_machine(self) -> MapMachine:
+        if self.coupling is not None:
+            from reluctance.machine.coupling import check_pairs
+
+            check_pairs(self.coupling, self.magnetics, self.i_max_A)
+        return self
+
+    @property
     def i_known_A(self) -> float:
         return float(self.table.i[-1])
 
@@ -102,14 +134,11 @@ def _table(
     psi_factor: float,
     contents: tuple[bytes, bytes | None],
 ) -> FluxTable:
-    from dataclasses import replace
-
     from reluctance.maps import read_map  # here, because it brings Matplotlib along
 
     conventions = dict(zip(CONVENTIONS, stated, strict=True))
     table = read_map(path, N_r=N_r, torque=torque, names=dict(names), **conventions)
-    tau = None if table.tau is None else psi_factor * table.tau
-    return replace(table, psi=psi_factor * table.psi, tau=tau)
+    return table.times(psi_factor)
 
 
 @lru_cache(maxsize=32)
@@ -117,3 +146,17 @@ def _surface(key: tuple[Any, ...], symmetric: bool) -> Surface:
     from reluctance.maps import fit_surface
 
     return fit_surface(_table(*key), symmetric=symmetric)
+
+
+@lru_cache(maxsize=32)
+def _force(path: str, content: bytes) -> PoleForce:
+    from reluctance.maps.pole_force import read_pole_force
+
+    return read_pole_force(Path(path))
+
+
+@lru_cache(maxsize=32)
+def _coupling(path: str, content: bytes, N_r: int, n_phases: int) -> Coupling:
+    from reluctance.machine.pair_file import read_pairs
+
+    return read_pairs(Path(path), N_r=N_r, n_phases=n_phases)

@@ -2,11 +2,9 @@
 
 from pydantic import Field
 
+from reluctance.errors import ParameterError
 from reluctance.machine.machine_file import MachineFile
 from reluctance.schema import Section
-
-# What scales with the flux linkage, by model. The current of the aligned point stays.
-FLUX_KEYS = {"lehuy": ("L_u_H", "L_a_H", "L_sat_H", "psi_m_Wb"), "map": ("psi_factor",)}
 
 
 class Mismatch(Section):
@@ -21,7 +19,12 @@ def as_known(machine: MachineFile, mismatch: Mismatch) -> MachineFile:
     """The machine as the control knows it: the base of its model and of its tables."""
     if mismatch.R_factor == 1 and mismatch.flux_factor == 1:
         return machine
-    keys = FLUX_KEYS[machine.model]
-    changed = {key: getattr(machine, key) * mismatch.flux_factor for key in keys}
+    flux = [key for key in machine.flux_keys if key in type(machine).model_fields]
+    if mismatch.flux_factor != 1 and not flux:
+        raise ParameterError(
+            f"[mismatch] flux_factor = {mismatch.flux_factor:g}, need 1 for a machine of model = "
+            f"{machine.model!r}; a machine file with its flux map takes another"
+        )
+    changed = {key: getattr(machine, key) * mismatch.flux_factor for key in flux}
     changed["R_ohm"] = machine.R_ohm * mismatch.R_factor
     return machine.computed(**changed)

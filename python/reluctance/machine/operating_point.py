@@ -9,7 +9,7 @@ from typing import TypeAlias
 from reluctance import _core
 from reluctance.errors import need
 
-Magnetics: TypeAlias = _core.LeHuy | _core.FluxMap
+Magnetics: TypeAlias = "_core.LeHuy | _core.FluxMap"  # include/srm/machine/machines.hpp
 
 
 @dataclass(frozen=True)

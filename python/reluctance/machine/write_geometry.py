@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from reluctance.errors import ParameterError
 from reluctance.files import check_ending, write_together
 from reluctance.geometry.file import Geometry
 from reluctance.geometry.solved import Solution
+from reluctance.machine.coupling import Coupling
 from reluctance.machine.map_file import quoted
+from reluctance.machine.pair_file import write_pairs
 from reluctance.maps.check import check_map
 from reluctance.maps.importers import write_map
+from reluctance.maps.pole_force import write_pole_force
 
 
-def write_machine(geometry: Geometry, solution: Solution, out: Path, *, made_of: str) -> list[Path]:
-    """Writes MACHINE.toml and MACHINE.csv; both or none.
+def write_machine(
+    geometry: Geometry,
+    solution: Solution,
+    out: Path,
+    *,
+    made_of: str,
+    coupling: Coupling | None = None,
+) -> list[Path]:
+    """Writes MACHINE.toml, MACHINE.csv, MACHINE_force.csv, and with pairs MACHINE_pairs.csv; all
+    or none.
 
     Raises
     ------
@@ -32,13 +44,19 @@ def write_machine(geometry: Geometry, solution: Solution, out: Path, *, made_of:
             f"this machine ({report.reasons[0]}); raise [map] angles or currents"
         )
     text = machine_text(geometry, solution, table.name, made_of)
-    write_together(
-        {
-            table: lambda path: write_map(solution.table(geometry.rotor_poles), path),
-            out: lambda path: path.write_text(text, encoding="utf-8"),
-        }
-    )
-    return [out, table]
+    force = out.with_name(f"{out.stem}_force.csv")
+    text += f"force_map = {quoted(force.name)}\n"
+    files: dict[Path, Callable[[Path], object]] = {
+        table: lambda path: write_map(solution.table(geometry.rotor_poles), path),
+        force: lambda path: write_pole_force(solution.force_table, path),
+    }
+    if coupling is not None:
+        pairs = out.with_name(f"{out.stem}_pairs.csv")
+        text += f"pairs = {quoted(pairs.name)}\n"
+        files[pairs] = lambda path: write_pairs(coupling, path)
+    files[out] = lambda path: path.write_text(text, encoding="utf-8")
+    write_together(files)
+    return [out, *(path for path in files if path != out)]
 
 
 def machine_text(geometry: Geometry, solution: Solution, map_name: str, made_of: str) -> str:
@@ -67,7 +85,8 @@ def machine_text(geometry: Geometry, solution: Solution, map_name: str, made_of:
         ("zero", "unaligned"),
     ]
     notes = [
-        f"# Computed from {made_of}: 2-D field, {s.unknowns:.0f} unknowns. One phase at a time.",
+        f"# Computed from {made_of}: 2-D field, {s.unknowns:.0f} unknowns. The map is of one phase "
+        "alone.",
         f"# End windings {1e3 * s.L_end_H:.4g} mH a phase (in the map), wire "
         f"{1e6 * s.wire_area_m2:.3g} mm2, copper {s.copper_kg:.3g} kg, iron "
         f"{s.stator_iron_kg:.3g} + {s.rotor_iron_kg:.3g} kg.",

@@ -18,18 +18,19 @@ def closed_loop(
 ) -> _core.Simulation:
     """The loop at its start. record_every: waveform interval [s]; 0: every point; < 0: none."""
     parts = loop_parts(drive, record_every)
-    if drive.supervision.precharge_ms > 0:
-        parts["source"] = precharged(drive, drive.supervision)
     return _core.Simulation(n_phases=drive.machine.n_phases, controller=controller, **parts)
 
 
 def loop_parts(drive: Drive, record_every: float) -> dict[str, Any]:
     """All parts of the loop but its controller."""
     machine, sensing, load = drive.machine, drive.sensing, drive.load
+    rises = drive.supervision.precharge_ms > 0
     return {
         "machine": machine.magnetics,
         "R": machine.R,
-        "source": source(drive.source, drive.converter.u_dc_V),
+        "source": precharged(drive, drive.supervision)
+        if rises
+        else source(drive.source, drive.converter.u_dc_V),
         "bridge": bridge(drive.converter),
         "shaft": shaft(load, J=drive.J, B=machine.B_Nms),
         "t_dead": drive.converter.t_dead,

@@ -1,0 +1,193 @@
+"""Two neighbouring phases that carry current: their co-energy less that of each alone.
+
+Of a pair with currents a and b, the first phase at the electrical angle phi + delta/2 and the
+second at phi - delta/2, delta apart as their poles stand,
+
+    dW'(phi, a, b) = sum over p, q of C_pq(phi) f_p(a) f_q(b),
+
+f cubic splines over the current, C cubic in the angle between nodes, through values and slopes. A
+cross-section is its own mirror image, so dW'(phi, a, b) = dW'(-phi, b, a): half a period is enough,
+and both phases have the same f. Torque and flux linkages are derivatives of the one co-energy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
+
+Array = NDArray[np.float64]
+# What a rank may leave of the torque at the nodes, rms over the greatest change of torque: as much
+# as the interpolation between the nodes leaves (docs/geometry.md) [1].
+TOLERANCE = 0.002
+# Columns of one co-energy differ by what splines over the nodes leave, some 2 %; a wrong unit or
+# sign by 40 % and more [1].
+WRONG = 0.1
+
+
+def apart(first: int, second: int, n_phases: int) -> float:
+    """From the electrical angle of the second phase to that of the first, the short way [rad]."""
+    return float(np.pi - (np.pi - 2 * np.pi * (second - first) / n_phases) % (2 * np.pi))
+
+
+@dataclass(frozen=True)
+class PairSamples:
+    """A pair at nodes, less each phase alone. Arrays are over angle, first and second current."""
+
+    phi: Array  # (n_phi) from 0 to pi [rad]
+    i: Array  # (n_i) rising, above 0 [A]
+    energy: Array  # [J]
+    tau: Array  # [N m]
+    psi_first: Array  # [Wb]
+    psi_second: Array  # [Wb]
+
+
+@dataclass(frozen=True, eq=False)
+class PairTable:
+    """The co-energy of a pair over angle and both currents."""
+
+    N_r: int  # rotor poles
+    i: Array  # (n_i) nodes of the currents, from 0 [A]
+    f: Array  # (rank, n_i) at them
+    phi: Array  # (n_phi) nodes of the angle, from -pi to pi [rad]
+    C: Array  # (n_phi, rank, rank) [J]
+    slope: Array  # its derivative in phi [J/rad]
+
+    @property
+    def rank(self) -> int:
+        """Functions of one current."""
+        return len(self.f)
+
+    @property
+    def numbers(self) -> int:
+        """That a controller has to keep: half of the angles, values and slopes, and f."""
+        half = (len(self.phi) + 1) // 2
+        return 2 * half * self.rank**2 + self.f.size
+
+    def at(self, phi: ArrayLike, a: ArrayLike, b: ArrayLike) -> PairState:
+        """Angle [rad] and currents of the first and the second phase [A], broadcast."""
+        phi, a, b = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (phi, a, b)))
+        turned = np.mod(phi + np.pi, 2 * np.pi) - np.pi
+        C, rate = self._over_angle(turned), self._over_angle.derivative()(turned)
+        fa, fb = (np.moveaxis(self._over_current(x), 0, -1) for x in (a, b))
+        da, db = (np.moveaxis(self._over_current(x, 1), 0, -1) for x in (a, b))
+        d2a, d2b = (np.moveaxis(self._over_current(x, 2), 0, -1) for x in (a, b))
+
+        def joined(left: Array, matrix: Array, right: Array) -> Array:
+            return np.asarray(np.einsum("...p,...pq,...q->...", left, matrix, right))
+
+        return PairState(
+            energy=joined(fa, C, fb),
+            tau=self.N_r * joined(fa, rate, fb),
+            psi_first=joined(da, C, fb),
+            psi_second=joined(fa, C, db),
+            L_first=joined(d2a, C, fb),
+            L_second=joined(fa, C, d2b),
+            L_mutual=joined(da, C, db),
+        )
+
+    @cached_property
+    def _over_angle(self) -> CubicHermiteSpline:
+        return CubicHermiteSpline(self.phi, self.C, self.slope)
+
+    @cached_property
+    def _over_current(self) -> CubicSpline:
+        return CubicSpline(self.i, self.f, axis=1)
+
+
+@dataclass(frozen=True)
+class PairState:
+    """What a pair adds to its two phases; arrays of the shape asked for."""
+
+    energy: Array  # [J]
+    tau: Array  # [N m]
+    psi_first: Array  # [Wb]
+    psi_second: Array
+    L_first: Array  # incremental inductance [H]
+    L_second: Array
+    L_mutual: Array
+
+
+def pair_table(
+    samples: PairSamples, N_r: int, *, rank: int | None = None, tolerance: float = TOLERANCE
+) -> PairTable:
+    """The table of a pair from its samples.
+
+    Parameters
+    ----------
+    samples : PairSamples
+    N_r : int
+        Rotor poles.
+    rank : int, optional
+        Functions of one current; by default as many as `tolerance` takes.
+    tolerance : float
+        What they may leave of the torque at the nodes, rms over its greatest value [1].
+    """
+    energy, tau = samples.energy, samples.tau
+    parts = [x / max(np.abs(x).max(), 1e-300) for x in (energy, tau)]
+    sides = [np.moveaxis(x, axis, 0).reshape(len(samples.i), -1) for x in parts for axis in (1, 2)]
+    basis, _, _ = np.linalg.svd(np.concatenate(sides, axis=1), full_matrices=False)
+
+    def kept(x: Array, U: Array) -> Array:
+        return np.asarray(np.einsum("nab,ap,bq->npq", x, U, U))
+
+    def left_out(n: int) -> float:
+        U = basis[:, :n]
+        miss = np.einsum("npq,ap,bq->nab", kept(tau, U), U, U) - tau
+        return float(np.sqrt((miss**2).mean()) / np.abs(tau).max())
+
+    if rank is None:
+        fits = [n for n in range(1, len(samples.i)) if left_out(n) <= tolerance]
+        rank = fits[0] if fits else len(samples.i)
+    U = basis[:, : min(rank, len(samples.i))]
+    C, slope = kept(energy, U), kept(tau, U) / N_r
+    mirror = slice(None, 0, -1)  # all but phi = 0, from pi down
+    return PairTable(
+        N_r=N_r,
+        i=np.append(0.0, samples.i),
+        f=np.insert(U.T, 0, 0.0, axis=1),
+        phi=np.concatenate([-samples.phi[mirror], samples.phi]),
+        C=np.concatenate([C[mirror].transpose(0, 2, 1), C]),
+        slope=np.concatenate([-slope[mirror].transpose(0, 2, 1), slope]),
+    )
+
+
+def reasons(samples: PairSamples, N_r: int) -> list[str]:
+    """Why samples are not of one co-energy of a machine; empty where they are.
+
+    A table and its neighbour table mirror each other, so at 0 and at 180 deg both phases are alike;
+    torque and flux linkages are the derivatives of the co-energy.
+    """
+    table = pair_table(samples, N_r)
+    phi, a, b = np.meshgrid(samples.phi, samples.i, samples.i, indexing="ij")
+    ends = samples.energy[[0, -1]]
+    over_angle = N_r * CubicSpline(samples.phi, samples.energy).derivative()(samples.phi)
+    found = table.at(phi, a, b)
+    tests = (
+        ("at 0 and 180 deg the phases are not alike", ends, ends.transpose(0, 2, 1)),
+        ("tau_Nm is not the derivative of energy_J over the angle", samples.tau, over_angle),
+        (
+            "psi_first_Wb is not the derivative of energy_J over its current",
+            samples.psi_first,
+            found.psi_first,
+        ),
+        (
+            "psi_second_Wb is not the derivative of energy_J over its current",
+            samples.psi_second,
+            found.psi_second,
+        ),
+    )
+    return [
+        f"{text}: off by {100 * off:.0f} %; check the columns, their units and the sign"
+        for text, given, derived in tests
+        if (off := _off(given, derived)) > WRONG
+    ]
+
+
+def _off(given: Array, derived: Array) -> float:
+    """Rms over the greatest value."""
+    most = max(float(np.abs(given).max()), 1e-300)
+    return float(np.sqrt(((given - derived) ** 2).mean())) / most
