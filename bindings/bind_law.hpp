@@ -80,38 +80,27 @@ Law<M, N> filled(const M& machine, srm::Tables& tables, const Value&... value) {
   return law;
 }
 
-/// A law and the tables that it views.
-template <class Law>
-struct Made {
-  Law law{};
-  srm::Tables tables{};
-};
-
-template <class Law>
-nb::object described_law(const void* made) {
-  return described(static_cast<const Made<Law>*>(made)->law);
+/// The law of a precision, number of phases and machine model.
+template <srm::Real T, int N, template <class> class M, class Make>
+[[gnu::cold]] AnyLaw kept_law(const srm::Held<M<double>>& model, const Make& make) {
+  using Law = decltype(make.template operator()<T, N>(std::declval<const M<T>&>(),
+                                                      std::declval<srm::Tables&>()));
+  srm::Tables tables;
+  M<T> own;
+  srm::assign(own, model.value, tables);
+  const Law* const law = tables.keep_one(make.template operator()<T, N>(own, tables));
+  const std::shared_ptr<const Law> held(tables.owner(), law);
+  return {AnyLaw::Any<T>(srm::called(held)), held, &described_field<Law>, model};
 }
 
 /// A law that Python can hold. `make.template operator()<T, N>(machine, memory)` returns the law as
 /// it is; its tables are kept in the memory.
 template <class Make>
-AnyLaw any_law(const AnyMachine& machine, int n_phases, bool single, Make&& make) {
+AnyLaw any_law(const AnyMachine& machine, int n_phases, bool single, const Make& make) {
   return std::visit(
       [&]<template <class> class M>(const srm::Held<M<double>>& model) {
-        return with_phases(n_phases, [&]<int N>() -> AnyLaw {
-          const auto closed = [&]<class T>() -> AnyLaw {
-            const auto made = std::make_shared<Made<decltype(make.template operator()<T, N>(
-                std::declval<M<T>&>(), std::declval<srm::Tables&>()))>>();
-            M<T> own;
-            srm::assign(own, model.value, made->tables);
-            made->law = make.template operator()<T, N>(own, made->tables);
-            return {
-                AnyLaw::Any<T>(srm::called(
-                    std::shared_ptr<const std::decay_t<decltype(made->law)>>(made, &made->law))),
-                made, &described_law<decltype(made->law)>, model};
-          };
-          return single ? closed.template operator()<float>()
-                        : closed.template operator()<double>();
+        return with_phases(n_phases, [&]<int N>() {
+          return single ? kept_law<float, N>(model, make) : kept_law<double, N>(model, make);
         });
       },
       machine);

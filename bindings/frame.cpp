@@ -1,35 +1,11 @@
 // The frame around a law: its parameters, and the controller that it makes of any law.
 #include "bind_struct.hpp"
-#include "describe.hpp"
+#include "describe_control.hpp"
 #include "srm/sim/desk.hpp"
 
 namespace bound {
 
 namespace {
-
-/// A DriveControl as a tree, with the law itself and not the call that stands for it on the desk.
-template <class T>
-nb::object described_control(const nb::dict& law, const srm::Frame<T>& frame) {
-  nb::dict node, fields;
-  fields["law"] = law;
-  fields["frame"] = described(frame);
-  node["type"] = nb::str(("srm::DriveControl<" + nb::cast<std::string>(law["type"]) + ">").c_str());
-  node["fields"] = fields;
-  return node;
-}
-
-/// The machine model of a law in its precision.
-template <class T>
-nb::object described_machine(const AnyMachine& machine) {
-  return std::visit(
-      []<template <class> class M>(const srm::Held<M<double>>& model) {
-        srm::Tables memory;
-        M<T> own;
-        srm::assign(own, model.value, memory);
-        return described(own);
-      },
-      machine);
-}
 
 AnyController controller(const AnyLaw& law, const srm::Frame<double>& given) {
   const auto around = [&]<class T, int N>(const srm::CalledLaw<T, N>& called) -> AnyController {
@@ -37,13 +13,7 @@ AnyController controller(const AnyLaw& law, const srm::Frame<double>& given) {
     srm::assign(control.frame, given);
     AnyController made{srm::on_desk(control, nullptr)};
     if (law.describe != nullptr) {
-      made.description = [law, frame = control.frame] {
-        nb::dict tree;
-        tree["control"] =
-            described_control(nb::cast<nb::dict>(law.describe(law.made.get())), frame);
-        tree["machine"] = described_machine<T>(law.machine);
-        return tree;
-      };
+      made.description = [law, frame = control.frame] { return described_controller(law, frame); };
     }
     return made;
   };

@@ -2,11 +2,10 @@
 #include "bind_struct.hpp"
 #include "srm/control/law/ditc.hpp"
 #include "srm/control/part/conduction.hpp"
-#include "srm/control/part/flux_lead.hpp"
+#include "srm/control/part/feasible.hpp"
 #include "srm/control/part/mean_torque.hpp"
 #include "srm/control/part/sharing.hpp"
 #include "srm/control/part/stroke_fit.hpp"
-#include "srm/control/part/turn_on.hpp"
 
 namespace bound {
 
@@ -25,11 +24,10 @@ void bind_law_parts(nb::module_& m) {
   bind_struct<srm::TurnOn<double>>(m, "TurnOn",
                                    "Flux [Wb] that a phase is turned on ahead for: 9 values for "
                                    "the torques 0..tau_max, motoring and braking.");
-  bind_struct<srm::LeadLines<double>>(m, "LeadLines",
-                                      "Flux of a phase ahead of its share: tables of 9 angles per "
-                                      "flux by 9 torques.");
-  bind_struct<srm::FluxLead<double>>(m, "FluxLead",
-                                     "Flux of a phase ahead of its share, motoring and braking.");
+  bind_struct<srm::Feasible<double>>(m, "Feasible",
+                                     "Greatest omega_e/u_dc [rad/Wb] at which the voltage "
+                                     "suffices for a law's own references: 9 values for the "
+                                     "torques 0..tau_max, motoring and braking.");
   bind_struct<srm::Drops<double>>(m, "Drops",
                                   "Dead time [s] and threshold voltages [V] of the converter.");
   bind_struct<srm::StrokeFit<double>>(m, "StrokeFit",

@@ -20,13 +20,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance import _core
 from reluctance.comparison.comparison import PROCESSES
 from reluctance.key_figures import definite
+from reluctance.picture import Picture
 from reluctance.run.result import Result
 from reluctance.tables.known import Known
 
@@ -286,8 +286,7 @@ def random_chunk(task: tuple[str, int]) -> list[tuple[float, float, float]]:
 
 def plot(warm: Result) -> Figure:
     """What is learned from a wrong shape, and of a winding that warms."""
-    figure = Figure(figsize=(11, 4), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Picture(11, 4)
     shape, heat = figure.subplots(1, 2)
     belief = BELIEFS["unaligned +10 %, saturated -10 %"]
     given = drive("edge_mpc", PAPER[0], belief, learn=True)

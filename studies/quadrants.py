@@ -64,7 +64,7 @@ PERIODS = {  # control period [us]: those of the examples, PWM as fast as deadbe
 }
 BANDS = ("angles", "torque_sharing", "paper_mpc")  # laws that hold a current in a band
 BAND = 1 / 150  # of i_max, half width: 1 A on the paper's machine, as in the examples
-SPEEDS = (0.1, 0.5, 1.0, 1.5, 2.0, 3.0)  # of base speed
+SPEEDS: tuple[float, ...] = (0.1, 0.5, 1.0, 1.5, 2.0, 3.0)  # of base speed
 TORQUES = (0.2, 0.5, 0.8)  # of the limit
 BOUNDS = {0.2: 0.02, 0.5: 0.01, 0.8: 0.02}  # of the mean; none is promised at 20 %
 FULL = 0.95  # of the torque at standstill: base speed has it

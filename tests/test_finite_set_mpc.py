@@ -7,7 +7,7 @@ import pytest
 from mpc_loop import FPGA, HALF, PAPER, RATED, Point, Timing, controller, figures, loop, sums
 
 from reluctance import _core, _core_parts
-from reluctance.laws.finite_set_mpc import NO_GUIDE
+from reluctance.laws.flux_guide import no_guide
 
 WEIGHTS = {"R": 0.72, "i_max": 150.0, "T_s": 20e-6, "t_end": 30e-6, "u_dc": 240.0, "tau_ref": 40.0}
 PSI, CURRENT, TAU, GAIN, DRIFT, GOAL, GOAL_RATE, I_GAIN, I_DRIFT, LEG, IDLE = range(11)
@@ -132,7 +132,7 @@ def test_guided_law_reaches_little_ripple_at_the_copper_of_the_limit(
 def test_without_guide_and_horizon_the_law_is_myopic() -> None:
     """The reason for the guide: more copper, or more ripple, than the guided law by far."""
     core = _core.finite_set_mpc(
-        RATED.machine, 3, False, guide=NO_GUIDE, horizon=1, w_psi=[0], feedback=[0], w_i=1e-4,
+        RATED.machine, 3, False, guide=no_guide(1.0), horizon=1, w_psi=[0], feedback=[0], w_i=1e-4,
         w_sw=1e-6, t_end=5e-6, R=0.72, i_max=150, T_s=5e-6, delay=0,
     )  # fmt: skip
     law = _core.Controller(core, _core.Frame())

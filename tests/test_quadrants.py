@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.laws import ditc, flux_lead, short_voltage
+from reluctance.laws import ditc, shared_torque, short_voltage
+from reluctance.laws.hand_over import ALWAYS, TORQUES
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "studies"))
@@ -90,17 +91,17 @@ def test_the_paper_s_design_point_is_far_from_short_of_voltage() -> None:
     "law, tau", [("torque_sharing", 78.88), ("deadbeat", 78.88), ("ditc", 49.3), ("ditc", 19.72)]
 )
 def test_where_flux_cannot_end(law: str, tau: float, tmp_path: Path) -> None:
-    """Three times the base speed of the 60 kW machine: 33, 25, 7 and 12 % short before the overlap
-    followed the flux, and before the feedback could ask for more than twice the torque."""
+    """Three times the base speed of the 60 kW machine: the current of the profile never ends."""
     drive = quadrants.bench("generic_60kw_6_4", tmp_path).drive(law, 8487.8, tau, 78.88)
     kpis = rl.simulate(drive, until=0.2, record=None).kpis
     assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
 
 
 @pytest.mark.parametrize("tau", [15.116, 24.186])
-def test_ditc_takes_a_longer_window_for_more_torque(tau: float, tmp_path: Path) -> None:
-    """Where the whole window magnetizes, a higher reference changes nothing: 3.5 and 3.1 % short
-    before what feedback asks for lengthened the lead."""
+def test_ditc_holds_the_mean_where_its_whole_window_would_magnetize(
+    tau: float, tmp_path: Path
+) -> None:
+    """3.5 and 3.1 % short with a window that follows the torque alone."""
     drive = quadrants.bench("random_2", tmp_path).drive("ditc", 5340.57, tau, 24.186)
     kpis = rl.simulate(drive, until=0.3, record=None).kpis
     assert kpis.tau_mean == pytest.approx(tau, rel=0.005)
@@ -226,17 +227,19 @@ def test_a_weight_on_ripple_saves_current_where_the_current_never_ends(tmp_path:
 
 
 @pytest.mark.parametrize("law", ["torque_sharing", "deadbeat", "ditc"])
-def test_at_the_design_point_nothing_is_led(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same bits as with nothing to lead; at twice the speed it is another run."""
+def test_at_the_design_point_laws_are_their_textbook_selves(
+    law: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same bits as without a boundary; at twice the speed it is another run."""
     drive = rl.load(ROOT / "examples" / "sharing_cubic.toml", [f"control.law={law}", *BAND[law]])
     fast = drive.with_values({"load.speed_rpm": 3000})
-    led = [rl.simulate(d, until=0.02, record=None).kpis for d in (drive, fast)]
-    never = np.full(flux_lead.POINTS, flux_lead.NEVER)
-    monkeypatch.setattr(flux_lead.Shares, "reach", lambda _: never)
-    monkeypatch.setattr(ditc, "FAST", 1e9)
+    here = [rl.simulate(d, until=0.02, record=None).kpis for d in (drive, fast)]
+    always = np.full(TORQUES, ALWAYS)
+    monkeypatch.setattr(shared_torque, "feasible_shares", lambda *_: always)
+    monkeypatch.setattr(ditc.Alone, "reach", lambda *_: always)
     design, other = (rl.simulate(d, until=0.02, record=None).kpis for d in (drive, fast))
-    assert led[0].i_rms == design.i_rms and led[0].tau_mean == design.tau_mean
-    assert led[1].tau_mean != other.tau_mean
+    assert here[0].i_rms == design.i_rms and here[0].tau_mean == design.tau_mean
+    assert here[1].tau_mean != other.tau_mean
 
 
 def test_a_torque_out_of_reach_leaves_nothing_behind(tmp_path: Path) -> None:
@@ -322,9 +325,17 @@ def test_the_table_of_other_machines_is_current(tmp_path: Path) -> None:
     assert compared("random_23", LAWS, tmp_path, DRAWN) == 2 * 6 * 3 * len(LAWS)
 
 
+def test_a_torque_that_only_the_other_direction_gives_is_refused(tmp_path: Path) -> None:
+    """22 samples a period: at i_max a window gives this torque braking, 87 % of it motoring."""
+    at = quadrants.bench("random_26", tmp_path)
+    with pytest.raises(rl.ParameterError, match="give a mean torque of at most"):
+        at.drive("pwm_current", 16463.7, 0.33857, 0.33857).controller()
+    at.drive("pwm_current", 16463.7, -0.33857, 0.33857).controller()
+
+
 def test_ditc_brakes_at_low_speed_with_short_strokes(tmp_path: Path) -> None:
     """Five phases at a tenth of base speed: a stroke at i_max gives two thirds of this torque, and
-    the EMF does not hold the current up. 30 % short before."""
+    the EMF does not hold the current up."""
     drive = quadrants.bench("random_22", tmp_path).drive("ditc", 481.5, -1.141, 1.141)
     kpis = rl.simulate(drive, until=0.3, record=None).kpis
     assert kpis.tau_mean == pytest.approx(-1.141, rel=0.05)

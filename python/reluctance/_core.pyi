@@ -876,19 +876,14 @@ class TurnOn:
     Flux [Wb] that a phase is turned on ahead for: 9 values for the torques 0..tau_max, motoring and braking.
     """
 
-    def __init__(self, *, tau_max: float, omega_from: float, dwell: float, dwell_brake: float, psi: _Sequence[float], psi_brake: _Sequence[float]) -> None: ...
+    def __init__(self, *, tau_max: float, psi: _Sequence[float], psi_brake: _Sequence[float]) -> None: ...
 
-class LeadLines:
+class Feasible:
     """
-    Flux of a phase ahead of its share: tables of 9 angles per flux by 9 torques.
+    Greatest omega_e/u_dc [rad/Wb] at which the voltage suffices for a law's own references: 9 values for the torques 0..tau_max, motoring and braking.
     """
 
-    def __init__(self, *, theta_start: float, psi_end: _Sequence[float], x_end: _Sequence[float], reach_least: float, reach: _Sequence[float]) -> None: ...
-
-class FluxLead:
-    """Flux of a phase ahead of its share, motoring and braking."""
-
-    def __init__(self, *, motoring: LeadLines, braking: LeadLines, tau_max: float, reach_max: float, drop: float) -> None: ...
+    def __init__(self, *, tau_max: float, motoring: _Sequence[float], braking: _Sequence[float]) -> None: ...
 
 class Drops:
     """Dead time [s] and threshold voltages [V] of the converter."""
@@ -937,20 +932,18 @@ def pwm_current(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: flo
     Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.
     """
 
-def torque_sharing(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, sharing: Sharing, lead: FluxLead, i_max: float, i_band: float, T_s: float, t_ahead: float, chop: Leg) -> Law:
-    """
-    Shared torque as current references, for the instant t_ahead [s] after the sample.
-    """
+def torque_sharing(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, sharing: Sharing, feasible: Feasible, guide: Guide, R: float, i_max: float, i_band: float, T_s: float, delay: float, chop: Leg) -> Law:
+    """Shared torque as current references. guide: phase current [A]."""
 
-def ditc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, conduction: Conduction, turn_on: TurnOn, bands: TorqueBands, i_max: float, T_s: float) -> Law:
+def ditc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, conduction: Conduction, turn_on: TurnOn, bands: TorqueBands, feasible: Feasible, guide: Guide, psi_band: float, R: float, i_max: float, T_s: float) -> Law:
     """Direct instantaneous torque control: the torque error picks the legs."""
 
-def deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
+def deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: float, sharing: Sharing, feasible: Feasible, guide: Guide, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
     """
     The duty cycle that brings each phase to its shared torque in one sample.
     """
 
-def learning_deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, lead: FluxLead, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
+def learning_deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, feasible: Feasible, guide: Guide, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
     """The same law, which learns the machine that it drives."""
 
 N_p_max: int = 10

@@ -70,7 +70,9 @@ template <Real T, int N>
 TorqueSharing<LeHuy<T>, N> torque_sharing(Shape shape) {
   return {.machine = paper_machine<T>(),
           .sharing = sharing_of<T>(shape, 10, 160 - 360.0 / N),
-          .lead = {},
+          .feasible = always_feasible<T>(),
+          .guide = {},
+          .R = T(0.72),
           .i_max = T(200),
           .i_band = T(1),
           .T_s = T(20e-6)};
@@ -81,6 +83,10 @@ Ditc<LeHuy<T>, N> ditc() {
           .conduction = conduction<T, N>(),
           .turn_on = {},
           .bands = {.inner = T(0.5), .outer = T(1)},
+          .feasible = always_feasible<T>(),
+          .guide = {},
+          .psi_band = T(0),
+          .R = T(0.72),
           .i_max = T(200),
           .T_s = T(5e-6)};
 }
@@ -89,7 +95,8 @@ Deadbeat<LeHuy<T>, N> deadbeat(int delay, Carriers carriers) {
   return {.machine = paper_machine<T>(),
           .R = T(0.72),
           .sharing = sharing_of<T>(Shape::cubic, 10, 160 - 360.0 / N),
-          .lead = {},
+          .feasible = always_feasible<T>(),
+          .guide = {},
           .i_max = T(200),
           .T_s = T(20e-6),
           .delay = delay,

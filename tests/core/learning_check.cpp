@@ -108,18 +108,19 @@ double same_orders() {
     Law law{.machine = believed,
             .R = 0.3,
             .sharing = {},
-            .lead = {},
+            .feasible = always_feasible<double>(),
+            .guide = {},
             .i_max = 100,
             .T_s = 20e-6,
             .delay = 1};
     law.sharing.shape = Shape::cubic;
     law.sharing.theta_on = 0.2;
     law.sharing.theta_ov = 0.7;
-    law.lead.motoring.reach_least = law.lead.braking.reach_least = 1e9;  // nothing is led
     const Own own{.machine = {believed, believed.N_r, 0.0},
                   .R = law.R,
                   .sharing = law.sharing,
-                  .lead = law.lead,
+                  .feasible = law.feasible,
+                  .guide = {},
                   .i_max = law.i_max,
                   .T_s = law.T_s,
                   .delay = law.delay};

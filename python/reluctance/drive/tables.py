@@ -88,7 +88,8 @@ class Tables:
             reference=self.reference.kind,
             tau_max=self.tau_max,
             tau_working=max((abs(tau) for tau in asked), default=0.0) or self.tau_max,
-            brakes=self._brakes(asked),
+            motors=self._all_of_sign(asked, 1),
+            brakes=self._all_of_sign(asked, -1),
             T_s=self.control.T_s,
             delay=self.sensing.delay_samples,
             t_dead=self.converter.t_dead,
@@ -116,12 +117,12 @@ class Tables:
             frame["pv"] = self._pv_control()
         return frame
 
-    def _brakes(self, asked: Sequence[float]) -> bool:
-        """Every torque of a reference brakes, at a speed that is held."""
+    def _all_of_sign(self, asked: Sequence[float], sign: int) -> bool:
+        """Every torque of a reference motors, 1, or brakes, -1, at a speed that is held."""
         if self.load.kind != "locked":
             return False
-        powers = [tau * omega for tau in asked for omega in self.load.omega[1]]
-        return min(powers, default=0.0) < 0 and max(powers) <= 0
+        powers = [sign * tau * omega for tau in asked for omega in self.load.omega[1]]
+        return max(powers, default=0.0) > 0 and min(powers) >= 0
 
     @property
     def u_brake(self) -> tuple[float, float]:

@@ -8,7 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from reluctance.laws.pulses import FixedLaw, FloatArray, pulses
+from reluctance.arrays import FloatArray
+from reluctance.laws.pulses import FixedLaw, pulses
 
 TABLE_POINTS = 17  # of srm::MeanTorque
 CURRENTS = 4 * TABLE_POINTS  # of the curve that is inverted; it can jump with a chopping more

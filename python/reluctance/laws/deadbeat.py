@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, ClassVar, Literal
 
 from reluctance import _core
-from reluctance.laws.flux_lead import flux_lead
 from reluctance.laws.learning import Learns
 from reluctance.laws.shared_torque import SharedTorque, sharing_angles
 from reluctance.tables.known import Known
@@ -32,10 +31,9 @@ class Deadbeat(SharedTorque, Learns):
     carriers: Literal["in_phase", "interleaved"] = "in_phase"
 
     def core(self, known: Known) -> _core.Law:
-        sharing = self.shares(known)
         law: dict[str, Any] = {
-            "sharing": sharing,
-            "lead": flux_lead(self.of_tables(known), sharing, by_rule=self.theta_on_deg is None),
+            "sharing": self.shares(known),
+            **self.hand_over(known, "psi"),
             "R": known.R,
             "i_max": known.i_max,
             "T_s": self.T_s,

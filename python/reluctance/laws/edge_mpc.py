@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from reluctance import _core
 from reluctance.laws.flux_guide import FluxGuide
-from reluctance.laws.guided import CURRENT_POINTS, ROOM, FluxGuided
+from reluctance.laws.guided import CURRENT_POINTS, MORE_TORQUE, ROOM, FluxGuided, with_room
 from reluctance.laws.learning import Learns
 from reluctance.tables.known import Known
 from reluctance.tables.variants import WANTED_FREQUENCY, Look, Variant
@@ -15,7 +15,6 @@ from reluctance.tables.variants import WANTED_FREQUENCY, Look, Variant
 if TYPE_CHECKING:
     from reluctance import optimum
 
-MORE_FLUX = 1.2  # than believed
 # Of a guide for least ripple, which asks for deviations itself; chosen on the paper's machine
 # (studies/least_ripple.py measures the result) [1].
 SLACK = 0.8
@@ -41,19 +40,6 @@ class EdgeMpc(FluxGuided, Learns):
     # (docs/control/least_ripple.csv).
     guide: Literal["least_copper", "least_ripple"] = "least_copper"
 
-    def guide_speeds(self, known: Known) -> list[float]:
-        """A machine with more flux than believed has, in the units of the law, less voltage: as at
-        a higher speed."""
-        speeds = super().guide_speeds(known)
-        if not self.learn or self.guide_speed_rpm is not None or known.omega_m == 0:
-            return speeds
-        return [*speeds, MORE_FLUX * known.omega_m]
-
-    def of_tables(self, known: Known) -> Known:
-        if self.learn or self.guide == "least_ripple":  # which is planned for the torques asked for
-            return super().of_tables(known)
-        return replace(known, tau_max=ROOM * known.tau_max)
-
     def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[optimum.Table]:
         tables = super().tables(known, n_points)
         if self.guide == "least_copper":
@@ -67,10 +53,9 @@ class EdgeMpc(FluxGuided, Learns):
         return guide if self.guide == "least_copper" else replace(guide, slack=SLACK)
 
     def core(self, known: Known) -> _core.Law:
-        try:
-            guide = self.flux_guide(self.of_tables(known))
-        except RuntimeError:  # no profile is found above the greatest reference
-            guide = self.flux_guide(known)
+        # Profiles of least ripple are planned for the torques that are asked for.
+        room = MORE_TORQUE if self.learn else 1.0 if self.guide == "least_ripple" else ROOM
+        guide = with_room(known, self.flux_guide, room)
         law: dict[str, Any] = {
             "guide": guide.profiles,
             "w_sw": guide.w_sw,

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-from dataclasses import replace
 from typing import ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from reluctance import _core
-from reluctance.laws.flux_guide import CONDUCTS_MOST, FluxGuide
-from reluctance.laws.guided import ROOM, FluxGuided
+from reluctance.laws.flux_guide import CONDUCTS_MOST, FluxGuide, no_guide
+from reluctance.laws.guided import FluxGuided, with_room
 from reluctance.tables.known import Known
 from reluctance.tables.variants import WANTED_FREQUENCY, Look, Variant
 
@@ -22,7 +19,6 @@ PULSES_PER_TURN_ON = 4.8  # pulses a second of the phase in charge, of a turn-on
 # were drawn: with 1 the torque of two collapses at three times base speed, 4 and 16 hold all, and 4
 # has less ripple.
 CLOSER = 4.0  # [1]
-NO_GUIDE = _core.Guide(np.zeros((1, 2, 3)), tau_max=1.0, omega_m=[0.0], u_dc=1.0)
 
 
 def copper_and_horizon(n_phases: int, x: float, y: float) -> dict[str, float]:
@@ -71,12 +67,11 @@ class FiniteSetMpc(FluxGuided):
     def core(self, known: Known) -> _core.Law:
         guide = self.flux_guide(known)
         if any(guide.feedback):
-            with suppress(RuntimeError):  # no profile is found above the greatest reference
-                guide = self.flux_guide(replace(known, tau_max=ROOM * known.tau_max))
+            guide = with_room(known, self.flux_guide)
         pulse = 1 / (PULSES_PER_TURN_ON * self.f_switch)
         return _core.finite_set_mpc(
             *self.built_for(known),
-            guide=guide.profiles if self.guided else NO_GUIDE,
+            guide=guide.profiles if self.guided else no_guide(known.tau_max),
             horizon=self.horizon,
             w_psi=self.w_psi(guide, known) if self.guided else [0.0],
             feedback=guide.feedback if self.guided else [0.0],

@@ -42,6 +42,11 @@ def packed(tables: Sequence[Table], quantity: Literal["i", "psi"], R: float) -> 
     )
 
 
+def no_guide(tau_max: float) -> _core.Guide:
+    """Of a law that follows none; tau_max: most that its feedback may ask for [N m]."""
+    return _core.Guide(np.zeros((1, 2, 3)), tau_max=tau_max, omega_m=[0.0], u_dc=1.0)
+
+
 def nearest_level(table: Table, tau_ref: float) -> int:
     """The row nearest to a torque [N m], zero torque left out."""
     return 1 + int(np.argmin(np.abs(table.tau_ref[1:] - tau_ref)))

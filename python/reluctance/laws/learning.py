@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -16,9 +15,6 @@ STEPS_OF_NOTHING = 1  # a current of as many steps of the converter is none
 NOISE_OF_NOTHING = 4  # times the rms noise
 LEAST_PART = 1e-4  # of the current limit, is none in any case
 LEAST_FLUX = 0.05  # of the flux linkage at the current limit: a smaller stroke says too little
-# A machine with less flux than believed is asked for more torque in the units of the law: its
-# tables go this much higher.
-MORE_TORQUE = 1.4
 
 
 class Learns(Control):
@@ -38,10 +34,6 @@ class Learns(Control):
                 "orders that are learned from, need one of them"
             )
         return self
-
-    def of_tables(self, known: Known) -> Known:
-        """What the tables of the law are made for."""
-        return replace(known, tau_max=MORE_TORQUE * known.tau_max) if self.learn else known
 
     def fit(self, known: Known) -> _core.StrokeFit:
         """What tells resistance and flux map from the strokes."""

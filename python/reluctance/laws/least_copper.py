@@ -7,7 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from reluctance.laws.pulses import FloatArray, Pulses, chopped, full_flux_speed, pulses
+from reluctance.arrays import FloatArray
+from reluctance.laws.pulses import Pulses, chopped, full_flux_speed, pulses
 from reluctance.tables.known import Known
 
 WIDE = 180.0  # dwell up to which every current returns to zero [deg]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from reluctance import _core
 from reluctance.laws.flux_guide import packed
-from reluctance.laws.guided import CURRENT_POINTS, ROOM, Guided
+from reluctance.laws.guided import CURRENT_POINTS, MORE_TORQUE, Guided, with_room
 from reluctance.laws.short_voltage import NEVER, short_from
 from reluctance.tables.known import Known
 from reluctance.tables.variants import CURRENT_BAND, Look, Variant
@@ -67,10 +66,8 @@ class PaperMpc(Guided):
         tables = super().tables(known, n_points)
         if short_from(tables, known) == NEVER:
             return tables
-        try:
-            return super().tables(replace(known, tau_max=ROOM * known.tau_max), n_points)
-        except RuntimeError:  # no profile is found above the greatest reference
-            return tables
+        make = super().tables
+        return with_room(known, lambda known: make(known, n_points), MORE_TORQUE)
 
     def core(self, known: Known) -> _core.Law:
         i_max, tables = known.i_max, self.tables(known)

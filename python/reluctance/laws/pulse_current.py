@@ -74,22 +74,30 @@ class PulseCurrent(ConductionAngles):
         Raises
         ------
         ParameterError
-            If angles of one's own do not motor with tau_max at i_max, or those by rule neither
-            motor nor brake with it.
+            If no window gives tau_max at i_max, or the one of the direction in which all
+            references are does not give the greatest of them. Angles of one's own must motor.
         """
         if not self.follows_torque:
             return None
         motors, brakes = windows
-        most = float(motors.curve.tau[-1])
-        by_rule = self.theta_on_deg is None
-        if max(most, brakes.curve.tau[-1] if by_rule else 0.0) < known.tau_max:
-            on, off = np.degrees([motors.theta_on, motors.theta_off])
+        able = [motors, brakes] if self.theta_on_deg is None else [motors]
+        asked = [motors] if known.motors else able[-1:] if known.brakes else able
+        self._give(known, able, known.tau_max)
+        self._give(known, asked, known.tau_working)
+        return motors.currents(known.tau_max), brakes.currents(known.tau_max)
+
+    @staticmethod
+    def _give(known: Known, windows: list[Window], tau: float) -> None:
+        """Raises ParameterError where none of the windows gives this mean torque."""
+        best = max(windows, key=lambda window: float(window.curve.tau[-1]))
+        most = float(best.curve.tau[-1])
+        if most < tau:
+            on, off = np.degrees(best.ends)
             raise ParameterError(
                 f"[control] angles {on:g} to {off:g} deg give a mean torque of at most {most:.4g} "
                 f"N m at i_max_A = {known.i_max:g} and {from_si(known.omega_m, 'rpm'):.5g} rpm, "
-                f"need {known.tau_max:g}; change the angles, the speed or the torque"
+                f"need {tau:g}; change the angles, the speed or the torque"
             )
-        return motors.currents(known.tau_max), brakes.currents(known.tau_max)
 
     def reference(self, known: Known, currents: Currents | None) -> _core.MeanTorque:
         """The current over the torque reference."""

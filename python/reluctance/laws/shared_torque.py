@@ -8,9 +8,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
+from reluctance.arrays import FloatArray
 from reluctance.errors import ParameterError
-from reluctance.laws.flux_lead import ANGLES, Shares
-from reluctance.tables.control import Control
+from reluctance.laws.hand_over import ALWAYS, TORQUES, HandsOver
 from reluctance.tables.known import Known
 
 TABLE_POINTS = 33  # of srm::Sharing
@@ -20,9 +20,10 @@ NO_SHARE = 1e-3  # of the torque: less, or as much short of all of it, is no sha
 # 1/2, 2/3 and 1 give torque errors of 1.8, 1.3 and 1.0 % rms (cubic, at 49.4, 49.1 and 49.3 A
 # rms) and 2.1, 1.4 and 2.6 % (linear).
 OVERLAP_PART = 2 / 3
-# What flux may take to rise and to fall, over a period, with this overlap: at 1.4 every machine
-# that was tried holds the mean, at 1.47 the generic 60 kW machine is 18 % short.
-TURN = 1.2
+CURRENTS, ANGLES = 120, 361  # of the flux of a share
+NO_FLUX = 1e-6  # of the torque: a smaller share is none
+LOST = 0.005  # of the mean torque: what feedback would leave alone (control/part/mean_hold.hpp)
+FILLS = np.geomspace(0.01, 3, 120)  # tried: what the rise of the flux takes of half a period
 
 
 def sharing_angles(n_phases: int, x: float, y: float) -> dict[str, float]:
@@ -35,7 +36,7 @@ def sharing_angles(n_phases: int, x: float, y: float) -> dict[str, float]:
     }
 
 
-class SharedTorque(Control):
+class SharedTorque(HandsOver):
     """The part of the torque that each phase gives at an angle."""
 
     sharing: Literal["linear", "cubic", "sinusoidal", "exponential", "optimal", "table"] = "cubic"
@@ -88,14 +89,19 @@ class SharedTorque(Control):
         return self._sharing(self.theta_on_deg, self.theta_ov_deg)
 
     def _by_rule(self, known: Known) -> _core.Sharing:
-        """The usual overlap, or all of the free angle where currents need it. Where flux cannot
-        rise and fall within TURN periods it is the shorter for that, and a phase is left the
-        earlier: what it keeps past alignment brakes, which a drive that only brakes wants."""
+        """The usual overlap, or all of the free angle where the current limit needs it."""
         free = 180 - 360 / known.n_phases
         ends = [((1 - part) / 2 * free, part * free) for part in (OVERLAP_PART, 1.0)]
         on, ov = min(ends, key=lambda angles: max(_load(known, self._sharing(*angles)), 1.0))
-        turn = 0.0 if known.brakes else _turn(known, self._sharing(on, ov))
-        return self._sharing(on, ov / max(turn / TURN, 1.0))
+        return self._sharing(on, ov)
+
+    def boundary(self, known: Known) -> tuple[FloatArray, FloatArray]:
+        """That of the shares. Angles that are not by rule are kept when motoring."""
+        sharing = self.shares(known)
+        braking = feasible_shares(known, sharing, np.linspace(np.pi, 0, ANGLES))
+        if self.theta_on_deg is not None:
+            return np.full(TORQUES, ALWAYS), braking
+        return feasible_shares(known, sharing, np.linspace(0, np.pi, ANGLES)), braking
 
     def _sharing(self, on_deg: float, ov_deg: float) -> _core.Sharing:
         return _core.Sharing(
@@ -116,11 +122,45 @@ def _load(known: Known, sharing: _core.Sharing) -> float:
     return float(np.max(share * known.tau_max / most))
 
 
-def _turn(known: Known, sharing: _core.Sharing) -> float:
-    """What the flux of the greatest torque takes to rise and to fall, over a period [1]."""
-    shares = Shares(known, sharing, np.linspace(0, np.pi, ANGLES))
-    rise = known.N_r * known.omega_m * float(shares.psi[-1].max()) / known.u_dc  # [rad]
-    return rise / np.pi
+def feasible_shares(known: Known, sharing: _core.Sharing, theta: FloatArray) -> FloatArray:
+    """The greatest omega_e/u_dc at which the voltage lets phases follow their shares, for torques
+    0..tau_max, (TORQUES,) [rad/Wb]; none where i_max does not give a share.
+
+    Flux rises by at most (u_dc - R i)/omega_e in a radian. Where that is less than the shares ask
+    for it lags behind them until they rise less, and the torque that is lost on the way may be
+    LOST of the mean.
+
+    Parameters
+    ----------
+    theta : array, shape (n_angles,)
+        Angles in the order of motion [rad].
+    """
+    share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])
+    wanted = known.tau_max * np.linspace(0, 1, TORQUES)[1:, None] * share
+    i = known.i_max * np.linspace(0, 1, CURRENTS) ** 1.5
+    grid = np.broadcast_arrays(i[:, None], theta[None, :])
+    at = _core.magnetics(known.magnetics, *(np.ascontiguousarray(v).ravel() for v in grid))
+    psi, tau = at[:, 0].reshape(grid[0].shape), at[:, 2].reshape(grid[0].shape)
+    tau = np.maximum.accumulate(np.maximum(tau, 0.0), axis=0)
+    psi_ref, i_ref = np.zeros((2, *wanted.shape))
+    for n in np.flatnonzero(share > NO_FLUX):
+        psi_ref[:, n] = np.interp(wanted[:, n], tau[:, n], psi[:, n])
+        i_ref[:, n] = np.interp(wanted[:, n], tau[:, n], i)
+    left = 1 - known.R * (i_ref[:, 1:] + i_ref[:, :-1]) / 2 / known.u_dc
+    way = np.cumsum(left * np.abs(np.diff(theta)), axis=1)
+    rise = np.concatenate([np.zeros((len(way), 1)), way], axis=1)  # at omega_e/u_dc = 1 [Wb]
+    reach = np.pi / psi_ref.max(axis=1, keepdims=True) * FILLS  # (TORQUES - 1, len(FILLS))
+    line = rise[:, None, :] / reach[:, :, None]
+    reached = line + np.minimum.accumulate(psi_ref[:, None, :] - line, axis=2)
+    given = np.zeros(reach.shape)
+    for n in np.flatnonzero(share > NO_FLUX):
+        given += np.interp(reached[:, :, n], psi[:, n], tau[:, n])
+    asked = np.sum(np.minimum(wanted, tau[-1]), axis=1, keepdims=True)
+    lost = np.maximum.accumulate(1 - given / asked, axis=1)
+    count = np.sum(lost <= LOST, axis=1)  # of the speeds that are not too high
+    most = np.where(count > 0, reach[np.arange(len(reach)), count - 1], 0.0)
+    most = np.where((wanted > tau[-1]).any(axis=1), 0.0, most)
+    return np.append(most[0], most)  # no torque: nothing is asked
 
 
 def _optimal(known: Known) -> _core.Sharing:

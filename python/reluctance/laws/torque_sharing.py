@@ -7,7 +7,6 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from reluctance import _core
-from reluctance.laws.flux_lead import flux_lead
 from reluctance.laws.shared_torque import SharedTorque, sharing_angles
 from reluctance.tables.control import BAND_PART
 from reluctance.tables.known import Known
@@ -72,14 +71,15 @@ class TorqueSharing(SharedTorque):
         return True
 
     def core(self, known: Known) -> _core.Law:
-        machine, sharing = known.machine, self.shares(known)
+        machine = known.machine
         return _core.torque_sharing(
             *self.built_for(known),
-            sharing=sharing,
-            lead=flux_lead(known, sharing, by_rule=self.theta_on_deg is None),
+            sharing=self.shares(known),
+            **self.hand_over(known, "i"),
+            R=known.R,
             i_max=machine.i_max_A,
             i_band=BAND_PART * machine.i_max_A if self.i_band_A is None else self.i_band_A,
             T_s=self.T_s,
-            t_ahead=self.T_s * (0.5 + known.delay),  # mid-sample
+            delay=known.delay,
             chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
         )

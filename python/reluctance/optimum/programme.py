@@ -33,13 +33,14 @@ from reluctance.optimum.magnetics import FloatArray, content, phase_magnetics
 
 Norm = Literal["max", "rms"]
 Objective = Literal["copper", "error", "torque", "weighted"]
-Constraint = Literal["none", "max", "rms", "constant", "mean"]
+Constraint = Literal["none", "max", "rms", "constant", "mean", "held"]
 
-ALGORITHM = 6  # part of every cache key: raise it when the numbers of this package move
+ALGORITHM = 7  # part of every cache key: raise it when the numbers of this package move
 SLACK = 1e-4  # share of the least error given back before copper is minimised at that error
 # In this order until IPOPT finds an optimum: shares of the least error, and of the torque, where
 # the least error is nearly none.
 MORE_SLACK = ((SLACK, 0.0), (10 * SLACK, 0.0), (100 * SLACK, 0.0), (0.0, 1e-3))
+NO_COPPER = 1e-15  # of i_max^2: less is no mean squared current
 REST = 1e-4  # of i_max: less is none; the interior point stays some 4e-6 above zero
 FEASIBLE = 1e-6  # error relative to tau_ref below which a profile counts as free of ripple
 
@@ -71,7 +72,8 @@ def checked_inputs(point: OperatingPoint, n_points: int, smoothing: float) -> li
 class Programme:
     """The programme of one machine, operating point and grid; the torque is an argument.
 
-    Unknowns are the current i (n,) and one torque s [N m]: the error allowed, or the torque held.
+    Unknowns are the current i (n,) and one number s: the error allowed or the torque held [N m], or
+    the mean squared current [A^2], whose logarithm as an unknown leaves the Hessian sparse.
     `direction` -1 turns the machine round: angles and torque change sign. `ripple_weight` is w.
     """
 
@@ -103,7 +105,7 @@ class Programme:
         ripple = ca.sumsqr(error) / m / tau_ref**2
         self._objectives: dict[Objective, Any] = {
             "copper": copper,
-            "weighted": ca.log(copper) + ripple_weight * ripple,
+            "weighted": ca.log(s) + ripple_weight * ripple,
             "error": s,
             "torque": -s,
         }
@@ -112,9 +114,11 @@ class Programme:
             "max": (ca.vertcat(s - error, s + error), np.inf),
             "rms": (s * s - ca.sumsqr(error) / m, np.inf),
             "constant": (tau - s, 0.0),
-            "mean": (ca.sum1(error) / m, 0.0),
+            "mean": (ca.vertcat(ca.sum1(error) / m, s - copper), 0.0),
+            "held": (ca.sum1(tau) / m - s, 0.0),
         }
-        self._weighted = ca.Function("weighted", [i, tau_ref], [self._objectives["weighted"]])
+        cost = ca.log(copper) + ripple_weight * ripple
+        self._weighed = ca.Function("weighed", [i, tau_ref], [copper, cost])
         self._solvers: dict[tuple[Objective, Constraint], Any] = {}
         self._tau_ph = ca.Function("tau_ph", [i], [tau_ph])
         self._waveforms = ca.Function("waveforms", [i], [psi, u, tau])
@@ -151,13 +155,33 @@ class Programme:
         """True of a current that is none somewhere in the period."""
         return bool(i.min() <= REST * self.point.i_max)
 
-    def weighted(self, tau_ref: float, *starts: FloatArray) -> FloatArray:
-        """The weighted current (n,) for tau_ref > 0, the best from all starts and from pulses; that
-        of `best` where the mean is out of reach."""
-        tried = [*starts, self.start(tau_ref)]
-        tries = [self._solve("weighted", "mean", i_0, tau_ref=tau_ref) for i_0 in tried]
-        costs = [(float(self._weighted(i, tau_ref)), n) for n, (i, _, ok) in enumerate(tries) if ok]
-        return tries[min(costs)[1]][0] if costs else self.best(tau_ref, "rms", *starts)
+    def weighted(self, tau_ref: float, *starts: FloatArray) -> FloatArray | None:
+        """The weighted current (n,) for tau_ref > 0, the best from all starts and from pulses; none
+        where the mean is out of reach."""
+        tried = [*starts, *self.starts(tau_ref)]
+        square = (NO_COPPER * self.point.i_max**2, np.inf)
+        tries: list[tuple[float, int, FloatArray]] = []
+        for i_0 in tried:
+            s_0 = float(self._weighed(i_0, tau_ref)[0])
+            i, _, found = self._solve("weighted", "mean", i_0, tau_ref=tau_ref, s=square, s_0=s_0)
+            if found:
+                tries.append((float(self._weighed(i, tau_ref)[1]), len(tries), i))
+        return min(tries)[-1] if tries else None
+
+    def greatest_mean(self, tau_ref: float, *starts: FloatArray) -> FloatArray:
+        """The current (n,) of the greatest mean torque, for a torque beyond it: best of all starts.
+
+        Raises
+        ------
+        RuntimeError : none was found.
+        """
+        tried = [*starts, *self.starts(tau_ref)]
+        any_torque = (0.0, np.inf)
+        tries = [self._solve("torque", "held", i, tau_ref=tau_ref, s=any_torque) for i in tried]
+        found = [(tau, n) for n, (_, tau, ok) in enumerate(tries) if ok]
+        if not found:
+            raise RuntimeError(f"no greatest mean found below {tau_ref} N m; change n_points")
+        return tries[max(found)[1]][0]
 
     def greatest_torque(self, *starts: FloatArray) -> tuple[float, FloatArray]:
         """The greatest constant torque [N m] and its current (n,): best of all starts."""
@@ -205,6 +229,7 @@ class Programme:
         *,
         tau_ref: float,
         s: tuple[float, float] = (0.0, 0.0),
+        s_0: float | None = None,
     ) -> tuple[FloatArray, float, bool]:
         """Optimum i (n,) and s from a start, s within bounds; and whether IPOPT calls it one."""
         import casadi as ca
@@ -222,7 +247,7 @@ class Programme:
         n, m = len(start), value.numel()
         i_max = self.point.i_max
         solution = solver(
-            x0=np.append(start, min(tau_ref, s[1])),
+            x0=np.append(start, min(tau_ref, s[1]) if s_0 is None else s_0),
             p=tau_ref,
             lbx=np.append(np.zeros(n), s[0]),
             ubx=np.append(np.full(n, i_max), s[1]),

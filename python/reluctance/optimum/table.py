@@ -66,16 +66,22 @@ def profile_table(
         programme = Programme(point, n_points=n_points, smoothing=smoothing, ripple_weight=weight)
         levels = tau_max * np.linspace(0.0, 1.0, n_levels) ** 2
         profiles: list[Profile] = []
-        ends = ripple_weight is not None  # the current of the level below
+        ends = True  # the current without ripple
+        most: FloatArray | None = None  # current of the greatest mean, once a level is beyond it
         for tau in levels.tolist():
-            profile = profile_of(programme, tau, programme.best(tau, norm))
-            if ripple_weight is not None and tau > 0:
-                free = profile.tau_error_max <= FEASIBLE * tau
-                ends = ends and free and programme.ends(profile.i)  # nor that of more torque
-                if not ends:
-                    lower = [p.i * (tau / p.tau_ref) ** 0.5 for p in profiles[1:][-1:]]
-                    i = programme.weighted(tau, profile.i, *lower)
-                    profile = profile_of(programme, tau, i)
+            starts: list[FloatArray] = []
+            if ends:
+                starts = [programme.best(tau, norm)]
+                profile = profile_of(programme, tau, starts[0])
+                if ripple_weight is not None and tau > 0:
+                    free = profile.tau_error_max <= FEASIBLE * tau
+                    ends = free and programme.ends(profile.i)  # if not, nor that of more torque
+            if not ends:
+                starts += [p.i * (tau / p.tau_ref) ** 0.5 for p in profiles[1:][-1:]]
+                i = programme.weighted(tau, *starts) if most is None else most
+                if i is None:
+                    i = most = programme.greatest_mean(tau, *starts)
+                profile = profile_of(programme, tau, i)
             profiles.append(profile)
         return Table(
             tau_ref=levels,

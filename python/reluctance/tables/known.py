@@ -21,7 +21,8 @@ class Known:
     reference: Literal["torque", "speed", "none", "pv"]  # what the drive is asked for
     tau_max: float  # greatest torque that may be asked for [N m]
     tau_working: float  # greatest torque reference; tau_max where a speed loop asks [N m]
-    brakes: bool  # every torque reference brakes
+    motors: bool  # every torque reference motors, at a speed that is held
+    brakes: bool  # every one brakes, likewise
     T_s: float  # control period [s]
     delay: int  # samples from the measurement to the order
     t_dead: float  # from the order to turn on until a switch is on [s]

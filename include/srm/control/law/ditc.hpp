@@ -13,19 +13,19 @@
 // (1) but a demagnetizing phase freewheels once the torque is back within. Phases outside their
 // window demagnetize; one above i_max is not magnetized.
 //
-// At other torques and speeds than those that the window is made for it opens as early as flux
-// needs to be built up (turn_on.hpp), and the mean is held by feedback (mean_hold.hpp): incoming
-// phases push the torque to the upper end of the band, and above base speed the voltage is short.
-// Where that asks for more than twice the torque the whole window magnetizes, and it is entered
-// earlier.
+// By rule a phase is turned off at a fixed angle, and turned on so early that its flux is there a
+// stroke before, when its predecessor leaves (TurnOn). Feedback holds the mean torque, for incoming
+// phases push the torque to the upper end of the band. Where the voltage does not suffice
+// (feasible.hpp), each phase follows the flux linkage of the reference profile.
 #pragma once
 
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
+#include "srm/control/part/feasible.hpp"
+#include "srm/control/part/guide.hpp"
 #include "srm/control/part/mean_hold.hpp"
 #include "srm/control/part/mirror.hpp"
 #include "srm/control/part/per_phase.hpp"
-#include "srm/control/part/turn_on.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -57,6 +57,26 @@ struct TorqueBands {
   }
 };
 
+/// How early a phase is turned on: psi takes the angle omega_e psi/u_dc to build up.
+template <Real T>
+struct TurnOn {
+  T tau_max;                   // torque of the last entries [N m]; 0: angles of the user
+  std::array<T, 9> psi;        // motoring: flux that gives 0, tau_max/8, ... tau_max alone, a
+                               // stroke before turn-off [Wb]
+  std::array<T, 9> psi_brake;  // braking [Wb]
+  SRM_FIELDS(tau_max, psi, psi_brake)
+
+  /// The window for a torque: turned off as the given one, braking at its other end.
+  template <int N>
+  constexpr Window<T> window(Window<T> given, T tau, T omega_e, T u_dc, bool braking) const {
+    if (!(tau_max > T(0))) return given;
+    constexpr T stroke = two_pi<T> / T(N);
+    const T lead = abs(omega_e) * interpolate(braking ? psi_brake : psi, tau / tau_max) / u_dc;
+    if (braking) return {given.theta_on, given.theta_on + stroke + lead};
+    return {given.theta_off - stroke - lead, given.theta_off};
+  }
+};
+
 template <Machine M, int N>
 struct Ditc {
   using Scalar = typename M::Scalar;
@@ -71,33 +91,54 @@ struct Ditc {
   Conduction<T> conduction;  // the dwell is at least a stroke
   TurnOn<T> turn_on;
   TorqueBands<T> bands;
-  T i_max;  // [A]
-  T T_s;    // control period [s]
-  SRM_FIELDS(machine, conduction, turn_on, bands, i_max, T_s)
+  Feasible<T> feasible;
+  Guide<T> guide;  // flux linkage where the voltage does not suffice for the window [Wb]
+  T psi_band;      // about it a leg is kept, half width [Wb]
+  T R;             // phase resistance [ohm]
+  T i_max;         // [A]
+  T T_s;           // control period [s]
+  SRM_FIELDS(machine, conduction, turn_on, bands, feasible, guide, psi_band, R, i_max, T_s)
 
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
     const bool braking = brakes(y.omega_m, tau_ref);  // the window is entered at its far end
-    const bool leads = turn_on.leads(abs(tau_ref), y.omega_m);
+    const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
+    std::array<Magnetics<T>, N> now{};
+    T given = T(0);
+    for (int k = 0; k < N; ++k) {
+      if (!(y.i[k] > T(0))) continue;
+      now[k] = machine.at(y.i[k], drive_angle<N>(y.theta_e, k, tau_ref));
+      given = given + now[k].tau;
+    }
+    const T asked =
+        x.mean.asked(abs(tau_ref), given, omega_e * T_s, braking, guide.first.level_max);
+    if (!feasible.at(abs(tau_ref), abs(omega_e), y.u_dc, braking)) {
+      follow(x, y, now, asked, tau_ref);
+    } else {
+      control_torque(x, y, given - asked, tau_ref);
+    }
+    return per_phase<T, N>([&](int k) { return hold<T>(x.leg[k]); });
+  }
+
+ private:
+  /// The legs of the rule table. excess: of the torque [N m].
+  constexpr void control_torque(State& x, const Measurement<T, N>& y, T excess, T tau_ref) const {
+    const bool braking = brakes(y.omega_m, tau_ref);
     Window<T> window = conduction.template window<N>(y.omega_m, tau_ref);
-    if (leads && !(abs(y.omega_m) < conduction.omega_start)) {
+    if (!(abs(y.omega_m) < conduction.omega_start)) {
       const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
-      const T more = max(x.mean.part[braking ? 1 : 0], T(1));
-      window = turn_on.ahead(window, abs(tau_ref), omega_e, y.u_dc, more, braking);
+      window = turn_on.template window<N>(window, abs(tau_ref), omega_e, y.u_dc, braking);
     }
     const T dwell = wrap(window.theta_off - window.theta_on);
     std::array<T, N> past_on{};  // angle since turn-on; the newest phase has the least
     T newest = dwell;
-    T excess = leads ? T(0) : -abs(tau_ref);
     int active = 0;
     for (int k = 0; k < N; ++k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
       past_on[k] = wrap(braking ? window.theta_off - theta : theta - window.theta_on);
       if (past_on[k] < dwell) ++active;
       newest = min(newest, past_on[k]);
-      if (y.i[k] > T(0)) excess = excess + machine.at(y.i[k], theta).tau;
     }
-    if (leads) excess = excess - asked(x, y, excess, tau_ref, braking);
-    return per_phase<T, N>([&](int k) {
+    for (int k = 0; k < N; ++k) {
       Leg leg = Leg::demagnetize;
       if (past_on[k] < dwell && tau_ref != T(0)) {
         const Role role = active == 1            ? Role::single
@@ -107,15 +148,31 @@ struct Ditc {
         if (leg == Leg::magnetize && y.i[k] > i_max) leg = Leg::freewheel;
       }
       x.leg[k] = leg;
-      return hold<T>(leg);
-    });
+    }
   }
 
- private:
-  [[gnu::noinline, gnu::cold]] constexpr T asked(State& x, const Measurement<T, N>& y, T given,
-                                                 T tau_ref, bool braking) const {
+  /// The legs that bring each phase to the reference profile by the end of the sample.
+  [[gnu::noinline]] constexpr void follow(State& x, const Measurement<T, N>& y,
+                                          const std::array<Magnetics<T>, N>& now, T asked,
+                                          T tau_ref) const {
+    const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;
-    return x.mean.asked(abs(tau_ref), given, turn, braking);
+    for (int k = 0; k < N; ++k) {
+      const T goal = profile.at(drive_angle<N>(wrap(y.theta_e + turn), k, tau_ref));
+      const T i = max(y.i[k], T(0));
+      const auto away = [&](Leg leg) {
+        const T u = static_cast<T>(static_cast<int>(leg)) * y.u_dc - R * i;
+        return abs(max(now[k].psi + u * T_s, T(0)) - goal);
+      };
+      const bool over = i > i_max;
+      Leg best = x.leg[k] == Leg::magnetize && over ? Leg::freewheel : x.leg[k];
+      if (away(best) > psi_band) {
+        for (Leg leg : {Leg::demagnetize, Leg::freewheel, Leg::magnetize}) {
+          if (!(leg == Leg::magnetize && over) && away(leg) < away(best)) best = leg;
+        }
+      }
+      x.leg[k] = best;
+    }
   }
 };
 

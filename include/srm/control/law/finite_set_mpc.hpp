@@ -84,7 +84,7 @@ struct FiniteSetMpc {
                                  .w_i = w_i,
                                  .w_sw = w_sw,
                                  .horizon = horizon};
-    state.holds = profile.of(feedback) > T(0.5);
+    state.holds = profile.of(feedback) > T(0.5);  // between two speeds the nearer one decides
     if (state.holds) {
       remember(state, y.omega_m, abs(tau_ref), search.phases);
     } else {

@@ -27,7 +27,6 @@
 #include "srm/control/part/guide.hpp"
 #include "srm/control/part/guide_currents.hpp"
 #include "srm/control/part/level_programme.hpp"
-#include "srm/control/part/mean_hold.hpp"
 #include "srm/control/part/per_phase.hpp"
 #include "srm/machine/magnetics.hpp"
 
@@ -38,8 +37,7 @@ struct PaperMpc {
   using Scalar = typename M::Scalar;
   using T = Scalar;
   static constexpr int n_phases = N;
-  static constexpr int guesses = 5;    // of the bounds that act
-  static constexpr T dead = T(0.002);  // a miss of the mean that is left alone [1]
+  static constexpr int guesses = 5;  // of the bounds that act
 
   M machine;
   Guide<T> guide;  // phase current over torque reference, electrical angle and speed [A]
@@ -55,11 +53,8 @@ struct PaperMpc {
   T short_from;    // speed over voltage from which the voltage is short [rad/(s V)]
   SRM_FIELDS(machine, guide, N_p, N_c, r_w, w_i, R, i_max, i_band, T_s, delay, short_from)
 
-  struct State {
-    std::array<T, N> u{};                                   // last references [A]
+  struct State : FollowedCurrents<T, N> {
     std::array<std::array<std::int8_t, Nc_max>, N> side{};  // bounds that acted last
-    std::array<T, N> i_before{};                            // currents a sample ago [A]
-    MeanHold<T> mean{};
   };
 
   Command<T, N> step(State& state, const Measurement<T, N>& y, T tau_ref) const {
@@ -67,7 +62,7 @@ struct PaperMpc {
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
     const T turn = sense * (static_cast<T>(machine.N_r) * y.omega_m * T_s);  // per sample
     if (abs(y.omega_m) > short_from * y.u_dc) {
-      follow(state, y, tau_ref, turn);
+      GuideCurrents<M, N>{machine, R, i_max, T_s, delay}.follow(state, guide, y, tau_ref);
     } else {
       plan(state, y, sense * tau_ref, sense, turn);
     }
@@ -75,8 +70,9 @@ struct PaperMpc {
     // Braking, the EMF raises the current of a phase that freewheels.
     const Leg chop = turn < T(0) ? Leg::demagnetize : Leg::freewheel;
     const T least = i_band / T(4);  // a smaller reference is off
-    return per_phase<T, N>(
-        [&](int k) { return regulate(state.u[k] > least ? state.u[k] : T(0), i_band, chop); });
+    return per_phase<T, N>([&](int k) {
+      return regulate(state.i_ref[k] > least ? state.i_ref[k] : T(0), i_band, chop);
+    });
   }
 
  private:
@@ -122,7 +118,8 @@ struct PaperMpc {
 
       // Within reach of the regulator (twice its band, where it applies full voltage) the current
       // is as good as at its reference; outside, the prediction starts from what was reached.
-      const T here = max(clamp(state.u[k], y.i[k] - T(2) * i_band, y.i[k] + T(2) * i_band), T(0));
+      const T here =
+          max(clamp(state.i_ref[k], y.i[k] - T(2) * i_band, y.i[k] + T(2) * i_band), T(0));
 
       std::array<T, Np_max> middle;  // mid-sample angles: there the mean torque of a sample is
       std::array<T, Np_max> target;  // the guide there
@@ -133,7 +130,7 @@ struct PaperMpc {
         most = max(most, target[j]);
       }
       if (!(most > i_band / T(100))) {
-        state.u[k] = T(0);
+        state.i_ref[k] = T(0);
         state.side[k] = {};
         continue;
       }
@@ -152,7 +149,7 @@ struct PaperMpc {
 
       auto& x = programme.channels[programme.n];
       phase[programme.n++] = k;
-      state.u[k] = here;
+      state.i_ref[k] = here;
       x.side = state.side[k];
       for (int j = 0; j < n_samples; ++j) {
         const T samples = static_cast<T>(j + 1);
@@ -170,28 +167,8 @@ struct PaperMpc {
     if (!programme.guess(guesses)) programme.solve_exactly();
     for (int j = 0; j < programme.n; ++j) {
       const int k = phase[j];
-      state.u[k] = state.u[k] + programme.channels[j].v[0];
+      state.i_ref[k] = state.i_ref[k] + programme.channels[j].v[0];
       state.side[k] = programme.channels[j].side;
-    }
-  }
-
-  /// References where the voltage is short.
-  [[gnu::noinline, gnu::cold]] void follow(State& state, const Measurement<T, N>& y, T tau_ref,
-                                           T turn) const {
-    const GuideCurrents<M, N> currents{machine, R, i_max, T_s, delay};
-    T given = T(0);
-    for (int k = 0; k < N; ++k) {
-      const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
-      given =
-          given + currents.torque(state.u[k], state.i_before[k], max(y.i[k], T(0)), theta, turn);
-      state.i_before[k] = max(y.i[k], T(0));
-    }
-    const T asked =
-        state.mean.asked(abs(tau_ref), given, turn, turn < T(0), guide.first.level_max, dead);
-    const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
-    for (int k = 0; k < N; ++k) {
-      const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
-      state.u[k] = currents.reference(profile, state.u[k], state.i_before[k], theta, turn, y.u_dc);
     }
   }
 };

@@ -13,11 +13,21 @@
 #include <array>
 
 #include "srm/control/frame/interface.hpp"
+#include "srm/control/part/conduction.hpp"
 #include "srm/control/part/guide.hpp"
+#include "srm/control/part/mean_hold.hpp"
 #include "srm/control/part/mirror.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
+
+/// What a law remembers of its current references.
+template <Real T, int N>
+struct FollowedCurrents {
+  std::array<T, N> i_ref{};     // of the last sample [A]
+  std::array<T, N> i_before{};  // currents a sample ago [A]
+  MeanHold<T> mean{};
+};
 
 template <Machine M, int N>
 struct GuideCurrents {
@@ -35,11 +45,37 @@ struct GuideCurrents {
   T T_s;    // control period [s]
   T delay;  // samples from measurement to effect
 
-  /// The reference of a phase, from the one before [A]. theta: its angle now, in the frame of
-  /// positive torque; turn: what it turns in a sample [rad].
-  T reference(const Profile<T>& guide, T before, T i, T theta, T turn, T u_dc) const {
+  /// References for the torque that feedback asks for.
+  [[gnu::noinline]] void follow(FollowedCurrents<T, N>& x, const Guide<T>& guide,
+                                const Measurement<T, N>& y, T tau_ref) const {
+    const T sense = tau_ref < T(0) ? T(-1) : T(1);
+    const T turn = sense * (static_cast<T>(machine.N_r) * y.omega_m * T_s);  // in a sample
+    std::array<T, N> psi;
+    T given = T(0);
+    for (int k = 0; k < N; ++k) {
+      const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
+      const T i = max(y.i[k], T(0));
+      const Magnetics<T> now = at(i, theta);
+      psi[k] = now.psi;
+      given = given + torque(x.i_ref[k], x.i_before[k], i, now.tau, theta, turn);
+      x.i_before[k] = i;
+    }
+    const T asked = x.mean.asked(abs(tau_ref), given, turn, brakes(y.omega_m, tau_ref),
+                                 guide.first.level_max, dead);
+    const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
+    for (int k = 0; k < N; ++k) {
+      const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
+      x.i_ref[k] = reference(profile, x.i_ref[k], x.i_before[k], psi[k], theta, turn, y.u_dc);
+    }
+  }
+
+ private:
+  static constexpr T dead = T(0.002);  // a miss of the mean that is left alone [1]
+
+  /// The reference of a phase, from the one before [A]. i, psi: now; theta: its angle now, in the
+  /// frame of positive torque; turn: what it turns in a sample [rad].
+  T reference(const Profile<T>& guide, T before, T i, T psi, T theta, T turn, T u_dc) const {
     const T begin = wrap(theta + turn * delay), end = wrap(theta + turn * (delay + T(1)));
-    T psi = at(i, theta).psi;
     if (delay > T(0)) {  // through the sample under way: to its reference, as far as it can go
       const T coasting = psi - T_s * R * i;
       psi = clamp(at(before, begin).psi, max(coasting - T_s * u_dc, T(0)),
@@ -51,18 +87,20 @@ struct GuideCurrents {
     return min(guide.at(wrap(theta + turn * (delay + T(0.5)))), i_max);
   }
 
-  /// Mean torque of a phase over the sample that ends now, in the frame of positive torque [N m]. A
-  /// regulated current arrives before the sample ends; under all of the voltage the torque is
-  /// nearly linear in time.
-  T torque(T reference, T i_before, T i, T theta, T turn) const {
+  /// Mean torque of a phase over the sample that ends now, in the frame of positive torque [N m].
+  /// tau: now. A regulated current arrives before the sample ends; under all of the voltage the
+  /// torque is nearly linear in time.
+  T torque(T reference, T i_before, T i, T tau, T theta, T turn) const {
     if (reference > T(0) && reference < i_max) {
       return at(i_before + way * (i - i_before), wrap(theta - turn / T(2))).tau;
     }
-    return (at(i, theta).tau + at(i_before, wrap(theta - turn)).tau) / T(2);
+    return (tau + at(i_before, wrap(theta - turn)).tau) / T(2);
   }
 
- private:
-  [[gnu::noinline]] Magnetics<T> at(T i, T theta) const { return machine.at(i, theta); }
+  /// No current, no flux linkage and no torque.
+  [[gnu::noinline]] Magnetics<T> at(T i, T theta) const {
+    return i > T(0) ? machine.at(i, theta) : Magnetics<T>{};
+  }
 };
 
 }  // namespace srm

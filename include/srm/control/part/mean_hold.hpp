@@ -18,21 +18,15 @@
 #include <array>
 
 #include "srm/base/angle.hpp"
-#include "srm/control/frame/interface.hpp"
-#include "srm/control/part/mirror.hpp"
-#include "srm/machine/magnetics.hpp"
 
 namespace srm {
 
 /// What a law remembers; all zeros after reset.
 template <Real T>
 struct MeanHold {
-  static constexpr T gain = T(0.1);    // [1/rad]: an error decays by half in a period
-  static constexpr T smooth = T(3);    // half a period: more than a stroke [rad]
-  static constexpr T dead = T(0.005);  // a miss that is left alone [1]
-  // The pulses of a fast machine are 2.4 times the mean high (ditc, 60 kW machine at three
-  // times base speed); past it the torque is out of reach.
-  static constexpr T part_max = T(3);
+  static constexpr T gain = T(0.1);        // [1/rad]: an error decays by half in a period
+  static constexpr T smooth = T(3);        // half a period: more than a stroke [rad]
+  static constexpr T dead = T(0.005);      // a miss that is left alone [1]
   static constexpr T part_min = T(-0.95);  // some torque is always asked for
   static constexpr T moves = T(0.1);  // off its mean over the last radian: the reference moves [1]
 
@@ -42,32 +36,20 @@ struct MeanHold {
 
   /// The torque to ask for. given: by the measured currents [N m], in the frame of positive torque;
   /// turn: electrical angle since the last sample [rad]; most: what the law can ask for [N m].
-  constexpr T asked(T tau, T given, T turn, bool braking, T most = T(1e30), T alone = dead) {
+  constexpr T asked(T tau, T given, T turn, bool braking, T most, T alone = dead) {
     const T angle = abs(turn);
     const T moving = braking ? -tau : tau;
     tau_before = tau_before + min(angle, T(1)) * (moving - tau_before);
     if (!(tau > T(0))) return T(0);
     T& own = part[braking ? 1 : 0];
     if (abs(moving - tau_before) < moves * tau) {
-      const T error = clamp(T(1) - given / tau, T(-2), T(2));
-      miss = miss + min(angle / smooth, T(1)) * (error - miss);
+      const T error = T(1) - given / tau;
+      miss = clamp(miss + min(angle / smooth, T(1)) * (error - miss), T(-2), T(2));
       const T much = miss - clamp(miss, -alone, alone);
-      own = clamp(own + gain * angle * much, part_min, max(min(most / tau - T(1), part_max), T(0)));
+      own = clamp(own + gain * angle * much, part_min, max(most / tau - T(1), T(0)));
     }
     return tau * (T(1) + own);
   }
 };
-
-/// The torque of the measured currents, in the frame of positive torque [N m].
-template <Machine M, int N, class T = typename M::Scalar>
-[[gnu::noinline, gnu::cold]] constexpr T torque_of_currents(const M& machine,
-                                                            const Measurement<T, N>& y, T tau_ref) {
-  T given = T(0);
-  for (int k = 0; k < N; ++k) {
-    if (!(y.i[k] > T(0))) continue;
-    given = given + machine.at(y.i[k], drive_angle<N>(y.theta_e, k, tau_ref)).tau;
-  }
-  return given;
-}
 
 }  // namespace srm

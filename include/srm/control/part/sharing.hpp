@@ -50,35 +50,6 @@ constexpr T exponential_rise(T x) {
   return (T(1) - exp(T(-5) * x * x)) * scale;
 }
 
-/// The most that sharing phases are asked for, over what is asked of all. What a phase gives of the
-/// wrong sign they make up for, and have the more flux to remove: without a bound, currents can
-/// keep each other up at high speed.
-template <Real T>
-inline constexpr T most_shared = T(2);
-
-/// Orders the phases one after the other, so that together they give a torque: first those without
-/// a share, which only have flux to build up or to lose, then those that share what these leave;
-/// last the phase of the greatest share, which supplies what the others miss. order(k, tau): orders
-/// tau of phase k and returns what it then gives, in the frame of positive torque [N m].
-template <int N, Real T, class Order>
-[[gnu::always_inline]] constexpr void share_out(const std::array<T, N>& share, T asked,
-                                                const Order& order) {
-  int first = 0;
-  for (int k = 1; k < N; ++k) {
-    if (share[k] > share[first]) first = k;
-  }
-  T left = asked;
-  for (int k = 0; k < N; ++k) {
-    if (!(share[k] > T(0))) left = left - order(k, T(0));
-  }
-  const T shared = clamp(left, T(0), most_shared<T> * asked);
-  left = shared;
-  for (int k = 0; k < N; ++k) {
-    if (k != first && share[k] > T(0)) left = left - order(k, share[k] * shared);
-  }
-  order(first, min(left, most_shared<T> * asked));
-}
-
 template <Real T>
 struct Sharing {
   Shape shape;
