@@ -54,7 +54,8 @@ def measured(part: str) -> list[tuple[str, float, float]]:
         commands = configured(Path(folder))
         for each in sorted(commands, key=lambda c: "cmake_pch" not in c["file"]):  # it comes first
             file = Path(each["file"])
-            name = file.name if ROOT not in file.parents else str(file.relative_to(ROOT))
+            ours = ROOT in file.parents and ".venv" not in file.parts
+            name = str(file.relative_to(ROOT)) if ours else file.name
             if part in name or "cmake_pch" in name:
                 rows.append((name, *cost(each["command"], each["directory"])))
                 print(f"{name:40} {rows[-1][1]:6.1f} s {rows[-1][2]:5.0f} MB", flush=True)
