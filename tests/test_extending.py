@@ -73,6 +73,16 @@ assert kpis.with_units()["crest"] == kpis.crest == kpis.i_peak / kpis.i_rms
 from reluctance.tables.sections import Source
 assert Source.model_fields["kind"] and "I_A" in Source.model_fields
 """,
+    "A machine model": """
+import dataclasses
+import reluctance as rl
+from reluctance.machine.library import machine_from
+paper = rl.load("examples/paper_rated.toml").machine.given
+kept = ("name source licence N_s N_r n_phases R_ohm i_max_A J_kgm2").split()
+table = {key: paper[key] for key in kept} | {"model": "linear", "L_u_H": 7e-4, "L_rise_H": 2e-2}
+machine = machine_from(table)
+assert machine.flux_keys == ("L_u_H", "L_rise_H")
+""",
     "A bridge": """
 from reluctance.tables.sections import Converter
 assert Converter(u_dc_V=240.0, bridge="one_gate").bridge == "one_gate"
@@ -84,6 +94,7 @@ CORE = {  # the translation unit that the patched headers must compile in
     "A law": "law_one_phase.cpp",
     "A sensor error": "plant.cpp",
     "A source": "plant.cpp",
+    "A machine model": "machine.cpp",
     "A bridge": "plant.cpp",
 }
 
@@ -238,8 +249,9 @@ def test_tables_of_the_page_are_those_of_the_examples(file: str) -> None:
     assert text[text.index("[control]") : text.index("[simulation]")].rstrip() in PAGE
 
 
-def test_the_files_of_a_law_exist() -> None:
-    steps = re.findall(r"^\d\. .*", PAGE, re.M)
-    assert len(steps) == STATED["A law"]
+@pytest.mark.parametrize("name", ["A law", "A machine model"])
+def test_the_files_of_a_law_and_of_a_machine_model_exist(name: str) -> None:
+    steps = re.findall(r"^\d\. .*", SECTIONS[name], re.M)
+    assert len(steps) == STATED[name]
     for path in re.findall(r"`((?:include|bindings|python)/\S+?)`", "\n".join(steps)):
         assert (ROOT / path).exists(), path

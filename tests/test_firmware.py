@@ -16,7 +16,6 @@ import reluctance as rl
 from reluctance import _core
 from reluctance.export import firmware
 from reluctance.export.constants import Tables, constant, literal
-from reluctance.export.fmu_variables import MEANINGS
 from reluctance.export.package import MARK, described, headers, parameters
 from reluctance.laws import LAWS
 
@@ -199,11 +198,3 @@ def test_a_port_refuses_the_package_of_another_drive_file(tmp_path):
         done = subprocess.run(command, cwd=port / "stm32g474", capture_output=True, text=True)
         assert (done.returncode == 0) == (package == port)
         assert package == port or "of different drive files; export both again" in done.stderr
-
-
-def test_the_gate_of_an_order_has_the_numbers_of_the_core():
-    text = MEANINGS["gate"][1]
-    said = {int(n): name for n, name in re.findall(r"(\d) (\w+)", text)}
-    assert said[0] == "off" and said[1] == "timer" and said[2] == said[3] == "comparator"
-    assert {int(gate.value) for gate in _core.Gate} == said.keys()
-    assert "3 comparator within a window" in text and _core.Gate.window.value == 3

@@ -6,8 +6,8 @@ import pytest
 from firmware_tools import ROOT, drive
 
 from reluctance.export import firmware
-from reluctance.export.constants import float_paths
 from reluctance.export.package import described
+from reluctance.export.tree import walk
 
 EACH_LAW = ["angles", "sharing", "ditc", "paper_mpc_map", "finite_set_2", "edge_mpc"]
 EACH_LAW += ["deadbeat", "pwm_current", "sun_cloud", "sun_cloud_no_sensor"]
@@ -19,9 +19,11 @@ FLAGS += ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-rec
 def corrupt_header(tree):
     """A function that hands every float parameter to a visitor."""
     lines = [
-        f"  visit({path});"
+        f"  visit({path}[{j}]);" if mark == "{}" else f"  visit({path});"
         for name in ("control", "machine", "protection")
-        for path in float_paths(tree[name], name)
+        for path, mark, numbers in walk(tree[name], name)
+        for j, number in enumerate(numbers)
+        if mark in ("", "{}") and isinstance(number, float)
     ]
     body = "\n".join(lines)
     return (

@@ -13,7 +13,7 @@ import reluctance
 PACKAGE = Path(__file__).parents[1] / "python" / "reluctance"
 FLOORS = (  # from the ground up; a part imports only from floors below, and from itself
     {"_core", "errors", "units", "files", "resources", "cache", "figures", "interactive"}
-    | {"picture", "columns", "copper"}
+    | {"picture", "columns", "copper", "arrays", "phases", "html_page"}
     | {"schema", "key_figures"},
     {"maps", "solar", "hydraulics"},
     {"geometry"},
@@ -43,6 +43,9 @@ GROUND = {
     "picture": 3,
     "columns": 1,
     "copper": 0,
+    "arrays": 0,
+    "phases": 0,
+    "html_page": 0,
     "schema": 2,
     "key_figures": 2,
 }
