@@ -10,6 +10,7 @@ from pathlib import Path
 
 import nanobind
 import pytest
+from needs import needs
 
 import reluctance
 
@@ -112,6 +113,7 @@ def test_an_addition_costs_the_stated_files(name: str) -> None:
     assert len(files(PATCHES[name])) == STATED[name]
 
 
+@needs("patch")
 @pytest.mark.parametrize("name", PATCHES)
 def test_the_patch_does_what_it_says(name: str, tmp_path: Path) -> None:
     patch(name, tmp_path)
@@ -157,6 +159,7 @@ for start in STARTS:
 """
 
 
+@needs("patch")
 @pytest.mark.long
 def test_a_built_in_law_is_everywhere(tmp_path: Path) -> None:
     """In run, compare, export, C interface, mock-up unit and studio, from the five files."""
