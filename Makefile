@@ -10,6 +10,7 @@ SOURCES := $(shell find include bindings tests/core_module python machines examp
 BUILD_REQUIRES = $(shell $(PYTHON) -c 'import tomllib; print(*map(repr, tomllib.load( \
                    open("pyproject.toml", "rb"))["build-system"]["requires"]))')
 
+PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 C_FOLDERS := include bindings tests examples firmware web bench
 CHECKED := python tests studies bench machines docs examples
 
@@ -21,11 +22,13 @@ run: $(VENV)/installed
 	$(BIN)/reluctance paper --out out/paper
 
 test: $(VENV)/installed-test lint
-	$(BIN)/python -m pytest -n auto --dist loadfile -m "not long"
+	$(PYTEST) -m "not long"
 
 # What takes longer: random cases, a second compiler, emulated searches, browsers, mock-up units.
+# SHARD=2/4 is the second quarter of them.
+SHARD ?= 1/1
 proofs: $(VENV)/installed-test
-	$(BIN)/python -m pytest -n auto --dist loadfile -m long
+	$(PYTEST) -m long --shard $(SHARD)
 
 # Machines, points and directions from a new seed, or SEED=N; every law.
 drawn: $(VENV)/installed

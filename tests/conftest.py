@@ -1,15 +1,29 @@
-"""One cache for the whole session, one hypothesis profile, one line on what was skipped."""
+"""One cache for the whole session, one hypothesis profile, shards, and what the tests cost."""
 
+import csv
 import os
 import shutil
 import tempfile
-from collections import Counter
+import zlib
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 settings.register_profile("no wall clock", deadline=None)
 settings.load_profile("no wall clock")
+
+COST = "processor_s"
+DEAREST = 10
+SKIPPED = "reluctance/skipped"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--shard", default="1/1", help="K/N: the tests whose name's hash is K of N")
+    parser.addoption("--skipped", action="store_true", help="the tests that the last run skipped")
+    parser.addoption("--costs", type=Path, help="a CSV file for each test's processor time")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -23,11 +37,76 @@ def pytest_unconfigure(config: pytest.Config) -> None:
         shutil.rmtree(os.environ["RELUCTANCE_CACHE"], ignore_errors=True)
 
 
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Deals the tests to shards by a hash of their names, so that a new test moves no other."""
+    if config.getoption("--skipped"):
+        _only(set(config.cache.get(SKIPPED, [])), config, items)
+    shard, shards = (int(part) for part in config.getoption("--shard").split("/"))
+    if not 1 <= shard <= shards:
+        raise pytest.UsageError(f"--shard {shard}/{shards}, need K/N with 1 <= K <= N")
+    names = (item.nodeid for item in items)
+    _only(
+        {name for name in names if zlib.crc32(name.encode()) % shards == shard - 1}, config, items
+    )
+
+
+def _only(names: set[str], config: pytest.Config, items: list[pytest.Item]) -> None:
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in names])
+    items[:] = [item for item in items if item.nodeid in names]
+
+
+def _processor_time() -> float:
+    """User and system time of this process and of the children it has waited for [s]."""
+    return sum(os.times()[:4])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    item.stash[START] = _processor_time()
+    return (yield)
+
+
+START = pytest.StashKey[float]()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo) -> Iterator[None]:
+    """The report of each phase carries the processor time of that phase."""
+    report = yield
+    now = _processor_time()
+    report.user_properties = [(COST, now - item.stash[START])]
+    item.stash[START] = now
+    return report
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Tests whose programs are missing (needs.py)."""
+    """The dearest files; and tests whose programs are missing (needs.py)."""
+    costs: dict[str, float] = defaultdict(float)
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            if isinstance(report, pytest.TestReport):
+                costs[report.nodeid] += dict(report.user_properties).get(COST, 0.0)
+    files: dict[str, float] = defaultdict(float)
+    for name, cost in costs.items():
+        files[name.partition("::")[0]] += cost
+    if sum(files.values()) > 60:
+        dearest = sorted(files.items(), key=lambda f: -f[1])[:DEAREST]
+        shown = ", ".join(f"{Path(name).name} {cost:.0f}" for name, cost in dearest)
+        terminalreporter.write_line(
+            f"processor time: {sum(files.values()):.0f} s; the dearest files: {shown}"
+        )
+    if path := terminalreporter.config.getoption("--costs"):
+        with path.open("w", newline="") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow(("test", COST))
+            table.writerows((name, f"{cost:.2f}") for name, cost in sorted(costs.items()))
+
+    skipped = terminalreporter.stats.get("skipped", [])
+    if not terminalreporter.config.getoption("--skipped"):
+        terminalreporter.config.cache.set(SKIPPED, sorted(report.nodeid for report in skipped))
     reasons = Counter(
         report.longrepr[2].removeprefix("Skipped: ")
-        for report in terminalreporter.stats.get("skipped", [])
+        for report in skipped
         if isinstance(report.longrepr, tuple)
     )
     left_out = [f"{count} test(s): {why}" for why, count in sorted(reasons.items())]
