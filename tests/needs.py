@@ -15,6 +15,5 @@ def missing(*programs: str) -> list[str]:
 
 def needs(*programs: str) -> pytest.MarkDecorator:
     """Skips a test where a program is missing; in the check of a change it fails instead."""
-    return pytest.mark.skipif(
-        not CI and bool(missing(*programs)), reason=f"needs {', '.join(programs)}"
-    )
+    without = missing(*programs)
+    return pytest.mark.skipif(not CI and bool(without), reason=f"needs {', '.join(without)}")
