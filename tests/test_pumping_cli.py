@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import command
 
 ROOT = Path(__file__).parents[1]
 DAY = str(ROOT / "examples" / "sun_day.toml")
@@ -15,9 +16,14 @@ YEAR = str(ROOT / "examples" / "sun_year.toml")
 PROMISED = {"water_m3", "e_mp_kWh", "e_in_kWh", "pumping_h", "loss_of_load_probability"}
 
 
-def reluctance(*arguments, **options):
-    command = [sys.executable, "-m", "reluctance.cli", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=600, **options)
+def reluctance(*arguments):
+    done = command(*arguments)
+    return subprocess.CompletedProcess(arguments, done.code, done.out, done.error)
+
+
+def process(*arguments, **options):
+    line = [sys.executable, "-m", "reluctance.cli", *arguments]
+    return subprocess.run(line, capture_output=True, text=True, timeout=600, **options)
 
 
 def test_json_is_one_object_with_the_promised_keys_and_nothing_else():
@@ -183,7 +189,7 @@ def test_without_pvlib_one_line_says_what_to_install(tmp_path):
     )
     import os
 
-    done = reluctance("pump", DAY, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    done = process("pump", DAY, env={**os.environ, "PYTHONPATH": str(tmp_path)})
     assert done.returncode == 2 and "pip install reluctance[sun]" in done.stderr
     assert done.stderr.count("\n") == 1
 
