@@ -12,7 +12,7 @@ from firmware_tools import ROOT, Native, drive, needs_target
 
 import reluctance as rl
 from reluctance.export import firmware
-from reluctance.export.dump import HEADER, read_dump, record_type
+from reluctance.export.dump import API, HEADER, MAGIC, NO_SAMPLE, VERSION, read_dump, record_type
 from reluctance.export.recording import record
 from reluctance.export.replay_dump import replay_dump
 from reluctance.export.target import build, run_program
@@ -128,7 +128,7 @@ def test_a_damaged_dump_is_refused(target_dump, tmp_path):
         ("segments", 99, "segments do not fill it"),
         ("fingerprint", 1, "give the drive file that was flashed"),
         ("record_words", 7, "samples of 7 words are unknown"),
-        ("phases", 2_000_000_000, "unknown"),
+        ("phases", 2_000_000_000, "need 1 to 6"),
     ],
 )
 def test_a_dump_of_another_form_or_drive_is_refused(target_dump, tmp_path, field, value, message):
@@ -270,3 +270,26 @@ def test_too_little_memory_records_nothing_and_the_drive_runs(package, tmp_path)
         recorder.trigger()
         assert recorder.dump(tmp_path / "dump") == 0
         assert not recorder.memory.any()
+
+
+@pytest.mark.parametrize("phases", [0, 1, 2, 4, 6, 7])
+def test_a_dump_of_another_number_of_phases_never_reaches_the_package(package, tmp_path, phases):
+    """The package writes its three orders into a row of this dump: memory that is not there."""
+    recorder = Recorder(package.again(), 4000, 10, 7)
+    recorder.run(*idle(0))
+    recorder.dump(tmp_path / "dump")
+    real, record = read_dump(tmp_path / "dump"), record_type(phases)
+    head = np.zeros(1, HEADER)
+    for name, value in dict(
+        magic=MAGIC, version=VERSION, api=API, fingerprint=real.fingerprint, phases=phases,
+        state_words=real.state_words, record_words=record.itemsize // 4, segments=1,
+        trigger=NO_SAMPLE, phase=-1,
+    ).items():  # fmt: skip
+        head[name] = value
+    segment = np.array([0, 3], "<u4").tobytes() + bytes(4 * real.state_words)
+    data = bytearray(head.tobytes() + segment + np.zeros(3, record).tobytes() + bytes(4))
+    sealed(data)
+    (tmp_path / "dump").write_bytes(data)
+    with pytest.raises(rl.ParameterError, match=f"phases = {phases}, ") as told:
+        replay_dump(tmp_path / "dump", drive("deadbeat"))
+    assert "need 1 to 6" in str(told.value) or "has 3; give the drive file" in str(told.value)

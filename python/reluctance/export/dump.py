@@ -96,8 +96,8 @@ def read_dump(path: Path) -> Dump:
                 "that exported the firmware"
             )
     n_phases, state_words = int(head["phases"]), int(head["state_words"])
-    if n_phases > MOST_PHASES:
-        raise ParameterError(f"{path}: {n_phases} phases are unknown")
+    if not 1 <= n_phases <= MOST_PHASES:
+        raise ParameterError(f"{path}: phases = {n_phases}, need 1 to {MOST_PHASES}")
     record = record_type(n_phases)
     if head["record_words"] * 4 != record.itemsize:
         raise ParameterError(f"{path}: samples of {head['record_words']} words are unknown")

@@ -65,6 +65,11 @@ def replay_dump(path: str | Path, drive: Drive) -> Replayed:
             "need a drive that does not learn"
         )
     dump = read_dump(path)
+    if dump.n_phases != drive.machine.n_phases:
+        raise ParameterError(
+            f"{path}: phases = {dump.n_phases}, {drive.name} has {drive.machine.n_phases}; give "
+            "the drive file that was flashed"
+        )
     with scratch() as place:
         made = firmware(drive, place / "package")
         if made.fingerprint != dump.fingerprint:
