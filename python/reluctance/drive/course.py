@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from itertools import islice
 from pathlib import Path
 
 from reluctance.columns import is_number
@@ -21,12 +22,14 @@ def read_course(path: Path, key: str) -> tuple[list[float], list[float]]:
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(line for line in file if not line.startswith("#"))]
+            reader = csv.reader(line for line in file if not line.startswith("#"))
+            filled = filter(None, reader)
+            rows = list(islice(filled, MOST_POINTS + 1))  # with the names of the columns
+            more = sum(1 for _ in filled)
     except (OSError, UnicodeDecodeError) as fault:
         raise ParameterError(
             f"cannot read {path}: {fault}; {key} takes a number or a CSV file"
         ) from None
-    rows = [row for row in rows if row][: MOST_POINTS + 1]
     head = [cell.strip() for cell in rows[0]] if rows else []
     places = (0, 1)
     if head and not is_number(head[0]):
@@ -41,4 +44,9 @@ def read_course(path: Path, key: str) -> tuple[list[float], list[float]]:
         ) from None
     if not found[0]:
         raise ParameterError(f"{path} has no rows; need columns t_s and {key}")
+    if len(found[0]) + more > MOST_POINTS:
+        raise ParameterError(
+            f"{path} has {len(found[0]) + more} rows, need at most {MOST_POINTS}; keep every n-th "
+            "row: values between two rows lie on a straight line"
+        )
     return found[0], found[1]
