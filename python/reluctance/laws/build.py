@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import posixpath
 import re
 import shutil
 import sysconfig
@@ -17,9 +18,9 @@ from pathlib import Path
 from subprocess import PIPE, STDOUT, Popen, TimeoutExpired
 
 from reluctance.errors import ParameterError
-from reluctance.files import check_ending, write_whole
+from reluctance.files import check_ending, is_file, write_whole
 from reluctance.laws.compiled_law import core_fingerprint
-from reluctance.laws.own_code import COMPILED
+from reluctance.laws.own_code import COMPILED, below
 from reluctance.resources import resources
 
 # The firmware's warnings, as errors: what builds here builds for the target.
@@ -28,7 +29,7 @@ FLAGS = (
     "-Wall -Wextra -Wconversion -Wno-sign-conversion -Wdouble-promotion -Werror"
 ).split()
 LIMIT = 600  # of the compiler; 9 s are usual [s]
-LOCAL = re.compile(r'#include "((?!srm/)[^"]+)"')
+LOCAL = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
 
 
 def build_law(header: str | Path, name: str, out: str | Path | None = None) -> Path:
@@ -68,16 +69,28 @@ def build_law(header: str | Path, name: str, out: str | Path | None = None) -> P
 
 
 def local_headers(header: Path) -> dict[str, str]:
-    """The header and those that it includes from its own folder, by their names there."""
+    """The header and those that it includes from its own folder, by their names there.
+
+    Raises
+    ------
+    ParameterError
+        If one lies outside of that folder, or is no text.
+    """
     texts: dict[str, str] = {}
     left = [header.name]
     while left:
         file = left.pop()
         path = header.parent / file
-        if file in texts or not path.is_file():
+        if file in texts or not is_file(path):
             continue
-        texts[file] = path.read_text("utf-8")
-        left += LOCAL.findall(texts[file])
+        try:
+            texts[file] = path.read_text("utf-8")
+        except (OSError, UnicodeDecodeError) as fault:
+            raise ParameterError(f"cannot read {path}: {fault}; need text in UTF-8") from None
+        for name in LOCAL.findall(texts[file]):
+            place = below(posixpath.join(posixpath.dirname(file), name))
+            if not name.startswith("srm/"):  # of the core
+                left.append(place)
     return texts
 
 
