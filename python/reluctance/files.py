@@ -123,7 +123,16 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     write_together({path: write})
 
 
-def write_together(files: Mapping[Path, Callable[[Path], object]]) -> None:
+def write_once(path: Path, write: Callable[[Path], object]) -> None:
+    """Like `write_whole`, but a file that another process has put there meanwhile stays."""
+    write_together({path: write}, put=_put_once)
+
+
+def write_together(
+    files: Mapping[Path, Callable[[Path], object]],
+    *,
+    put: Callable[[Path, Path], object] = os.replace,
+) -> None:
     """Several files that belong together, like `write_whole`: all are full before one appears."""
     full: dict[Path, Path] = {}
     try:
@@ -135,11 +144,25 @@ def write_together(files: Mapping[Path, Callable[[Path], object]]) -> None:
                 os.chmod(full[path], 0o666 & ~_umask())
         for path, temporary in full.items():
             with told(path):
-                os.replace(temporary, path)
+                put(temporary, path)
     finally:
         for temporary in full.values():
             temporary.unlink(missing_ok=True)
             _unfinished.discard(temporary)
+
+
+def _put_once(temporary: Path, path: Path) -> None:
+    """In one step, which can succeed once. A file system without links lets others see it grow."""
+    try:
+        os.link(temporary, path)
+    except FileExistsError:
+        pass
+    except OSError:
+        try:
+            with path.open("xb") as file:
+                file.write(temporary.read_bytes())
+        except FileExistsError:
+            pass
 
 
 def _temporary(path: Path) -> Path:
