@@ -57,7 +57,9 @@ def test_a_course_of_too_many_rows_is_refused_and_not_cut(tmp_path, head):
     path.write_text(head + "".join(rows[:-1]))
     assert len(rl.load(RATED, [f"reference.tau_Nm={path}"]).reference.values) == MOST_POINTS
     path.write_text(head + "".join(rows))
-    with pytest.raises(rl.ParameterError, match="100001 rows, need at most 100000; keep every"):
+    with pytest.raises(
+        rl.ParameterError, match="100001 rows of t_s and tau_Nm, need 1 to 100000; keep every"
+    ):
         rl.load(RATED, [f"reference.tau_Nm={path}"])
 
 

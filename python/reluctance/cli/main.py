@@ -9,7 +9,7 @@ import reluctance
 from reluctance.cli.compare import compare
 from reluctance.cli.efficiency import efficiency
 from reluctance.cli.emulate import emulate
-from reluctance.cli.ended import exit_code, watch_output, watch_signals
+from reluctance.cli.ended import exit_code, tell_notes, watch_output, watch_signals
 from reluctance.cli.examples import examples
 from reluctance.cli.export import export_app
 from reluctance.cli.law import law_app
@@ -60,6 +60,7 @@ def main() -> None:
     """Entry point of the `reluctance` command."""
     watch_output()
     watch_signals()
+    tell_notes()
     sys.exit(exit_code(lambda: app(prog_name="reluctance", standalone_mode=False)))
 
 
