@@ -43,7 +43,7 @@ def reading(path: Path, kind: str, remedy: str = "") -> Iterator[None]:
             raise
         raise ParameterError(f"{path}: {fault}") from None
     except FileNotFoundError:
-        raise ParameterError(f"cannot read {path}: no such file; check the path") from None
+        raise ParameterError(f"{path}: no such file; check the path") from None
     except OSError as fault:
         raise ParameterError(f"cannot read {path}: {fault.strerror or fault}{todo}") from None
     except MemoryError:
@@ -137,12 +137,12 @@ def numbers(rows: Sequence[Sequence[str]], place: int, name: str, *, first: int 
         cell = row[place] if place < len(row) else ""
         if not is_number(cell):
             raise ParameterError(
-                f"data row {number}, {name}: `{cell}` is not a number; fill the "
+                f"data row {number}, {name}: `{cell[:30]}` is not a number; fill the "
                 "cell or remove the row"
             )
         if not abs(float(cell)) <= MOST:
             raise ParameterError(
-                f"data row {number}, {name}: `{cell}` is not a finite number "
+                f"data row {number}, {name}: `{cell[:30]}` is not a finite number "
                 f"below {MOST:g}; mend the cell or remove the row"
             )
     raise AssertionError("a cell is no number, and none is found")
