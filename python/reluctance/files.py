@@ -1,6 +1,7 @@
 """Files: read TOML, check where a result goes, write whole or not at all, write a table."""
 
 import os
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +14,8 @@ from reluctance.errors import ParameterError, one_line
 
 Columns = Mapping[str, NDArray[Any]]  # of numbers; some of text
 MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
+MOST_DOTS = 100  # in a key: the parser's time and memory rise with the square of its parts
+KEY_ENDS = re.compile(r"[=,\[\]{}]")
 
 _unfinished: set[Path] = set()  # what `remove_unfinished` clears away when the process is ended
 
@@ -38,7 +41,15 @@ def read_toml(path: Path) -> dict[str, Any]:
             f"{path} has more than {MAX_TOML_BYTES / 1e6:g} MB, need a TOML file of some kilobytes"
         )
     try:
-        return tomllib.loads(content.decode("utf-8-sig"))
+        text = content.decode("utf-8-sig")
+        lines = (line for line in text.splitlines() if not line.lstrip().startswith("#"))
+        parts = (part for line in lines for part in KEY_ENDS.split(line))
+        deepest = max((part.count(".") for part in parts), default=0)
+        if deepest > MOST_DOTS:
+            raise ParameterError(
+                f"{path}: a key of {deepest + 1} parts, need at most {MOST_DOTS}; check the quotes"
+            )
+        return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as fault:
         hint = (
             "; need a day of the calendar, as in 2025-02-28" if "Invalid date" in str(fault) else ""

@@ -98,6 +98,8 @@ def read_dump(path: Path) -> Dump:
     n_phases, state_words = int(head["phases"]), int(head["state_words"])
     if not 1 <= n_phases <= MOST_PHASES:
         raise ParameterError(f"{path}: phases = {n_phases}, need 1 to {MOST_PHASES}")
+    if not -1 <= head["phase"] < n_phases:
+        raise ParameterError(f"{path}: phase = {head['phase']}, need -1 to {n_phases - 1}")
     record = record_type(n_phases)
     if head["record_words"] * 4 != record.itemsize:
         raise ParameterError(f"{path}: samples of {head['record_words']} words are unknown")

@@ -28,6 +28,7 @@ RPM = np.pi / 30
 M3PH = 1 / 3600
 # The formula of the efficiency ends at twice the best flow; near it the power has a pole.
 LARGEST_X = 1.8
+MOST_FLOW, MOST_HEAD = 1e6, 1e4  # of any pump [m^3/h], [m]
 
 
 @dataclass(frozen=True)
@@ -166,6 +167,12 @@ def _parabola(H_0: float, Q_b: float, H_b: float, eta_b: float, omega_ref: float
 def _from_points(path: Path, omega_ref: float) -> Curve:
     table = _columns(path)
     Q, H = table["Q_m3ph"] * M3PH, table["H_m"]
+    for name, most in (("Q_m3ph", MOST_FLOW), ("H_m", MOST_HEAD)):
+        if not table[name].max() <= most:
+            raise ParameterError(
+                f"{path}: {name} reaches {table[name].max():.3g}, need at most {most:g}; correct "
+                "the unit in the column's name"
+            )
     if len(Q) < 3 or Q[0] != 0 or not np.all(np.diff(Q) > 0):
         raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, the first 0")
     rising = np.flatnonzero(~(np.diff(H) < 0))

@@ -10,6 +10,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -109,6 +110,12 @@ class Store:
                     f'SELECT {columns} FROM runs WHERE "key" IN ({marks})', some
                 ).fetchall()
             for key, why, *figures in found:
+                for name, value in zip(names, figures, strict=True):
+                    if not (value is None or (isinstance(value, float) and isfinite(value))):
+                        raise ParameterError(
+                            f"{self.path} is damaged: {name} = {value!r} in the row {key.hex()}, "
+                            "need a finite number; delete the row, or choose another --out"
+                        )
                 yield Row(key, {}, dict(zip(names, figures, strict=True)), why)
 
     def __contains__(self, key: bytes) -> bool:
@@ -125,7 +132,7 @@ class Store:
 
         try:
             yield
-        except sqlite3.Error as fault:
+        except (sqlite3.Error, UnicodeDecodeError) as fault:
             kept = "; what it has stays, and the same command goes on from there"
             raise ParameterError(
                 f"cannot {what} {self.path}: {one_line(fault)}{kept if what == 'write' else ''}"
