@@ -263,7 +263,8 @@ def test_a_ring_from_the_reset_on_is_replayed_from_the_reset_on(package, tmp_pat
 
 
 def test_too_little_memory_records_nothing_and_the_drive_runs(package, tmp_path):
-    for words, samples, after in ((100, 10, 0), (4000, 0, 0), (4000, 10, 4000)):
+    too_many = [(4000, n, 0) for n in (0xFFFFFFFF, 2**32 // 59 + 1, 2**31)]
+    for words, samples, after in ((100, 10, 0), (4000, 0, 0), (4000, 10, 4000), *too_many):
         recorder = Recorder(package.again(), words, samples, after)
         assert recorder.held == 0
         assert recorder.run(*idle(0)) == 0
@@ -293,3 +294,20 @@ def test_a_dump_of_another_number_of_phases_never_reaches_the_package(package, t
     with pytest.raises(rl.ParameterError, match=f"phases = {phases}, ") as told:
         replay_dump(tmp_path / "dump", drive("deadbeat"))
     assert "need 1 to 6" in str(told.value) or "has 3; give the drive file" in str(told.value)
+
+
+def test_a_dump_without_samples_is_not_drawn(package, tmp_path):
+    recorder = Recorder(package.again(), 4000, 10, 7)
+    recorder.run(*idle(0))
+    recorder.dump(tmp_path / "dump")
+    data = bytearray((tmp_path / "dump").read_bytes())
+    head = np.frombuffer(data, HEADER, 1).copy()
+    head["segments"] = 0
+    data = bytearray(head.tobytes() + bytes(4))
+    sealed(data)
+    (tmp_path / "dump").write_bytes(data)
+    plot = tmp_path / "x.png"
+    file = ROOT / "examples" / "deadbeat.toml"
+    done = run_replay(tmp_path / "dump", "--drive", file, "--plot", plot)
+    assert (done.returncode, done.stderr.count("\n"), plot.exists()) == (2, 1, False)
+    assert "holds no samples" in done.stderr
