@@ -16,7 +16,7 @@ from reluctance.export import firmware
 from reluctance.export.fmu import fmu
 from reluctance.export.parity import check_parity
 from reluctance.laws import compiled_law, own_code
-from reluctance.laws.build import build_law, local_headers
+from reluctance.laws.build import build_law, compiler, local_headers
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "own_law"
@@ -141,6 +141,14 @@ def test_a_law_of_other_headers_is_refused(
     monkeypatch.setattr(compiled_law, "core_fingerprint", lambda: "0")
     with pytest.raises(rl.ParameterError, match="built against another version"):
         rl.load(drive_file, trust=True)
+
+
+def test_the_compiler_may_be_a_command_with_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CXX", "env 'g++'")
+    assert compiler() == ["env", "g++"]
+    monkeypatch.setenv("CXX", "no-such-compiler -O2")
+    with pytest.raises(rl.ParameterError, match=r"no C\+\+ compiler; .* or set CXX"):
+        compiler()
 
 
 def test_a_header_that_does_not_compile_is_one_line(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from command import command, refused
 from sweep_script import BANDS, DRIVE, UNTIL
 
 import reluctance as rl
+from reluctance.figures import save_figure
 from reluctance.sweeps.fingerprint import fingerprint
 from reluctance.sweeps.pareto import front
 from reluctance.sweeps.store import MARK, Row, Store
@@ -234,6 +235,25 @@ def test_two_who_make_a_store_at_once_lose_no_row(
         assert not faults
         assert len(list(Store(path).known([row.key for row in rows(0, 6)]))) == 6
     assert stop > 5
+
+
+@pytest.mark.parametrize("value", ["'text'", "x'ff00'", "''", "9e999"])
+def test_a_figure_of_a_store_that_is_no_number_is_one_line(tmp_path: Path, value: str) -> None:
+    drive, out = rl.load(DRIVE), tmp_path / "s.sqlite"
+    rl.sweep(drive, {"control.i_band_A": [0.5]}, until=UNTIL, out=out)
+    with sqlite3.connect(out) as base:
+        base.execute(f"UPDATE runs SET tau_mean_Nm = {value}")
+    base.close()
+    with pytest.raises(rl.ParameterError, match=r"s\.sqlite is damaged: tau_mean_Nm = .*delete"):
+        rl.sweep(drive, {"control.i_band_A": [0.5]}, until=UNTIL, out=out)
+
+
+def test_a_sweep_over_machines_is_drawn_as_a_page(tmp_path: Path) -> None:
+    pytest.importorskip("bokeh")
+    vary = {"machine": ["paper_6_4", "generic_60kw_6_4"]}
+    found = rl.sweep(rl.load(EXAMPLES / "single_pulse.toml"), vary, until=UNTIL)
+    save_figure(found.plot(["torque_ripple_rms"]), tmp_path / "x.html", title="x")
+    assert "generic_60kw_6_4" in (tmp_path / "x.html").read_text()
 
 
 def test_a_store_is_nothing_else(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import os
 import re
+import secrets
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -152,7 +153,6 @@ def write_together(
             with told(path):
                 full[path] = _temporary(path)
                 write(full[path])
-                os.chmod(full[path], 0o666 & ~_umask())
         for path, temporary in full.items():
             with told(path):
                 put(temporary, path)
@@ -177,13 +177,11 @@ def _put_once(temporary: Path, path: Path) -> None:
 
 
 def _temporary(path: Path) -> Path:
-    """An empty file beside `path`, with its ending."""
-    import tempfile
-
-    handle, name = tempfile.mkstemp(dir=path.absolute().parent, suffix=path.suffix)
-    os.close(handle)
-    _unfinished.add(Path(name))
-    return Path(name)
+    """An empty file beside `path`, with its ending, and the rights that the umask leaves."""
+    made = path.absolute().parent / f"tmp{secrets.token_hex(8)}{path.suffix}"
+    made.open("xb").close()
+    _unfinished.add(made)
+    return made
 
 
 @contextmanager
@@ -239,12 +237,6 @@ def _exists(path: Path) -> bool:
         return path.exists() or path == path.parent
     except (OSError, ValueError):
         return False
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def write_table(path: Path, table: Columns) -> None:

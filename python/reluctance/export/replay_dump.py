@@ -16,6 +16,7 @@ from reluctance.export.package import firmware
 from reluctance.files import scratch
 
 ANSWERS = ("order", "mode", "gate_enable", "precharged", "chopper", "status")
+LONGEST = 100  # text of a value that differs
 
 
 @dataclass(frozen=True)
@@ -108,4 +109,5 @@ def _difference(target: NDArray[np.void], desk: NDArray[np.void]) -> tuple[str, 
 
 
 def _text(value: object) -> str:
-    return " ".join(str(value).split())
+    text = " ".join(str(value).split())
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."

@@ -10,6 +10,7 @@ import json
 import os
 import posixpath
 import re
+import shlex
 import shutil
 import sysconfig
 import tempfile
@@ -94,10 +95,23 @@ def local_headers(header: Path) -> dict[str, str]:
     return texts
 
 
-def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
-    compiler = os.environ.get("CXX") or shutil.which("g++") or shutil.which("clang++")
-    if compiler is None:
+def compiler() -> list[str]:
+    """The command of the C++ compiler: CXX, as in `ccache g++`, else g++ or clang++.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+    """
+    given = shlex.split(os.environ.get("CXX", ""))
+    found = given or [p for p in map(shutil.which, ("g++", "clang++")) if p][:1]
+    if not found or shutil.which(found[0]) is None:
         raise ParameterError("no C++ compiler; on Debian: apt install g++; or set CXX")
+    return found
+
+
+def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
+    compile_with = compiler()
     try:
         import nanobind
     except ImportError:
@@ -113,16 +127,10 @@ def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         unit = Path(scratch) / "own_law.cpp"
         unit.write_text(_source(header.absolute(), name, texts), "utf-8")
-        objects = [f"{scratch}/law.o", f"{scratch}/nanobind.o"]
-        _run(
-            [
-                [compiler, *FLAGS, *include, "-c", str(unit), "-o", objects[0]],
-                [compiler, *FLAGS, *include, "-c", f"{source}/nb_combined.cpp", "-o", objects[1]],
-            ],
-            header,
-            texts,
-        )
-        _run([[compiler, "-shared", *objects, "-o", str(out)]], header, texts)
+        units = {f"{scratch}/law.o": str(unit), f"{scratch}/nb.o": f"{source}/nb_combined.cpp"}
+        flags = [*compile_with, *FLAGS, *include, "-c"]
+        _run([[*flags, text, "-o", made] for made, text in units.items()], header, texts)
+        _run([[*compile_with, "-shared", *units, "-o", str(out)]], header, texts)
 
 
 def _run(commands: list[list[str]], header: Path, texts: Collection[str]) -> None:
