@@ -6,14 +6,14 @@ import secrets
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from reluctance.errors import ParameterError, one_line
 
-Columns = Mapping[str, NDArray[Any]]  # of numbers; some of text
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Columns = Mapping[str, "NDArray[Any]"]  # of numbers; some of text
 MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
 MOST_DOTS = 100  # in a key: the parser's time and memory rise with the square of its parts
 KEY_ENDS = re.compile(r"[=,\[\]{}]")
@@ -252,6 +252,8 @@ def write_table(path: Path, table: Columns) -> None:
 
 
 def _csv(path: Path, table: Columns) -> None:
+    import numpy as np
+
     if any(column.dtype.kind == "U" for column in table.values()):
         return _csv_with_text(path, table)
     np.savetxt(
@@ -267,11 +269,12 @@ def _csv(path: Path, table: Columns) -> None:
 def _csv_with_text(path: Path, table: Columns) -> None:
     """Numbers as above; nothing where there is none."""
     import csv
+    from math import isnan
 
     def cell(value: Any) -> str:
         if isinstance(value, str):
             return value
-        return "" if np.isnan(value) else f"{value:.17g}"
+        return "" if isnan(value) else f"{value:.17g}"
 
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -281,6 +284,8 @@ def _csv_with_text(path: Path, table: Columns) -> None:
 
 
 def _npz(path: Path, table: Columns) -> None:
+    import numpy as np
+
     with path.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **table)
 
