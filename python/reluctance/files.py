@@ -4,7 +4,7 @@ import os
 import re
 import secrets
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
 MOST_DOTS = 100  # in a key: the parser's time and memory rise with the square of its parts
 KEY_ENDS = re.compile(r"[=,\[\]{}]")
 
+_new_folders: list[Path] = []  # the deepest of each first
 _unfinished: set[Path] = set()  # what `remove_unfinished` clears away when the process is ended
 
 
@@ -107,6 +108,7 @@ def check_folder(folder: Path) -> None:
 def make_folder(folder: Path) -> Path:
     """The folder, made where it does not exist, with those above it."""
     check_folder(folder)
+    _new_folders.extend(p for p in (folder, *folder.parents) if not _exists(p))
     with told(folder):
         folder.mkdir(parents=True, exist_ok=True)
     return folder
@@ -198,7 +200,8 @@ def scratch(folder: Path | None = None) -> Iterator[Path]:
 
 
 def remove_unfinished() -> None:
-    """Clears temporary files and folders away: for a process that is being ended."""
+    """Clears temporary files and folders away, and new folders that are empty: for a process that
+    is being ended."""
     import shutil
 
     for path in list(_unfinished):
@@ -206,6 +209,9 @@ def remove_unfinished() -> None:
             shutil.rmtree(path, ignore_errors=True)
         else:
             path.unlink(missing_ok=True)
+    for folder in _new_folders:
+        with suppress(OSError):  # it holds something
+            folder.rmdir()
 
 
 def write_text(path: Path, text: str) -> None:

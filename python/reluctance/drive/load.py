@@ -55,16 +55,16 @@ def load(
         )
     path = Path(path)
     data = read_toml(path)
-    if isinstance(data.get("machine"), str):
-        data["machine"] = machine_table(data["machine"], path.parent)
-    elif isinstance(data.get("machine"), dict):
-        data["machine"] = placed_machine(data["machine"], path.parent)
     if is_system(data):
         raise ParameterError(
             f"{path} is a pumping system, not a drive file; use `reluctance pump {path}`, or in "
             "Python reluctance.pumping.drive_of(load_system(...))"
         )
     with reading(path, "a drive file"):
+        if isinstance(data.get("machine"), str):
+            data["machine"] = machine_table(data["machine"], path.parent)
+        elif isinstance(data.get("machine"), dict):
+            data["machine"] = placed_machine(data["machine"], path.parent)
         _placed(data, path.parent)
         refuse_untrusted([law_of(data)], trust)
         for text in overrides or []:

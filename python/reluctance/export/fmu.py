@@ -12,6 +12,7 @@ import subprocess
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import gettempdir
 
 from reluctance import _core
 from reluctance.drive import Drive
@@ -72,7 +73,7 @@ def fmu(drive: Drive, file: str | Path, *, version: int = 2, part: Part = "drive
     name = f"drive_{plain}_{part}" if not plain or plain[0].isdigit() else f"{plain}_{part}"
     token = hashlib.sha256(f"{version} {part} ".encode() + content).hexdigest()[:32]
     sources = _sources(drive, content, of, name=name, token=token, version=version, part=part)
-    with told(file), scratch() as place:
+    with told(Path(gettempdir())), scratch() as place:
         for path, text in sources.items():
             (place / path).parent.mkdir(parents=True, exist_ok=True)
             (place / path).write_text(text, "utf-8")
