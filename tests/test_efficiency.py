@@ -121,11 +121,11 @@ def test_braking_returns_what_its_losses_leave(cubic) -> None:  # type: ignore[n
     ("text", "told"),
     [
         ("t_s,speed_rpm\n0,1\n1,1\n", "no column `tau_Nm`"),
-        ("t_s,speed_rpm,tau_Nm\n0,1,x\n1,1,1\n", "`tau_Nm` is not all numbers"),
+        ("t_s,speed_rpm,tau_Nm\n0,1,x\n1,1,1\n", "data row 2, tau_Nm: `x` is not a number"),
         ("t_s,speed_rpm,tau_Nm\n0,1,1\n0,1,1\n", "rising t_s"),
         ("t_s,speed_rpm,tau_Nm\n0,1,1\n1,-1,1\n", "need >= 0"),
         ("t_s,speed_rpm,tau_Nm\n0,1,nan\n1,1,1\n", "finite"),
-        ("", "no column"),
+        ("", "no rows"),
     ],
 )
 def test_a_cycle_that_cannot_be_meant_is_one_line(text: str, told: str, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from command import command, refused
 
 import reluctance as rl
 from reluctance.cli.tune import at_the_end
+from reluctance.drive.course import MOST_POINTS
 
 ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"
@@ -47,6 +48,19 @@ def test_a_course_from_a_csv_file(tmp_path):
     assert "need t_s and tau_Nm" in refused("run", RATED, "--set", f"reference.tau_Nm={path}")
     both = ("--set", "reference.t_s=[0,1]", "--set", "reference.values=[1,2]")
     assert "reference.tau_Nm= does" in refused("run", RATED, *both)
+
+
+@pytest.mark.parametrize("head", ["", "t_s,tau_Nm\n"])
+def test_a_course_of_too_many_rows_is_refused_and_not_cut(tmp_path, head):
+    path = tmp_path / "long.csv"
+    rows = [f"{n}e-6,{20 if n < MOST_POINTS else 30}\n" for n in range(MOST_POINTS + 1)]
+    path.write_text(head + "".join(rows[:-1]))
+    assert len(rl.load(RATED, [f"reference.tau_Nm={path}"]).reference.values) == MOST_POINTS
+    path.write_text(head + "".join(rows))
+    with pytest.raises(
+        rl.ParameterError, match="100001 rows of t_s and tau_Nm, need 1 to 100000; keep every"
+    ):
+        rl.load(RATED, [f"reference.tau_Nm={path}"])
 
 
 def test_tuning_tells_where_it_stopped_at_an_end():

@@ -147,7 +147,7 @@ BAD_GRIDS = {
     "no N_r": (I, THETA_M, TABLE.psi, {"N_r": None}, "pass N_r"),
     "swapped layout": (I, THETA_M, TABLE.psi, {"layout": "angles_down"}, "axes look swapped"),
     "wrong zero": (I, THETA_M, TABLE.psi, {"zero": "aligned"}, "pass zero=unaligned"),
-    "NaN": (I, THETA_M, with_nan(TABLE.psi), {}, "nan, need a number"),
+    "NaN": (I, THETA_M, with_nan(TABLE.psi), {}, "row 5, column 6: `nan` is not a finite number"),
     "duplicated angle": (I, doubled(THETA_M), TABLE.psi, {}, "appears twice.*remove"),
     "duplicated current": (doubled(I), THETA_M, TABLE.psi, {}, "appears twice.*remove"),
     "unsorted angles": (I, unsorted(THETA_M), TABLE.psi, {}, "not sorted.*sort the map"),
@@ -187,10 +187,10 @@ BAD_FILES = {
     "new.mat": (b"\x89HDF\r\n\x1a\n....", "v7.3.*-v7"),
     "broken.mat": (b"MATLAB 5.0 MAT-file" + b"\x00" * 40, "not a .mat"),
     "list.json": (b"[1, 2]", "JSON object"),
-    "broken.json": (b'{"i_A": [1,', "not JSON"),
+    "broken.json": (b'{"i_A": [1,', "as JSON .JSONDecodeError: Expecting value: line 1 column 12"),
     "ragged.json": (b'{"i_A": [0, 1], "theta_deg": [0, 45], "psi_Wb": [[0], [1, 2]]}', "ragged"),
     "shape.json": (b'{"i_A": [0, 1], "theta_deg": [0, 45], "psi_Wb": [[0, 1]]}', "mend the axes"),
-    "map.xlsx": (b"x", "not an .xlsx file"),
+    "map.xlsx": (b"x", "as an .xlsx file .BadZipFile"),
 }
 
 

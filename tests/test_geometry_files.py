@@ -119,7 +119,7 @@ CURVES = [
     ([(h, b) for h, b in zip(H, B, strict=True) if b < 1.75], "set [lamination] saturation_pol"),
     ([(H[0], B[0]), (H[3], B[3]), (H[2], B[2]), *zip(H[4:], B[4:], strict=True)], "need to rise"),
     ([(H[0], B[0]), (H[1], B[1])], "two columns of at least 6 numbers"),
-    ([("a", "b")] * 8, "two columns of at least 6 numbers"),
+    ([("a", "b")] * 8, "column 1: `a` is not a number"),
 ]
 
 

@@ -1,5 +1,6 @@
 """The physical limit: published operating points, laws of the profile, and the cache."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -252,6 +253,20 @@ def test_damaged_cache_file_is_computed_again(cache_dir: Path, damage: str) -> N
     np.testing.assert_array_equal(first.i, second.i)
     with np.load(file) as repaired:
         np.testing.assert_array_equal(repaired["i"], first.i)
+
+
+@pytest.mark.parametrize("change", [lambda i: i + np.nan, lambda i: i[:, :-1], lambda i: 2 * i])
+def test_changed_cache_file_is_computed_again(
+    cache_dir: Path, change: Callable[[np.ndarray], np.ndarray]
+) -> None:
+    """A whole file with other numbers than were stored."""
+    point = {**DRIVE, "tau_ref": 20.669, "omega_m": RATED, "u_dc": 240.0, "n_points": 60}
+    first = best_profile(PAPER, **point)
+    (file,) = cache_dir.iterdir()
+    with np.load(file) as stored:
+        arrays = dict(stored)
+    np.savez(file, **(arrays | {"i": change(np.atleast_2d(arrays["i"]))}))
+    np.testing.assert_array_equal(best_profile(PAPER, **point).i, first.i)
 
 
 def test_cache_that_cannot_be_written_does_no_harm(

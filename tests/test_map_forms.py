@@ -133,7 +133,9 @@ def test_a_file_without_a_grid_is_one_line(tmp_path, rows):
 
 def test_a_file_that_only_is_called_a_spreadsheet_is_one_line(tmp_path):
     (tmp_path / "m.xlsx").write_bytes(b"PK\x03\x04 no")
-    assert "not an .xlsx file" in refused("map", "check", tmp_path / "m.xlsx", "--N_r", 6)
+    assert "cannot be read as an .xlsx file" in refused(
+        "map", "check", tmp_path / "m.xlsx", "--N_r", 6
+    )
 
 
 @pytest.mark.parametrize("form", ["long", "grid", "transposed grid"])

@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +13,10 @@ import reluctance as rl
 from reluctance import _core
 from reluctance.comparison import compare
 from reluctance.export import firmware
+from reluctance.export.fmu import fmu
 from reluctance.export.parity import check_parity
-from reluctance.laws import compiled_law
-from reluctance.laws.build import build_law, local_headers
+from reluctance.laws import compiled_law, own_code
+from reluctance.laws.build import build_law, compiler, local_headers
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "own_law"
@@ -142,6 +143,14 @@ def test_a_law_of_other_headers_is_refused(
         rl.load(drive_file, trust=True)
 
 
+def test_the_compiler_may_be_a_command_with_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CXX", "env 'g++'")
+    assert compiler() == ["env", "g++"]
+    monkeypatch.setenv("CXX", "no-such-compiler -O2")
+    with pytest.raises(rl.ParameterError, match=r"no C\+\+ compiler; .* or set CXX"):
+        compiler()
+
+
 def test_a_header_that_does_not_compile_is_one_line(tmp_path: Path) -> None:
     """The first error with its line; nothing is left behind."""
     header = tmp_path / "wrong.hpp"
@@ -173,3 +182,50 @@ def test_headers_of_the_same_folder_belong_to_the_law(tmp_path: Path) -> None:
     (tmp_path / "a.hpp").write_text('#include "b.hpp"\n#include "srm/base/real.hpp"\n')
     (tmp_path / "b.hpp").write_text('#include "a.hpp"\n#include "gone.hpp"\n')
     assert set(local_headers(tmp_path / "a.hpp")) == {"a.hpp", "b.hpp"}
+
+
+@pytest.mark.parametrize("name", ["../../victim.hpp", "/victim.hpp", "sub/../../victim.hpp"])
+def test_a_header_from_outside_of_the_folder_is_refused(tmp_path: Path, name: str) -> None:
+    """An export would write it outside of its own folder, over whatever is there."""
+    folder = tmp_path / "a" / "b"
+    (folder / "sub").mkdir(parents=True)
+    (folder / "law.hpp").write_text(f'#  include  "{name}"\nstruct Law {{}};')
+    (tmp_path / "victim.hpp").write_text("")
+    with pytest.raises(rl.ParameterError, match="outside of the folder of the law, need it there"):
+        build_law(folder / "law.hpp", "Law")
+    (folder / "law.hpp").write_text('#include "srm/../../victim.hpp"\nstruct Law {};')
+    with pytest.raises(rl.ParameterError, match="outside of the folder of the law"):
+        build_law(folder / "law.hpp", "Law")
+
+
+def test_a_header_below_the_folder_includes_from_its_own_place(tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "a.hpp").write_text('#include "sub/b.hpp"\n')
+    (tmp_path / "sub" / "b.hpp").write_text('#include "../c.hpp"\n#include "d.hpp"\n')
+    (tmp_path / "c.hpp").write_text("")
+    (tmp_path / "sub" / "d.hpp").write_text("")
+    assert set(local_headers(tmp_path / "a.hpp")) == {"a.hpp", "sub/b.hpp", "c.hpp", "sub/d.hpp"}
+
+
+@pytest.mark.parametrize("export", [firmware, fmu])
+@pytest.mark.parametrize("where", ["name", "include"])
+def test_an_export_writes_no_header_outside_of_its_folder(
+    drive_file: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    export: Callable[[rl.Drive, Path], object],
+    where: str,
+) -> None:
+    """Even where the compiled file says so: whoever made it."""
+    drive = rl.load(drive_file, trust=True)
+    module = own_code.module_of(own_code.own_code(drive.control.law))
+    texts = dict(module.HEADERS)
+    if where == "name":
+        texts["../../../victim.hpp"] = "over"
+    else:
+        texts["own_law.hpp"] += '\n#include "srm/../../victim.hpp"\n'
+    monkeypatch.setattr(module, "HEADERS", texts)
+    (tmp_path / "out" / "deep").mkdir(parents=True)
+    with pytest.raises(rl.ParameterError, match="outside of the folder of the law"):
+        export(drive, tmp_path / "out" / "deep" / "made.fmu")
+    assert [p.name for p in tmp_path.rglob("*")] == ["out", "deep"]

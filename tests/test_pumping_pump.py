@@ -119,8 +119,8 @@ def test_points_of_a_curve_do_as_well_as_its_parameters(tmp_path):
         ("Q_m3ph,H_m,eta\n5,30,0.1\n10,29,0.3\n20,28,0.5", "rising flows, the first 0"),
         ("Q_m3ph,H_m,eta\n0,30,0\n10,29,30\n20,28,50", "fractions between 0 and 1"),
         ("Q_m3ph,H_m\n0,30\n10,29\n20,28", "need Q_m3ph, H_m and eta or p_shaft_W"),
-        ("Q_m3ph,H_m,eta\n0,a,0", "not a table of numbers"),
-        ("", "columns none; need Q_m3ph"),
+        ("Q_m3ph,H_m,eta\n0,a,0", "data row 2, H_m: `a` is not a number"),
+        ("", "the file has no rows"),
     ],
 )
 def test_a_curve_that_is_none_is_refused_on_one_line(tmp_path, text, message):

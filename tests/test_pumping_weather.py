@@ -175,7 +175,10 @@ def without(frame, rows):
 FILES = [
     (lambda f: without(f, [10, 11]), "a gap from 2026-05-01 09:30"),
     (lambda f: pd.concat([f[:20], f[19:]]), "repeated or unordered times"),
-    (lambda f: f.assign(ghi=f["ghi"].where(f.index != 30)), "ghi is missing at 2026-05-02 06:30"),
+    (
+        lambda f: f.assign(ghi=f["ghi"].where(f.index != 30)),
+        "or no number, at 2026-05-02 06:30",
+    ),
     (lambda f: f.assign(ghi=3 * f["ghi"]), "need -20 to 1800"),
     (lambda f: f.assign(ghi=0.0), "night only"),
     (lambda f: f[0:5], "night only"),
@@ -209,8 +212,8 @@ def test_weather_in_a_wrong_zone_is_refused_on_one_line(tmp_path, zone):
         ({**TMY3, "days": 3}, "days has no effect"),
         ({**TMY3, "year": 2024}, "29 February"),
         ({**TMY3, "file": "pvlib:none.csv"}, "no such file"),
-        ({"kind": "epw", "file": "pvlib:723170TYA.CSV"}, "is not an EPW file"),
-        ({"kind": "tmy3", "file": "pvlib:12839.tm2"}, "is not a TMY3 file"),
+        ({"kind": "epw", "file": "pvlib:723170TYA.CSV"}, "cannot be read as an EPW file"),
+        ({"kind": "tmy3", "file": "pvlib:12839.tm2"}, "cannot be read as a TMY3 file"),
         (TMY3, "is for 36.1 N -79.95 E, [site] is at 7.18 N"),
     ],
 )

@@ -114,7 +114,7 @@ def test_a_table_is_even_and_written_and_read_back(tmp_path):
 
 WRONG = [
     (lambda text: text.replace("force_N", "F"), "need numbers in the columns i_A"),
-    (lambda text: text.replace("15.0", "fifteen"), "need numbers in the columns i_A"),
+    (lambda text: text.replace("15.0", "fifteen"), "i_A: `fifteen` is not a number"),
     (lambda text: "\n".join(text.splitlines()[:-1]), "rows are no grid"),
     (lambda text: text.replace(",180.0,", ",179.0,"), "rows are no grid"),
 ]

@@ -12,7 +12,7 @@ from firmware_tools import ROOT, Native, drive, needs_target
 
 import reluctance as rl
 from reluctance.export import firmware
-from reluctance.export.dump import HEADER, read_dump, record_type
+from reluctance.export.dump import API, HEADER, MAGIC, NO_SAMPLE, VERSION, read_dump, record_type
 from reluctance.export.recording import record
 from reluctance.export.replay_dump import replay_dump
 from reluctance.export.target import build, run_program
@@ -128,7 +128,7 @@ def test_a_damaged_dump_is_refused(target_dump, tmp_path):
         ("segments", 99, "segments do not fill it"),
         ("fingerprint", 1, "give the drive file that was flashed"),
         ("record_words", 7, "samples of 7 words are unknown"),
-        ("phases", 2_000_000_000, "unknown"),
+        ("phases", 2_000_000_000, "need 1 to 6"),
     ],
 )
 def test_a_dump_of_another_form_or_drive_is_refused(target_dump, tmp_path, field, value, message):
@@ -263,10 +263,51 @@ def test_a_ring_from_the_reset_on_is_replayed_from_the_reset_on(package, tmp_pat
 
 
 def test_too_little_memory_records_nothing_and_the_drive_runs(package, tmp_path):
-    for words, samples, after in ((100, 10, 0), (4000, 0, 0), (4000, 10, 4000)):
+    too_many = [(4000, n, 0) for n in (0xFFFFFFFF, 2**32 // 59 + 1, 2**31)]
+    for words, samples, after in ((100, 10, 0), (4000, 0, 0), (4000, 10, 4000), *too_many):
         recorder = Recorder(package.again(), words, samples, after)
         assert recorder.held == 0
         assert recorder.run(*idle(0)) == 0
         recorder.trigger()
         assert recorder.dump(tmp_path / "dump") == 0
         assert not recorder.memory.any()
+
+
+@pytest.mark.parametrize("phases", [0, 1, 2, 4, 6, 7])
+def test_a_dump_of_another_number_of_phases_never_reaches_the_package(package, tmp_path, phases):
+    """The package writes its three orders into a row of this dump: memory that is not there."""
+    recorder = Recorder(package.again(), 4000, 10, 7)
+    recorder.run(*idle(0))
+    recorder.dump(tmp_path / "dump")
+    real, record = read_dump(tmp_path / "dump"), record_type(phases)
+    head = np.zeros(1, HEADER)
+    for name, value in dict(
+        magic=MAGIC, version=VERSION, api=API, fingerprint=real.fingerprint, phases=phases,
+        state_words=real.state_words, record_words=record.itemsize // 4, segments=1,
+        trigger=NO_SAMPLE, phase=-1,
+    ).items():  # fmt: skip
+        head[name] = value
+    segment = np.array([0, 3], "<u4").tobytes() + bytes(4 * real.state_words)
+    data = bytearray(head.tobytes() + segment + np.zeros(3, record).tobytes() + bytes(4))
+    sealed(data)
+    (tmp_path / "dump").write_bytes(data)
+    with pytest.raises(rl.ParameterError, match=f"phases = {phases}, ") as told:
+        replay_dump(tmp_path / "dump", drive("deadbeat"))
+    assert "need 1 to 6" in str(told.value) or "has 3; give the drive file" in str(told.value)
+
+
+def test_a_dump_without_samples_is_not_drawn(package, tmp_path):
+    recorder = Recorder(package.again(), 4000, 10, 7)
+    recorder.run(*idle(0))
+    recorder.dump(tmp_path / "dump")
+    data = bytearray((tmp_path / "dump").read_bytes())
+    head = np.frombuffer(data, HEADER, 1).copy()
+    head["segments"] = 0
+    data = bytearray(head.tobytes() + bytes(4))
+    sealed(data)
+    (tmp_path / "dump").write_bytes(data)
+    plot = tmp_path / "x.png"
+    file = ROOT / "examples" / "deadbeat.toml"
+    done = run_replay(tmp_path / "dump", "--drive", file, "--plot", plot)
+    assert (done.returncode, done.stderr.count("\n"), plot.exists()) == (2, 1, False)
+    assert "holds no samples" in done.stderr

@@ -7,10 +7,12 @@ import resource
 import sqlite3
 import subprocess
 import sys
+import threading
 import time
 from importlib import import_module
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,8 +20,10 @@ from command import command, refused
 from sweep_script import BANDS, DRIVE, UNTIL
 
 import reluctance as rl
+from reluctance.figures import save_figure
 from reluctance.sweeps.fingerprint import fingerprint
 from reluctance.sweeps.pareto import front
+from reluctance.sweeps.store import MARK, Row, Store
 from reluctance.sweeps.swept import figure_name
 from reluctance.sweeps.vary import grid, parsed, samples
 
@@ -165,6 +169,91 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     assert kept > 10
     found = rl.sweep(drive, vary, until=0.01, out=store)
     assert (found.ran, found.known, found.failed) == (300 - kept, kept, 0)
+
+
+def rows(start: int, count: int) -> list[Row]:
+    return [Row(bytes([k] * 16), {}, {}) for k in range(start, start + count)]
+
+
+@pytest.mark.parametrize("links", [True, False])
+@pytest.mark.parametrize("older", [False, True])
+def test_two_who_make_a_store_at_once_lose_no_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool, older: bool
+) -> None:
+    """One stops before each of its statements in turn, while the other opens the store and adds
+    rows; the other adds more once the first is done. `older`: a store that lacks a figure."""
+    connect, reached, go = sqlite3.connect, threading.Event(), threading.Event()
+    stop, count, faults = 0, 0, []
+
+    def traced(*given: Any, **more: Any) -> sqlite3.Connection:
+        def step(_: str) -> None:
+            nonlocal count
+            count += 1
+            if count == stop:
+                reached.set()
+                go.wait(0.03)  # not for ever: it may hold the lock that the other waits for
+
+        base: sqlite3.Connection = connect(*given, **more)
+        if threading.current_thread() is first:
+            base.set_trace_callback(step)
+        return base
+
+    def make() -> None:
+        try:
+            store = Store(path)
+            store.add(rows(0, 2))
+            store.close()
+        except Exception as fault:
+            faults.append(fault)
+        reached.set()
+
+    def no_link(*_: object) -> None:
+        raise PermissionError("no links here")
+
+    if not links:
+        monkeypatch.setattr(os, "link", no_link)
+    monkeypatch.setattr(sqlite3, "connect", traced)
+    while count >= stop:
+        stop, count = stop + 1, 0
+        path = tmp_path / f"{stop}.sqlite"
+        if older:
+            base = connect(path)
+            base.execute(f"PRAGMA application_id = {MARK}")
+            base.execute('CREATE TABLE runs ("key" BLOB PRIMARY KEY, "values" TEXT, "why" TEXT)')
+            base.close()
+        reached.clear()
+        go.clear()
+        first = threading.Thread(target=make)
+        first.start()
+        reached.wait()
+        other = Store(path)
+        other.add(rows(2, 2))
+        go.set()
+        first.join()
+        other.add(rows(4, 2))
+        other.close()
+        assert not faults
+        assert len(list(Store(path).known([row.key for row in rows(0, 6)]))) == 6
+    assert stop > 5
+
+
+@pytest.mark.parametrize("value", ["'text'", "x'ff00'", "''", "9e999"])
+def test_a_figure_of_a_store_that_is_no_number_is_one_line(tmp_path: Path, value: str) -> None:
+    drive, out = rl.load(DRIVE), tmp_path / "s.sqlite"
+    rl.sweep(drive, {"control.i_band_A": [0.5]}, until=UNTIL, out=out)
+    with sqlite3.connect(out) as base:
+        base.execute(f"UPDATE runs SET tau_mean_Nm = {value}")
+    base.close()
+    with pytest.raises(rl.ParameterError, match=r"s\.sqlite is damaged: tau_mean_Nm = .*delete"):
+        rl.sweep(drive, {"control.i_band_A": [0.5]}, until=UNTIL, out=out)
+
+
+def test_a_sweep_over_machines_is_drawn_as_a_page(tmp_path: Path) -> None:
+    pytest.importorskip("bokeh")
+    vary = {"machine": ["paper_6_4", "generic_60kw_6_4"]}
+    found = rl.sweep(rl.load(EXAMPLES / "single_pulse.toml"), vary, until=UNTIL)
+    save_figure(found.plot(["torque_ripple_rms"]), tmp_path / "x.html", title="x")
+    assert "generic_60kw_6_4" in (tmp_path / "x.html").read_text()
 
 
 def test_a_store_is_nothing_else(tmp_path: Path) -> None:

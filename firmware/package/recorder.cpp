@@ -93,7 +93,9 @@ uint32_t reluctance_recorder_start(reluctance_recorder* recorder, uint32_t* memo
   r.samples = samples;
   r.memory = memory;
   r.after = after;
-  r.segments = samples > 0 ? words / segment_words(r) : 0;
+  const uint32_t room = words > head_words ? words - head_words : 0;
+  const bool fits = samples > 0 && samples <= room / RELUCTANCE_RECORD_WORDS;  // no product wraps
+  r.segments = fits ? words / segment_words(r) : 0;
   const uint32_t held = r.segments < 2 ? 0 : (r.segments - 1) * samples;
   if (held <= after) r.segments = 0;
   reluctance_recorder_resume(recorder);

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 Result = TypeVar("Result")
+DIGEST = "sha256"  # the name of the digest among the arrays of a file
 
 
 def folder() -> Path:
@@ -40,12 +41,23 @@ def cached(
     try:
         with path.open("rb") as file, np.load(file) as stored:
             arrays = {f.name: stored[f.name] for f in fields(kind)}  # type: ignore[arg-type]
+            if str(stored[DIGEST]) != _digest(path, arrays):
+                raise ValueError("changed since it was stored")
         values: dict[str, Any] = {k: v if v.ndim else float(v) for k, v in arrays.items()}
         return kind(**values)
     except Exception:  # absent, or damaged in any of the ways a zip file can be: compute again
         result = compute()
     _store(path, asdict(result))  # type: ignore[call-overload]
     return result
+
+
+def _digest(path: Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> str:
+    """Of what is stored, and of what it was computed from."""
+    sha = hashlib.sha256(path.name.encode())
+    for name in sorted(arrays):
+        value = np.ascontiguousarray(arrays[name])
+        sha.update(f"{name} {value.dtype.str} {arrays[name].shape} ".encode() + value.tobytes())
+    return sha.hexdigest()
 
 
 def _store(path: Path, values: Mapping[str, Any]) -> None:
@@ -57,7 +69,9 @@ def _store(path: Path, values: Mapping[str, Any]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
             temporary = file.name
-            np.savez(file, **values)
+            arrays = {name: np.asarray(value) for name, value in values.items()}
+            stored: dict[str, Any] = {**arrays, DIGEST: _digest(path, arrays)}
+            np.savez(file, **stored)
         os.replace(temporary, path)
     except OSError:
         if temporary:

@@ -77,12 +77,3 @@ def _factor(name: str, of: Quantity) -> float | None:
     if unit not in of.units:
         raise ParameterError(f"column `{name}` has the unit `{unit}`, need {' or '.join(of.units)}")
     return of.units[unit]
-
-
-def is_number(cell: str) -> bool:
-    """True of a cell that is a number; the head of a column is none."""
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True

@@ -10,6 +10,10 @@ class ParameterError(ValueError):
         super().__init__(one_line(text))
 
 
+class Note(UserWarning):
+    """What was assumed of an input: the command line prints it on one line and goes on."""
+
+
 def one_line(fault: object) -> str:
     """A text, which names from files may be in, on one line that a terminal can show."""
     text = " ".join(str(fault).split())

@@ -1,19 +1,24 @@
 """Files: read TOML, check where a result goes, write whole or not at all, write a table."""
 
 import os
+import re
+import secrets
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from reluctance.errors import ParameterError, one_line
 
-Columns = Mapping[str, NDArray[Any]]  # of numbers; some of text
-MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
+Columns = Mapping[str, "NDArray[Any]"]  # of numbers; some of text
+MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
+MOST_DOTS = 100  # in a key: the parser's time and memory rise with the square of its parts
+KEY_ENDS = re.compile(r"[=,\[\]{}]")
+
+_new_folders: list[Path] = []  # the deepest of each first
 _unfinished: set[Path] = set()  # what `remove_unfinished` clears away when the process is ended
 
 
@@ -38,7 +43,15 @@ def read_toml(path: Path) -> dict[str, Any]:
             f"{path} has more than {MAX_TOML_BYTES / 1e6:g} MB, need a TOML file of some kilobytes"
         )
     try:
-        return tomllib.loads(content.decode("utf-8-sig"))
+        text = content.decode("utf-8-sig")
+        lines = (line for line in text.splitlines() if not line.lstrip().startswith("#"))
+        parts = (part for line in lines for part in KEY_ENDS.split(line))
+        deepest = max((part.count(".") for part in parts), default=0)
+        if deepest > MOST_DOTS:
+            raise ParameterError(
+                f"{path}: a key of {deepest + 1} parts, need at most {MOST_DOTS}; check the quotes"
+            )
+        return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as fault:
         hint = (
             "; need a day of the calendar, as in 2025-02-28" if "Invalid date" in str(fault) else ""
@@ -95,6 +108,7 @@ def check_folder(folder: Path) -> None:
 def make_folder(folder: Path) -> Path:
     """The folder, made where it does not exist, with those above it."""
     check_folder(folder)
+    _new_folders.extend(p for p in (folder, *folder.parents) if not _exists(p))
     with told(folder):
         folder.mkdir(parents=True, exist_ok=True)
     return folder
@@ -123,7 +137,16 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     write_together({path: write})
 
 
-def write_together(files: Mapping[Path, Callable[[Path], object]]) -> None:
+def write_once(path: Path, write: Callable[[Path], object]) -> None:
+    """Like `write_whole`, but a file that another process has put there meanwhile stays."""
+    write_together({path: write}, put=_put_once)
+
+
+def write_together(
+    files: Mapping[Path, Callable[[Path], object]],
+    *,
+    put: Callable[[Path, Path], object] = os.replace,
+) -> None:
     """Several files that belong together, like `write_whole`: all are full before one appears."""
     full: dict[Path, Path] = {}
     try:
@@ -132,24 +155,35 @@ def write_together(files: Mapping[Path, Callable[[Path], object]]) -> None:
             with told(path):
                 full[path] = _temporary(path)
                 write(full[path])
-                os.chmod(full[path], 0o666 & ~_umask())
         for path, temporary in full.items():
             with told(path):
-                os.replace(temporary, path)
+                put(temporary, path)
     finally:
         for temporary in full.values():
             temporary.unlink(missing_ok=True)
             _unfinished.discard(temporary)
 
 
-def _temporary(path: Path) -> Path:
-    """An empty file beside `path`, with its ending."""
-    import tempfile
+def _put_once(temporary: Path, path: Path) -> None:
+    """In one step, which can succeed once. A file system without links lets others see it grow."""
+    try:
+        os.link(temporary, path)
+    except FileExistsError:
+        pass
+    except OSError:
+        try:
+            with path.open("xb") as file:
+                file.write(temporary.read_bytes())
+        except FileExistsError:
+            pass
 
-    handle, name = tempfile.mkstemp(dir=path.absolute().parent, suffix=path.suffix)
-    os.close(handle)
-    _unfinished.add(Path(name))
-    return Path(name)
+
+def _temporary(path: Path) -> Path:
+    """An empty file beside `path`, with its ending, and the rights that the umask leaves."""
+    made = path.absolute().parent / f"tmp{secrets.token_hex(8)}{path.suffix}"
+    made.open("xb").close()
+    _unfinished.add(made)
+    return made
 
 
 @contextmanager
@@ -166,7 +200,8 @@ def scratch(folder: Path | None = None) -> Iterator[Path]:
 
 
 def remove_unfinished() -> None:
-    """Clears temporary files and folders away: for a process that is being ended."""
+    """Clears temporary files and folders away, and new folders that are empty: for a process that
+    is being ended."""
     import shutil
 
     for path in list(_unfinished):
@@ -174,6 +209,9 @@ def remove_unfinished() -> None:
             shutil.rmtree(path, ignore_errors=True)
         else:
             path.unlink(missing_ok=True)
+    for folder in _new_folders:
+        with suppress(OSError):  # it holds something
+            folder.rmdir()
 
 
 def write_text(path: Path, text: str) -> None:
@@ -207,12 +245,6 @@ def _exists(path: Path) -> bool:
         return False
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
-
-
 def write_table(path: Path, table: Columns) -> None:
     """Writes columns of one length; the ending chooses csv, npz, parquet or mat.
 
@@ -226,6 +258,8 @@ def write_table(path: Path, table: Columns) -> None:
 
 
 def _csv(path: Path, table: Columns) -> None:
+    import numpy as np
+
     if any(column.dtype.kind == "U" for column in table.values()):
         return _csv_with_text(path, table)
     np.savetxt(
@@ -241,11 +275,12 @@ def _csv(path: Path, table: Columns) -> None:
 def _csv_with_text(path: Path, table: Columns) -> None:
     """Numbers as above; nothing where there is none."""
     import csv
+    from math import isnan
 
     def cell(value: Any) -> str:
         if isinstance(value, str):
             return value
-        return "" if np.isnan(value) else f"{value:.17g}"
+        return "" if isnan(value) else f"{value:.17g}"
 
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -255,6 +290,8 @@ def _csv_with_text(path: Path, table: Columns) -> None:
 
 
 def _npz(path: Path, table: Columns) -> None:
+    import numpy as np
+
     with path.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **table)
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.category import StrCategoryLocator
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -86,7 +87,8 @@ def _panel(ax: Axes, shared: dict[Any, Any]) -> Any:
 
 
 def _draw(drawn: Any, line: Line2D) -> None:
-    x, y = thinned(np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float))
+    x, y = (np.asarray(line.get_data(orig=False)[k], float) for k in (0, 1))  # names as numbers
+    x, y = thinned(x, y)
     name = str(line.get_label())
     named = {} if name.startswith("_") else {"legend_label": name}
     color = to_hex(line.get_color())
@@ -117,11 +119,11 @@ def thinned(
 
 
 def _named_ticks(drawn: Any, ax: Axes) -> None:
-    """Ticks with names, as of leg states."""
-    locator = ax.yaxis.get_major_locator()
-    names = [text.get_text() for text in ax.get_yticklabels()]
-    if isinstance(locator, FixedLocator) and any(names):
-        ticks = [float(tick) for tick in ax.get_yticks()]
-        drawn.yaxis.ticker = ticks
-        drawn.yaxis.major_label_overrides = dict(zip(ticks, names, strict=True))
-        drawn.yaxis.major_label_text_font_size = "7pt"
+    """Ticks with names, as of leg states and of machines."""
+    for axis, shown in ((ax.xaxis, drawn.xaxis), (ax.yaxis, drawn.yaxis)):
+        names = [text.get_text() for text in axis.get_ticklabels()]
+        if isinstance(axis.get_major_locator(), FixedLocator | StrCategoryLocator) and any(names):
+            ticks = [float(tick) for tick in axis.get_ticklocs()]
+            shown.ticker = ticks
+            shown.major_label_overrides = dict(zip(ticks, names, strict=True))
+            shown.major_label_text_font_size = "7pt"

@@ -1,5 +1,5 @@
 """`python -m reluctance.cli`."""
 
-from reluctance.cli.main import main
+from reluctance.cli.entry import main
 
 main()

@@ -3,11 +3,13 @@
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Callable
 from io import TextIOWrapper
 from types import FrameType
+from typing import Any
 
-from reluctance.errors import ParameterError, one_line
+from reluctance.errors import Note, ParameterError, one_line
 from reluctance.files import remove_unfinished
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
@@ -66,6 +68,18 @@ def watch_output() -> None:
         kind = plain.encoding, plain.errors, plain.newlines, plain.line_buffering
         plain.flush()
         sys.stdout = Output(plain.detach(), kind[0], kind[1], None, kind[3])
+
+
+def tell_notes() -> None:
+    """A Note is one line on standard error, without the place in the code."""
+    usual = warnings.formatwarning
+
+    def told(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> str:
+        if issubclass(category, Note):
+            return f"note: {one_line(message)}\n"
+        return usual(message, category, *place, **more)
+
+    warnings.formatwarning = told
 
 
 def watch_signals() -> None:

@@ -1,6 +1,5 @@
 """The command line. It parses, calls one public function, prints; errors are one line, exit 2."""
 
-import sys
 from typing import Annotated
 
 import typer
@@ -9,7 +8,6 @@ import reluctance
 from reluctance.cli.compare import compare
 from reluctance.cli.efficiency import efficiency
 from reluctance.cli.emulate import emulate
-from reluctance.cli.ended import exit_code, watch_output, watch_signals
 from reluctance.cli.examples import examples
 from reluctance.cli.export import export_app
 from reluctance.cli.law import law_app
@@ -54,14 +52,3 @@ def about(
         print(f"reluctance {reluctance.__version__}")
         raise typer.Exit
     help_if_bare(context)
-
-
-def main() -> None:
-    """Entry point of the `reluctance` command."""
-    watch_output()
-    watch_signals()
-    sys.exit(exit_code(lambda: app(prog_name="reluctance", standalone_mode=False)))
-
-
-if __name__ == "__main__":
-    main()

@@ -30,6 +30,8 @@ def replay(
     if plot is not None:
         check_figure(plot)
     found = replay_dump(dump, drive)
+    if plot is not None and not found.dump.samples:
+        raise ParameterError(f"{dump} holds no samples; without --plot it is told what it holds")
     if plot is not None:
         from reluctance.export import dump_plot  # Matplotlib: half of the start-up time
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
-from reluctance.columns import is_number
 from reluctance.errors import ParameterError
+from reluctance.reading import is_number, numbers, read_rows, reading
 
 MOST_POINTS = 100_000  # of a course: a run looks them up at each step
 
@@ -19,26 +18,20 @@ def read_course(path: Path, key: str) -> tuple[list[float], list[float]]:
     ParameterError
         If the file cannot be read as columns `t_s` and `key`, or two columns without names.
     """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(line for line in file if not line.startswith("#"))]
-    except (OSError, UnicodeDecodeError) as fault:
-        raise ParameterError(
-            f"cannot read {path}: {fault}; {key} takes a number or a CSV file"
-        ) from None
-    rows = [row for row in rows if row][: MOST_POINTS + 1]
-    head = [cell.strip() for cell in rows[0]] if rows else []
-    places = (0, 1)
-    if head and not is_number(head[0]):
-        if "t_s" not in head or key not in head:
-            raise ParameterError(f"{path}: columns {', '.join(head)}; need t_s and {key}")
-        places, rows = (head.index("t_s"), head.index(key)), rows[1:]
-    try:
-        found = [[float(row[place]) for row in rows] for place in places]
-    except (ValueError, IndexError):
-        raise ParameterError(
-            f"{path} is not a table of numbers with columns t_s and {key}"
-        ) from None
-    if not found[0]:
-        raise ParameterError(f"{path} has no rows; need columns t_s and {key}")
-    return found[0], found[1]
+    with reading(path, f"columns t_s and {key}", f"{key} takes a number or a CSV file"):
+        rows = read_rows(path)
+        places, first = (0, 1), 1
+        if not is_number(rows[0][0]):
+            head, rows, first = rows[0], rows[1:], 2
+            if "t_s" not in head or key not in head:
+                raise ParameterError(f"columns {', '.join(head)}; need t_s and {key}")
+            places = head.index("t_s"), head.index(key)
+        if not 1 <= len(rows) <= MOST_POINTS:
+            raise ParameterError(
+                f"{len(rows)} rows of t_s and {key}, need 1 to {MOST_POINTS}; keep every n-th row: "
+                "values between two rows lie on a straight line"
+            )
+        t, values = (
+            numbers(rows, k, n, first=first) for k, n in zip(places, ("t_s", key), strict=True)
+        )
+    return t.tolist(), values.tolist()

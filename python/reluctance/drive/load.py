@@ -8,11 +8,12 @@ from reluctance.drive.course import read_course
 from reluctance.drive.drive import Drive, drive_from
 from reluctance.drive.overrides import law_of, parsed, put
 from reluctance.drive.tables import TABLES
-from reluctance.errors import ParameterError
+from reluctance.errors import ParameterError, one_line
 from reluctance.files import is_file, read_toml
 from reluctance.laws import LAWS, table_of
 from reluctance.laws.own_code import names_code, refuse_untrusted
 from reluctance.machine.library import machine_table, placed_machine
+from reluctance.reading import reading
 from reluctance.schema import Section, placed
 
 
@@ -54,16 +55,16 @@ def load(
         )
     path = Path(path)
     data = read_toml(path)
-    if isinstance(data.get("machine"), str):
-        data["machine"] = machine_table(data["machine"], path.parent)
-    elif isinstance(data.get("machine"), dict):
-        data["machine"] = placed_machine(data["machine"], path.parent)
     if is_system(data):
         raise ParameterError(
             f"{path} is a pumping system, not a drive file; use `reluctance pump {path}`, or in "
             "Python reluctance.pumping.drive_of(load_system(...))"
         )
-    try:
+    with reading(path, "a drive file"):
+        if isinstance(data.get("machine"), str):
+            data["machine"] = machine_table(data["machine"], path.parent)
+        elif isinstance(data.get("machine"), dict):
+            data["machine"] = placed_machine(data["machine"], path.parent)
         _placed(data, path.parent)
         refuse_untrusted([law_of(data)], trust)
         for text in overrides or []:
@@ -71,9 +72,7 @@ def load(
             put(data, name, value, f"--set {text}")
             refuse_untrusted([law_of(data)], trust)
         _settle_courses(data, path.parent)
-        return drive_from(data, name=path.stem, check_torque=check_torque)
-    except ParameterError as fault:
-        raise ParameterError(f"{path}: {fault}") from None
+        return drive_from(data, name=one_line(path.stem), check_torque=check_torque)
 
 
 def is_system(data: Mapping[str, Any]) -> bool:

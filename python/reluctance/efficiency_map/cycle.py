@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,10 +10,10 @@ import numpy as np
 from reluctance.arrays import FloatArray
 from reluctance.efficiency_map.map import EfficiencyMap
 from reluctance.errors import ParameterError
+from reluctance.reading import numbers, read_rows, reading
 from reluctance.units import name_and_unit, to_si
 
 COLUMNS = ("t_s", "speed_rpm", "tau_Nm")
-MOST_BYTES = 50_000_000
 
 
 @dataclass(frozen=True)
@@ -66,28 +65,18 @@ def read_cycle(path: str | Path) -> Cycle:
         If the file cannot be read, a column is missing, or a value cannot be meant.
     """
     path = Path(path)
-    try:
-        if path.stat().st_size > MOST_BYTES:
-            raise ParameterError(f"{path} has more than {MOST_BYTES / 1e6:g} MB")
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(line for line in file if line.strip()))
-    except (OSError, ValueError, csv.Error) as fault:
-        raise ParameterError(f"cannot read {path}: {fault}") from None
-    header = [name.strip() for name in rows[0]] if rows else []
-    for name in COLUMNS:
-        if name not in header:
-            raise ParameterError(f"{path} has no column `{name}`, need {', '.join(COLUMNS)}")
-    columns = []
-    for name in COLUMNS:
-        place = header.index(name)
-        try:
-            values = np.array([float(row[place]) for row in rows[1:]])
-        except (ValueError, IndexError):
-            raise ParameterError(f"{path}: column `{name}` is not all numbers") from None
-        columns.append(to_si(values, name_and_unit(name)[1]))
+    with reading(path, "a drive cycle"):
+        header, *rows = read_rows(path)
+        for name in COLUMNS:
+            if name not in header:
+                raise ParameterError(f"{path} has no column `{name}`, need {', '.join(COLUMNS)}")
+        columns = [
+            to_si(numbers(rows, header.index(name), name), name_and_unit(name)[1])
+            for name in COLUMNS
+        ]
     t, omega, tau = columns
-    if len(t) < 2 or not np.isfinite([t, omega, tau]).all() or np.any(np.diff(t) <= 0):
-        raise ParameterError(f"{path}: need at least two rows, finite, with rising t_s")
+    if len(t) < 2 or not np.all(np.diff(t) > 0):
+        raise ParameterError(f"{path}: need at least two rows with rising t_s")
     if np.any(omega < 0):
         raise ParameterError(f"{path}: speed_rpm = {omega.min():g}, need >= 0; mirror the cycle")
     return Cycle(t, omega, tau)

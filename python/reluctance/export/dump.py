@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from reluctance.errors import ParameterError
 from reluctance.export.target import PHASE
+from reluctance.reading import reading
 
 MAGIC, VERSION = 0x444C4552, 1
 API = 3  # of reluctance_controller.h
@@ -78,10 +79,11 @@ def read_dump(path: Path) -> Dump:
     ParameterError
         If it cannot be read, is damaged, or of another version.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as fault:
-        raise ParameterError(f"{path}: {fault.strerror}") from None
+    with reading(path, "a dump of the recorder"):
+        return _dump(path, path.read_bytes())
+
+
+def _dump(path: Path, data: bytes) -> Dump:
     if len(data) < HEADER.itemsize + 4 or len(data) % 4:
         raise ParameterError(f"{path}: {len(data)} bytes are no dump of the recorder")
     head = np.frombuffer(data, HEADER, 1)[0]
@@ -96,8 +98,10 @@ def read_dump(path: Path) -> Dump:
                 "that exported the firmware"
             )
     n_phases, state_words = int(head["phases"]), int(head["state_words"])
-    if n_phases > MOST_PHASES:
-        raise ParameterError(f"{path}: {n_phases} phases are unknown")
+    if not 1 <= n_phases <= MOST_PHASES:
+        raise ParameterError(f"{path}: phases = {n_phases}, need 1 to {MOST_PHASES}")
+    if not -1 <= head["phase"] < n_phases:
+        raise ParameterError(f"{path}: phase = {head['phase']}, need -1 to {n_phases - 1}")
     record = record_type(n_phases)
     if head["record_words"] * 4 != record.itemsize:
         raise ParameterError(f"{path}: samples of {head['record_words']} words are unknown")

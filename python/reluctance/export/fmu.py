@@ -7,13 +7,12 @@ The unit is the C interface of one drive (include/srm/c_api) behind the function
 from __future__ import annotations
 
 import hashlib
-import os
 import re
-import shutil
 import subprocess
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import gettempdir
 
 from reluctance import _core
 from reluctance.drive import Drive
@@ -24,7 +23,7 @@ from reluctance.export.fmu_variables import PARTS, Part, variables
 from reluctance.export.package import headers
 from reluctance.export.tree import numbers_of
 from reluctance.files import check_ending, scratch, told, write_whole
-from reluctance.laws.build import first_error
+from reluctance.laws.build import compiler, first_error
 from reluctance.resources import resources
 from reluctance.run.plant import loop_parts
 
@@ -74,7 +73,7 @@ def fmu(drive: Drive, file: str | Path, *, version: int = 2, part: Part = "drive
     name = f"drive_{plain}_{part}" if not plain or plain[0].isdigit() else f"{plain}_{part}"
     token = hashlib.sha256(f"{version} {part} ".encode() + content).hexdigest()[:32]
     sources = _sources(drive, content, of, name=name, token=token, version=version, part=part)
-    with told(file), scratch() as place:
+    with told(Path(gettempdir())), scratch() as place:
         for path, text in sources.items():
             (place / path).parent.mkdir(parents=True, exist_ok=True)
             (place / path).write_text(text, "utf-8")
@@ -171,14 +170,11 @@ def _floats(drive: Drive) -> set[str]:
 
 
 def _compile(folder: Path, source: str, library: Path) -> None:
-    compiler = os.environ.get("CXX") or shutil.which("g++") or shutil.which("clang++")
-    if compiler is None:
-        raise ParameterError("no C++ compiler; on Debian: apt install g++; or set CXX")
-    command = [compiler, *FLAGS, "-I.", source, "-o", str(library)]
+    command = [*compiler(), *FLAGS, "-I.", source, "-o", str(library)]
     try:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LIMIT)
     except (OSError, subprocess.TimeoutExpired) as fault:
-        raise ParameterError(f"{compiler}: {fault}") from None
+        raise ParameterError(f"{command[0]}: {fault}") from None
     if done.returncode != 0:
         raise ParameterError(f"the unit does not compile: {first_error(done.stderr, [source])}")
 

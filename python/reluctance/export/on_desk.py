@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import os
-import shlex
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -14,6 +11,7 @@ from numpy.typing import NDArray
 
 from reluctance.errors import ParameterError
 from reluctance.export.dump import record_type
+from reluctance.laws.build import compiler
 
 FLAGS = ("-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared")
 SOURCES = ("controller.cpp", "run_time.cpp", "recorder.cpp", "peripherals.cpp")
@@ -63,13 +61,9 @@ class DeskPackage:
 
 
 def _compiled(folder: Path) -> Path:
-    given = shlex.split(os.environ.get("CXX", ""))
-    compiler = given or [p for p in map(shutil.which, ("g++", "clang++")) if p][:1]
-    if not compiler or shutil.which(compiler[0]) is None:
-        raise ParameterError("no C++ compiler; on Debian: apt install g++; or set CXX")
     library = folder / "package.so"
     done = subprocess.run(
-        [*compiler, *FLAGS, "-I.", "-Iinclude", *SOURCES, "-o", library.name],
+        [*compiler(), *FLAGS, "-I.", "-Iinclude", *SOURCES, "-o", library.name],
         cwd=folder,
         capture_output=True,
         text=True,

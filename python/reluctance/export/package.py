@@ -28,6 +28,7 @@ from reluctance.export.tree import Node
 from reluctance.files import check_folder, make_folder, scratch, told
 from reluctance.guard.sequence_levels import sequence, speed_limit
 from reluctance.guard.trip_levels import protection
+from reluctance.laws.own_code import below
 from reluctance.phases import LETTERS
 from reluctance.resources import resources
 from reluctance.units import from_si
@@ -230,10 +231,16 @@ constexpr srm::Commission<float> commission = {value};
 
 
 def headers(texts: list[str]) -> list[str]:
-    """The core's headers that these texts include, directly or not."""
+    """The core's headers that these texts include, directly or not.
+
+    Raises
+    ------
+    ParameterError
+        If one would be written outside of the folder of the headers.
+    """
     found: set[str] = set()
     while texts:
-        for header in INCLUDE.findall(texts.pop()):
+        for header in map(below, INCLUDE.findall(texts.pop())):
             if header not in found:
                 found.add(header)
                 texts.append((resources("include") / header).read_text("utf-8"))

@@ -16,6 +16,7 @@ from reluctance.export.package import firmware
 from reluctance.files import scratch
 
 ANSWERS = ("order", "mode", "gate_enable", "precharged", "chopper", "status")
+LONGEST = 100  # text of a value that differs
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,11 @@ def replay_dump(path: str | Path, drive: Drive) -> Replayed:
             "need a drive that does not learn"
         )
     dump = read_dump(path)
+    if dump.n_phases != drive.machine.n_phases:
+        raise ParameterError(
+            f"{path}: phases = {dump.n_phases}, {drive.name} has {drive.machine.n_phases}; give "
+            "the drive file that was flashed"
+        )
     with scratch() as place:
         made = firmware(drive, place / "package")
         if made.fingerprint != dump.fingerprint:
@@ -103,4 +109,5 @@ def _difference(target: NDArray[np.void], desk: NDArray[np.void]) -> tuple[str, 
 
 
 def _text(value: object) -> str:
-    return " ".join(str(value).split())
+    text = " ".join(str(value).split())
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."

@@ -13,16 +13,15 @@ sheet is usually better by 0.02 to 0.06 T: use its own curve where you have it.
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 from scipy.constants import mu_0
 
-from reluctance.columns import is_number
 from reluctance.errors import ParameterError
 from reluctance.files import is_file
 from reluctance.geometry.steel import Array, Steel
+from reluctance.reading import is_number, numbers, read_rows, reading
 from reluctance.schema import did_you_mean
 
 # Least polarisation at 2500, 5000 and 10 000 A/m [T]: fully processed, non-oriented, EN 10106; see
@@ -93,23 +92,19 @@ def read_curve(path: Path) -> tuple[Array, Array]:
     ParameterError
         If it is no curve that rises, or has other units.
     """
-    try:
-        rows = [row for row in csv.reader(path.read_text(encoding="utf-8").splitlines()) if row]
-    except (OSError, UnicodeDecodeError):
-        raise ParameterError(f"{path}: need two columns of text, H in A/m and B in T") from None
-    heads = [cell.strip().lower() for cell in rows[0]] if rows else []
-    named = bool(heads) and not all(is_number(cell) for cell in heads)
-    try:
-        points = np.array([[float(cell) for cell in row[:2]] for row in rows[named:]])
-    except ValueError:
-        points = np.zeros((0, 2))
-    if points.ndim != 2 or points.shape[0] < LEAST_POINTS or points.shape[1] != 2:
-        raise ParameterError(
-            f"{path}: need two columns of at least {LEAST_POINTS} numbers, H in A/m and B in T"
-        )
+    with reading(path, "a B-H curve", "need two columns of text, H in A/m and B in T"):
+        rows = read_rows(path)
+        heads = [cell.lower() for cell in rows[0]]
+        named = not all(is_number(cell) for cell in heads)
+        rows = rows[named:]
+        if len(rows) < LEAST_POINTS:
+            raise ParameterError(
+                f"need two columns of at least {LEAST_POINTS} numbers, H in A/m and B in T"
+            )
+        points = np.stack([numbers(rows, k, f"column {k + 1}", first=1 + named) for k in (0, 1)])
     if named and heads[0].startswith("b"):
-        points = points[:, ::-1]
-    H, B = points.T
+        points = points[::-1]
+    H, B = points
     if B.max() > MOST_B and H.max() <= MOST_B:
         raise ParameterError(
             f"{path}: H ends at {H.max():g} and B at {B.max():g}: the columns are swapped; put H "
@@ -126,7 +121,7 @@ def read_curve(path: Path) -> tuple[Array, Array]:
         )
     if H[0] > 0 and B[0] > 0:
         H, B = np.append(0.0, H), np.append(0.0, B)
-    falls = np.flatnonzero((np.diff(H) <= 0) | (np.diff(B) <= 0))
+    falls = np.flatnonzero(~((np.diff(H) > 0) & (np.diff(B) > 0)))
     if falls.size or H[0] != 0 or B[0] != 0:
         k = int(falls[0]) + 1 if falls.size else 0
         raise ParameterError(

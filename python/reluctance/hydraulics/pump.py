@@ -7,7 +7,6 @@ eta_b x (2 - x), x = Q/Q_b, so that P_1 = rho g H_1 Q_b / (eta_b (2 - x)) is fin
 points of the maker's curve in a CSV file, joined by monotone cubics.
 """
 
-import csv
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from reluctance.arrays import FloatArray
 from reluctance.columns import Quantity, recognised
 from reluctance.errors import ParameterError
 from reluctance.files import is_file, read_toml
+from reluctance.reading import numbers, read_rows, reading
 from reluctance.schema import FileName, NamesFile, Section, checked, did_you_mean, placed
 
 RHO = 998.2  # water at 20 degC [kg/m^3]
@@ -28,6 +28,7 @@ RPM = np.pi / 30
 M3PH = 1 / 3600
 # The formula of the efficiency ends at twice the best flow; near it the power has a pole.
 LARGEST_X = 1.8
+MOST_FLOW, MOST_HEAD = 1e6, 1e4  # of any pump [m^3/h], [m]
 
 
 @dataclass(frozen=True)
@@ -166,9 +167,15 @@ def _parabola(H_0: float, Q_b: float, H_b: float, eta_b: float, omega_ref: float
 def _from_points(path: Path, omega_ref: float) -> Curve:
     table = _columns(path)
     Q, H = table["Q_m3ph"] * M3PH, table["H_m"]
-    if len(Q) < 3 or Q[0] != 0 or np.any(np.diff(Q) <= 0):
+    for name, most in (("Q_m3ph", MOST_FLOW), ("H_m", MOST_HEAD)):
+        if not table[name].max() <= most:
+            raise ParameterError(
+                f"{path}: {name} reaches {table[name].max():.3g}, need at most {most:g}; correct "
+                "the unit in the column's name"
+            )
+    if len(Q) < 3 or Q[0] != 0 or not np.all(np.diff(Q) > 0):
         raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, the first 0")
-    rising = np.flatnonzero(np.diff(H) >= 0)
+    rising = np.flatnonzero(~(np.diff(H) < 0))
     if len(rising):
         k = int(rising[0])
         raise ParameterError(
@@ -180,11 +187,11 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
         P = table["p_shaft_W"]
     else:
         eta = table["eta"]
-        if np.any((eta[1:] <= 0) | (eta[1:] >= 1)):
+        if not np.all((eta[1:] > 0) & (eta[1:] < 1)):
             raise ParameterError(f"{path}: eta needs fractions between 0 and 1 where Q > 0")
         P = np.append(0.0, RHO * GRAVITY * Q[1:] * H[1:] / eta[1:])
         P[0] = P[1] - (P[2] - P[1]) / (Q[2] - Q[1]) * Q[1]  # eta says nothing at Q = 0
-    if np.any(P <= 0) or np.any(H < 0):
+    if not (np.all(P > 0) and np.all(H >= 0)):
         raise ParameterError(f"{path}: need shaft powers > 0 and heads >= 0 throughout")
     from scipy.interpolate import PchipInterpolator  # [load] knows what a pump is, without SciPy
 
@@ -213,25 +220,15 @@ COLUMNS = {
 
 
 def _columns(path: Path) -> dict[str, FloatArray]:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    except OSError as fault:
-        raise ParameterError(f"cannot read {path}: {fault.strerror}") from None
-    names = [str(name) for name in rows[0]] if rows else []
-    try:
+    with reading(path, "a pump curve"):
+        names, *rows = read_rows(path)
         known = recognised(names, COLUMNS)
-    except ParameterError as fault:
-        raise ParameterError(f"{path}: {fault}") from None
-    if not {"Q_m3ph", "H_m"} <= set(known) or not {"eta", "p_shaft_W"} & set(known):
-        raise ParameterError(
-            f"{path}: columns {', '.join(names) or 'none'}; need Q_m3ph, H_m and eta or p_shaft_W, "
-            "or with units in brackets: flow [l/s], head [m], efficiency [%], power [kW]"
-        )
-    try:
+        if not {"Q_m3ph", "H_m"} <= set(known) or not {"eta", "p_shaft_W"} & set(known):
+            raise ParameterError(
+                f"columns {', '.join(names)}; need Q_m3ph, H_m and eta or p_shaft_W, or with units "
+                "in brackets: flow [l/s], head [m], efficiency [%], power [kW]"
+            )
         return {
-            quantity: factor * np.array([float(row[name]) for row in rows])
+            quantity: factor * numbers(rows, names.index(name), name)
             for quantity, (name, factor) in known.items()
         }
-    except (ValueError, TypeError):
-        raise ParameterError(f"{path} is not a table of numbers under one line of names") from None

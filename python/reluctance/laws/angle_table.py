@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from reluctance.errors import ParameterError
 from reluctance.key_figures import Kpis
+from reluctance.reading import numbers, read_rows, reading
 from reluctance.schema import did_you_mean
 from reluctance.units import to_si
 
@@ -74,40 +74,32 @@ def read_angle_table(path: str | Path) -> AngleTable:
     return AngleTable(omega, np.array(torques), angles[..., 0], angles[..., 1])
 
 
-def _rows(path: Path) -> list[dict[str, str]]:
-    """The rows of the file under its checked column names."""
-    try:
-        if path.stat().st_size > MOST_BYTES:
-            raise ParameterError(f"{path} has more than {MOST_BYTES / 1e6:g} MB")
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = (line for line in file if line.strip() and not line.startswith("#"))
-            reader = csv.DictReader(lines, skipinitialspace=True)
-            names, rows = list(reader.fieldnames or []), list(reader)
-    except (OSError, ValueError, csv.Error) as fault:
-        raise ParameterError(f"cannot read {path}: {fault}") from None
-    for name in COLUMNS:
-        if name not in names:
-            raise ParameterError(f"{path} has no column `{name}`, need {', '.join(COLUMNS)}")
-    known = (*COLUMNS, *Kpis.border_names(), NOTE)
-    for name in names:
-        if name not in known:
-            raise ParameterError(
-                f"{path}: unknown column `{name}`{did_you_mean(name, (*COLUMNS, NOTE))}"
-            )
-    if not rows:
-        raise ParameterError(f"{path} has no rows")
-    return rows
+def _rows(path: Path) -> list[list[float]]:
+    """Speed [rpm], torque [N m] and angles [deg] of each row."""
+    with reading(path, "a table of angles"):
+        names, *rows = read_rows(path, most_bytes=MOST_BYTES)
+        for name in COLUMNS:
+            if name not in names:
+                raise ParameterError(f"{path} has no column `{name}`, need {', '.join(COLUMNS)}")
+        known = (*COLUMNS, *Kpis.border_names(), NOTE)
+        for name in names:
+            if name not in known:
+                raise ParameterError(
+                    f"unknown column `{name}`{did_you_mean(name, (*COLUMNS, NOTE))}"
+                )
+        if not rows:
+            raise ParameterError(f"{path} has no rows")
+        columns = [numbers(rows, names.index(name), name) for name in COLUMNS]
+        found: list[list[float]] = np.stack(columns, axis=1).tolist()
+        return found
 
 
-def _node(where: str, row: dict[str, str]) -> tuple[float, float, float, float]:
-    """Speed [rpm], torque [N m] and angles [deg] of a row."""
-    try:
-        speed, torque, on, off = (float(row[name]) for name in COLUMNS)
-    except (TypeError, ValueError):
-        raise ParameterError(f"{where}: need numbers under {', '.join(COLUMNS)}") from None
-    if not 0 < speed < np.inf:
+def _node(where: str, row: list[float]) -> tuple[float, float, float, float]:
+    """The numbers of a row, checked."""
+    speed, torque, on, off = row
+    if not speed > 0:
         raise ParameterError(f"{where}: speed_rpm = {speed:g}, need > 0")
-    if not 0 < torque < np.inf:
+    if not torque > 0:
         raise ParameterError(f"{where}: torque_Nm = {torque:g}, need > 0; the table motors")
     if not -180 <= on < 180:
         raise ParameterError(f"{where}: theta_on_deg = {on:g}, need from -180 to below 180")

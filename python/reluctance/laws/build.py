@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import json
 import os
+import posixpath
 import re
+import shlex
 import shutil
 import sysconfig
 import tempfile
@@ -17,9 +19,9 @@ from pathlib import Path
 from subprocess import PIPE, STDOUT, Popen, TimeoutExpired
 
 from reluctance.errors import ParameterError
-from reluctance.files import check_ending, write_whole
+from reluctance.files import check_ending, is_file, write_whole
 from reluctance.laws.compiled_law import core_fingerprint
-from reluctance.laws.own_code import COMPILED
+from reluctance.laws.own_code import COMPILED, below
 from reluctance.resources import resources
 
 # The firmware's warnings, as errors: what builds here builds for the target.
@@ -28,7 +30,7 @@ FLAGS = (
     "-Wall -Wextra -Wconversion -Wno-sign-conversion -Wdouble-promotion -Werror"
 ).split()
 LIMIT = 600  # of the compiler; 9 s are usual [s]
-LOCAL = re.compile(r'#include "((?!srm/)[^"]+)"')
+LOCAL = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
 
 
 def build_law(header: str | Path, name: str, out: str | Path | None = None) -> Path:
@@ -68,23 +70,48 @@ def build_law(header: str | Path, name: str, out: str | Path | None = None) -> P
 
 
 def local_headers(header: Path) -> dict[str, str]:
-    """The header and those that it includes from its own folder, by their names there."""
+    """The header and those that it includes from its own folder, by their names there.
+
+    Raises
+    ------
+    ParameterError
+        If one lies outside of that folder, or is no text.
+    """
     texts: dict[str, str] = {}
     left = [header.name]
     while left:
         file = left.pop()
         path = header.parent / file
-        if file in texts or not path.is_file():
+        if file in texts or not is_file(path):
             continue
-        texts[file] = path.read_text("utf-8")
-        left += LOCAL.findall(texts[file])
+        try:
+            texts[file] = path.read_text("utf-8")
+        except (OSError, UnicodeDecodeError) as fault:
+            raise ParameterError(f"cannot read {path}: {fault}; need text in UTF-8") from None
+        for name in LOCAL.findall(texts[file]):
+            place = below(posixpath.join(posixpath.dirname(file), name))
+            if not name.startswith("srm/"):  # of the core
+                left.append(place)
     return texts
 
 
-def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
-    compiler = os.environ.get("CXX") or shutil.which("g++") or shutil.which("clang++")
-    if compiler is None:
+def compiler() -> list[str]:
+    """The command of the C++ compiler: CXX, as in `ccache g++`, else g++ or clang++.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+    """
+    given = shlex.split(os.environ.get("CXX", ""))
+    found = given or [p for p in map(shutil.which, ("g++", "clang++")) if p][:1]
+    if not found or shutil.which(found[0]) is None:
         raise ParameterError("no C++ compiler; on Debian: apt install g++; or set CXX")
+    return found
+
+
+def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
+    compile_with = compiler()
     try:
         import nanobind
     except ImportError:
@@ -100,16 +127,10 @@ def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         unit = Path(scratch) / "own_law.cpp"
         unit.write_text(_source(header.absolute(), name, texts), "utf-8")
-        objects = [f"{scratch}/law.o", f"{scratch}/nanobind.o"]
-        _run(
-            [
-                [compiler, *FLAGS, *include, "-c", str(unit), "-o", objects[0]],
-                [compiler, *FLAGS, *include, "-c", f"{source}/nb_combined.cpp", "-o", objects[1]],
-            ],
-            header,
-            texts,
-        )
-        _run([[compiler, "-shared", *objects, "-o", str(out)]], header, texts)
+        units = {f"{scratch}/law.o": str(unit), f"{scratch}/nb.o": f"{source}/nb_combined.cpp"}
+        flags = [*compile_with, *FLAGS, *include, "-c"]
+        _run([[*flags, text, "-o", made] for made, text in units.items()], header, texts)
+        _run([[*compile_with, "-shared", *units, "-o", str(out)]], header, texts)
 
 
 def _run(commands: list[list[str]], header: Path, texts: Collection[str]) -> None:

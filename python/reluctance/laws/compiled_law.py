@@ -15,7 +15,7 @@ from pydantic import ConfigDict
 
 from reluctance import _core
 from reluctance.errors import ParameterError
-from reluctance.laws.own_code import CodeName, module_of, of_the_user, own_code
+from reluctance.laws.own_code import CodeName, below, module_of, of_the_user, own_code
 from reluctance.resources import resources
 from reluctance.schema import did_you_mean
 from reluctance.tables.control import Control
@@ -69,7 +69,7 @@ class CompiledLaw(Control):
     @property
     def headers(self) -> Mapping[str, str]:
         texts: dict[str, str] = module_of(own_code(self.law)).HEADERS
-        return texts
+        return {below(name): text for name, text in texts.items()}
 
 
 def law_fields(law: str) -> list[str]:

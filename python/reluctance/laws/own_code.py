@@ -6,6 +6,7 @@ Such a law runs only with the user's word for it (`--trust`, `load(..., trust=Tr
 from __future__ import annotations
 
 import importlib.util
+import posixpath
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -130,6 +131,23 @@ def _compiled(path: Path) -> ModuleType:
             "`reluctance law build`"
         ) from fault
     return module
+
+
+def below(header: str) -> str:
+    """The path of a header that belongs to a law, from the folder of the law, without `..`.
+
+    Raises
+    ------
+    ParameterError
+        If it leaves that folder: an export would write it outside of its own.
+    """
+    path = posixpath.normpath(header)
+    if path.startswith(("/", "../")) or "\\" in path or ":" in path:
+        raise ParameterError(
+            f'header "{header}" is outside of the folder of the law, need it there or in a folder '
+            "below; copy it there and include it from there"
+        )
+    return path
 
 
 def of_the_user(fault: BaseException) -> str:

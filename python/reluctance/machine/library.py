@@ -96,7 +96,9 @@ def machine_table(machine: str, folder: Path) -> dict[str, Any]:
                 return with_steel_path(flattened(data), candidate.parent)
             if set(data) != {"machine"}:
                 raise ParameterError(f"{candidate}: need the table [machine] and nothing else")
-            table: dict[str, Any] = data["machine"]
+            table = data["machine"]
+            if not isinstance(table, dict):
+                raise ParameterError(f"{candidate}: machine = {table!r}, need the table [machine]")
             return placed_machine(table, candidate.parent)
     names = [p.stem for p in resources("machines").glob("*.toml")]
     raise ParameterError(

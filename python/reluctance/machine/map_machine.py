@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from reluctance import _core
 from reluctance.files import is_file
 from reluctance.machine.machine_file import MachineFile
+from reluctance.reading import reading
 from reluctance.schema import FileName
 
 if TYPE_CHECKING:
@@ -121,7 +122,8 @@ class MapMachine(MachineFile):
 def _digest(path: str) -> bytes:
     """Of the content; of nothing where there is no file: reading it will say so."""
     file = Path(path)
-    return hashlib.sha256(file.read_bytes()).digest() if is_file(file) else b""
+    with reading(file, "a flux map"):
+        return hashlib.sha256(file.read_bytes()).digest() if is_file(file) else b""
 
 
 @lru_cache(maxsize=32)

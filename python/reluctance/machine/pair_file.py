@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import csv
 from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
 
 from reluctance.errors import ParameterError
-from reluctance.files import is_file
 from reluctance.machine.coupling import LETTERS, Coupling, Neighbours
 from reluctance.maps.pairs import Array, PairSamples, PairTable, pair_table, reasons
+from reluctance.reading import numbers, read_rows, reading
 
 COLUMNS = (
     *("pairs", "phi_e_deg", "i_first_A", "i_second_A"),
@@ -47,52 +48,49 @@ def read_pairs(path: Path, *, N_r: int, n_phases: int) -> Coupling:
         With one line: no such file, a column, a number, a phase, a node that is missing, or tables
         that are not of one co-energy.
     """
-    if not is_file(path):
-        raise ParameterError(f"{path}: no such file; check the path")
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = list(csv.DictReader(file))
-    missing = [name for name in COLUMNS if not rows or name not in rows[0]]
-    if missing:
-        raise ParameterError(
-            f"{path}: column {missing[0]} is missing; need {', '.join(COLUMNS)} in the first line"
-        )
+    with reading(path, "the pairs of a machine"):
+        names, *rows = read_rows(path)
+        missing = [name for name in COLUMNS if name not in names]
+        if missing or not rows:
+            raise ParameterError(
+                f"column {[*missing, COLUMNS[0]][0]} is missing; need {', '.join(COLUMNS)} in the "
+                "first line, and rows"
+            )
+        places = [names.index(name) for name in COLUMNS]
+        return _coupling([[row[k] for k in places] for row in rows], N_r, n_phases)
+
+
+def _coupling(rows: list[list[str]], N_r: int, n_phases: int) -> Coupling:
+    """Of rows with COLUMNS in their order."""
     pairs: list[Neighbours] = []
-    for names, alike in groupby(rows, key=lambda row: row["pairs"]):
-        samples = _samples(path, list(alike))
+    for names, alike in groupby(rows, key=itemgetter(0)):
+        samples = _samples(list(alike))
         if why := reasons(samples, N_r):
-            raise ParameterError(f"{path}: pairs {names}: {why[0]}")
+            raise ParameterError(f"pairs {names}: {why[0]}")
         table = pair_table(samples, N_r, tolerance=AS_IT_IS)
         for name in names.split():
             first, second = (LETTERS[:n_phases].find(letter) for letter in name.ljust(2)[:2])
             if len(name) != 2 or min(first, second) < 0 or first == second:
                 raise ParameterError(
-                    f"{path}: pair `{name}` is none of phases {', '.join(LETTERS[:n_phases])}; "
+                    f"pair `{name}` is none of phases {', '.join(LETTERS[:n_phases])}; "
                     "write the first phase and the second, as ab"
                 )
             pairs.append(Neighbours(first, second, table))
     return Coupling(n_phases=n_phases, pairs=tuple(pairs))
 
 
-def _samples(path: Path, rows: list[dict[str, str]]) -> PairSamples:
-    columns: list[Array] = []
-    for name in COLUMNS[1:]:
-        try:
-            column = np.array([float(row[name]) for row in rows])
-        except (TypeError, ValueError):
-            column = np.array([np.nan])
-        if not np.isfinite(column).all():
-            raise ParameterError(f"{path}: column {name} has what is no number; need numbers")
-        columns.append(column)
+def _samples(rows: list[list[str]]) -> PairSamples:
+    columns = [numbers(rows, k, name) for k, name in enumerate(COLUMNS[1:], 1)]
     phi, i = np.unique(columns[0]), np.unique(columns[1])
     nodes = _nodes(phi, i)
     if len(rows) != len(nodes[0]) or not np.array_equal(np.array(columns[:3]), np.array(nodes)):
         raise ParameterError(
-            f"{path}: {len(rows)} rows are no grid of {len(phi)} angles and {len(i)} currents of "
+            f"{len(rows)} rows are no grid of {len(phi)} angles and {len(i)} currents of "
             "both phases; need every angle with every first and second current, rising"
         )
     if phi[0] != 0 or phi[-1] != 180 or len(phi) < 5 or len(i) < 3 or i[0] <= 0:
         raise ParameterError(
-            f"{path}: angles {phi[0]:g} to {phi[-1]:g} deg and currents from {i[0]:g} A; need at "
+            f"angles {phi[0]:g} to {phi[-1]:g} deg and currents from {i[0]:g} A; need at "
             "least 5 angles from 0 to 180 deg and 3 currents above 0"
         )
     shape = (len(phi), len(i), len(i))

@@ -2,13 +2,18 @@
 
 import csv
 import re
+from contextlib import closing
 from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
 
 from reluctance.errors import ParameterError
 from reluctance.maps.raw import column
+from reluctance.reading import is_number
 
 COMMENTS = ("#", "%", "//", "!")
-MOST_ROWS = 200_000  # of a spreadsheet: its size in bytes says little, for it is packed
+MOST_ROWS, MOST_COLUMNS = 200_000, 1000  # of a spreadsheet
+MOST_UNPACKED = 50_000_000  # bytes: the size of a spreadsheet says little, for it is packed
 
 
 def text_rows(text: str) -> list[list[str]]:
@@ -27,7 +32,7 @@ def text_rows(text: str) -> list[list[str]]:
     if separator == ";" and "." not in text:
         data = [s.replace(",", ".") for s in data]  # decimal commas
     rows = [cells(line, separator) for line in data]
-    head = _named_by_comment(lines, separator) if all(map(numeric, rows[0])) else None
+    head = _named_by_comment(lines, separator) if all(map(is_number, rows[0])) else None
     rows = rows if head is None or len(head) != len(rows[0]) else [head, *rows]
     for number, row in enumerate(rows, 1):
         if len(row) != len(rows[0]):
@@ -60,35 +65,34 @@ def sheet_rows(path: Path) -> list[list[str]]:
         raise ParameterError(
             ".xlsx needs openpyxl; `pip install 'reluctance[xlsx]'`, or save the sheet as CSV"
         ) from None
-    try:
-        book = load_workbook(path, read_only=True, data_only=True)
-        sheet = book.worksheets[0]
-        found = []
-        for number, values in enumerate(sheet.iter_rows(values_only=True)):
-            if number >= MOST_ROWS:
-                raise ParameterError(
-                    f"the sheet has more than {MOST_ROWS} rows; a map has some hundred samples"
-                )
-            row = ["" if v is None else str(v).strip() for v in values]
-            if any(row):
-                found.append(row)
-    except ParameterError:
-        raise
-    except Exception:  # openpyxl raises many kinds on damaged files
-        raise ParameterError("not an .xlsx file; save the sheet again, or as CSV") from None
+    with ZipFile(path) as archive:
+        unpacked = sum(part.file_size for part in archive.infolist())
+    if unpacked > MOST_UNPACKED:
+        raise ParameterError(
+            f"the file has {unpacked / 1e6:.0f} MB unpacked, need at most {MOST_UNPACKED / 1e6:g} "
+            "MB; put the map alone on a sheet, or save it as CSV"
+        )
+    with closing(load_workbook(path, read_only=True, data_only=True)) as book:
+        found = _filled_rows(book.worksheets[0])
     filled = [n for n in range(max(map(len, found), default=0)) if any(row[n] for row in found)]
     if not filled:
         raise ParameterError("the first sheet is empty; put the map there")
     return [[row[n] for n in filled] for row in found]
 
 
-def numeric(cell: str) -> bool:
-    """Whether a cell is a number."""
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+def _filled_rows(sheet: Any) -> list[list[str]]:
+    sheet.reset_dimensions()  # which the file states, and may state wrongly
+    found = []
+    for number, values in enumerate(sheet.iter_rows(values_only=True)):
+        row = ["" if v is None else str(v).strip() for v in values]
+        if number >= MOST_ROWS or any(row[MOST_COLUMNS:]):
+            raise ParameterError(
+                f"the sheet has cells beyond {MOST_ROWS} rows or {MOST_COLUMNS} columns; a map has "
+                "some hundred samples: put it alone on the first sheet"
+            )
+        if any(row):
+            found.append(row)
+    return found
 
 
 def _named_by_comment(lines: list[str], separator: str | None) -> list[str] | None:

@@ -2,25 +2,31 @@
 
 import csv
 import json
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.io
 
 from reluctance.errors import ParameterError
-from reluctance.files import is_file
-from reluctance.maps.cells import numeric, sheet_rows, text_rows
+from reluctance.maps.cells import sheet_rows, text_rows
 from reluctance.maps.conventions import settled
+from reluctance.maps.mat_file import read_arrays
 from reluctance.maps.raw import Column, RawMap, chosen
 from reluctance.maps.table import Array, FluxTable
 from reluctance.maps.variations import is_swept, swept
+from reluctance.reading import MOST, is_number, numbers, read_text, reading
 
 # Maps in the wild have 6 to 31 angles and 6 to 19 currents, some kilobytes.
 MAX_BYTES = 20_000_000
+MOST_POLES = 1000
+KINDS = {
+    ".mat": ("a .mat file of v5 to v7", "save with `save(name, '-v7')`"),
+    ".xlsx": ("an .xlsx file", "save the sheet again, or as CSV"),
+    ".json": ("JSON", "export it again"),
+}
 
 
 def read_map(
@@ -70,12 +76,12 @@ def read_map(
         One line: what is wrong with the file and what to do.
     """
     path = Path(path)
-    with _blamed(path):
+    with _reading(path):
         raw = _read(path, dict(names or {}))
     if torque is not None:
-        with _blamed(Path(torque)):
+        with _reading(Path(torque)):
             raw = with_torque(raw, _read(Path(torque), {}, torque=True))
-    with _blamed(path):
+    with _reading(path):
         return settled(
             raw,
             N_r=N_r,
@@ -87,13 +93,9 @@ def read_map(
         )
 
 
-@contextmanager
-def _blamed(path: Path) -> Iterator[None]:
-    """Puts the file before what is wrong with it."""
-    try:
-        yield
-    except ParameterError as fault:
-        raise ParameterError(f"{path}: {fault}") from None
+def _reading(path: Path) -> AbstractContextManager[None]:
+    """The border to a map file, by its ending."""
+    return reading(path, *KINDS.get(path.suffix.lower(), ("a flux map", "export it as CSV")))
 
 
 def write_map(table: FluxTable, path: str | Path) -> None:
@@ -121,8 +123,6 @@ def with_torque(raw: RawMap, other: RawMap) -> RawMap:
 
 def _read(path: Path, names: dict[str, str], *, torque: bool = False) -> RawMap:
     """What a file says; of a file with the torque, that in the place of the flux."""
-    if not is_file(path):
-        raise ParameterError("no such file; check the path")
     size = path.stat().st_size
     if size == 0:
         raise ParameterError("the file is empty; export the map again")
@@ -136,10 +136,7 @@ def _read(path: Path, names: dict[str, str], *, torque: bool = False) -> RawMap:
         return _read_mat(path, names)
     if suffix == ".xlsx":
         return _from_rows(sheet_rows(path), names, torque=torque)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ParameterError("the file is not text; export it as CSV, JSON or .mat v7") from None
+    text = read_text(path, most_bytes=MAX_BYTES)
     if suffix == ".json":
         return _read_json(text, names)
     if suffix in (".csv", ".txt", ".tsv", ".tab", ".dat", ".out", ".lis", ".ans"):
@@ -154,20 +151,18 @@ def _from_rows(rows: list[list[str]], names: dict[str, str], *, torque: bool) ->
     head = rows[0]
     if is_swept(head):
         return swept(rows)
-    if names and all(map(numeric, head)):  # no header: columns have numbers
+    if names and all(map(is_number, head)):  # no header: columns have numbers
         head = [str(n) for n in range(1, len(head) + 1)]
         rows = [head, *rows]
-    if names or not any(map(numeric, head[1:])):  # a grid has its second axis there
+    if names or not any(map(is_number, head[1:])):  # a grid has its second axis there
         return _long(rows, names, torque=torque)
     if len(rows) < 3 or len(rows[0]) < 3:
         raise ParameterError(
             f"the table is {len(rows)} x {len(rows[0])}, need a grid with axes in the first row "
             "and column, or columns named like i_A, theta_deg, psi_Wb"
         )
-    columns = np.array([_number(c, 1, n) for n, c in enumerate(rows[0][1:], 2)])
-    body = np.array(
-        [[_number(c, r, n) for n, c in enumerate(row, 1)] for r, row in enumerate(rows[1:], 2)]
-    )
+    columns = numbers([[cell] for cell in head[1:]], 0, "the first row", first=2)
+    body = np.stack([numbers(rows[1:], n, f"column {n + 1}") for n in range(len(rows[0]))], axis=1)
     return RawMap(rows=body[:, 0], columns=columns, psi=body[:, 1:])
 
 
@@ -177,13 +172,7 @@ def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False)
     value = "tau" if torque else "psi"
     found = chosen(head, names, "the header", (value, "i", "theta"))
     data = {
-        q: np.array(
-            [
-                _number(row[head.index(name)], r, head.index(name) + 1)
-                for r, row in enumerate(rows[1:], 2)
-            ]
-        )
-        * c.factor
+        q: numbers(rows[1:], head.index(name), f"column {head.index(name) + 1}") * c.factor
         for q, (name, c) in found.items()
     }
     i, row = np.unique(data["i"], return_inverse=True)
@@ -210,12 +199,7 @@ def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False)
 
 
 def _read_json(text: str, names: dict[str, str]) -> RawMap:
-    try:
-        data = json.loads(text)
-    except json.JSONDecodeError as fault:
-        raise ParameterError(
-            f"line {fault.lineno}: not JSON ({fault.msg}); export it again"
-        ) from None
+    data = json.loads(text)
     if not isinstance(data, dict):
         raise ParameterError(
             'need a JSON object like {"N_r": 4, "i_A": [...], "theta_deg": [...], '
@@ -233,23 +217,13 @@ def _read_mat(path: Path, names: dict[str, str]) -> RawMap:
         raise ParameterError("this is a zip archive, not a .mat file; unpack it first")
     if magic == b"\x89HDF\r\n\x1a\n":
         raise ParameterError("this is .mat v7.3, need v5 to v7; save with `save(name, '-v7')`")
-    try:
-        data = scipy.io.loadmat(path)
-    except NotImplementedError:
-        raise ParameterError(
-            "this is .mat v7.3, need v5 to v7; save with `save(name, '-v7')`"
-        ) from None
-    except Exception:  # SciPy raises many kinds on damaged files
-        raise ParameterError("not a .mat file of v5 to v7; save with `save(name, '-v7')`") from None
-    arrays = {k: v for k, v in data.items() if not k.startswith("__")}
-    numbers = {
-        k: v
-        for k, v in arrays.items()
-        if isinstance(v, np.ndarray) and v.dtype.kind in "fiu" and v.size > 1
-    }
+    arrays = read_arrays(path)
+    numbers_of = {k: v for k, v in arrays.items() if v.dtype.kind == "f" and v.size > 1}
+    raw = _from_arrays(numbers_of, names, "the .mat file")
     poles = arrays.get("N_r", arrays.get("Nr"))
-    raw = _from_arrays(numbers, names, "the .mat file")
-    return replace(raw, N_r=_poles(None if poles is None else float(np.ravel(poles)[0])))
+    if poles is not None:
+        poles = poles.item() if poles.size == 1 else poles.tolist()
+    return replace(raw, N_r=_poles(poles))
 
 
 def _from_arrays(arrays: Mapping[str, Any], names: dict[str, str], what: str) -> RawMap:
@@ -257,11 +231,16 @@ def _from_arrays(arrays: Mapping[str, Any], names: dict[str, str], what: str) ->
     values: dict[str, Array] = {}
     for quantity, (name, known) in found.items():
         try:
-            values[quantity] = np.asarray(arrays[name], dtype=np.float64) * known.factor
+            found_values = np.asarray(arrays[name], dtype=np.float64)
         except (TypeError, ValueError):
             raise ParameterError(
                 f"`{name}` has ragged rows or cells that are no numbers; need a full table"
             ) from None
+        if not (np.abs(found_values) <= MOST).all():
+            raise ParameterError(
+                f"`{name}` has a value that is not a finite number below {MOST:g}; mend it"
+            )
+        values[quantity] = found_values * known.factor
     i, theta = values["i"].ravel(), values["theta"].ravel()
     tau = values.get("tau")
     if tau is not None and tau.shape != values["psi"].shape:
@@ -294,19 +273,12 @@ def _zero_line(psi: Array, i: Array) -> bool:
 def _poles(value: Any) -> int | None:
     if value is None:
         return None
-    if not isinstance(value, int | float) or value != int(value):
-        raise ParameterError(f"N_r = {value!r}, need a whole number of rotor poles")
+    if not isinstance(value, int | float) or not 1 <= value <= MOST_POLES or value % 1:
+        raise ParameterError(
+            f"N_r = {value!r}, need a whole number of rotor poles, 1 to {MOST_POLES}"
+        )
     return int(value)
 
 
 def _size(values: Array) -> str:
     return " x ".join(map(str, values.shape))
-
-
-def _number(cell: str, row: int, place: int) -> float:
-    if not numeric(cell):
-        raise ParameterError(
-            f"data row {row}, column {place}: `{cell}` is not a number; fill the cell or name the "
-            "columns like i_A, theta_deg, psi_Wb"
-        )
-    return float(cell)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import RectBivariateSpline
 
 from reluctance.errors import ParameterError
-from reluctance.files import is_file
+from reluctance.reading import numbers, read_rows, reading
 
 Array = NDArray[np.float64]
 
@@ -63,23 +63,20 @@ def read_pole_force(path: Path) -> PoleForce:
     ParameterError
         With one line: no such file, a column, a number, or a node that is missing.
     """
-    if not is_file(path):
-        raise ParameterError(f"{path}: no such file; check the path")
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = list(csv.DictReader(file))
-    try:
-        i, angle, force = (np.array([float(row[name]) for row in rows]) for name in COLUMNS)
-    except (KeyError, TypeError, ValueError):
-        raise ParameterError(
-            f"{path}: need numbers in the columns {', '.join(COLUMNS)}, named in the first line"
-        ) from None
+    with reading(path, "a table of the radial force"):
+        names, *rows = read_rows(path)
+        if not set(COLUMNS) <= set(names):
+            raise ParameterError(
+                f"need numbers in the columns {', '.join(COLUMNS)}, named in the first line"
+            )
+        i, angle, force = (numbers(rows, names.index(name), name) for name in COLUMNS)
     currents, angles = np.unique(i), np.unique(angle)
     nodes = np.meshgrid(currents, angles, indexing="ij")
     whole = len(rows) == nodes[0].size and all(
         np.array_equal(x, node.ravel()) for x, node in zip((i, angle), nodes, strict=True)
     )
     ends = whole and currents[0] == 0 and angles[0] == 0 and angles[-1] == 180
-    if not ends or min(len(currents), len(angles)) < LEAST or not np.isfinite(force).all():
+    if not ends or min(len(currents), len(angles)) < LEAST:
         raise ParameterError(
             f"{path}: {len(rows)} rows are no grid; need every current, rising from 0, with every "
             "angle from 0 to 180 deg electrical"

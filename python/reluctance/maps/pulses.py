@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from reluctance.errors import ParameterError
-from reluctance.files import is_file
-from reluctance.maps.cells import numeric, text_rows
+from reluctance.maps.cells import text_rows
 from reluctance.maps.raw import Column, column, stated_column
 from reluctance.maps.table import Array
+from reluctance.reading import numbers, read_text, reading
 
 MAX_BYTES = 100_000_000  # 31 angles, 8 pulses of 2000 rows, are 20 MB
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "": 1.0}
@@ -96,10 +96,8 @@ def read_pulses(
     pulses: list[Pulse] = []
     turn: Column | None = None
     for place, path in enumerate(map(Path, paths)):
-        try:
+        with reading(path, "a record of pulses", "export it as CSV"):
             found, turn = _read(path, angles[place] if angles else None, dict(names or {}))
-        except ParameterError as fault:
-            raise ParameterError(f"{path}: {fault}") from None
         pulses += found
     return Recording(tuple(pulses), turn.unit if turn else None, turn.kind if turn else None)
 
@@ -145,31 +143,10 @@ def trace(pulse: Pulse) -> Trace:
 def _read(
     path: Path, angle: float | None, names: dict[str, str]
 ) -> tuple[list[Pulse], Column | None]:
-    if not is_file(path):
-        raise ParameterError("no such file; check the path")
-    if path.stat().st_size > MAX_BYTES:
-        raise ParameterError(
-            f"the file has {path.stat().st_size / 1e6:.0f} MB, need at most {MAX_BYTES / 1e6:.0f} "
-            "MB; export every n-th row"
-        )
-    try:
-        rows = text_rows(path.read_text(encoding="utf-8-sig"))
-    except UnicodeDecodeError:
-        raise ParameterError("the file is not text; export it as CSV") from None
+    rows = text_rows(read_text(path, most_bytes=MAX_BYTES))
     head, needed = rows[0], ("t", "u", "i") if angle is not None else ("t", "u", "i", "theta")
     found = _columns(head, names, needed)
-    try:
-        values = {q: np.array([float(r[c]) for r in rows[1:]]) for q, (c, _) in found.items()}
-    except ValueError:
-        row, cell = next(
-            (n, r[c])
-            for n, r in enumerate(rows[1:], 2)
-            for c, _ in found.values()
-            if not numeric(r[c])
-        )
-        raise ParameterError(f"data row {row}: `{cell}` is not a number; remove the row") from None
-    if not all(np.isfinite(v).all() for v in values.values()):
-        raise ParameterError("a cell is not a finite number; remove its row")
+    values = {q: numbers(rows[1:], c, head[c]) for q, (c, _) in found.items()}
     t, u, i = (found[q][1].factor * values[q] for q in ("t", "u", "i"))
     theta = np.full(len(t), angle) if angle is not None else values["theta"]
     new = (np.diff(t) <= 0) | (np.diff(theta) != 0)

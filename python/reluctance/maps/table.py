@@ -13,6 +13,9 @@ Array = NDArray[np.float64]
 MIN_CURRENTS = 4  # with zero: the fewest that show saturation
 MIN_ANGLES = 4  # the fewest that fix a cubic between unaligned and aligned
 
+MOST_CURRENT, MOST_FLUX, MOST_TORQUE = 1e5, 1e3, 1e7  # [A], [Wb], [N m]: of no machine
+LEAST_STEP = 1e-9  # of an axis, over its last value
+
 
 @dataclass(frozen=True)
 class FluxTable:
@@ -70,9 +73,22 @@ class FluxTable:
                     f"{name} at {self.i[row]:g} A, {np.degrees(self.theta_e[column]):.4g} deg el. "
                     f"is {value[row, column]}, need a number; fill the cell or leave its row out"
                 )
+        for name, value, most in (
+            ("current", self.i, MOST_CURRENT),
+            ("flux", self.psi, MOST_FLUX),
+            ("torque", self.tau, MOST_TORQUE),
+        ):
+            if value is not None and not np.abs(value).max() <= most:
+                raise ParameterError(
+                    f"{name} reaches {np.abs(value).max():.3g}, need at most {most:g} in SI units; "
+                    "correct the unit in the column's name"
+                )
         for name, axis in (("currents", self.i), ("angles", self.theta_e)):
-            if not (axis[0] == 0 and np.all(np.diff(axis) > 0)):
-                raise ParameterError(f"{name} need to rise from 0; sort them")
+            if not (axis[0] == 0 and np.all(np.diff(axis) > LEAST_STEP * axis[-1])):
+                raise ParameterError(
+                    f"{name} need to rise from 0, in steps above {LEAST_STEP:g} of the last; sort "
+                    "them and leave out what is there twice"
+                )
 
     @property
     def half(self) -> bool:

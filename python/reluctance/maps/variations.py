@@ -8,9 +8,9 @@ import re
 import numpy as np
 
 from reluctance.errors import ParameterError
-from reluctance.maps.cells import numeric
 from reluctance.maps.raw import UNITS, RawMap, column, leading
 from reluctance.maps.table import Array
+from reluctance.reading import is_number, numbers
 
 VARIATION = re.compile(r"^(?P<what>.+?)\s+-\s+.*?(?P<name>[\w.$]+)\s*=\s*'?(?P<value>[^']+?)'?\s*$")
 VALUE = re.compile(r"^([-+.\deE]+?)\s*([A-Za-z]*)$")
@@ -34,7 +34,7 @@ def swept(rows: list[list[str]]) -> RawMap:
     if first is None or first.quantity not in ("i", "theta"):
         raise ParameterError(f"the first column is `{head[0]}`, need a current or an angle")
     across = "theta" if first.quantity == "i" else "i"
-    down = first.factor * np.array([_number(row[0], n) for n, row in enumerate(rows[1:], 2)])
+    down = first.factor * numbers(rows[1:], 0, f"`{head[0]}`")
     tables: dict[str, dict[float, Array]] = {"psi": {}, "tau": {}}
     unit = None
     for place, cell in enumerate(head[1:], 1):
@@ -44,8 +44,7 @@ def swept(rows: list[list[str]]) -> RawMap:
         if known is None or known.quantity not in tables:
             raise ParameterError(f"column `{cell}`: need a flux linkage or a torque")
         value, unit = _value(match["value"], across)
-        values = [_number(row[place], n) for n, row in enumerate(rows[1:], 2)]
-        tables[known.quantity][value] = known.factor * np.array(values)
+        tables[known.quantity][value] = known.factor * numbers(rows[1:], place, f"`{cell}`")
     psi, tau = tables["psi"], tables["tau"]
     if not psi or (tau and psi.keys() != tau.keys()):
         raise ParameterError("need flux linkage for every value of the sweep, and torque for all")
@@ -61,13 +60,7 @@ def _value(text: str, quantity: str) -> tuple[float, str | None]:
     """A value of the sweep and, for angles, its unit."""
     match = VALUE.match(text.strip())
     unit = match[2].lower() if match else ""
-    if match is None or not numeric(match[1]) or (unit and unit not in UNITS[quantity]):
+    if match is None or not is_number(match[1]) or (unit and unit not in UNITS[quantity]):
         raise ParameterError(f"value `{text}` of the sweep, need a number with a unit")
     factor = UNITS[quantity][unit] if unit else 1.0
     return factor * float(match[1]), unit or None
-
-
-def _number(cell: str, row: int) -> float:
-    if not numeric(cell):
-        raise ParameterError(f"data row {row}: `{cell}` is not a number; fill the cell")
-    return float(cell)

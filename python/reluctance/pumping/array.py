@@ -6,7 +6,7 @@ from reluctance.arrays import FloatArray
 from reluctance.schema import Section
 from reluctance.solar.datasheet import Datasheet
 from reluctance.solar.pv_module import CellNumbers, cell_of, check_one_module
-from reluctance.solar.single_diode import Cell, Diode, array_diode
+from reluctance.solar.single_diode import MOST_MODULES, Cell, Diode, array_diode
 
 
 class Array(Section):
@@ -15,8 +15,8 @@ class Array(Section):
     module: str | None = None  # a name of the CEC table
     datasheet: Datasheet | None = None  # what the maker prints
     cell: CellNumbers | None = None
-    n_series: int = Field(ge=1)
-    n_parallel: int = Field(ge=1)
+    n_series: int = Field(ge=1, le=MOST_MODULES)
+    n_parallel: int = Field(ge=1, le=MOST_MODULES)
     tilt_deg: float = Field(ge=0, le=90)
     azimuth_deg: float = Field(180.0, ge=0, le=360)  # 0 north, 90 east, 180 south
     soiling: float = Field(0.03, ge=0, lt=1)  # part of the light that dirt takes

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from reluctance.errors import ParameterError
+from reluctance.reading import read_text
 from reluctance.solar.pv_module import pvlib
 
 NAMES = {"T2m": "temp_air", "WS10m": "wind_speed", "G(h)": "ghi", "Gb(n)": "dni", "Gd(h)": "dhi"}
@@ -20,10 +21,9 @@ LOWEST_SUN = 0.0175  # cosine of the zenith angle at 1 deg: below, no direct lig
 OVER_YEAR = 8760  # hours of a typical year
 
 
-def is_pvgis(path: Path) -> bool:
-    """Whether a file begins like one of PVGIS."""
-    with path.open(encoding="utf-8", errors="replace") as file:
-        return file.readline().startswith("Latitude (decimal degrees):")
+def is_pvgis(text: str) -> bool:
+    """Whether a text begins like a file of PVGIS."""
+    return text.startswith("Latitude (decimal degrees):")
 
 
 def pvgis_hours(path: Path, year: int) -> tuple[pd.DataFrame, dict[str, float]]:
@@ -33,18 +33,16 @@ def pvgis_hours(path: Path, year: int) -> tuple[pd.DataFrame, dict[str, float]]:
     Raises
     ------
     ParameterError
-        If it is another file, or its irradiance is on a tilted plane only.
+        If it is another file, or its irradiance is on a tilted plane only. A damaged file raises
+        other exceptions: call it within `reading`.
     """
-    try:
-        head, names, body = _parts(path.read_text(encoding="utf-8"))
-        frame = pd.read_csv(io.StringIO(names + body))
-        t = pd.to_datetime(frame.iloc[:, 0], format="%Y%m%d:%H%M", utc=True).dt.floor("h")
-        place = {"latitude": head["Latitude"], "longitude": head["Longitude"]}
-    except (OSError, ValueError, KeyError, IndexError, UnicodeDecodeError):
-        raise ParameterError(
-            f"{path} is not an hourly CSV file of PVGIS; download `TMY` or `hourly data` as CSV"
-        ) from None
-    frame = frame.rename(columns=NAMES).set_index(pd.DatetimeIndex(t) + pd.Timedelta("30min"))
+    head, names, body = _parts(read_text(path))
+    frame = pd.read_csv(io.StringIO(names + body)).rename(columns=NAMES)
+    t = pd.to_datetime(frame.iloc[:, 0], format="%Y%m%d:%H%M", utc=True).dt.floor("h")
+    place = {"latitude": head["Latitude"], "longitude": head["Longitude"]}
+    light = [name for name in ("Gb(i)", "Gd(i)", "Gr(i)") if name in frame]
+    frame = frame.assign(**{n: pd.to_numeric(frame[n], errors="coerce") for n in light})
+    frame = frame.set_index(pd.DatetimeIndex(t) + pd.Timedelta("30min"))
     if len(frame) == OVER_YEAR and frame.index.year.nunique() > 1:
         frame.index = frame.index.map(lambda when: when.replace(year=year))
     if TILTED <= set(frame) and "ghi" not in frame:
@@ -61,7 +59,12 @@ def pvgis_hours(path: Path, year: int) -> tuple[pd.DataFrame, dict[str, float]]:
 def _parts(text: str) -> tuple[dict[str, float], str, str]:
     """Numbers of the head, the line of names, and the rows."""
     lines = text.splitlines(keepends=True)
-    start = next(k for k, line in enumerate(lines) if line.startswith("time"))
+    start = next((k for k, line in enumerate(lines) if line.startswith("time")), None)
+    if start is None:
+        raise ParameterError(
+            "no line of names that begins with `time`, so no hourly CSV file of PVGIS; download "
+            "`TMY` or `hourly data` as CSV"
+        )
     end = next((k for k in range(start, len(lines)) if not lines[k].strip()), len(lines))
     head = {}
     for line in lines[:start]:

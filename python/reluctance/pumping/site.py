@@ -31,7 +31,7 @@ class Site(Section):
     def timezone_is_known(cls, name: str) -> str:
         try:
             ZoneInfo(name)
-        except (ZoneInfoNotFoundError, ValueError):
+        except (ZoneInfoNotFoundError, ValueError, OSError):
             near = did_you_mean(name, available_timezones()) if name else ""
             near = near if near.startswith("; did") else "; need an IANA name such as `Etc/GMT-1`"
             raise ValueError(f"timezone = {name!r} is unknown{near}") from None

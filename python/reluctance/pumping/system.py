@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 import reluctance
 from reluctance.drive import Drive
-from reluctance.errors import ParameterError
+from reluctance.errors import ParameterError, one_line
 from reluctance.files import read_toml, toml_value
 from reluctance.hydraulics.pipe import Pipe
 from reluctance.hydraulics.pump import Pump, pump_from
@@ -20,6 +20,7 @@ from reluctance.pumping.array import Array
 from reluctance.pumping.site import Site
 from reluctance.pumping.tank import Demand, Tank
 from reluctance.pumping.weather_file import WeatherTable
+from reluctance.reading import reading
 from reluctance.schema import Section, checked, did_you_mean
 from reluctance.solar.single_diode import open_circuit
 
@@ -169,13 +170,10 @@ def load_system(path: str | Path, overrides: Sequence[str] = ()) -> System:
     """
     path = Path(path)
     data = read_toml(path)
-    try:
+    with reading(path, "a system file"):
         for text in overrides:
             _put(data, text)
-        return system_from(data, folder=path.parent, name=path.stem)
-    except ParameterError as fault:
-        text = str(fault)
-        raise ParameterError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+        return system_from(data, folder=path.parent, name=one_line(path.stem))
 
 
 def _put(data: dict[str, Any], text: str) -> None:

@@ -43,7 +43,8 @@ def weather_of(table: pd.DataFrame, site: Site, *, where: str) -> Weather:
         light is hours off noon.
     """
     t = pd.DatetimeIndex(table.index).tz_convert(site.timezone)
-    step = _step(t, where)
+    step = interval(t, where)
+    table = as_numbers(table)
     values = {name: table[name].to_numpy(dtype=float) for name in COLUMNS}
     found = Weather(t=t, step=step, sun=sun_over(site, t), where=where, **values)
     _whole(t, values["ghi"], "ghi", where)
@@ -53,13 +54,25 @@ def weather_of(table: pd.DataFrame, site: Site, *, where: str) -> Weather:
     return found
 
 
-def _step(t: pd.DatetimeIndex, where: str) -> float:
-    """The interval [s]."""
+def as_numbers(table: pd.DataFrame) -> pd.DataFrame:
+    """The table with NaN where a cell of a column of weather is no number."""
+    there = [name for name in COLUMNS if name in table]
+    return table.assign(**{n: pd.to_numeric(table[n], errors="coerce") for n in there})
+
+
+def interval(t: pd.DatetimeIndex, where: str) -> float:
+    """The interval between samples [s].
+
+    Raises
+    ------
+    ParameterError
+        If there are fewer than two, or the intervals differ.
+    """
     if len(t) < 2:
         raise ParameterError(f"{where}: {len(t)} samples, need at least 2")
     steps = np.diff(t.tz_convert("UTC").tz_localize(None).to_numpy()) / np.timedelta64(1, "s")
     step = float(np.median(steps))
-    wrong = np.flatnonzero(np.abs(steps - step) > 1e-3 * step)
+    wrong = np.flatnonzero(~(np.abs(steps - step) <= 1e-3 * step))
     if len(wrong):
         k = int(wrong[0])
         kind = "a gap" if steps[k] > step else "repeated or unordered times"
@@ -74,11 +87,11 @@ def _whole(t: pd.DatetimeIndex, values: FloatArray, name: str, where: str) -> No
     missing = np.flatnonzero(~np.isfinite(values))
     if len(missing):
         raise ParameterError(
-            f"{where}: {name} is missing at {t[missing[0]]} ({len(missing)} of {len(t)} samples); "
-            "fill the gaps first"
+            f"{where}: {name} is missing, or no number, at {t[missing[0]]} ({len(missing)} of "
+            f"{len(t)} samples); fill the gaps first"
         )
     low, high = (-90.0, 70.0) if name == "temp_air" else (-20.0, 1800.0)
-    wrong = np.flatnonzero((values < low) | (values > high))
+    wrong = np.flatnonzero(~((values >= low) & (values <= high)))
     if len(wrong):
         raise ParameterError(
             f"{where}: {name} = {values[wrong[0]]:g} at {t[wrong[0]]}, need {low:g} to {high:g}"
@@ -87,7 +100,7 @@ def _whole(t: pd.DatetimeIndex, values: FloatArray, name: str, where: str) -> No
 
 def _check_light(weather: Weather, site: Site) -> None:
     sun, ghi, hour = weather.sun, np.maximum(weather.ghi, 0.0), weather.step / 3600
-    if ghi.max() < 5:
+    if not ghi.max() >= 5:
         raise ParameterError(
             f"{weather.where}: night only, ghi stays below 5 W/m2 from {weather.t[0]} to "
             f"{weather.t[-1]}; take days with sun"

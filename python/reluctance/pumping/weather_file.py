@@ -1,6 +1,9 @@
 """The [weather] table: a clear sky, or a TMY3, EPW, PVGIS or CSV file."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import date
+from io import StringIO
 from pathlib import Path
 from typing import Literal
 
@@ -10,11 +13,12 @@ from pydantic import Field, model_validator
 
 from reluctance.columns import Quantity, recognised
 from reluctance.errors import ParameterError
-from reluctance.files import is_file
+from reluctance.files import is_file, scratch
 from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
 from reluctance.pumping.pvgis import is_pvgis, pvgis_hours
 from reluctance.pumping.site import Site, extra_radiation, sun_over
-from reluctance.pumping.weather import COLUMNS, Weather, weather_of
+from reluctance.pumping.weather import COLUMNS, Weather, as_numbers, interval, weather_of
+from reluctance.reading import read_text, reading
 from reluctance.schema import Section
 from reluctance.solar.pv_module import pvlib
 
@@ -74,7 +78,9 @@ def read_weather(table: WeatherTable, site: Site, folder: Path) -> Weather:
         return clear if table.clouds is None else covered(clear, table.clouds)
     assert table.file is not None
     path = _path(table.file, folder)
-    return weather_of(_READERS[table.kind](path, table, site), site, where=str(path))
+    read, kind = _READERS[table.kind]
+    with reading(path, kind, "check the file and [weather] kind"):
+        return weather_of(read(path, table, site), site, where=str(path))
 
 
 def clear_sky(t: pd.DatetimeIndex, step: float, site: Site, table: WeatherTable) -> Weather:
@@ -121,12 +127,19 @@ def _path(file: str, folder: Path) -> Path:
     return path
 
 
+@contextmanager
+def _plain(path: Path) -> Iterator[Path]:
+    """The same text in a file that pvlib reads wherever it is: names of places may have accents."""
+    text = read_text(path)
+    with scratch() as place:
+        (place / "weather").write_bytes(text.encode("ascii", "replace"))
+        yield place / "weather"
+
+
 def _tmy3(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     """Hours, labelled by their ends."""
-    try:
-        frame, place = pvlib().iotools.read_tmy3(path, coerce_year=table.year, map_variables=True)
-    except (ValueError, KeyError, IndexError, TypeError, UnicodeDecodeError):
-        raise ParameterError(f"{path} is not a TMY3 file; set [weather] kind") from None
+    with _plain(path) as plain:
+        frame, place = pvlib().iotools.read_tmy3(plain, coerce_year=table.year, map_variables=True)
     _check_place(place, site, path)
     frame = frame[[*COLUMNS]]
     frame.index = frame.index - pd.Timedelta("30min")
@@ -135,10 +148,8 @@ def _tmy3(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
 
 def _epw(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     """Hours; pvlib labels them by their starts."""
-    try:
-        frame, place = pvlib().iotools.read_epw(path, coerce_year=table.year)
-    except (ValueError, KeyError, IndexError, TypeError, UnicodeDecodeError):
-        raise ParameterError(f"{path} is not an EPW file; set [weather] kind") from None
+    with _plain(path) as plain:
+        frame, place = pvlib().iotools.read_epw(plain, coerce_year=table.year)
     _check_place(place, site, path)
     frame = frame[[*COLUMNS]]
     frame.index = frame.index + pd.Timedelta("30min")
@@ -162,8 +173,11 @@ CSV_COLUMNS = {  # names of pvlib, PVGIS, TMY3 and loggers
 def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     """Columns `time` (local without an offset, or with one), ghi, temp_air, wind_speed, dni, dhi;
     dni and dhi are estimated from ghi where both are missing (Erbs)."""
+    content = read_text(path)
+    if is_pvgis(content):
+        raise ParameterError(f"{path} is a file of PVGIS; set [weather] kind = 'pvgis'")
     try:
-        frame = pd.read_csv(path, comment="#", encoding="utf-8-sig")
+        frame = pd.read_csv(StringIO(content), comment="#")
         known = recognised([str(name) for name in frame.columns], CSV_COLUMNS)
         frame = frame.rename(columns={name: quantity for quantity, (name, _) in known.items()})
         text = frame["time"].astype(str)
@@ -171,16 +185,14 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         if offset.any() and not offset.all():
             raise ValueError("some with an offset from UTC, some without")
         t = pd.DatetimeIndex(pd.to_datetime(text, format="ISO8601", utc=bool(offset.all())))
-    except (ValueError, KeyError, TypeError, UnicodeDecodeError) as fault:
-        if is_pvgis(path):
-            raise ParameterError(
-                f"{path} is a file of PVGIS; set [weather] kind = 'pvgis'"
-            ) from None
+    except (ValueError, KeyError) as fault:
         what = str(fault).splitlines()[0].partition(" You might")[0]
         raise ParameterError(
             f"{path}: need a column `time` of days that exist, as 2026-03-21 12:00 or "
             f"2026-03-21T12:00+01:00 ({what})"
         ) from None
+    if t.isna().any():
+        raise ParameterError(f"data row {int(t.isna().argmax()) + 2} has no time; fill the cell")
     if t.tz is None:
         try:
             t = t.tz_localize(site.timezone)
@@ -197,15 +209,17 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         raise ParameterError(
             f"{path}: columns {listed}; need time, ghi, and both or none of dni and dhi, in W/m2"
         )
+    frame = as_numbers(frame)
     frame.index = t
     shift = {"start": 0.5, "middle": 0.0, "end": -0.5}[table.stamp]
     frame.index = t + shift * (t[1] - t[0]) if len(t) > 1 else t
     if "dni" not in frame:
+        interval(pd.DatetimeIndex(frame.index), str(path))  # before the sun is followed through it
         zenith = sun_over(site, pd.DatetimeIndex(frame.index)).zenith_deg
         ghi, day = frame["ghi"].to_numpy(), pd.DatetimeIndex(frame.index).day_of_year.to_numpy()
         frame["dni"] = np.minimum(pvlib().irradiance.erbs(ghi, zenith, day)["dni"], SOLAR_CONSTANT)
         frame["dhi"] = ghi - frame["dni"] * np.maximum(np.cos(np.radians(zenith)), 0.0)
-    return frame[[*COLUMNS]].astype(float)
+    return frame[[*COLUMNS]]
 
 
 def _check_place(place: dict[str, float], site: Site, path: Path) -> None:
@@ -223,4 +237,9 @@ def _pvgis(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     return frame[[*COLUMNS]]
 
 
-_READERS = {"tmy3": _tmy3, "epw": _epw, "pvgis": _pvgis, "csv": _csv}
+_READERS = {
+    "tmy3": (_tmy3, "a TMY3 file"),
+    "epw": (_epw, "an EPW file"),
+    "pvgis": (_pvgis, "an hourly CSV file of PVGIS"),
+    "csv": (_csv, "a CSV file of weather"),
+}

@@ -21,6 +21,8 @@ D_E_GAP = -0.0002677  # relative change of the gap [1/K]
 TOLERANCE = 1e-10  # of the diode voltage, in units of a
 MOST_STEPS = 60  # Newton's method takes 4 to 12
 
+MOST_MODULES = 10_000  # in series, and in parallel
+
 
 @dataclass(frozen=True)
 class Cell:

@@ -10,11 +10,12 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from reluctance.errors import ParameterError, one_line
-from reluctance.files import check_ending, write_whole
+from reluctance.files import check_ending, write_once
 from reluctance.key_figures import Kpis
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ class Store:
         check_store(path)
         self.path = path
         if not path.exists():
-            write_whole(path, lambda temporary: temporary.write_bytes(_empty()))
+            write_once(path, lambda temporary: temporary.write_bytes(_empty()))
         with self._told("read"):
             self.base: Connection = sqlite3.connect(path, timeout=PATIENCE)
         try:
@@ -64,11 +65,16 @@ class Store:
         with self._told("read"):
             if self.base.execute("PRAGMA application_id").fetchone()[0] != MARK:
                 raise ParameterError(f"{self.path} is no store of a sweep; choose another --out")
-        with self._told("write"), self.base:
-            there = {row[1] for row in self.base.execute("PRAGMA table_info(runs)")}
-            for name in Kpis.border_names():
-                if name not in there:  # a figure that is newer than the file
-                    self.base.execute(f'ALTER TABLE runs ADD COLUMN "{name}" REAL')
+            if not self._missing():
+                return
+        with self._told("write"), self.base:  # figures that are newer than the file
+            self.base.execute("BEGIN IMMEDIATE")  # another process may add them as well
+            for name in self._missing():
+                self.base.execute(f'ALTER TABLE runs ADD COLUMN "{name}" REAL')
+
+    def _missing(self) -> list[str]:
+        there = {row[1] for row in self.base.execute("PRAGMA table_info(runs)")}
+        return [name for name in Kpis.border_names() if name not in there]
 
     def close(self) -> None:
         self.base.close()
@@ -104,6 +110,12 @@ class Store:
                     f'SELECT {columns} FROM runs WHERE "key" IN ({marks})', some
                 ).fetchall()
             for key, why, *figures in found:
+                for name, value in zip(names, figures, strict=True):
+                    if not (value is None or (isinstance(value, float) and isfinite(value))):
+                        raise ParameterError(
+                            f"{self.path} is damaged: {name} = {value!r} in the row {key.hex()}, "
+                            "need a finite number; delete the row, or choose another --out"
+                        )
                 yield Row(key, {}, dict(zip(names, figures, strict=True)), why)
 
     def __contains__(self, key: bytes) -> bool:
@@ -120,7 +132,7 @@ class Store:
 
         try:
             yield
-        except sqlite3.Error as fault:
+        except (sqlite3.Error, UnicodeDecodeError) as fault:
             kept = "; what it has stays, and the same command goes on from there"
             raise ParameterError(
                 f"cannot {what} {self.path}: {one_line(fault)}{kept if what == 'write' else ''}"

@@ -13,6 +13,7 @@ from reluctance.machine.loss_data import SwitchingEnergies
 from reluctance.schema import Section
 from reluctance.solar.datasheet import Datasheet
 from reluctance.solar.pv_module import CellNumbers, check_one_module
+from reluctance.solar.single_diode import MOST_MODULES
 from reluctance.units import to_si
 
 MOST_PHASES = 6
@@ -88,8 +89,8 @@ class Source(OverTime):
     module: str | None = None  # pv: a name of the CEC table
     datasheet: Datasheet | None = None  # pv: or a module by what its maker prints
     cell: CellNumbers | None = None  # pv: or by the numbers of its diode
-    n_series: int | None = Field(None, ge=1)  # pv: modules
-    n_parallel: int | None = Field(None, ge=1)
+    n_series: int | None = Field(None, ge=1, le=MOST_MODULES)  # pv: modules
+    n_parallel: int | None = Field(None, ge=1, le=MOST_MODULES)
     poa_global_Wpm2: list[float] | None = Field(None, min_length=1)  # pv: irradiance
     temp_cell_degC: list[float] | None = Field(None, min_length=1)  # pv
     blocking_diode_V: float = Field(0.0, ge=0)  # pv: while it conducts
