@@ -1,6 +1,6 @@
 """Strict tables: every unknown key, wrong type or value out of range becomes one clear line."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self, TypeVar, get_args
@@ -78,6 +78,11 @@ class Section(BaseModel):
         """The table as it was given, without the keys left to their defaults."""
         return self.model_dump(exclude_unset=True)
 
+    @property
+    def filed(self) -> "Section":
+        """The table whose keys a file has: this one, or the one that this one was computed from."""
+        return self
+
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy with other values, checked like any table."""
         if not update:
@@ -121,6 +126,18 @@ def renamed(
 def placed(section: type[Section], table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """A table with the files in it seen from here instead of from the folder of its file."""
     return renamed(section, table, lambda path: folder / path)
+
+
+def field_of(section: type[Section], path: Sequence[str]) -> FieldInfo | None:
+    """A key of a table, or of the tables within it; None where there is none."""
+    *tables, key = path
+    for part in tables:
+        field = section.model_fields.get(part)
+        inner = None if field is None else _section_of(field)
+        if inner is None:
+            return None
+        section = inner
+    return section.model_fields.get(key)
 
 
 NEEDS = {  # pydantic's kinds of fault, as a need

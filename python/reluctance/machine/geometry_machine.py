@@ -33,6 +33,10 @@ class GeometryMachine(MachineFile):
         return {"model": "geometry", **self.geometry.given}
 
     @property
+    def filed(self) -> Section:
+        return self.geometry
+
+    @property
     def solution(self) -> Solution:
         """Flux linkage, torque, forces, masses."""
         return _solution(*self._key)
