@@ -136,11 +136,26 @@ def test_a_cycle_that_cannot_be_meant_is_one_line(text: str, told: str, tmp_path
     assert told in refused("efficiency", CUBIC, "--cycle", path)
 
 
+def test_a_point_does_not_depend_on_the_others_of_the_grid(tmp_path: Path) -> None:
+    """The angles of this law follow the greatest torque: the drive's own or the point's."""
+    drive = rl.load(CUBIC, ["control.law=angles", "reference.tau_Nm=20"])
+    speed, torque = 50 * np.pi, 20.0
+    run = rl.simulate(drive, record=None).kpis
+    for omega, tau in (([100.0, speed], [10.0, torque]), ([speed, 200.0], [torque, 40.0])):
+        found = efficiency(drive, omega=omega, tau=tau, out=tmp_path / "s.db")
+        assert float(found.efficiency(speed, torque)) == pytest.approx(run.efficiency, rel=1e-3)
+        for name, own in (("i_rms_A", run.i_rms), ("torque_ripple_rms", run.torque_ripple_rms)):
+            assert float(found.figure(name, speed, torque)) == pytest.approx(own, rel=2e-3)
+
+
 def test_axes_that_cannot_be_meant_are_one_line() -> None:
     drive = rl.load(CUBIC)
     for axes in ({"tau": [0.0, 5.0]}, {"tau": [-5.0, 5.0]}, {"omega": [0.0, 9.0]}, {"tau": [5.0]}):
-        with pytest.raises(rl.ParameterError, match="need at least two values of one sign"):
+        with pytest.raises(rl.ParameterError, match="need at least two different ones of one sign"):
             efficiency(drive, **axes)  # type: ignore[arg-type]
+    line = refused("efficiency", CUBIC, "--speed", "0:1000:3")
+    assert "speeds 0, 500, 1000 rpm, need" in line and "at standstill" in line
+    assert "torques 0, 20 N m, need" in refused("efficiency", CUBIC, "--torque", "0,20")
     with pytest.raises(rl.ParameterError, match="fixes its current"):
         efficiency(rl.load(EXAMPLES / "single_pulse.toml"))
 
