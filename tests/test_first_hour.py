@@ -1,6 +1,8 @@
 """What a person meets in the first hour: mistakes get one line with the remedy, results no trap."""
 
 import json
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -140,6 +142,19 @@ def test_the_names_that_people_try_are_there():
     assert not hasattr(rl, "nothing")
     aligned, unaligned = drive.machine.psi(20.0, np.pi), drive.machine.psi(20.0, 0.0)
     assert aligned > 5 * unaligned > 0
+
+
+def test_a_name_whose_package_is_missing_is_no_attribute():
+    script = (
+        "import importlib.util as u; find = u.find_spec\n"
+        "u.find_spec = lambda name, *more: None if name == 'pvlib' else find(name, *more)\n"
+        "import reluctance as rl\n"
+        "assert not hasattr(rl, 'pump') and hasattr(rl, 'load')\n"
+        "try: rl.pump\n"
+        "except AttributeError as fault: print(fault)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert "pip install 'reluctance[sun]'" in done.stdout, done.stderr
 
 
 def test_pump_and_weather_columns_as_people_have_them(tmp_path):
