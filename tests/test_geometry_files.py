@@ -10,6 +10,7 @@ from scipy.constants import mu_0
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.copper import COPPER_RESISTIVITY
 from reluctance.files import read_toml
 from reluctance.geometry import convergence
 from reluctance.geometry.file import Geometry
@@ -17,7 +18,7 @@ from reluctance.geometry.force import stress
 from reluctance.geometry.mesh import Grid
 from reluctance.geometry.samples import rotor_angle
 from reluctance.geometry.solve import at_angle, solve
-from reluctance.geometry.solved import solved, system_of
+from reluctance.geometry.solved import by_products_of, solved, system_of
 from reluctance.geometry.steel_file import grade
 from reluctance.machine.geometry_machine import flattened
 from reluctance.maps import check_map, fit_surface
@@ -94,12 +95,16 @@ REFUSED = [
         {"winding__coil_width_mm": 5.0, "winding__coil_height_mm": 17.0},
         "coil_height_mm = 17 does not fit the slot",
     ),
-    ({"map__current_max_A": 1500.0}, "far beyond saturation"),
+    ({"map__current_max_A": 1500.0}, "far beyond saturation with 90 turns: need at most 24"),
     ({"map__pair_rank": 4}, "map.pair_rank has no effect with coupling = 'none'"),
     ({"map__coupling": "all"}, "need 'none' or 'pairs'"),
     ({"lamination__steel": "M530"}, "no such grade; did you mean `M530-50A`?"),
     ({"lamination__steel": "nowhere.csv"}, "no such file"),
     ({"lamination__stacking_factor": 97}, "need <= 1"),
+    ({"stator__pole_arc_deg": 0.56}, "need at least 6 for 6 poles; check its unit (0.56 rad are"),
+    ({"rotor__pole_arc_deg": 0.56}, "rotor.pole_arc_deg = 0.56, need at least 9"),
+    ({"air_gap__length_mm": 0.0003}, "need at least 0.028, 1/2000 of the bore; check its unit"),
+    ({"lamination__saturation_polarisation_T": 2.0}, "has no effect with the grade M400-50A"),
 ]
 
 
@@ -115,6 +120,7 @@ H, B = (x[::6] for x in grade("M400-50A"))
 CURVES = [
     ([(h, b) for h, b in zip(B, H, strict=True)], "the columns are swapped"),
     ([(h, 1e4 * b) for h, b in zip(H, B, strict=True)], "divide gauss by 10 000"),
+    ([(h, 1e3 * b) for h, b in zip(H, B, strict=True)], "divide millitesla by 1000"),
     ([(h / 1000, b) for h, b in zip(H, B, strict=True)], "multiply kA/m by 1000"),
     ([(h, b) for h, b in zip(H, B, strict=True) if b < 1.75], "set [lamination] saturation_pol"),
     ([(H[0], B[0]), (H[3], B[3]), (H[2], B[2]), *zip(H[4:], B[4:], strict=True)], "need to rise"),
@@ -229,6 +235,35 @@ def test_the_map_is_energy_consistent_and_judged_good(made):
     assert made[2]["tau_peak_Nm"] == pytest.approx(solution.tau.max())
 
 
+@pytest.mark.parametrize(("width", "height"), [(8.0, 12.0), (6.0, 10.0), (5.0, 14.0)])
+def test_a_stated_coil_has_its_width_times_its_height(width, height):
+    """R, wire and copper follow from the area w h, whatever the mesh."""
+    case = geometry(
+        winding__coil_width_mm=width, winding__coil_height_mm=height, winding__slot_fill=0.5
+    )
+    for grid in (COARSE, None):
+        assert system_of(case, grid).coil_area == pytest.approx(width * height * 1e-6, rel=1e-12)
+    turn = 2 * (50e-3 + 2 * case.cross_section.half_width_s + np.pi / 2 * width * 1e-3)
+    R = COPPER_RESISTIVITY * 2 * 90 * turn / (0.5 * width * height * 1e-6 / 90)
+    assert by_products_of(case).R_ohm == pytest.approx(R, rel=1e-6)
+
+
+def test_a_machine_of_a_geometry_is_copied_and_its_file_fits_the_schema(made, tmp_path):
+    import jsonschema
+
+    path = write(tmp_path / "d.toml", drive({}))
+    path.write_text(f'machine = "{made[0]}"\n' + path.read_text().replace("[machine]\n", ""))
+    first = rl.load(path)
+    machine = first.machine.model_copy(update={"R_ohm": 1.0})
+    assert machine.R == pytest.approx(1.0) and machine.J_kgm2 == first.machine.J_kgm2
+    first.save(tmp_path / "saved.toml")
+    judge = jsonschema.Draft202012Validator(json.loads(command("schema").out))
+    saved = read_toml(tmp_path / "saved.toml")
+    assert judge.is_valid(saved), list(judge.iter_errors(saved))[:1]
+    saved["machine"]["stator"]["pole_arcs_deg"] = 3.0
+    assert not judge.is_valid(saved)
+
+
 @pytest.mark.long
 def test_torque_between_the_nodes_is_the_field_s():
     """0.2 % rms of the peak at points of no node, on the default grid of the map."""
@@ -331,8 +366,6 @@ def test_a_stored_map_is_that_of_its_geometry(path):
         i, _, psi, tau = stored[near][10]
         unit = np.eye(case.phases)[0]
         field = solve(at_angle(system, rotor_angle(system, np.radians(theta_deg))), i * unit)
-        from reluctance.geometry.solved import by_products_of
-
         own = field.psi[0] + by_products_of(case).L_end_H * i
         assert own == pytest.approx(psi, rel=1e-5)
         assert field.tau == pytest.approx(tau, abs=1e-4 * stored[:, 3].max())

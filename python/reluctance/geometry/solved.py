@@ -24,7 +24,7 @@ from reluctance.maps.pole_force import PoleForce
 from reluctance.maps.table import FluxTable
 
 N_ORDERS = 9  # spatial orders of the radial stress that are kept
-ALGORITHM = 1  # raised whenever the same geometry gives other numbers
+ALGORITHM = 2  # raised whenever the same geometry gives other numbers
 
 
 @dataclass(frozen=True)
