@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,6 +10,10 @@ from dataclasses import dataclass
 from reluctance.errors import ParameterError
 
 BRACKETED = re.compile(r"^(?P<stem>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
+
+# A number from one separator (or the end of the line) to the next, with a point or a comma in it.
+COMMA = re.compile(r"(?<![^\s;\"])([-+]?\d*),(\d+(?:[eE][-+]?\d+)?)(?![^\s;\"])")
+POINT = re.compile(r"(?<![^\s;\"])[-+]?\d*\.\d+(?:[eE][-+]?\d+)?(?![^\s;\"])")
 
 
 @dataclass(frozen=True)
@@ -77,6 +82,36 @@ def _factor(name: str, of: Quantity) -> float | None:
     if unit not in of.units:
         raise ParameterError(f"column `{name}` has the unit `{unit}`, need {' or '.join(of.units)}")
     return of.units[unit]
+
+
+def with_points(lines: Sequence[str], separator: str | None) -> list[str]:
+    """Lines of cells with the decimal commas of their numbers as points. Between commas as
+    separators none is taken for a decimal one; nor where another number has a point."""
+    if separator == ",":
+        return list(lines)
+    if any(POINT.search(line) for line in lines):
+        return list(lines)
+    return [COMMA.sub(r"\1.\2", line) for line in lines]
+
+
+def named_rows(text: str) -> tuple[list[str], list[list[str]]]:
+    """Names and rows of cells of a table under one line of names, with commas, semicolons or tabs
+    between them; lines with # are comments."""
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    if not lines:
+        return [], []
+    separator = next((mark for mark in ";\t" if mark in lines[0]), ",")
+    head, *rest = lines
+    read = csv.reader([head, *with_points(rest, separator)], delimiter=separator)
+    names, *rows = ([cell.strip() for cell in row] for row in read)
+    return names, rows
+
+
+def point_hint(text: str) -> str:
+    """What to say of a text that is a number with a decimal comma; else nothing."""
+    if re.fullmatch(r"\s*[-+]?\d+,\d+\s*", text) is None:
+        return ""
+    return f"write a decimal point, as in {text.strip().replace(',', '.')}"
 
 
 def is_number(cell: str) -> bool:

@@ -7,7 +7,6 @@ eta_b x (2 - x), x = Q/Q_b, so that P_1 = rho g H_1 Q_b / (eta_b (2 - x)) is fin
 points of the maker's curve in a CSV file, joined by monotone cubics.
 """
 
-import csv
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance.arrays import FloatArray
-from reluctance.columns import Quantity, recognised
+from reluctance.columns import Quantity, named_rows, recognised
 from reluctance.errors import ParameterError
 from reluctance.files import is_file, read_toml
 from reluctance.schema import FileName, NamesFile, Section, checked, did_you_mean, placed
@@ -214,11 +213,11 @@ COLUMNS = {
 
 def _columns(path: Path) -> dict[str, FloatArray]:
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        names, rows = named_rows(path.read_text(encoding="utf-8-sig"))
     except OSError as fault:
         raise ParameterError(f"cannot read {path}: {fault.strerror}") from None
-    names = [str(name) for name in rows[0]] if rows else []
+    except UnicodeDecodeError:
+        raise ParameterError(f"{path} is not text in UTF-8; save it so") from None
     try:
         known = recognised(names, COLUMNS)
     except ParameterError as fault:
@@ -230,8 +229,8 @@ def _columns(path: Path) -> dict[str, FloatArray]:
         )
     try:
         return {
-            quantity: factor * np.array([float(row[name]) for row in rows])
+            quantity: factor * np.array([float(row[names.index(name)]) for row in rows])
             for quantity, (name, factor) in known.items()
         }
-    except (ValueError, TypeError):
+    except (ValueError, IndexError):
         raise ParameterError(f"{path} is not a table of numbers under one line of names") from None
