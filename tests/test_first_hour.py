@@ -144,6 +144,21 @@ def test_the_names_that_people_try_are_there():
     assert aligned > 5 * unaligned > 0
 
 
+def test_a_decimal_comma_is_named(tmp_path):
+    path = tmp_path / "d.toml"
+    path.write_text(RATED.read_text().replace("tau_Nm = 41.339", "tau_Nm = 41,339  # rated"))
+    assert "write a decimal point, as in 41.339" in refused("run", path)
+    line = refused("run", RATED, "--set", "reference.tau_Nm=41,339")
+    assert "write a decimal point, as in 41.339" in line
+    path.write_bytes(RATED.read_text().encode("utf-16"))
+    assert "save the file as UTF-8" in refused("run", path)
+
+
+def test_a_range_in_another_form_is_told_the_form():
+    line = refused("sweep", SHARING, "--vary", "control.i_band_A=0.5-2")
+    assert "a range is FROM:TO:COUNT, as in 0.5:2:5" in line
+
+
 def test_a_name_whose_package_is_missing_is_no_attribute():
     script = (
         "import importlib.util as u; find = u.find_spec\n"

@@ -276,6 +276,19 @@ def test_units_that_leave_no_machine_are_no_good_map(tmp_path):
     )
 
 
+def test_decimal_commas_beside_a_header_with_points(tmp_path):
+    """`Strom [A]` and `[mV.s]` are no numbers; only the numbers are looked at."""
+    psi, tau = sampled(HALF)
+    rows = [";".join(f"{v:.12f}" for v in row) for row in long_rows(1e3 * psi, tau)]
+    head = "Strom i [A];Winkel [deg];Fluss psi [mWb];Drehm. tau [Nm]"
+    path = tmp_path / "m.csv"
+    path.write_text("\n".join([head, *(row.replace(".", ",") for row in rows)]))
+    is_the_machine(read_map(path, N_r=6))
+    mixed = ["1.5;0,5;0;0", *rows[1:]]
+    path.write_text("\n".join(["i_A;theta_deg;psi_Wb;tau_Nm", *mixed]))
+    assert "write a decimal point, as in 0.5" in refused("map", "check", path, "--N_r", 6)
+
+
 def test_a_factor_of_ten_is_no_number_of_turns(tmp_path):
     """With `--turns_factor` the verdict would be good for a machine wrong by that power."""
     psi, tau = sampled(HALF)

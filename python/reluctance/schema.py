@@ -1,5 +1,6 @@
 """Strict tables: every unknown key, wrong type or value out of range becomes one clear line."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -9,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 
 from reluctance import units
+from reluctance.columns import point_hint
 from reluctance.errors import ParameterError
 
 
@@ -206,7 +208,18 @@ def _line(error: dict[str, Any], section: type[Section], where: str) -> str:
     if error["type"] == "value_error":
         return f"{where} {error['ctx']['error']}"
     need = NEEDS.get(error["type"], error["msg"]).format(**error.get("ctx", {}))
+    if error["type"] == "float_type" and isinstance(error["input"], str):
+        need += _number_hint(error["input"])
     return f"{where} {key} = {error['input']!r}, {need}"
+
+
+def _number_hint(text: str) -> str:
+    """What to say of a text that was meant as a number, or as several."""
+    if hint := point_hint(text):
+        return f"; {hint}"
+    if ends := re.fullmatch(r"([-+]?[\d.]+)(?:-|\.\.|~| to )([-+]?[\d.]+)", text):
+        return f"; a range is FROM:TO:COUNT, as in {ends[1]}:{ends[2]}:5"
+    return ""
 
 
 def _keys(section: type[Section]) -> list[str]:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import scipy.io
 
+from reluctance.columns import point_hint
 from reluctance.errors import ParameterError
 from reluctance.files import is_file
 from reluctance.maps.cells import numeric, sheet_rows, text_rows
@@ -305,8 +306,6 @@ def _size(values: Array) -> str:
 
 def _number(cell: str, row: int, place: int) -> float:
     if not numeric(cell):
-        raise ParameterError(
-            f"data row {row}, column {place}: `{cell}` is not a number; fill the cell or name the "
-            "columns like i_A, theta_deg, psi_Wb"
-        )
+        remedy = point_hint(cell) or "fill the cell or name the columns like i_A, theta_deg, psi_Wb"
+        raise ParameterError(f"data row {row}, column {place}: `{cell}` is not a number; {remedy}")
     return float(cell)
