@@ -69,22 +69,22 @@ def geometry(**changes):
 
 
 REFUSED = [
-    ({"air_gap__length_mm": 0}, "air_gap.length_mm = 0, need > 0"),
+    ({"air_gap__length_mm": 0}, "[air_gap] length_mm = 0, need > 0"),
     ({"air_gap__length_mm": 20.0}, "check its unit"),
-    ({"stator__pole_arc_deg": 61.0}, "stator.pole_arc_deg = 61: neighbouring poles overlap"),
-    ({"rotor__pole_arc_deg": 60.0}, "rotor.pole_arc_deg = 60: neighbouring poles overlap"),
+    ({"stator__pole_arc_deg": 61.0}, "[stator] pole_arc_deg = 61: neighbouring poles overlap"),
+    ({"rotor__pole_arc_deg": 60.0}, "[rotor] pole_arc_deg = 60: neighbouring poles overlap"),
     ({"stator__pole_height_mm": 27.0}, "leaves no yoke: need less than 27"),
-    ({"rotor__pole_height_mm": 21.0}, "rotor.pole_height_mm = 21 leaves no yoke"),
+    ({"rotor__pole_height_mm": 21.0}, "[rotor] pole_height_mm = 21 leaves no yoke"),
     ({"stator__bore_diameter_mm": 14.0}, "leaves no rotor around the shaft"),
     ({"machine__phases": 4}, "6/4 poles make 3; set phases or the poles"),
     ({"machine__stator_pole": 6}, "did you mean `stator_poles`?"),
-    ({"stator__pole_arcs_deg": 30}, "did you mean `pole_arc_deg`?"),
-    ({"winding__turns_per_pole": None}, "missing key `winding.turns_per_pole`"),
+    ({"stator__pole_arcs_deg": 30}, "`pole_arcs_deg` in [stator]; did you mean `pole_arc_deg`?"),
+    ({"winding__turns_per_pole": None}, "missing key `turns_per_pole` in [winding]"),
     ({"winding__polarity": "NNSS"}, "has 4 letters, need 6"),
     ({"winding__polarity": "NNNNNS"}, "is no winding of this machine"),
-    ({"winding__polarity": "ABCABC"}, "winding.polarity = 'ABCABC'"),
+    ({"winding__polarity": "ABCABC"}, "[winding] polarity = 'ABCABC'"),
     ({"winding__parallel_paths": 3}, "need a divisor of the 2 poles of a phase"),
-    ({"winding__slot_fill": 0.9}, "winding.slot_fill = 0.9, need <= 0.8"),
+    ({"winding__slot_fill": 0.9}, "[winding] slot_fill = 0.9, need <= 0.8"),
     ({"winding__coil_width_mm": 5.0}, "set both or none"),
     ({"winding__coil_to_pole_mm": 1.0}, "set coil_width_mm and coil_height_mm too"),
     (
@@ -96,13 +96,13 @@ REFUSED = [
         "coil_height_mm = 17 does not fit the slot",
     ),
     ({"map__current_max_A": 1500.0}, "far beyond saturation with 90 turns: need at most 24"),
-    ({"map__pair_rank": 4}, "map.pair_rank has no effect with coupling = 'none'"),
+    ({"map__pair_rank": 4}, "[map] pair_rank has no effect with coupling = 'none'"),
     ({"map__coupling": "all"}, "need 'none' or 'pairs'"),
     ({"lamination__steel": "M530"}, "no such grade; did you mean `M530-50A`?"),
     ({"lamination__steel": "nowhere.csv"}, "no such file"),
     ({"lamination__stacking_factor": 97}, "need <= 1"),
     ({"stator__pole_arc_deg": 0.56}, "need at least 6 for 6 poles; check its unit (0.56 rad are"),
-    ({"rotor__pole_arc_deg": 0.56}, "rotor.pole_arc_deg = 0.56, need at least 9"),
+    ({"rotor__pole_arc_deg": 0.56}, "[rotor] pole_arc_deg = 0.56, need at least 9"),
     ({"air_gap__length_mm": 0.0003}, "need at least 0.028, 1/2000 of the bore; check its unit"),
     ({"lamination__saturation_polarisation_T": 2.0}, "has no effect with the grade M400-50A"),
 ]
@@ -141,6 +141,24 @@ def test_a_saturation_below_the_curve_gets_one_line(tmp_path):
     keys = {"lamination__steel": "bh.csv", "lamination__saturation_polarisation_T": 1.5}
     path = write(tmp_path / "g.toml", changed(**keys))
     assert "need more than the" in refused("machine", "from-geometry", path)
+
+
+def test_a_geometry_that_is_run_is_told_where_it_belongs(tmp_path):
+    path = write(tmp_path / "lam.toml", GOOD)
+    line = refused("run", path)
+    assert "is a geometry, not a drive file" in line and 'machine = "lam.toml"' in line
+    assert "is a machine file, not a drive" in refused(
+        "run", resources("machines") / "paper_6_4.toml"
+    )
+
+
+def test_a_table_that_is_missing_is_named(tmp_path):
+    data = changed()
+    del data["map"]
+    path = write(tmp_path / "lam.toml", data)
+    assert "missing table [map]" in refused("machine", "from-geometry", path)
+    cubic = resources("examples") / "sharing_cubic.toml"
+    assert "missing table [machine.map]" in refused("run", cubic, "--set", f"machine={path}")
 
 
 def test_a_file_without_geometry_gets_one_line(tmp_path):

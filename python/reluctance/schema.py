@@ -196,21 +196,41 @@ def did_you_mean(word: str, words: Iterable[str]) -> str:
 
 
 def _line(error: dict[str, Any], section: type[Section], where: str) -> str:
-    key = ".".join(str(part) for part in error["loc"])
+    section, where, path = _inner(error["loc"], section, where)
+    key = ".".join(map(str, path))
     if error["type"] == "extra_forbidden":
-        for part in error["loc"][:-1]:  # a table within the table
-            field = section.model_fields.get(part)
-            section = (_section_of(field) if field else None) or section
-        near = did_you_mean(str(error["loc"][-1]), _keys(section))
-        return f"unknown key `{key}` in {where}{near}"
+        return f"unknown key `{key}` in {where}{did_you_mean(str(path[-1]), _keys(section))}"
     if error["type"] == "missing":
+        field = section.model_fields.get(key)
+        if field is not None and _section_of(field) is not None:
+            return f"missing table {where[:-1]}.{key}]"
         return f"missing key `{key}` in {where}"
     if error["type"] == "value_error":
-        return f"{where} {error['ctx']['error']}"
+        return _of_table(str(error["ctx"]["error"]), section, where)
     need = NEEDS.get(error["type"], error["msg"]).format(**error.get("ctx", {}))
     if error["type"] == "float_type" and isinstance(error["input"], str):
         need += _number_hint(error["input"])
     return f"{where} {key} = {error['input']!r}, {need}"
+
+
+def _inner(
+    path: tuple[str | int, ...], section: type[Section], where: str
+) -> tuple[type[Section], str, tuple[str | int, ...]]:
+    """The table within a table that a path leads to, how a file names it, and what is left."""
+    while len(path) > 1:
+        field = section.model_fields.get(str(path[0]))
+        inner = None if field is None else _section_of(field)
+        if inner is None or not where.endswith("]"):
+            break
+        section, where, path = inner, f"{where[:-1]}.{path[0]}]", path[1:]
+    return section, where, path
+
+
+def _of_table(told: str, section: type[Section], where: str) -> str:
+    """What a check says, which begins with `key` or `table.key`, after the name of that table."""
+    words = told.split(" ", 1)
+    _, where, path = _inner(tuple(words[0].split(".")), section, where)
+    return " ".join([where, ".".join(map(str, path)), *words[1:]])
 
 
 def _number_hint(text: str) -> str:
