@@ -36,6 +36,10 @@ def test_a_new_law_leaves_no_half_of_a_window_behind(law):
 def test_a_key_that_is_not_there_may_be_removed_and_a_mistype_not():
     assert rl.load(RATED, ["control.tau_max_Nm="]).control.tau_max_Nm is None
     assert "i_band_A" in refused("run", RATED, "--set", "control.i_bnd_A=")
+    fixed = rl.load(PULSE, ["machine=paper_6_4", "reference.kind=torque", "reference.tau_Nm=20",
+                            "converter.u_dc_V=240", "load.speed_rpm=800", "control.law=deadbeat",
+                            "control.theta_off_deg="])  # fmt: skip
+    assert fixed.control.law == "deadbeat"
 
 
 def test_a_course_from_a_csv_file(tmp_path):
