@@ -10,6 +10,7 @@ from command import command, refused
 import reluctance as rl
 from reluctance.efficiency_map import Cycle, driven, efficiency, read_cycle
 from reluctance.efficiency_map.locked import at, length
+from reluctance.efficiency_map.text import rows
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"
@@ -158,6 +159,11 @@ def test_axes_that_cannot_be_meant_are_one_line() -> None:
     assert "torques 0, 20 N m, need" in refused("efficiency", CUBIC, "--torque", "0,20")
     with pytest.raises(rl.ParameterError, match="fixes its current"):
         efficiency(rl.load(EXAMPLES / "single_pulse.toml"))
+
+
+def test_device_conduction_is_counted_only_with_its_data(cubic, lossy) -> None:  # type: ignore[no-untyped-def]
+    counted = [dict(rows(found, None))["losses counted"] for found in (cubic, lossy)]
+    assert "device" not in counted[0] and "device conduction" in counted[1]
 
 
 def test_the_command_prints_map_and_cycle(tmp_path: Path) -> None:
