@@ -18,7 +18,7 @@ from reluctance.geometry.force import stress
 from reluctance.geometry.mesh import Grid
 from reluctance.geometry.samples import rotor_angle
 from reluctance.geometry.solve import at_angle, solve
-from reluctance.geometry.solved import by_products_of, solved, system_of
+from reluctance.geometry.solved import by_products_of, grid_of, solved, system_of
 from reluctance.geometry.steel_file import grade
 from reluctance.machine.geometry_machine import flattened
 from reluctance.maps import check_map, fit_surface
@@ -251,6 +251,45 @@ def test_the_map_is_energy_consistent_and_judged_good(made):
     assert work == pytest.approx(gain, rel=0.02)
     assert made[2]["R_ohm"] == pytest.approx(solution.R_ohm)
     assert made[2]["tau_peak_Nm"] == pytest.approx(solution.tau.max())
+
+
+def test_torque_is_flat_where_a_gap_is_short_against_the_poles(tmp_path):
+    """Poles 120 gaps wide, iron with a constant permeability: while they overlap the torque is
+    (N i)^2 mu_0 l r/g, and less by the field in the iron."""
+    rows = [f"{h},{8e-2 * h + mu_0 * h}" for h in np.linspace(0, 12, 30)] + ["5000,2.1"]
+    (tmp_path / "iron.csv").write_text("\n".join(rows))
+    wide = {
+        "stator__outer_diameter_mm": 180.0,
+        "stator__bore_diameter_mm": 92.0,
+        "stator__pole_height_mm": 26.0,
+        "rotor__pole_height_mm": 18.0,
+        "rotor__pole_arc_deg": 30.0,
+        "lamination__steel": str(tmp_path / "iron.csv"),
+        "lamination__stacking_factor": 1.0,
+        "map__current_max_A": 1.0,
+    }
+    case = geometry(**wide, air_gap__length_mm=0.2)
+    assert grid_of(case).pole == 48 and grid_of(geometry()) == Grid()
+    system = system_of(case)
+    exact = 90**2 * mu_0 * 50e-3 * 45.9e-3 / 0.2e-3
+    tau = [
+        solve(at_angle(system, rotor_angle(system, np.radians(x))), np.eye(3)[0]).tau
+        for x in np.linspace(101, 139, 8)
+    ]
+    assert np.ptp(tau) < 0.06 * exact
+    assert np.mean(tau) == pytest.approx(exact, rel=0.05)
+    with pytest.raises(rl.ParameterError, match=r"the mesh resolves 1/160: need at least 0\.14"):
+        geometry(**wide, air_gap__length_mm=0.1)
+
+
+def test_a_convergence_that_fails_is_an_error(tmp_path, monkeypatch):
+    coarsest = Grid(pole=2, slot=2, rotor_pole=2, stator_pole=2, yoke=1)
+    monkeypatch.setattr("reluctance.geometry.solved.grid_of", lambda _: coarsest)
+    path = write(tmp_path / "g.toml", changed(map__angles=13, map__currents=6))
+    out = tmp_path / "m.toml"
+    line = refused("machine", "from-geometry", path, "--out", out, "--convergence")
+    assert "need at most 5 %: this map is not to be used" in line
+    assert not out.exists()
 
 
 @pytest.mark.parametrize(("width", "height"), [(8.0, 12.0), (6.0, 10.0), (5.0, 14.0)])

@@ -41,7 +41,13 @@ def lines():
     return [line for block in blocks for line in block.splitlines()]
 
 
-@pytest.mark.parametrize("line", lines())
+SLOW = "--vary control."  # the search over five keys
+
+
+@pytest.mark.parametrize(
+    "line",
+    [pytest.param(line, marks=pytest.mark.long if SLOW in line else ()) for line in lines()],
+)
 def test_a_command_of_the_page_works_as_printed(line):
     program, *arguments = shlex.split(line)
     assert program == "reluctance"
