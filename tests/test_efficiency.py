@@ -10,6 +10,7 @@ from command import command, refused
 import reluctance as rl
 from reluctance.efficiency_map import Cycle, driven, efficiency, read_cycle
 from reluctance.efficiency_map.locked import at, length
+from reluctance.efficiency_map.text import rows
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"
@@ -136,13 +137,33 @@ def test_a_cycle_that_cannot_be_meant_is_one_line(text: str, told: str, tmp_path
     assert told in refused("efficiency", CUBIC, "--cycle", path)
 
 
+def test_a_point_does_not_depend_on_the_others_of_the_grid(tmp_path: Path) -> None:
+    """The angles of this law follow the greatest torque: the drive's own or the point's."""
+    drive = rl.load(CUBIC, ["control.law=angles", "reference.tau_Nm=20"])
+    speed, torque = 50 * np.pi, 20.0
+    run = rl.simulate(drive, record=None).kpis
+    for omega, tau in (([100.0, speed], [10.0, torque]), ([speed, 200.0], [torque, 40.0])):
+        found = efficiency(drive, omega=omega, tau=tau, out=tmp_path / "s.db")
+        assert float(found.efficiency(speed, torque)) == pytest.approx(run.efficiency, rel=1e-3)
+        for name, own in (("i_rms_A", run.i_rms), ("torque_ripple_rms", run.torque_ripple_rms)):
+            assert float(found.figure(name, speed, torque)) == pytest.approx(own, rel=2e-3)
+
+
 def test_axes_that_cannot_be_meant_are_one_line() -> None:
     drive = rl.load(CUBIC)
     for axes in ({"tau": [0.0, 5.0]}, {"tau": [-5.0, 5.0]}, {"omega": [0.0, 9.0]}, {"tau": [5.0]}):
-        with pytest.raises(rl.ParameterError, match="need at least two values of one sign"):
+        with pytest.raises(rl.ParameterError, match="need at least two different ones of one sign"):
             efficiency(drive, **axes)  # type: ignore[arg-type]
+    line = refused("efficiency", CUBIC, "--speed", "0:1000:3")
+    assert "speeds 0, 500, 1000 rpm, need" in line and "at standstill" in line
+    assert "torques 0, 20 N m, need" in refused("efficiency", CUBIC, "--torque", "0,20")
     with pytest.raises(rl.ParameterError, match="fixes its current"):
         efficiency(rl.load(EXAMPLES / "single_pulse.toml"))
+
+
+def test_device_conduction_is_counted_only_with_its_data(cubic, lossy) -> None:  # type: ignore[no-untyped-def]
+    counted = [dict(rows(found, None))["losses counted"] for found in (cubic, lossy)]
+    assert "device" not in counted[0] and "device conduction" in counted[1]
 
 
 def test_the_command_prints_map_and_cycle(tmp_path: Path) -> None:

@@ -1,6 +1,8 @@
 """What a person meets in the first hour: mistakes get one line with the remedy, results no trap."""
 
 import json
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -35,6 +37,10 @@ def test_a_new_law_leaves_no_half_of_a_window_behind(law):
 def test_a_key_that_is_not_there_may_be_removed_and_a_mistype_not():
     assert rl.load(RATED, ["control.tau_max_Nm="]).control.tau_max_Nm is None
     assert "i_band_A" in refused("run", RATED, "--set", "control.i_bnd_A=")
+    fixed = rl.load(PULSE, ["machine=paper_6_4", "reference.kind=torque", "reference.tau_Nm=20",
+                            "converter.u_dc_V=240", "load.speed_rpm=800", "control.law=deadbeat",
+                            "control.theta_off_deg="])  # fmt: skip
+    assert fixed.control.law == "deadbeat"
 
 
 def test_a_course_from_a_csv_file(tmp_path):
@@ -154,6 +160,34 @@ def test_the_names_that_people_try_are_there():
     assert not hasattr(rl, "nothing")
     aligned, unaligned = drive.machine.psi(20.0, np.pi), drive.machine.psi(20.0, 0.0)
     assert aligned > 5 * unaligned > 0
+
+
+def test_a_decimal_comma_is_named(tmp_path):
+    path = tmp_path / "d.toml"
+    path.write_text(RATED.read_text().replace("tau_Nm = 41.339", "tau_Nm = 41,339  # rated"))
+    assert "write a decimal point, as in 41.339" in refused("run", path)
+    line = refused("run", RATED, "--set", "reference.tau_Nm=41,339")
+    assert "write a decimal point, as in 41.339" in line
+    path.write_bytes(RATED.read_text().encode("utf-16"))
+    assert "save the file as UTF-8" in refused("run", path)
+
+
+def test_a_range_in_another_form_is_told_the_form():
+    line = refused("sweep", SHARING, "--vary", "control.i_band_A=0.5-2")
+    assert "a range is FROM:TO:COUNT, as in 0.5:2:5" in line
+
+
+def test_a_name_whose_package_is_missing_is_no_attribute():
+    script = (
+        "import importlib.util as u; find = u.find_spec\n"
+        "u.find_spec = lambda name, *more: None if name == 'pvlib' else find(name, *more)\n"
+        "import reluctance as rl\n"
+        "assert not hasattr(rl, 'pump') and hasattr(rl, 'load')\n"
+        "try: rl.pump\n"
+        "except AttributeError as fault: print(fault)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert "pip install 'reluctance[sun]'" in done.stdout, done.stderr
 
 
 def test_pump_and_weather_columns_as_people_have_them(tmp_path):

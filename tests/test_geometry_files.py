@@ -10,6 +10,7 @@ from scipy.constants import mu_0
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.copper import COPPER_RESISTIVITY
 from reluctance.files import read_toml
 from reluctance.geometry import convergence
 from reluctance.geometry.file import Geometry
@@ -17,7 +18,7 @@ from reluctance.geometry.force import stress
 from reluctance.geometry.mesh import Grid
 from reluctance.geometry.samples import rotor_angle
 from reluctance.geometry.solve import at_angle, solve
-from reluctance.geometry.solved import solved, system_of
+from reluctance.geometry.solved import by_products_of, grid_of, solved, system_of
 from reluctance.geometry.steel_file import grade
 from reluctance.machine.geometry_machine import flattened
 from reluctance.maps import check_map, fit_surface
@@ -68,22 +69,22 @@ def geometry(**changes):
 
 
 REFUSED = [
-    ({"air_gap__length_mm": 0}, "air_gap.length_mm = 0, need > 0"),
+    ({"air_gap__length_mm": 0}, "[air_gap] length_mm = 0, need > 0"),
     ({"air_gap__length_mm": 20.0}, "check its unit"),
-    ({"stator__pole_arc_deg": 61.0}, "stator.pole_arc_deg = 61: neighbouring poles overlap"),
-    ({"rotor__pole_arc_deg": 60.0}, "rotor.pole_arc_deg = 60: neighbouring poles overlap"),
+    ({"stator__pole_arc_deg": 61.0}, "[stator] pole_arc_deg = 61: neighbouring poles overlap"),
+    ({"rotor__pole_arc_deg": 60.0}, "[rotor] pole_arc_deg = 60: neighbouring poles overlap"),
     ({"stator__pole_height_mm": 27.0}, "leaves no yoke: need less than 27"),
-    ({"rotor__pole_height_mm": 21.0}, "rotor.pole_height_mm = 21 leaves no yoke"),
+    ({"rotor__pole_height_mm": 21.0}, "[rotor] pole_height_mm = 21 leaves no yoke"),
     ({"stator__bore_diameter_mm": 14.0}, "leaves no rotor around the shaft"),
     ({"machine__phases": 4}, "6/4 poles make 3; set phases or the poles"),
     ({"machine__stator_pole": 6}, "did you mean `stator_poles`?"),
-    ({"stator__pole_arcs_deg": 30}, "did you mean `pole_arc_deg`?"),
-    ({"winding__turns_per_pole": None}, "missing key `winding.turns_per_pole`"),
+    ({"stator__pole_arcs_deg": 30}, "`pole_arcs_deg` in [stator]; did you mean `pole_arc_deg`?"),
+    ({"winding__turns_per_pole": None}, "missing key `turns_per_pole` in [winding]"),
     ({"winding__polarity": "NNSS"}, "has 4 letters, need 6"),
     ({"winding__polarity": "NNNNNS"}, "is no winding of this machine"),
-    ({"winding__polarity": "ABCABC"}, "winding.polarity = 'ABCABC'"),
+    ({"winding__polarity": "ABCABC"}, "[winding] polarity = 'ABCABC'"),
     ({"winding__parallel_paths": 3}, "need a divisor of the 2 poles of a phase"),
-    ({"winding__slot_fill": 0.9}, "winding.slot_fill = 0.9, need <= 0.8"),
+    ({"winding__slot_fill": 0.9}, "[winding] slot_fill = 0.9, need <= 0.8"),
     ({"winding__coil_width_mm": 5.0}, "set both or none"),
     ({"winding__coil_to_pole_mm": 1.0}, "set coil_width_mm and coil_height_mm too"),
     (
@@ -94,12 +95,16 @@ REFUSED = [
         {"winding__coil_width_mm": 5.0, "winding__coil_height_mm": 17.0},
         "coil_height_mm = 17 does not fit the slot",
     ),
-    ({"map__current_max_A": 1500.0}, "far beyond saturation"),
-    ({"map__pair_rank": 4}, "map.pair_rank has no effect with coupling = 'none'"),
+    ({"map__current_max_A": 1500.0}, "far beyond saturation with 90 turns: need at most 24"),
+    ({"map__pair_rank": 4}, "[map] pair_rank has no effect with coupling = 'none'"),
     ({"map__coupling": "all"}, "need 'none' or 'pairs'"),
     ({"lamination__steel": "M530"}, "no such grade; did you mean `M530-50A`?"),
     ({"lamination__steel": "nowhere.csv"}, "no such file"),
     ({"lamination__stacking_factor": 97}, "need <= 1"),
+    ({"stator__pole_arc_deg": 0.56}, "need at least 6 for 6 poles; check its unit (0.56 rad are"),
+    ({"rotor__pole_arc_deg": 0.56}, "[rotor] pole_arc_deg = 0.56, need at least 9"),
+    ({"air_gap__length_mm": 0.0003}, "need at least 0.028, 1/2000 of the bore; check its unit"),
+    ({"lamination__saturation_polarisation_T": 2.0}, "has no effect with the grade M400-50A"),
 ]
 
 
@@ -115,6 +120,7 @@ H, B = (x[::6] for x in grade("M400-50A"))
 CURVES = [
     ([(h, b) for h, b in zip(B, H, strict=True)], "the columns are swapped"),
     ([(h, 1e4 * b) for h, b in zip(H, B, strict=True)], "divide gauss by 10 000"),
+    ([(h, 1e3 * b) for h, b in zip(H, B, strict=True)], "divide millitesla by 1000"),
     ([(h / 1000, b) for h, b in zip(H, B, strict=True)], "multiply kA/m by 1000"),
     ([(h, b) for h, b in zip(H, B, strict=True) if b < 1.75], "set [lamination] saturation_pol"),
     ([(H[0], B[0]), (H[3], B[3]), (H[2], B[2]), *zip(H[4:], B[4:], strict=True)], "need to rise"),
@@ -135,6 +141,24 @@ def test_a_saturation_below_the_curve_gets_one_line(tmp_path):
     keys = {"lamination__steel": "bh.csv", "lamination__saturation_polarisation_T": 1.5}
     path = write(tmp_path / "g.toml", changed(**keys))
     assert "need more than the" in refused("machine", "from-geometry", path)
+
+
+def test_a_geometry_that_is_run_is_told_where_it_belongs(tmp_path):
+    path = write(tmp_path / "lam.toml", GOOD)
+    line = refused("run", path)
+    assert "is a geometry, not a drive file" in line and 'machine = "lam.toml"' in line
+    assert "is a machine file, not a drive" in refused(
+        "run", resources("machines") / "paper_6_4.toml"
+    )
+
+
+def test_a_table_that_is_missing_is_named(tmp_path):
+    data = changed()
+    del data["map"]
+    path = write(tmp_path / "lam.toml", data)
+    assert "missing table [map]" in refused("machine", "from-geometry", path)
+    cubic = resources("examples") / "sharing_cubic.toml"
+    assert "missing table [machine.map]" in refused("run", cubic, "--set", f"machine={path}")
 
 
 def test_a_file_without_geometry_gets_one_line(tmp_path):
@@ -227,6 +251,74 @@ def test_the_map_is_energy_consistent_and_judged_good(made):
     assert work == pytest.approx(gain, rel=0.02)
     assert made[2]["R_ohm"] == pytest.approx(solution.R_ohm)
     assert made[2]["tau_peak_Nm"] == pytest.approx(solution.tau.max())
+
+
+def test_torque_is_flat_where_a_gap_is_short_against_the_poles(tmp_path):
+    """Poles 120 gaps wide, iron with a constant permeability: while they overlap the torque is
+    (N i)^2 mu_0 l r/g, and less by the field in the iron."""
+    rows = [f"{h},{8e-2 * h + mu_0 * h}" for h in np.linspace(0, 12, 30)] + ["5000,2.1"]
+    (tmp_path / "iron.csv").write_text("\n".join(rows))
+    wide = {
+        "stator__outer_diameter_mm": 180.0,
+        "stator__bore_diameter_mm": 92.0,
+        "stator__pole_height_mm": 26.0,
+        "rotor__pole_height_mm": 18.0,
+        "rotor__pole_arc_deg": 30.0,
+        "lamination__steel": str(tmp_path / "iron.csv"),
+        "lamination__stacking_factor": 1.0,
+        "map__current_max_A": 1.0,
+    }
+    case = geometry(**wide, air_gap__length_mm=0.2)
+    assert grid_of(case).pole == 48 and grid_of(geometry()) == Grid()
+    system = system_of(case)
+    exact = 90**2 * mu_0 * 50e-3 * 45.9e-3 / 0.2e-3
+    tau = [
+        solve(at_angle(system, rotor_angle(system, np.radians(x))), np.eye(3)[0]).tau
+        for x in np.linspace(101, 139, 8)
+    ]
+    assert np.ptp(tau) < 0.06 * exact
+    assert np.mean(tau) == pytest.approx(exact, rel=0.05)
+    with pytest.raises(rl.ParameterError, match=r"the mesh resolves 1/160: need at least 0\.14"):
+        geometry(**wide, air_gap__length_mm=0.1)
+
+
+def test_a_convergence_that_fails_is_an_error(tmp_path, monkeypatch):
+    coarsest = Grid(pole=2, slot=2, rotor_pole=2, stator_pole=2, yoke=1)
+    monkeypatch.setattr("reluctance.geometry.solved.grid_of", lambda _: coarsest)
+    path = write(tmp_path / "g.toml", changed(map__angles=13, map__currents=6))
+    out = tmp_path / "m.toml"
+    line = refused("machine", "from-geometry", path, "--out", out, "--convergence")
+    assert "need at most 5 %: this map is not to be used" in line
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(("width", "height"), [(8.0, 12.0), (6.0, 10.0), (5.0, 14.0)])
+def test_a_stated_coil_has_its_width_times_its_height(width, height):
+    """R, wire and copper follow from the area w h, whatever the mesh."""
+    case = geometry(
+        winding__coil_width_mm=width, winding__coil_height_mm=height, winding__slot_fill=0.5
+    )
+    for grid in (COARSE, None):
+        assert system_of(case, grid).coil_area == pytest.approx(width * height * 1e-6, rel=1e-12)
+    turn = 2 * (50e-3 + 2 * case.cross_section.half_width_s + np.pi / 2 * width * 1e-3)
+    R = COPPER_RESISTIVITY * 2 * 90 * turn / (0.5 * width * height * 1e-6 / 90)
+    assert by_products_of(case).R_ohm == pytest.approx(R, rel=1e-6)
+
+
+def test_a_machine_of_a_geometry_is_copied_and_its_file_fits_the_schema(made, tmp_path):
+    import jsonschema
+
+    path = write(tmp_path / "d.toml", drive({}))
+    path.write_text(f'machine = "{made[0]}"\n' + path.read_text().replace("[machine]\n", ""))
+    first = rl.load(path)
+    machine = first.machine.model_copy(update={"R_ohm": 1.0})
+    assert machine.R == pytest.approx(1.0) and machine.J_kgm2 == first.machine.J_kgm2
+    first.save(tmp_path / "saved.toml")
+    judge = jsonschema.Draft202012Validator(json.loads(command("schema").out))
+    saved = read_toml(tmp_path / "saved.toml")
+    assert judge.is_valid(saved), list(judge.iter_errors(saved))[:1]
+    saved["machine"]["stator"]["pole_arcs_deg"] = 3.0
+    assert not judge.is_valid(saved)
 
 
 @pytest.mark.long
@@ -331,8 +423,6 @@ def test_a_stored_map_is_that_of_its_geometry(path):
         i, _, psi, tau = stored[near][10]
         unit = np.eye(case.phases)[0]
         field = solve(at_angle(system, rotor_angle(system, np.radians(theta_deg))), i * unit)
-        from reluctance.geometry.solved import by_products_of
-
         own = field.psi[0] + by_products_of(case).L_end_H * i
         assert own == pytest.approx(psi, rel=1e-5)
         assert field.tau == pytest.approx(tau, abs=1e-4 * stored[:, 3].max())

@@ -159,7 +159,7 @@ def test_exponents_in_the_wrong_order_are_refused():
 @pytest.mark.parametrize(
     ("override", "text"),
     [
-        ("machine.iron.aplha=1", "unknown key `iron.aplha` in [machine]; did you mean `alpha`?"),
+        ("machine.iron.aplha=1", "unknown key `aplha` in [machine.iron]; did you mean `alpha`?"),
         ("machine.iron=3", "iron = 3, need a table"),
         ("converter.E_om_mJ=2", "did you mean `E_on_mJ`?"),
     ],

@@ -200,8 +200,8 @@ def test_another_number_of_turns_is_recognised_and_said(factor, tmp_path):
     path.write_text("\n".join(["i_A,theta_deg,psi_Wb,tau_Nm", *rows]))
     done = command("map", "check", path, "--N_r", 6)
     assert done.code == 1
-    assert "of another number of turns in series" in done.out
-    remedy = done.out.split("--turns_factor ")[1].split()[0]
+    assert "if the flux linkage is of" in done.out
+    remedy = done.out.split("--turns_factor ")[1].split()[0].strip(";")
     assert float(remedy) == pytest.approx(1 / factor, rel=1e-4)
     assert command("map", "check", path, "--N_r", 6, "--turns_factor", remedy).code == 0
 
@@ -226,11 +226,75 @@ def test_an_electrical_map_without_torque_says_that_it_cannot_tell_the_poles(tmp
     )
 
 
-@pytest.mark.parametrize("torque_factor", [1e-3, 1e-1, 1e3, 1e6])
-def test_a_power_of_ten_is_a_unit_error_and_no_number_of_turns(torque_factor, tmp_path):
+NAMES = {"i": "i_A", "theta": "theta_deg", "psi": "psi_Wb", "tau": "tau_Nm"}
+UNIT = {"i": ("i_A", "i_mA"), "psi": ("psi_Wb", "psi_mWb"), "tau": ("tau_Nm", "tau_mNm")}
+SUSPECT = {"i": "the currents are", "psi": "the flux linkage is", "tau": "the torque is"}
+
+
+def stated(path, **names):
+    """A map whose columns have other names, the numbers of UNIT[...][1] in milli-units."""
+    head = NAMES | names
+    milli = {q: 1e3 if name in [UNIT[q][1]] else 1.0 for q, name in names.items()}
+    rows = []
+    for i, a, p, t in long_rows(*sampled(HALF)):
+        values = dict(i=i, theta=a, psi=p, tau=t)
+        rows.append(",".join(f"{milli.get(q, 1.0) * v:.12g}" for q, v in values.items()))
+    path.write_text("\n".join([",".join(head.values()), *rows]))
+    return path
+
+
+def renamed(path, old, new):
+    head, rest = path.read_text().split("\n", 1)
+    assert old in head
+    path.write_text("\n".join([head.replace(old, new), rest]))
+
+
+@pytest.mark.parametrize("quantity", list(UNIT))
+@pytest.mark.parametrize("milli", [True, False])
+def test_the_advice_on_a_unit_error_leads_to_the_right_machine(quantity, milli, tmp_path):
+    """Each of the three quantities a thousand times too large or small; every proposal followed."""
+    base, small = UNIT[quantity]
+    path = stated(tmp_path / "m.csv", **{quantity: small if milli else base})
+    renamed(path, *((small, base) if milli else (base, small)))
+    done = command("map", "check", path, "--N_r", 6)
+    text = " ".join(done.out.split())
+    assert done.code == 1 and "unit error" in text and "turns" not in text
+    named = [q for q, words in SUSPECT.items() if words in text]
+    assert named == [quantity], text
+    assert f"{1000 if not milli else '1/1000'}" in text
+    renamed(path, *((base, small) if milli else (small, base)))
+    is_the_machine(read_map(path, N_r=6))
+    assert command("map", "check", path, "--N_r", 6).code == 0
+
+
+def test_units_that_leave_no_machine_are_no_good_map(tmp_path):
+    """Currents and flux linkage wrong together: the energy is right, the machine is none."""
+    path = stated(tmp_path / "m.csv", i="i_mA")
+    renamed(path, "i_mA", "i_A")
+    renamed(path, "psi_Wb", "psi_mWb")
+    done = command("map", "check", path, "--N_r", 6)
+    assert done.code == 1 and "check the units of current and flux linkage" in " ".join(
+        done.out.split()
+    )
+
+
+def test_decimal_commas_beside_a_header_with_points(tmp_path):
+    """`Strom [A]` and `[mV.s]` are no numbers; only the numbers are looked at."""
+    psi, tau = sampled(HALF)
+    rows = [";".join(f"{v:.12f}" for v in row) for row in long_rows(1e3 * psi, tau)]
+    head = "Strom i [A];Winkel [deg];Fluss psi [mWb];Drehm. tau [Nm]"
+    path = tmp_path / "m.csv"
+    path.write_text("\n".join([head, *(row.replace(".", ",") for row in rows)]))
+    is_the_machine(read_map(path, N_r=6))
+    mixed = ["1.5;0,5;0;0", *rows[1:]]
+    path.write_text("\n".join(["i_A;theta_deg;psi_Wb;tau_Nm", *mixed]))
+    assert "write a decimal point, as in 0.5" in refused("map", "check", path, "--N_r", 6)
+
+
+def test_a_factor_of_ten_is_no_number_of_turns(tmp_path):
     """With `--turns_factor` the verdict would be good for a machine wrong by that power."""
     psi, tau = sampled(HALF)
-    rows = [",".join(f"{v:.12g}" for v in row) for row in long_rows(psi, torque_factor * tau)]
+    rows = [",".join(f"{v:.12g}" for v in row) for row in long_rows(psi, 0.1 * tau)]
     path = tmp_path / "m.csv"
     path.write_text("\n".join(["i_A,theta_deg,psi_Wb,tau_Nm", *rows]))
     done = command("map", "check", path, "--N_r", 6)

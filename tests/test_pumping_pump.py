@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from reluctance.errors import ParameterError
 from reluctance.hydraulics.pipe import Pipe, flow, hydraulics, least_speed
-from reluctance.hydraulics.pump import GRAVITY, RHO, pump_from
+from reluctance.hydraulics.pump import GRAVITY, RHO, Pump, pump_from
 from reluctance.schema import checked
 
 PUMP = pump_from("synthetic_70_25", Path())
@@ -41,6 +41,33 @@ def test_affinity_flow_head_and_power_scale_as_one_two_three(Q, r, k):
     assert curve.shaft_power(k * Q, k * r) == pytest.approx(
         k**3 * curve.shaft_power(Q, r), rel=1e-9
     )
+
+
+def test_a_pipe_that_lets_nothing_through_is_refused():
+    """0.05 m typed for 50 mm; a thin pipe and a high lift are none."""
+    curve, most = PUMP.curve(), PUMP.omega_max
+    with pytest.raises(ParameterError, match=r"D_mm = 0.05 lets .* check the unit"):
+        hydraulics(curve, pipe(D_mm=0.05), most)
+    assert hydraulics(curve, pipe(D_mm=25.0), most).Q[-1] > 0
+    lift = 0.97 * curve.H_0 * (most / curve.omega_ref) ** 2
+    assert hydraulics(curve, pipe(H_static_m=lift), most).Q[-1] > 0
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_a_curve_with_semicolons_and_decimal_commas(mark, tmp_path):
+    heads = ("Q [m³/h]", "H [m]", "P1 [kW]", "eta [%]")
+    rows = [(0.0, 61.5, 1.5, 0.0), (5.5, 55.0, 2.0, 41.5), (10.0, 45.2, 2.5, 55.5)]
+    own, usual = tmp_path / "own.csv", tmp_path / "usual.csv"
+    usual.write_text("\n".join([",".join(heads), *(",".join(map(str, row)) for row in rows)]))
+    text = [mark.join(str(x).replace(".", ",") for x in row) for row in rows]
+    own.write_text("\n".join(["# of the maker", mark.join(heads), *text]), encoding="utf-8-sig")
+    a, b = (Pump(n_ref_rpm=2900.0, curve_csv=str(path)).curve() for path in (own, usual))
+    Q = np.linspace(0, 0.0027, 9)
+    assert a.head(Q, np.ones(9)) == pytest.approx(b.head(Q, np.ones(9)), rel=1e-12)
+    assert a.shaft_power(Q, np.ones(9)) == pytest.approx(b.shaft_power(Q, np.ones(9)), rel=1e-12)
+    own.write_bytes("Q_m3ph,H_m,eta\n# 20 °C\n0,60,0\n".encode("latin-1"))
+    with pytest.raises(ParameterError, match="UTF-8"):
+        Pump(n_ref_rpm=2900.0, curve_csv=str(own)).curve()
 
 
 def test_shaft_power_is_finite_and_continuous_without_flow():

@@ -303,6 +303,34 @@ def test_values_on_the_command_line() -> None:
             parsed(wrong)
 
 
+@pytest.mark.parametrize(
+    ("machine", "key", "ends"),
+    [
+        ("paper_6_4", "machine.R_ohm", "0.5:1:3"),
+        ("paper_6_4", "machine.temp_w_degC", "20:100:3"),
+        ("npf_vector_6_4", "machine.temp_w_degC", "20:100:3"),
+    ],
+)
+def test_a_range_of_any_key_of_the_machine(
+    machine: str, key: str, ends: str, tmp_path: Path
+) -> None:
+    own = ("--set", f"machine={machine}", "--set", "reference.tau_Nm=1", "--until", "0.02")
+    varied = ("--vary", f"{key}={ends}", "--out", tmp_path / "s.db", "--json")
+    done = command("sweep", DRIVE, *own, *varied)
+    assert done.code == 0, done.error
+    points = json.loads(done.out)["points"]
+    assert [point[key] for point in points] == parsed(f"{key}={ends}")[1]
+    losses = [point["p_cu_W"] for point in points]
+    assert len(set(losses)) == 3 and None not in losses
+
+
+def test_a_range_of_a_key_of_the_machine_is_tuned(tmp_path: Path) -> None:
+    goal = ("--minimise", "p_cu_W", "--budget", "12", "--until", "0.02", "--json")
+    done = command("tune", DRIVE, "--vary", "machine.R_ohm=0.5:1", *goal)
+    assert done.code == 0, done.error
+    assert 0.5 <= json.loads(done.out)["values"]["machine.R_ohm"] <= 0.55
+
+
 def test_a_grid_has_all_combinations_and_the_last_key_is_fastest() -> None:
     assert grid({"a": [1, 2], "b": ["x", "y"]}) == {"a": [1, 1, 2, 2], "b": ["x", "y"] * 2}
 

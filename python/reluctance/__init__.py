@@ -5,6 +5,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from reluctance.errors import ParameterError
+
 __version__ = "0.1.0"
 
 # The stub lists the names, for type checkers and for this file: each is imported when it is used
@@ -19,7 +21,11 @@ __all__ = sorted(_MODULES)
 def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module 'reluctance' has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(_MODULES[name]), name)
+    try:
+        module = import_module(_MODULES[name])
+    except ParameterError as fault:  # of a package that is not installed: hasattr says False
+        raise AttributeError(f"reluctance.{name}: {fault}") from None
+    value = globals()[name] = getattr(module, name)
     return value
 
 

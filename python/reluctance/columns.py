@@ -10,6 +10,10 @@ from reluctance.errors import ParameterError
 
 BRACKETED = re.compile(r"^(?P<stem>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
 
+# A number from one separator (or the end of the line) to the next, with a point or a comma in it.
+COMMA = re.compile(r"(?<![^\s;\"])([-+]?\d*),(\d+(?:[eE][-+]?\d+)?)(?![^\s;\"])")
+POINT = re.compile(r"(?<![^\s;\"])[-+]?\d*\.\d+(?:[eE][-+]?\d+)?(?![^\s;\"])")
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -77,3 +81,20 @@ def _factor(name: str, of: Quantity) -> float | None:
     if unit not in of.units:
         raise ParameterError(f"column `{name}` has the unit `{unit}`, need {' or '.join(of.units)}")
     return of.units[unit]
+
+
+def with_points(lines: Sequence[str], separator: str | None) -> list[str]:
+    """Lines of cells with the decimal commas of their numbers as points. Between commas as
+    separators none is taken for a decimal one; nor where another number has a point."""
+    if separator == ",":
+        return list(lines)
+    if any(POINT.search(line) for line in lines):
+        return list(lines)
+    return [COMMA.sub(r"\1.\2", line) for line in lines]
+
+
+def point_hint(text: str) -> str:
+    """What to say of a text that is a number with a decimal comma; else nothing."""
+    if re.fullmatch(r"\s*[-+]?\d+,\d+\s*", text) is None:
+        return ""
+    return f"write a decimal point, as in {text.strip().replace(',', '.')}"

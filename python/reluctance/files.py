@@ -53,10 +53,23 @@ def read_toml(path: Path) -> dict[str, Any]:
             )
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as fault:
-        hint = (
-            "; need a day of the calendar, as in 2025-02-28" if "Invalid date" in str(fault) else ""
-        )
-        raise ParameterError(f"{path} is not valid TOML: {one_line(fault)}{hint}") from None
+        raise ParameterError(
+            f"{path} is not valid TOML: {one_line(fault)}{_toml_hint(fault, content)}"
+        ) from None
+
+
+def _toml_hint(fault: Exception, content: bytes) -> str:
+    """What people write instead of TOML."""
+    if isinstance(fault, UnicodeDecodeError):
+        return "; save the file as UTF-8"
+    if "Invalid date" in str(fault):
+        return "; need a day of the calendar, as in 2025-02-28"
+    place = re.search(r"line (\d+)", str(fault))
+    lines = content.decode("utf-8-sig", "replace").splitlines()
+    line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
+    if comma := re.search(r"=\s*([-+]?\d+),(\d+)\s*(#.*)?$", line):
+        return f"; write a decimal point, as in {comma[1]}.{comma[2]}"
+    return ""
 
 
 def _why(fault: Exception) -> str:

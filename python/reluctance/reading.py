@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from reluctance.arrays import FloatArray
+from reluctance.columns import point_hint, with_points
 from reluctance.errors import Note, ParameterError, one_line
 
 MOST_BYTES = 50_000_000  # of a table of numbers as text
@@ -85,19 +86,21 @@ def read_text(path: Path, *, most_bytes: int = MOST_BYTES) -> str:
 
 def read_rows(path: Path, *, most_bytes: int = MOST_BYTES) -> list[list[str]]:
     """The rows of a CSV file, its cells without blanks around them; without empty lines and lines
-    that begin with #.
+    that begin with #. Commas, semicolons or tabs stand between the cells; a decimal comma is a
+    point where it cannot be one of those.
 
     Raises
     ------
     ParameterError
         If there are none, and as `read_text`.
     """
-    lines = read_text(path, most_bytes=most_bytes).splitlines()
-    found = csv.reader(line for line in lines if line.strip() and not line.startswith("#"))
-    rows = [[cell.strip() for cell in row] for row in found]
-    if not rows:
+    text = read_text(path, most_bytes=most_bytes).splitlines()
+    lines = [line for line in text if line.strip() and not line.startswith("#")]
+    if not lines:
         raise ParameterError("the file has no rows")
-    return rows
+    separator = next((mark for mark in ";\t" if mark in lines[0]), ",")
+    found = csv.reader(with_points(lines, separator), delimiter=separator)
+    return [[cell.strip() for cell in row] for row in found]
 
 
 def is_number(cell: str) -> bool:
@@ -137,8 +140,8 @@ def numbers(rows: Sequence[Sequence[str]], place: int, name: str, *, first: int 
         cell = row[place] if place < len(row) else ""
         if not is_number(cell):
             raise ParameterError(
-                f"data row {number}, {name}: `{cell[:30]}` is not a number; fill the "
-                "cell or remove the row"
+                f"data row {number}, {name}: `{cell[:30]}` is not a number; "
+                + (point_hint(cell) or "fill the cell or remove the row")
             )
         if not abs(float(cell)) <= MOST:
             raise ParameterError(

@@ -1,6 +1,7 @@
 """Strict tables: every unknown key, wrong type or value out of range becomes one clear line."""
 
-from collections.abc import Callable, Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self, TypeVar, get_args
@@ -9,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 
 from reluctance import units
+from reluctance.columns import point_hint
 from reluctance.errors import ParameterError
 
 
@@ -78,6 +80,11 @@ class Section(BaseModel):
         """The table as it was given, without the keys left to their defaults."""
         return self.model_dump(exclude_unset=True)
 
+    @property
+    def filed(self) -> "Section":
+        """The table whose keys a file has: this one, or the one that this one was computed from."""
+        return self
+
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy with other values, checked like any table."""
         if not update:
@@ -121,6 +128,18 @@ def renamed(
 def placed(section: type[Section], table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """A table with the files in it seen from here instead of from the folder of its file."""
     return renamed(section, table, lambda path: folder / path)
+
+
+def field_of(section: type[Section], path: Sequence[str]) -> FieldInfo | None:
+    """A key of a table, or of the tables within it; None where there is none."""
+    *tables, key = path
+    for part in tables:
+        field = section.model_fields.get(part)
+        inner = None if field is None else _section_of(field)
+        if inner is None:
+            return None
+        section = inner
+    return section.model_fields.get(key)
 
 
 NEEDS = {  # pydantic's kinds of fault, as a need
@@ -177,19 +196,50 @@ def did_you_mean(word: str, words: Iterable[str]) -> str:
 
 
 def _line(error: dict[str, Any], section: type[Section], where: str) -> str:
-    key = ".".join(str(part) for part in error["loc"])
+    section, where, path = _inner(error["loc"], section, where)
+    key = ".".join(map(str, path))
     if error["type"] == "extra_forbidden":
-        for part in error["loc"][:-1]:  # a table within the table
-            field = section.model_fields.get(part)
-            section = (_section_of(field) if field else None) or section
-        near = did_you_mean(str(error["loc"][-1]), _keys(section))
-        return f"unknown key `{key}` in {where}{near}"
+        return f"unknown key `{key}` in {where}{did_you_mean(str(path[-1]), _keys(section))}"
     if error["type"] == "missing":
+        field = section.model_fields.get(key)
+        if field is not None and _section_of(field) is not None:
+            return f"missing table {where[:-1]}.{key}]"
         return f"missing key `{key}` in {where}"
     if error["type"] == "value_error":
-        return f"{where} {error['ctx']['error']}"
+        return _of_table(str(error["ctx"]["error"]), section, where)
     need = NEEDS.get(error["type"], error["msg"]).format(**error.get("ctx", {}))
+    if error["type"] == "float_type" and isinstance(error["input"], str):
+        need += _number_hint(error["input"])
     return f"{where} {key} = {error['input']!r}, {need}"
+
+
+def _inner(
+    path: tuple[str | int, ...], section: type[Section], where: str
+) -> tuple[type[Section], str, tuple[str | int, ...]]:
+    """The table within a table that a path leads to, how a file names it, and what is left."""
+    while len(path) > 1:
+        field = section.model_fields.get(str(path[0]))
+        inner = None if field is None else _section_of(field)
+        if inner is None or not where.endswith("]"):
+            break
+        section, where, path = inner, f"{where[:-1]}.{path[0]}]", path[1:]
+    return section, where, path
+
+
+def _of_table(told: str, section: type[Section], where: str) -> str:
+    """What a check says, which begins with `key` or `table.key`, after the name of that table."""
+    words = told.split(" ", 1)
+    _, where, path = _inner(tuple(words[0].split(".")), section, where)
+    return " ".join([where, ".".join(map(str, path)), *words[1:]])
+
+
+def _number_hint(text: str) -> str:
+    """What to say of a text that was meant as a number, or as several."""
+    if hint := point_hint(text):
+        return f"; {hint}"
+    if ends := re.fullmatch(r"([-+]?[\d.]+)(?:-|\.\.|~| to )([-+]?[\d.]+)", text):
+        return f"; a range is FROM:TO:COUNT, as in {ends[1]}:{ends[2]}:5"
+    return ""
 
 
 def _keys(section: type[Section]) -> list[str]:

@@ -9,6 +9,7 @@ from pydantic.json_schema import models_json_schema
 
 from reluctance.drive.tables import OPTIONAL, TABLES
 from reluctance.files import check_ending, write_text
+from reluctance.geometry.file import Geometry
 from reluctance.laws import LAWS, table_of
 from reluctance.laws.own_law import OwnLaw
 from reluctance.machine.library import MODELS
@@ -17,7 +18,8 @@ from reluctance.schema import Section
 
 def json_schema() -> dict[str, Any]:
     """The schema, made from the tables that check a drive file."""
-    tables: list[type[Section]] = [*TABLES.values(), *MODELS.values(), *map(table_of, LAWS), OwnLaw]
+    machines: list[type[Section]] = [*MODELS.values(), Geometry]
+    tables: list[type[Section]] = [*TABLES.values(), *machines, *map(table_of, LAWS), OwnLaw]
     places, below = models_json_schema([(table, "validation") for table in tables])
 
     def place(table: type[Section]) -> dict[str, Any]:
@@ -25,6 +27,9 @@ def json_schema() -> dict[str, Any]:
 
     law = below["$defs"]["OwnLaw"]["properties"]["law"]
     law["pattern"] = "^python:"
+    geometry = below["$defs"]["Geometry"]  # in a drive file a table like the other models
+    geometry["properties"]["model"] = {"const": "geometry"}
+    geometry["required"].append("model")
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Drive file of reluctance",
@@ -34,7 +39,7 @@ def json_schema() -> dict[str, Any]:
         "properties": {
             "machine": {
                 "description": "name from the library, path to a machine file, or a table",
-                "anyOf": [{"type": "string"}, *map(place, MODELS.values())],
+                "anyOf": [{"type": "string"}, *map(place, machines)],
             },
             "control": {"anyOf": [*(place(table_of(law)) for law in LAWS), place(OwnLaw)]},
             **{name: place(table) for name, table in TABLES.items()},

@@ -16,11 +16,12 @@ from reluctance.comparison.contenders import CONTENDERS, contender
 from reluctance.comparison.contest import Entry
 from reluctance.key_figures import definite
 from reluctance.laws import table_of
-from reluctance.picture import Picture
+from reluctance.picture import Picture, styled
 from reluctance.tables.variants import Look
 
 GREATEST_ERROR = 20.0  # that is drawn: beyond it a law has failed [%]
 TRACES = 4  # torques shown
+COLUMN_PANEL, COLUMN_TRACE = 3.4, 1.2  # heights in one column of a journal [in]
 MARKERS = "osDv^P*X"  # of the variants of a law
 
 
@@ -53,7 +54,7 @@ def plot_front(ax: Axes, found: Comparison) -> Axes:
     ax.set_ylim(bottom=0.7 * bound[-1])
     ax.fill_between(f, bound, 1e-6, color="k", alpha=0.12, lw=0)
     beside_axis = ax.get_yaxis_transform()
-    below = "below the lower bound of `reluctance limit`"
+    below = "below the lower bound" + ("" if _narrow(ax) else " of `reluctance limit`")
     ax.text(0.02, bound[-1], below, fontsize=8, transform=beside_axis)
     ax.set_xlim(left, right)
     _plain_ticks(ax.xaxis)
@@ -91,7 +92,9 @@ def plot_torque(axes: Iterable[Axes], found: Comparison) -> None:
         assert entry.torque is not None
         theta, tau = entry.torque
         error = 100 * (tau / found.bound.tau_ref - 1)
-        ax.plot(np.degrees(theta), error, color=_look(entry).color, lw=0.7, label=entry.name)
+        ax.plot(
+            np.degrees(theta), error, color=styled(_look(entry).color), lw=0.7, label=entry.name
+        )
         ax.axhline(0, color="k", lw=0.5)
         ax.set_xlim(0, 360)
         ax.set_xticks(range(0, 361, 60))
@@ -113,12 +116,22 @@ def figure(found: Comparison) -> Figure:
         )
     made.suptitle(title, parse_math=False)
     n = len(_shown(found))
-    halves = made.subfigures(2, 1, squeeze=False, height_ratios=(11, 2 * n + 0.01))[:, 0]
-    front, price = halves[0].subplots(1, 2)
+    if made.one_column:
+        made.set_size_inches(made.get_size_inches()[0], 2 * COLUMN_PANEL + n * COLUMN_TRACE)
+        ratios = [COLUMN_PANEL] * 2 + [COLUMN_TRACE] * n
+        front, price, *traces = made.subplots(2 + n, 1, height_ratios=ratios)
+    else:
+        halves = made.subfigures(2, 1, squeeze=False, height_ratios=(11, 2 * n + 0.01))[:, 0]
+        front, price = halves[0].subplots(1, 2)
+        traces = halves[1].subplots(n, 1, squeeze=False)[:, 0] if n else []
     for ax in (plot_front(front, found), plot_price(price, found)):
         ax.grid(which="both", alpha=0.25)
     if n:
-        traces = halves[1].subplots(n, 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+        for ax in traces[1:]:
+            ax.sharex(traces[0])
+            ax.sharey(traces[0])
+        for ax in traces[:-1]:
+            ax.tick_params(labelbottom=False)
         plot_torque(traces, found)
         traces[-1].set_xlabel("electrical angle (deg)")
     return made
@@ -162,7 +175,7 @@ def style(name: str, *, best: bool = False) -> dict[str, Any]:
     variant = variants.index(name) if name in variants else 0
     look = table_of(law).look
     return {
-        "color": look.color,
+        "color": styled(look.color),
         "ls": look.line,
         "marker": MARKERS[variant % len(MARKERS)],
         "lw": 3.0 if best else 1.2,
@@ -180,7 +193,7 @@ def _label(ax: Axes, found: Comparison, ends: list[Label]) -> None:
     """Names right of the axes, each level with its point or as near as the others let it."""
     if not ends:
         return
-    gap = 0.04  # of the axes' height
+    size, gap = (7, 0.055) if _narrow(ax) else (9, 0.04)  # [pt]; of the axes' height
     ends = sorted(ends, key=lambda end: end[1])
     points = [(x, y) for x, y, _ in ends]
     level = ax.transAxes.inverted().transform(ax.transData.transform(points))[:, 1]
@@ -189,22 +202,27 @@ def _label(ax: Axes, found: Comparison, ends: list[Label]) -> None:
     pushed_down = np.minimum.accumulate((level - rank)[::-1])[::-1]
     heights = np.clip((pushed_up + pushed_down) / 2, 0, 1 - rank[-1]) + rank
     for (x, y, entry), height in zip(ends, heights, strict=True):
-        color = _look(entry).color
+        color = styled(_look(entry).color)
         ax.annotate(
             contender(entry.name).label,
             (x, y),
             (1.04, height),
             textcoords="axes fraction",
             va="center",
-            fontsize=9,
+            fontsize=size,
             fontweight="bold" if entry is _best(found) else "normal",
             color=color,
             arrowprops={"arrowstyle": "-", "color": color, "lw": 0.5, "relpos": (0, 0.5)},
         ).set_in_layout(
             False
         )  # its line ends outside where the limits of the axes are not yet final
-        room = ax.text(1.04, 0.5, contender(entry.name).label, fontsize=9, fontweight="bold")
+        room = ax.text(1.04, 0.5, contender(entry.name).label, fontsize=size, fontweight="bold")
         room.set(transform=ax.transAxes, alpha=0)
+
+
+def _narrow(ax: Axes) -> bool:
+    """Whether the figure is one column of panels."""
+    return isinstance(ax.figure, Picture) and ax.figure.one_column
 
 
 def _plain_ticks(axis: Axis) -> None:

@@ -12,6 +12,7 @@ from reluctance.errors import ParameterError, one_line
 from reluctance.files import is_file, read_toml
 from reluctance.laws import LAWS, table_of
 from reluctance.laws.own_code import names_code, refuse_untrusted
+from reluctance.machine.geometry_machine import is_geometry
 from reluctance.machine.library import machine_table, placed_machine
 from reluctance.reading import reading
 from reluctance.schema import Section, placed
@@ -59,6 +60,12 @@ def load(
         raise ParameterError(
             f"{path} is a pumping system, not a drive file; use `reluctance pump {path}`, or in "
             "Python reluctance.pumping.drive_of(load_system(...))"
+        )
+    if "control" not in data and (is_geometry(data) or set(data) == {"machine"}):
+        kind = "geometry" if is_geometry(data) else "machine file"
+        raise ParameterError(
+            f"{path} is a {kind}, not a drive file; name it in one, "
+            f'machine = "{path.name}", or pass --set machine={path}'
         )
     with reading(path, "a drive file"):
         if isinstance(data.get("machine"), str):

@@ -38,9 +38,8 @@ def _fields(data: dict[str, Any], path: list[str]) -> set[str]:
     name, *below = path
     if below:
         return set()
-    law = law_of(data)
-    if name == "control" and isinstance(law, str) and law in LAWS:
-        return set(table_of(law).model_fields)
+    if name == "control":  # of any law: a key may have gone with the law before
+        return {key for law in LAWS for key in table_of(law).model_fields}
     return set(TABLES[name].model_fields) if name in TABLES else set()
 
 

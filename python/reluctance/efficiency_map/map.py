@@ -161,21 +161,30 @@ def efficiency(
         )
     most_speed = 2 * drive.omega_nominal
     speeds = (
-        np.linspace(SLOWEST, 1, SPEEDS) * most_speed if omega is None else _axis("omega", omega)
+        np.linspace(SLOWEST, 1, SPEEDS) * most_speed
+        if omega is None
+        else _axis("speeds", omega, "rpm")
     )
-    torques = np.linspace(LEAST, 1, TORQUES) * drive.tau_max if tau is None else _axis("tau", tau)
+    torques = (
+        np.linspace(LEAST, 1, TORQUES) * drive.tau_max
+        if tau is None
+        else _axis("torques", tau, "Nm")
+    )
     if speeds[0] <= 0:
         raise ParameterError(
             f"speeds from {from_si(float(speeds[0]), 'rpm'):g} rpm, need > 0: at standstill no "
             "period ends"
         )
     u = drive.converter.u_dc_V if u_dc is None else float(u_dc)
-    top = float(np.abs(torques).max())
-    base = at(drive, u_dc=u, omega=float(speeds[0]), tau=float(torques[0]), tau_max=top)
+    # The tables of a law reach to the drive's own greatest torque, or to the torque of the point
+    # where that is more: what a point gives does not depend on the others of the grid.
+    reach = [max(drive.tau_max, abs(float(x))) for x in torques]
+    base = at(drive, u_dc=u, omega=float(speeds[0]), tau=float(torques[0]), tau_max=reach[0])
     columns: dict[str, list[float]] = {
         "load.speed_rpm": [from_si(float(w), "rpm") for w in speeds for _ in torques],
         "reference.tau_Nm": [float(x) for _ in speeds for x in torques],
         "simulation.until_s": [length(drive, float(w)) for w in speeds for _ in torques],
+        "control.tau_max_Nm": [most for _ in speeds for most in reach],
     }
     shape = (len(speeds), len(torques), 1)
     found = swept(base, columns, shape, out=out, jobs=jobs, progress=progress)
@@ -193,15 +202,19 @@ def efficiency(
     return _over_achieved(drive, u, speeds, torques, figures, found.ran)
 
 
-def _axis(name: str, values: Sequence[float] | FloatArray) -> FloatArray:
+def _axis(name: str, values: Sequence[float] | FloatArray, unit: str) -> FloatArray:
     axis = np.asarray(values, dtype=np.float64)
     axis = axis[np.argsort(np.abs(axis), kind="stable")] if axis.ndim == 1 else axis
     sizes = np.abs(axis)
     one_sign = axis.size and (np.all(axis > 0) or np.all(axis < 0))
     if axis.ndim != 1 or axis.size < 2 or not one_sign or np.any(np.diff(sizes) <= 0):
+        given = [f"{from_si(float(x), unit):g}" for x in axis.ravel()]
+        shown = ", ".join(given if len(given) < 9 else [*given[:4], "...", *given[-2:]])
+        words = "rpm" if unit == "rpm" else "N m"
+        why = " (at standstill no electrical period ends)" if unit == "rpm" and 0 in axis else ""
         raise ParameterError(
-            f"{name} = {np.array2string(axis, threshold=8)}, need at least two values of one sign, "
-            "none of them 0"
+            f"{name} {shown or 'none'} {words}, need at least two different ones of one sign and "
+            f"none of them 0{why}"
         )
     return axis
 

@@ -15,7 +15,7 @@ from reluctance.efficiency_map.cycle import Cycle
 from reluctance.efficiency_map.map import LOSSES, EfficiencyMap
 from reluctance.figures import save_figure
 from reluctance.optimum import Envelope
-from reluctance.picture import Picture
+from reluctance.picture import Picture, styled
 from reluctance.units import from_si
 
 FINE = 160  # points a side of what is drawn
@@ -75,7 +75,7 @@ def figure(
             ax.plot(rpm, envelope.tau_max, "k--", lw=1, label=name)
         if cycle is not None and panel == "efficiency":
             rpm = from_si(cycle.omega, "rpm")
-            ax.plot(rpm, cycle.tau, ".", ms=3, color="crimson", label="drive cycle")
+            ax.plot(rpm, cycle.tau, ".", ms=3, color=styled("crimson"), label="drive cycle")
         ax.set(xlabel="speed (rpm)", ylabel="torque (N m)")
         ax.set_xlim(0, from_si(float(found.omega[-1]), "rpm"))
         top = 1.05 * float(np.abs(found.tau).max())
@@ -83,7 +83,7 @@ def figure(
         ax.set_ylim(*((low, top) if found.tau[0] > 0 else (-top, 0.0)))
     handles, names = axes[0].get_legend_handles_labels()
     once = dict(zip(names, handles, strict=True))
-    drawn.legend(once.values(), once.keys(), loc="outside lower center", ncols=3, fontsize=8)
+    drawn.legend_below(once.values(), once.keys())
     drawn.suptitle(f"{found.drive.name}, {found.u_dc:g} V", parse_math=False)
     return drawn
 
@@ -119,9 +119,7 @@ def _panel(ax: Axes, maps: list[EfficiencyMap], panel: str) -> None:
     norm = BoundaryNorm(levels, 256, extend="both")  # as many colours as bands, however wide
     for omega, tau, z in parts:
         rpm = from_si(omega, "rpm")
-        ax.contourf(
-            rpm, tau, z, levels=levels, norm=norm, cmap="viridis", extend="both", alpha=0.85
-        )
+        ax.contourf(rpm, tau, z, levels=levels, norm=norm, extend="both", alpha=0.85)
         lines = ax.contour(rpm, tau, z, levels=levels, colors="k", linewidths=0.5)
         ax.clabel(lines, fmt=_percent if unit == "%" else "%g", fontsize=7)
     ax.set_title(f"{title} ({unit})", fontsize=10)

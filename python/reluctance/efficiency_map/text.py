@@ -13,7 +13,7 @@ def rows(found: EfficiencyMap, taken: Driven | None) -> list[tuple[str, str]]:
     speeds = [f"{from_si(float(w), 'rpm'):.5g}" for w in (found.omega[0], found.omega[-1])]
     top = max(abs(float(x)) for x in found.tau_max)
     drops = found.drive.converter.has_drops
-    counted = [kind for kind in found.kinds_per_torque if drops or kind != "p_dev"]
+    counted = [kind for kind in found.kinds_per_torque if drops or kind != "p_dev_W"]
     shown = [
         ("speeds", f"{speeds[0]} to {speeds[1]} rpm"),
         ("greatest torque held, of those asked for", f"{top:.4g} N m"),

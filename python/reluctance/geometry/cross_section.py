@@ -47,6 +47,11 @@ class CrossSection:
         return self.r_bore - self.r_rotor
 
     @property
+    def pole_over_gap(self) -> float:
+        """Width of the wider pole in lengths of the gap."""
+        return 2 * max(self.half_width_s, self.half_width_r) / self.gap
+
+    @property
     def n_sectors(self) -> int:
         """Parts of the machine that repeat."""
         return gcd(self.N_s, self.N_r)

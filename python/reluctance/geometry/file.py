@@ -14,9 +14,14 @@ from reluctance.schema import Section
 
 MM = 1e-3
 
-# Iron saturates near 2 T. A pole whose ampere-turns alone would drive this many tesla over its gap
-# is so far beyond that the map would consist of air: a slip of units or turns, not a machine.
+# Iron saturates near 2 T. Ampere-turns of a pole that would drive this many tesla over its gap on
+# top of this field over the iron are so far beyond that the map would consist of air: a slip of
+# units or turns, not a machine. The curves of the library end at this field.
 GAP_FIELD_MOST = 32.0  # [T]
+IRON_FIELD_MOST = 2e5  # [A/m]
+LEAST_GAP = 1 / 2000  # of the bore diameter: 0.5 mm at a metre, half of what is built
+WIDEST = 160.0  # a pole in lengths of the gap: beyond it the mesh would take minutes an angle
+LEAST_ARC = 0.1  # of a pole pitch; machines have 0.3 to 0.55
 CLEARANCE = 1e-6  # below which parts touch [m]
 
 
@@ -173,6 +178,17 @@ def _check_sizes(g: Geometry) -> None:
             f"air_gap.length_mm = {g.air_gap.length_mm:g} is over half of the bore radius; check "
             "its unit"
         )
+    if s.gap < LEAST_GAP * 2 * s.r_bore:
+        raise ValueError(
+            f"air_gap.length_mm = {g.air_gap.length_mm:g}, need at least "
+            f"{LEAST_GAP * bore:.3g}, 1/2000 of the bore; check its unit (millimetres)"
+        )
+    if s.pole_over_gap > WIDEST:
+        raise ValueError(
+            f"air_gap.length_mm = {g.air_gap.length_mm:g} is 1/{s.pole_over_gap:.0f} of the width "
+            f"of a pole, and the mesh resolves 1/{WIDEST:g}: need at least "
+            f"{g.air_gap.length_mm * s.pole_over_gap / WIDEST:.3g}, or narrower poles"
+        )
     if s.r_slot_s >= s.r_out - CLEARANCE:
         most = (s.r_out - s.r_bore) / MM
         raise ValueError(
@@ -196,6 +212,11 @@ def _check_sizes(g: Geometry) -> None:
     ):
         # Parallel sides: a pole of the rotor is widest in angle at its root.
         most = degrees(2 * asin(min(1.0, reach * sin(pi / n))))
+        if arc < LEAST_ARC * 360 / n:
+            raise ValueError(
+                f"{side}.pole_arc_deg = {arc:g}, need at least {LEAST_ARC * 360 / n:.3g} for {n} "
+                f"poles; check its unit ({arc:g} rad are {degrees(arc):.4g} deg)"
+            )
         if arc >= most:
             raise ValueError(
                 f"{side}.pole_arc_deg = {arc:g}: neighbouring poles overlap, need less than "
@@ -258,12 +279,13 @@ def _check_polarity(g: Geometry) -> None:
 
 def _check_map(g: Geometry) -> None:
     turns = g.winding.turns_per_pole / g.winding.parallel_paths
-    field = mu_0 * turns * g.map.current_max_A / (g.air_gap.length_mm * MM)
-    if field > GAP_FIELD_MOST:
-        most = GAP_FIELD_MOST / field * g.map.current_max_A
+    s = g.cross_section
+    iron = s.h_s + s.h_r + s.r_out - s.r_shaft  # about what a pole's flux passes [m]
+    most = (GAP_FIELD_MOST * s.gap / mu_0 + IRON_FIELD_MOST * iron) / turns
+    if g.map.current_max_A > most:
         raise ValueError(
-            f"map.current_max_A = {g.map.current_max_A:g} is far beyond saturation: {field:.3g} T "
-            f"over the gap without iron; need at most {most:.3g}, or fewer turns"
+            f"map.current_max_A = {g.map.current_max_A:g} is far beyond saturation with "
+            f"{turns:g} turns: need at most {most:.3g}, or fewer turns"
         )
     if g.map.coupling == "none" and g.map.pair_rank is not None:
         raise ValueError("map.pair_rank has no effect with coupling = 'none'; set 'pairs'")

@@ -13,10 +13,9 @@ import numpy as np
 
 from reluctance.cache import cached
 from reluctance.geometry.file import Geometry
-from reluctance.geometry.mesh import Grid
 from reluctance.geometry.samples import TOLERANCE, rotor_angle
 from reluctance.geometry.solve import Field, Position, at_angle, solve
-from reluctance.geometry.solved import content, system_of
+from reluctance.geometry.solved import content, grid_of, system_of
 from reluctance.geometry.steel import Array
 from reluctance.geometry.system import System
 from reluctance.maps.pairs import PairSamples, apart
@@ -53,7 +52,7 @@ def pairs_solved(
     geometry: Geometry, poles: list[int], *, told: Callable[[float], None] | None = None
 ) -> PairsSolved:
     """The phases of each of these stator poles and of the next one."""
-    inputs = [*content(geometry, Grid()), poles, ANGLES, CURRENTS]
+    inputs = [*content(geometry, grid_of(geometry)), poles, ANGLES, CURRENTS]
     return cached(PairsSolved, inputs, lambda: _solve(geometry, poles, told), algorithm=ALGORITHM)
 
 

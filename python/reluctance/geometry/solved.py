@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,13 @@ from reluctance.maps.pole_force import PoleForce
 from reluctance.maps.table import FluxTable
 
 N_ORDERS = 9  # spatial orders of the radial stress that are kept
-ALGORITHM = 1  # raised whenever the same geometry gives other numbers
+# A 6/4 machine with nearly linear steel whose poles are 120 gaps wide: torque over the angle is -60
+# to +41 % off the closed form with the usual 12 cells across a pole, -4 to -1 % with these 48; the
+# iron itself takes 2.5 %. At 57 gaps 12 cells leave 1.2 % of the torque at rated current.
+USUAL_WIDTH = 80.0  # of a pole, in gaps: up to here the usual mesh
+CELLS = 0.4  # across a pole beyond it, in each gap of its width
+EVEN = 1.5  # largest over smallest of these cells
+ALGORITHM = 2  # raised whenever the same geometry gives other numbers
 
 
 @dataclass(frozen=True)
@@ -91,6 +98,18 @@ class Solution:
         return FluxTable(N_r, self.i, theta_e, psi(theta_e), tau + 0.0)
 
 
+def grid_of(geometry: Geometry) -> Grid:
+    """The usual mesh, or a finer one across the poles where the gap is short against them.
+
+    The corner of a pole has a field as wide as the gap, and where it passes over cells that are
+    much wider the torque goes up and down with them.
+    """
+    wide = geometry.cross_section.pole_over_gap
+    if wide <= USUAL_WIDTH:
+        return Grid()
+    return replace(Grid(), pole=2 * ceil(CELLS * wide / 2), growth_pole=EVEN)
+
+
 def system_of(geometry: Geometry, grid: Grid | None = None) -> System:
     """The field problem of a geometry file."""
     lamination = geometry.lamination
@@ -103,7 +122,7 @@ def system_of(geometry: Geometry, grid: Grid | None = None) -> System:
         ),
         geometry.coils,
         stack=lamination.stack_length_mm * MM,
-        grid=grid or Grid(),
+        grid=grid or grid_of(geometry),
     )
 
 
@@ -122,7 +141,7 @@ def solved(
     ParameterError
         For a B-H curve that is none.
     """
-    grid = grid or Grid()
+    grid = grid or grid_of(geometry)
     inputs = [*content(geometry, grid), geometry.map.angles, geometry.map.currents]
     return cached(Solution, inputs, lambda: _solve(geometry, grid, progress), algorithm=ALGORITHM)
 
@@ -214,7 +233,8 @@ def convergence(geometry: Geometry) -> list[dict[str, float]]:
     i = np.eye(geometry.phases)[0] * geometry.map.current_max_A / 2
     angles = np.array([0.0, np.pi / 2, np.pi])
     values = []
-    for grid in (Grid(), Grid().doubled()):
+    usual = grid_of(geometry)
+    for grid in (usual, usual.doubled()):
         system = system_of(geometry, grid)
         fields = [solve(at_angle(system, rotor_angle(system, x)), i) for x in angles]
         values.append([(float(f.psi[0]), f.tau) for f in fields])

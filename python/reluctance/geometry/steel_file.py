@@ -49,6 +49,11 @@ def steel(name: str, *, J_sat: float | None, stacking_factor: float) -> Steel:
         For an unknown name, or a file that is no B-H curve; with the remedy.
     """
     if name in GRADES:
+        if J_sat is not None:
+            raise ParameterError(
+                f"[lamination] saturation_polarisation_T has no effect with the grade {name} of "
+                "the library; remove it, or give a B-H file"
+            )
         return Steel(*grade(name), J_sat=None, stacking_factor=stacking_factor)
     path = Path(name)
     if not is_file(path):
@@ -111,8 +116,10 @@ def read_curve(path: Path) -> tuple[Array, Array]:
             "in A/m first, or name them H_A_per_m and B_T"
         )
     if B.max() > MOST_B:
+        by_1000 = B.max() <= 1000 * MOST_B
         raise ParameterError(
-            f"{path}: B ends at {B.max():g}, need tesla, below {MOST_B}; divide gauss by 10 000"
+            f"{path}: B ends at {B.max():g}, need tesla, below {MOST_B}; divide "
+            f"{'millitesla by 1000' if by_1000 else 'gauss by 10 000'}"
         )
     if H.max() < 1000:
         raise ParameterError(

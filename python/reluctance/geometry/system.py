@@ -180,4 +180,7 @@ def _coils(
             load = density * np.einsum("eqi,eq->ei", of.shape[here], weight)
             phase = coils[:, k % winding.n_phases]
             np.add.at(phase, stator.of_elements[here], load)
-    return coils[:n], float(np.mean(areas))
+    coil = winding.coil
+    # The edges of a stated coil cut through elements: the sum over their points is only for the
+    # density, which then has all ampere-turns.
+    return coils[:n], float(np.mean(areas)) if coil is None else coil.width * coil.height

@@ -18,6 +18,8 @@ from reluctance.schema import Section
 
 LAMINAR = 2300.0  # Reynolds number
 HALVINGS = 60  # of the flow: to the last digit
+LEAST_FLOW = 0.02  # of the end of the curve: less at the largest speed is no pipe for this pump
+LEAST_SPARE = 0.05  # of the shut-off head over the static one: with less the lift is the cause
 SPEEDS = 241  # of the table
 
 
@@ -107,5 +109,12 @@ def hydraulics(curve: Curve, pipe: Pipe, omega_max: float) -> Hydraulics:
             f"[pipe] the pump runs out past {curve.Q_end * r[-1] * 3600:.4g} m3/h, the end of its "
             f"curve at {omega_max * 30 / np.pi:.4g} rpm: too little head; lower [pump] "
             "speed_max_rpm, raise H_static_m, L_m or K, or take another pump"
+        )
+    ends, shut_off = curve.Q_end * r[-1], curve.H_0 * r[-1] ** 2
+    if Q[-1] < LEAST_FLOW * ends and shut_off - pipe.H_static_m > LEAST_SPARE * shut_off:
+        raise ParameterError(
+            f"[pipe] D_mm = {pipe.D_mm:g} lets {Q[-1] * 3600:.3g} m3/h through at the largest "
+            f"speed, of {ends * 3600:.4g} m3/h that the pump's curve has: friction takes all head; "
+            "check the unit (millimetres), L_m and K"
         )
     return Hydraulics(r * curve.omega_ref, Q, curve.head(Q, r), curve.shaft_power(Q, r))

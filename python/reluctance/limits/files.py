@@ -12,7 +12,7 @@ from reluctance.files import write_table
 from reluctance.limits.report import Limit
 from reluctance.optimum.envelope import Envelope
 from reluctance.phases import COLOURS, phase_name
-from reluctance.picture import Picture
+from reluctance.picture import Picture, styled
 from reluctance.units import from_si
 
 
@@ -67,10 +67,10 @@ def plot_torque(ax: Axes, limit: Limit) -> Axes:
 def plot_voltage(ax: Axes, limit: Limit) -> Axes:
     """Voltage of the first phase within the dc link, and its flux; both zeros at one height."""
     best = limit.least_copper
-    ax.step(*_closed(limit, best.u), where="post", color=COLOURS[0])
+    ax.step(*_closed(limit, best.u), where="post", color=styled(COLOURS[0], 0))
     ax.axhspan(-best.u_dc, best.u_dc, color="k", alpha=0.06, lw=0)
     ax.set(title="phase a: voltage, within the dc link's, and flux linkage", ylabel="voltage (V)")
-    ax.yaxis.label.set_color(COLOURS[0])
+    ax.yaxis.label.set_color(styled(COLOURS[0], 0))
     ax.set_ylim(-1.1 * best.u_dc, 1.1 * best.u_dc)
     flux = ax.twinx()
     flux.plot(*_closed(limit, best.psi), color="k", ls="--")
@@ -85,8 +85,14 @@ def plot_envelope(ax: Axes, limit: Limit, envelope: Envelope) -> Axes:
     """Greatest ripple-free torque over speed, and the operating point."""
     best = limit.least_copper
     rpm = from_si(envelope.omega_m, "rpm")
-    ax.fill_between(rpm, envelope.tau_max, color=COLOURS[0], alpha=0.15, lw=0)
-    ax.plot(rpm, envelope.tau_max, marker=".", color=COLOURS[0], label="greatest without ripple")
+    ax.fill_between(rpm, envelope.tau_max, color=styled(COLOURS[0], 0), alpha=0.15, lw=0)
+    ax.plot(
+        rpm,
+        envelope.tau_max,
+        marker=".",
+        color=styled(COLOURS[0], 0),
+        label="greatest without ripple",
+    )
     ax.plot(from_si(best.omega_m, "rpm"), best.tau_ref, "k*", ms=12, label="operating point")
     ax.set(
         title=f"{limit.tau_max:.4g} N m without ripple at this speed",
@@ -95,7 +101,6 @@ def plot_envelope(ax: Axes, limit: Limit, envelope: Envelope) -> Axes:
     )
     ax.margins(x=0)
     ax.set_ylim(*((0, None) if best.tau_ref >= 0 else (None, 0)))
-    ax.legend(fontsize=8)
     return ax
 
 
@@ -112,8 +117,8 @@ def figure(limit: Limit, envelope: Envelope) -> Figure:
     plot_envelope(border, limit, envelope)
     for ax in (currents, torque, voltage, border):
         ax.grid(alpha=0.25)
-    handles, labels = torque.get_legend_handles_labels()
-    drawn.legend(handles, labels, ncols=len(labels), loc="outside lower center")
+    pairs = [ax.get_legend_handles_labels() for ax in (torque, border)]
+    drawn.legend_below(*([*one, *other] for one, other in zip(*pairs, strict=True)))
     best = limit.least_copper
     what = "without ripple" if limit.ripple_free else "with least ripple"
     drawn.suptitle(
@@ -136,7 +141,9 @@ def _save(path: str | Path, table: dict[str, FloatArray]) -> None:
 def _plot_phases(ax: Axes, limit: Limit, values: FloatArray) -> None:
     for k in range(limit.drive.machine.n_phases):
         name = phase_name(k)
-        ax.plot(*_closed(limit, _shifted(limit, values, k)), color=COLOURS[k], label=name)
+        ax.plot(
+            *_closed(limit, _shifted(limit, values, k)), color=styled(COLOURS[k], k), label=name
+        )
 
 
 def _closed(limit: Limit, values: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -185,4 +185,5 @@ def machine_from_geometry(
             check_pairs(coupling, own, float(solution.i[-1]))
         return FromGeometry(checked_file, solution, path.name, coupling)
     except ParameterError as fault:
-        raise ParameterError(f"{path}: {fault}") from None
+        line = str(fault).replace("[machine.", "[")  # here the tables stand by themselves
+        raise ParameterError(f"{path}: {line}") from None

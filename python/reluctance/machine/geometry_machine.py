@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 from pydantic import Field
 
@@ -31,6 +32,16 @@ class GeometryMachine(MachineFile):
     def given(self) -> dict[str, Any]:
         """The tables of the geometry, from which this machine is computed again."""
         return {"model": "geometry", **self.geometry.given}
+
+    @property
+    def filed(self) -> Section:
+        return self.geometry
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with other keys of the geometry file, solved where that needs it."""
+        if not update:
+            return super().model_copy(deep=deep)
+        return cast(Self, geometry_machine({**self.given, **update}, self.where()))
 
     @property
     def solution(self) -> Solution:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
+from reluctance.columns import with_points
 from reluctance.errors import ParameterError
 from reluctance.maps.raw import column
 from reluctance.reading import is_number
@@ -29,8 +30,7 @@ def text_rows(text: str) -> list[list[str]]:
     if not data:
         raise ParameterError("the file has no data; export the map again")
     separator = next((s for s in ";\t," if s in data[-1]), None)
-    if separator == ";" and "." not in text:
-        data = [s.replace(",", ".") for s in data]  # decimal commas
+    data = with_points(data, separator)
     rows = [cells(line, separator) for line in data]
     head = _named_by_comment(lines, separator) if all(map(is_number, rows[0])) else None
     rows = rows if head is None or len(head) != len(rows[0]) else [head, *rows]

@@ -18,6 +18,13 @@ SYMMETRY = 0.005
 TURNS = 0.02  # how near the ratio of torque and co-energy comes to a whole number
 NOISE = 0.003
 ROW = 0.01
+# Ends of a map that a machine may have: what lies outside is a slip of units. The library has 5
+# to 450 A, 0.16 to 2.3 Wb, 1 to 160 mH; 3 V at 500 Hz make 3 mWb, 10 kV at 100 Hz make 50 Wb.
+CURRENTS = (1e-3, 1e4)  # [A]
+FLUXES = (1e-4, 50.0)  # [Wb]
+INDUCTANCES = (1e-6, 10.0)  # largest flux linkage over largest current [H]
+USUAL_L = 0.013  # geometric middle of the library [H]
+FAR = 30.0  # a suspect whose machine is so much farther from USUAL_L than another's is not named
 
 
 @dataclass(frozen=True)
@@ -95,7 +102,7 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
     symmetry = None if table.half else _symmetry_error(table)
     noise = _noise(table)
     row_error, row = _row_error(table, noise)
-    scale = None if torque_rms is None else _scale(table.tau, tau_W)
+    scale = _scale(table, tau_W)
     figures = dict(
         monotone_share=float((steps > 0).mean()),
         symmetry_error=symmetry,
@@ -106,9 +113,9 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
         row_error=row_error,
     )
     reasons = _reasons(figures, row)
-    if scale is not None:
-        reasons.insert(0, scale)
     last = float(table.i[-1])
+    size = implausible(last, float(np.abs(table.psi).max()))
+    reasons[:0] = [line for line in (scale, size) if line is not None][:1]
     return MapReport(
         N_r=table.N_r,
         n_i=len(table.i),
@@ -140,33 +147,78 @@ def coenergy_torque(table: FluxTable) -> Array:
     return table.N_r * slope
 
 
-def _scale(tau: Array | None, tau_W: Array) -> str | None:
+def _scale(table: FluxTable, tau_W: Array) -> str | None:
     """Flux linkage and torque that belong together but for a whole factor: a power of ten is a unit
-    error, any other a number of turns."""
-    if tau is None:
+    error, any other a number of turns or paths."""
+    if table.tau is None:
         return None
-    factor = float(np.sum(tau * tau_W) / np.sum(tau_W**2))
-    left = float(np.sqrt(np.mean((tau - factor * tau_W) ** 2) / np.mean(tau**2)))
+    factor = float(np.sum(table.tau * tau_W) / np.sum(tau_W**2))
+    left = float(np.sqrt(np.mean((table.tau - factor * tau_W) ** 2) / np.mean(table.tau**2)))
     if factor <= 0 or left > TORQUE_RMS:
         return None
     ratio = max(factor, 1 / factor)
     ten = 10 ** round(np.log10(ratio))
     if ten > 1 and abs(ratio / ten - 1) < TURNS:
         size = "large" if factor > 1 else "small"
-        unit, other = ("tau_Nm", "psi_mWb") if factor > 1 else ("tau_mNm", "psi_Wb")
         return (
-            f"torque is {ten:g} times too {size} for the flux linkage: a unit error; correct the "
-            f"unit in the column's name, of torque (is `{unit}` right?) or of flux linkage (is "
-            f"`{other}` right?)"
+            f"torque is {ten:g} times too {size} for current and flux linkage: a unit error; "
+            f"{_suspects(table, ten, too_large=factor > 1)}"
         )
     whole = round(ratio)
     if whole < 2 or abs(ratio / whole - 1) > TURNS:
         return None
-    times = f"1/{whole}" if factor > 1 else f"{whole}"
+    if factor < 1:
+        return (
+            f"flux linkage times current is {whole} times what the torque belongs to; if the flux "
+            f"linkage is of {whole} times the turns, pass --turns_factor {1 / whole:.6g}"
+        )
     return (
-        f"flux is {times} times what the torque belongs to: of another number of turns in series; "
-        f"pass --turns_factor {factor if factor > 1 else 1 / whole:.6g}"
+        f"flux linkage times current is 1/{whole} of what the torque belongs to; if the flux "
+        f"linkage is of one of {whole} coils in series, pass --turns_factor {factor:.6g}; if the "
+        f"current is of one of {whole} parallel paths, multiply the column of currents"
     )
+
+
+def _suspects(table: FluxTable, ten: float, *, too_large: bool) -> str:
+    """Each of the three columns alone may have the wrong unit: those that would leave a machine as
+    there are, the likeliest first. The energy is the same with each, so the map cannot tell."""
+    assert table.tau is not None
+    largest = float(table.i[-1]), float(table.psi.max()), float(np.abs(table.tau).max())
+    up = ten if too_large else 1 / ten
+    found = []
+    for name, unit, scales in (
+        ("currents", "A", (up, 1.0, 1.0)),
+        ("flux linkage", "Wb", (1.0, up, 1.0)),
+        ("torque", "N m", (1.0, 1.0, 1 / up)),
+    ):
+        i, psi, tau = (value * scale for value, scale in zip(largest, scales, strict=True))
+        if implausible(i, psi) is None:
+            scale = max(scales) if max(scales) > 1 else min(scales)
+            how = f"{scale:g} times" if scale > 1 else f"1/{1 / scale:g} of"
+            text = f"the {name} are" if name == "currents" else f"the {name} is"
+            milli = f", as in m{unit.replace(' ', '')}" if scale == 1e-3 else ""
+            text += f" {how} what the column says{milli} (then {i:.3g} A, {psi:.3g} Wb, "
+            found.append((abs(np.log(psi / i / USUAL_L)), f"{text}{tau:.3g} N m)"))
+    if not found:
+        return "check the units of all three columns: none alone leaves a plausible machine"
+    near = [text for away, text in sorted(found) if away < min(found)[0] + np.log(FAR)]
+    return f"correct the unit in the column's name: {'; or '.join(near)}"
+
+
+def implausible(i: float, psi: float) -> str | None:
+    """Why no machine has this current [A] and flux linkage [Wb] at the end of its map; None where
+    one may have."""
+    for what, value, unit, (least, most) in (
+        ("largest current", i, "A", CURRENTS),
+        ("largest flux linkage", psi, "Wb", FLUXES),
+        ("largest flux linkage over largest current", psi / i, "H", INDUCTANCES),
+    ):
+        if not least <= value <= most:
+            return (
+                f"{what} {value:.3g} {unit}, need {least:g} to {most:g} as in any machine; check "
+                "the units of current and flux linkage"
+            )
+    return None
 
 
 def _area_error(table: FluxTable) -> float:

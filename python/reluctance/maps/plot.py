@@ -70,7 +70,7 @@ def _levels(machine: _core.FluxMap) -> list[float]:
 
 
 def _colour(n: int) -> tuple[float, float, float, float]:
-    return plt.get_cmap("viridis")(n / 5)
+    return plt.get_cmap()(n / 5)
 
 
 def _axes(axes: Axes | None) -> Axes:

@@ -6,7 +6,7 @@ from reluctance.errors import ParameterError
 
 if find_spec("pandas") is None or find_spec("pvlib") is None:
     raise ParameterError(
-        "pumping needs pvlib, which is not installed; `pip install reluctance[sun]`"
+        "pumping needs pvlib, which is not installed; `pip install 'reluctance[sun]'`"
     )
 
 from reluctance.pumping.drive_of import drive_of

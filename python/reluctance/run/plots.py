@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reluctance.figures import save_figure
-from reluctance.phases import LETTERS, phase_name
-from reluctance.picture import Picture
+from reluctance.phases import GREEN, LETTERS, phase_name
+from reluctance.picture import Picture, styled
 from reluctance.plant.pv_source import diode_of
 from reluctance.run.record import Record
 from reluctance.solar.single_diode import Diode, current, power_point
@@ -130,8 +130,8 @@ def plot_power(ax: Axes, result: Record) -> Axes:
 
 def plot_flow(ax: Axes, result: Record) -> Axes:
     """Flow of the pump over time."""
-    ax.plot(result.t * 1e3, from_si(result.Q, "m3ph"), lw=1.0, color="#009E73", label="flow")
-    ax.yaxis.label.set_color("#009E73")
+    ax.plot(result.t * 1e3, from_si(result.Q, "m3ph"), lw=1.0, color=styled(GREEN, 2), label="flow")
+    ax.yaxis.label.set_color(styled(GREEN, 2))
     ax.set(xlabel="time (ms)", ylabel="flow (m³/h)")
     return ax
 

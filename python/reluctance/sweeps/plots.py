@@ -86,7 +86,7 @@ def _suits(points: Swept) -> str:
 
 
 def _panels(drawn: Picture, count: int) -> list[Axes]:
-    columns = 1 if count == 1 else 2
+    columns = 1 if count == 1 or drawn.one_column else 2
     rows = -(-count // columns)
     drawn.propose(5.2 * columns + 1, 3.4 * rows + 0.6)
     axes: list[Axes] = list(drawn.subplots(rows, columns, squeeze=False).flat)
@@ -129,7 +129,7 @@ def _heat(drawn: Picture, points: Swept, names: list[str]) -> None:
     for ax, name in zip(_panels(drawn, len(names)), names, strict=True):
         z = np.ma.masked_invalid(points.figures[name].reshape(shape))
         places = [p if p.dtype.kind == "f" else np.arange(len(p), dtype=float) for p in (x, y)]
-        mesh = ax.pcolormesh(*places, z, cmap="viridis", shading="nearest")
+        mesh = ax.pcolormesh(*places, z, shading="nearest")
         ax.set_facecolor("0.9")
         drawn.colorbar(mesh, ax=ax, label=label(name))
         ax.set(xlabel=label(x_name), ylabel=label(y_name))
@@ -147,6 +147,9 @@ def _parallel(drawn: Picture, points: Swept, names: list[str]) -> None:
     columns = {v: column_of(points.values[v]) for v in varied or points.values}
     columns |= {name: points.figures[name] for name in names}
     drawn.propose(max(7.0, 1.7 * len(columns)), 4.6)
+    crowded = drawn.get_size_inches()[0] < len(columns)  # an inch each for the heads [in]
+    if crowded:
+        drawn.set_size_inches(drawn.get_size_inches()[0], 4.6)
     ax = drawn.subplots()
     scaled, ticks = [], []
     for values in columns.values():
@@ -166,7 +169,7 @@ def _parallel(drawn: Picture, points: Swept, names: list[str]) -> None:
     x = np.arange(len(rows))
     lines = LineCollection(
         [np.column_stack([x, rows[:, n]]) for n in order],
-        colors=mpl.colormaps["viridis"](colour[order]),
+        colors=mpl.colormaps[mpl.rcParams["image.cmap"]](colour[order]),
         lw=0.8,
         alpha=max(0.15, min(0.9, 60 / max(len(order), 1))),
     )
@@ -186,7 +189,10 @@ def _parallel(drawn: Picture, points: Swept, names: list[str]) -> None:
             )
         bold = "bold" if column == names[0] else "normal"
         text = textwrap.fill(label(column), 20)
-        ax.text(j, 1.06, text, ha="center", va="bottom", fontsize=8, fontweight=bold)
+        turned = 90 if crowded else 0
+        ax.text(
+            *(j, 1.06, text), ha="center", va="bottom", fontsize=8, fontweight=bold, rotation=turned
+        )
     ax.set(xlim=(-0.3, len(rows) - 0.4), ylim=(-0.05, 1.05), xticks=[], yticks=[])
     ax.set_frame_on(False)
     drawn.supxlabel(f"a line is a point; colour: {label(names[0])}, dark is low", fontsize=8)

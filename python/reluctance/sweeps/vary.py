@@ -12,6 +12,7 @@ import numpy as np
 from reluctance.drive import Drive
 from reluctance.errors import ParameterError
 from reluctance.files import toml_value
+from reluctance.schema import field_of
 
 Vary = Mapping[str, Sequence[Any]]
 Columns = dict[str, list[Any]]  # of as many points each
@@ -127,7 +128,7 @@ def _spread(values: list[Any], unit: Any, is_whole: bool) -> list[Any]:
 
 def whole(drive: Drive, name: str) -> bool:
     """True where a key takes whole numbers."""
-    table, _, key = name.partition(".")
+    table, *path = name.split(".")
     section = drive.sections().get(table)
-    field = type(section).model_fields.get(key) if section is not None else None
+    field = field_of(type(section.filed), path) if section is not None and path else None
     return field is not None and int in (field.annotation, *get_args(field.annotation))

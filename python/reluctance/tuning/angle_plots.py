@@ -25,7 +25,9 @@ def figure(found: TunedAngles) -> Figure:
         "theta_off_deg": "turn-off angle (deg el.)",
     }
     panels[found.goal.figure] = label(found.goal.figure)
-    for ax, (name, title) in zip(drawn.subplots(1, len(panels)), panels.items(), strict=True):
+    count = len(panels)
+    grid = drawn.subplots(count, 1) if drawn.one_column else drawn.subplots(1, count)
+    for ax, (name, title) in zip(grid, panels.items(), strict=True):
         values = np.array([row[name] for row in rows]).reshape(len(speeds), len(torques))
         drawn.colorbar(ax.pcolormesh(speeds, torques, values.T, shading="gouraud"), ax=ax)
         ax.plot(*np.meshgrid(speeds, torques), ".", ms=3, color="w")
