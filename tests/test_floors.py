@@ -13,7 +13,7 @@ import reluctance
 PACKAGE = Path(__file__).parents[1] / "python" / "reluctance"
 FLOORS = (  # from the ground up; a part imports only from floors below, and from itself
     {"_core", "errors", "units", "files", "resources", "cache", "figures", "interactive"}
-    | {"picture", "columns", "copper", "arrays", "phases", "html_page"}
+    | {"picture", "columns", "copper", "arrays", "phases", "html_page", "reading"}
     | {"schema", "key_figures"},
     {"maps", "solar", "hydraulics"},
     {"geometry"},
@@ -42,6 +42,7 @@ GROUND = {
     "figures": 2,
     "picture": 3,
     "columns": 1,
+    "reading": 2,
     "copper": 0,
     "arrays": 0,
     "phases": 0,

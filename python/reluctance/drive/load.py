@@ -61,17 +61,17 @@ def load(
             f"{path} is a pumping system, not a drive file; use `reluctance pump {path}`, or in "
             "Python reluctance.pumping.drive_of(load_system(...))"
         )
-    if "control" not in data and (is_geometry(data) or set(data) == {"machine"}):
-        kind = "geometry" if is_geometry(data) else "machine file"
-        raise ParameterError(
-            f"{path} is a {kind}, not a drive file; name it in one, "
-            f'machine = "{path.name}", or pass --set machine={path}'
-        )
     with reading(path, "a drive file"):
         if isinstance(data.get("machine"), str):
             data["machine"] = machine_table(data["machine"], path.parent)
         elif isinstance(data.get("machine"), dict):
             data["machine"] = placed_machine(data["machine"], path.parent)
+        if "control" not in data and (is_geometry(data) or set(data) == {"machine"}):
+            kind = "geometry" if is_geometry(data) else "machine file"
+            raise ParameterError(
+                f"{path} is a {kind}, not a drive file; name it in one, "
+                f'machine = "{path.name}", or pass --set machine={path}'
+            )
         _placed(data, path.parent)
         refuse_untrusted([law_of(data)], trust)
         for text in overrides or []:
