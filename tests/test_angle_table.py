@@ -154,7 +154,7 @@ REFUSED = {
     "data row 2, theta_on_deg: `early` is not a number": lambda t: t.replace(
         "500,5,-10,150", "500,5,early,150"
     ),
-    "data row 2, theta_off_deg: `` is not a number": lambda t: t.replace("500,5,-10,150", "500,5"),
+    "data row 2, theta_on_deg: `` is not a number": lambda t: t.replace("500,5,-10,150", "500,5"),
     "1 speeds and 3 torques, need at least two": lambda t: "\n".join(t.split("\n")[:4]),
     "has no rows": lambda t: HEAD,
 }
