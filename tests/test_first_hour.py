@@ -172,6 +172,51 @@ def test_a_decimal_comma_is_named(tmp_path):
     assert "save the file as UTF-8" in refused("run", path)
 
 
+def test_texts_in_brackets_reach_the_terminal(capsys):
+    """`[limits]` would be markup of the table."""
+    from reluctance.cli.pump import _print_table
+
+    _print_table("farm [x]", [("coldest cell ([limits] temp_cold_degC)", "-5 [y]")])
+    shown = capsys.readouterr().out
+    assert "[limits] temp_cold_degC" in shown and "[y]" in shown and "[x]" in shown
+
+
+def test_a_key_that_lacks_a_part_is_recognised():
+    from reluctance.schema import did_you_mean
+
+    known = ["H_static_m", "L_m", "D_mm", "K"]
+    assert did_you_mean("H_m", known) == "; did you mean `H_static_m`?"
+    assert did_you_mean("L_mm", known) == "; did you mean `L_m`?"
+
+
+def test_a_date_in_quotes_is_told_so():
+    line = refused("pump", ROOT / "examples" / "sun_day.toml", "--set", "weather.start='2026-08-15'")
+    assert "need a date without quotes" in line
+
+
+def test_a_limit_is_shown_on_one_line():
+    shown = repr(rl.limit(rl.load(RATED)))
+    assert len(shown) < 200 and "48.93 A rms" in shown
+
+
+def test_a_long_run_is_drawn_in_seconds():
+    from reluctance.picture import Picture
+    from reluctance.run.plots import plot_currents, plot_torque
+
+    for until, label in ((0.01, "time (ms)"), (6.0, "time (s)")):
+        run = rl.simulate(rl.load(RATED), until=until, record=until / 50)
+        ax = plot_torque(Picture(4, 3).add_subplot(), run)
+        assert ax.get_xlabel() == plot_currents(Picture(4, 3).add_subplot(), run).get_xlabel()
+        assert ax.get_xlabel() == label
+        assert ax.lines[0].get_xdata()[-1] == pytest.approx(until * (1e3 if until < 1 else 1))
+
+
+def test_a_map_that_is_drawn_says_where(tmp_path):
+    out = tmp_path / "m.png"
+    done = command("map", "plot", ROOT / "machines" / "onelab_6_4.toml", "--out", out)
+    assert done.code == 0 and str(out) in done.out
+
+
 def test_a_range_in_another_form_is_told_the_form():
     line = refused("sweep", SHARING, "--vary", "control.i_band_A=0.5-2")
     assert "a range is FROM:TO:COUNT, as in 0.5:2:5" in line

@@ -315,7 +315,7 @@ def _parquet(path: Path, table: Columns) -> None:
         import pyarrow.parquet
     except ImportError:
         raise ParameterError(
-            "parquet needs pyarrow; `pip install reluctance[parquet]` or write npz"
+            "parquet needs pyarrow; `pip install 'reluctance[parquet]'` or write npz"
         ) from None
     pyarrow.parquet.write_table(pyarrow.table(dict(table)), path)
 

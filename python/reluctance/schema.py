@@ -155,6 +155,8 @@ NEEDS = {  # pydantic's kinds of fault, as a need
     "list_type": "need a list, as in [1, 2]",
     "too_short": "need at least {min_length} value",
     "tuple_type": "need a list",
+    "date_type": "need a date without quotes, as in 2025-02-28",
+    "date_from_datetime_parsing": "need a date without quotes, as in 2025-02-28",
     "model_type": "need a table",
 }
 
@@ -189,7 +191,9 @@ def did_you_mean(word: str, words: Iterable[str]) -> str:
 
     known = {w.lower(): w for w in sorted(words)}
     longer = [w for low, w in known.items() if low.startswith(word.lower() + "_")]
-    near = longer or [known[m] for m in get_close_matches(word.lower(), known, n=1)]
+    parts = set(word.lower().split("_"))  # H_m has both parts of H_static_m
+    between = [w for low, w in known.items() if len(parts) > 1 and parts < set(low.split("_"))]
+    near = longer or between or [known[m] for m in get_close_matches(word.lower(), known, n=1)]
     if near:
         return f"; did you mean `{near[0]}`?"
     return f"; known: {', '.join(f'`{w}`' for w in known.values())}"

@@ -153,7 +153,10 @@ def _read(file: Path, stated: Stated) -> "tuple[FluxTable, Stated]":
 
     if file.suffix.lower() == ".toml":
         if stated != Stated():
-            raise ParameterError(f"{file}: the conventions of a machine file stand in it")
+            raise ParameterError(
+                f"{file} is a .toml: the conventions of a machine file stand in it; leave the "
+                "options out, or pass the file of the map"
+            )
         file, stated = _from_machine_file(file)
     table = read_map(
         file,
@@ -285,6 +288,7 @@ def plot(
     table, _ = _read(file, stated)
     with look(style, width):
         _plot(file, table, out)
+    print(out)
 
 
 def _plot(file: Path, table: "FluxTable", out: Path) -> None:

@@ -122,10 +122,11 @@ def size(
 def _print_table(title: str, rows: list[tuple[str, str]]) -> None:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=title, show_header=False)
+    table = Table(title=Text(title), show_header=False)
     table.add_column("figure")
     table.add_column("value", justify="right")
     for label, value in rows:
-        table.add_row(label, value)
+        table.add_row(Text(label), Text(value))  # [limits] is the name of a table, no markup
     Console().print(table)

@@ -50,7 +50,7 @@ def draw_field(field: Field, *, axes: Axes | None = None) -> Axes:
     for side, turn in ((system.rotor, field.position.alpha), (system.stator, 0.0)):
         of_elements = potential[side.of_elements]
         B = np.einsum("eqdi,ei->eqd", side.elements.gradient, of_elements)
-        drawn = PolyCollection(list(_outlines(side, turn)), rasterized=True, linewidths=0.1)
+        drawn = PolyCollection(list(_outlines(side, turn)), rasterized=True, linewidths=0.4)
         drawn.set_array(np.hypot(B[..., 0], B[..., 1]).mean(axis=1))
         drawn.set_edgecolor("face")
         drawn.set_clim(0, B_SHOWN)

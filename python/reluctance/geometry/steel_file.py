@@ -58,7 +58,7 @@ def steel(name: str, *, J_sat: float | None, stacking_factor: float) -> Steel:
     path = Path(name)
     if not is_file(path):
         hint = "no such file" if path.suffix else f"no such grade{did_you_mean(name, GRADES)}"
-        raise ParameterError(f"[lamination] steel = {name!r}: {hint}, or give a B-H file")
+        raise ParameterError(f"[lamination] steel = {name!r}: {hint} (or give a B-H file)")
     H, B = read_curve(path)
     J_last = B[-1] - mu_0 * H[-1]
     if J_sat is None and B[-1] < B_ENOUGH:

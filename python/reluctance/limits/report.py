@@ -23,7 +23,7 @@ FLOOR_SMOOTHING = 1e-3  # of the profile whose voltages the ripple floor needs [
 SPEEDS = 13  # points of an envelope, standstill included
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Limit:
     """The best profile at a drive's operating point, and what bounds it."""
 
@@ -32,6 +32,13 @@ class Limit:
     tau_max: float  # greatest ripple-free torque at this speed, of the reference's sign [N m]
     floor: RippleFloor | None  # at the switching frequency asked for
     step: TorqueStep | None  # from no current to the torque; None where it is zero
+
+    def __repr__(self) -> str:
+        best = self.least_copper
+        return (
+            f"Limit({self.drive.name}: {best.tau_ref:g} N m at {from_si(best.omega_m, 'rpm'):.5g} "
+            f"rpm, {best.i_rms:.4g} A rms, at most {self.tau_max:.4g} N m without ripple)"
+        )
 
     @property
     def ripple_free(self) -> bool:

@@ -116,7 +116,8 @@ def _oriented(
         if fits[0] == fits[1]:
             raise ParameterError(
                 "cannot tell currents from angles, need flux 0 at 0 A and a half or whole period "
-                "of angles; pass layout=currents_down or angles_down (--layout ...)"
+                "of angles; name the columns in a first row, as i_A, theta_deg, psi_Wb, or of a "
+                "grid pass layout=currents_down or angles_down (--layout ...)"
             )
         known = "currents_down" if fits[0] else "angles_down"
         notes.append(f"{known.replace('_', ' ')} the rows, since flux vanishes there at 0 A")

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from reluctance.arrays import FloatArray
 from reluctance.figures import save_figure
 from reluctance.phases import GREEN, LETTERS, phase_name
 from reluctance.picture import Picture, styled
@@ -15,6 +16,7 @@ from reluctance.solar.single_diode import Diode, current, power_point
 from reluctance.units import from_si
 
 SHORT = 0.02  # of a run: a state that is too short for its name
+LONG = 5.0  # run that is drawn in seconds [s]
 LEG_NAMES = ("demagnetize", "freewheel", "magnetize")
 
 
@@ -30,15 +32,29 @@ def _legend_above(ax: Axes) -> None:
     )
 
 
+def per_second(result: Record) -> float:
+    """Marks of the time axis in a second: milliseconds, of long runs seconds."""
+    return 1.0 if result.t[-1] >= LONG else 1e3
+
+
+def clock(result: Record) -> FloatArray:
+    """Times as they are drawn."""
+    return np.asarray(result.t * per_second(result))
+
+
+def time_label(result: Record) -> str:
+    return "time (s)" if per_second(result) == 1.0 else "time (ms)"
+
+
 def mark_events(ax: Axes, result: Record) -> Axes:
     """The states that a supervised drive has entered, as lines with their names."""
     events = result.events or []
     ends = [*(event.t for event in events[1:]), np.inf][: len(events)]
     for event, end in zip(events, ends, strict=True):
-        ax.axvline(event.t * 1e3, color="0.6", lw=0.7, ls=":", zorder=0)
+        ax.axvline(event.t * per_second(result), color="0.6", lw=0.7, ls=":", zorder=0)
         if end - event.t < SHORT * result.t[-1]:
             continue  # its name would lie below the next one
-        at = (event.t * 1e3, 0.02)
+        at = (event.t * per_second(result), 0.02)
         ax.annotate(
             event.mode, at, xycoords=("data", "axes fraction"), fontsize=7, rotation=90, color="0.3"
         )
@@ -47,34 +63,34 @@ def mark_events(ax: Axes, result: Record) -> Axes:
 
 def plot_torque(ax: Axes, result: Record) -> Axes:
     """Torque and its reference over time."""
-    ax.plot(result.t * 1e3, result.tau, lw=0.8, label="torque")
+    ax.plot(clock(result), result.tau, lw=0.8, label="torque")
     if np.any(result.tau_ref):
-        ax.plot(result.t * 1e3, result.tau_ref, "k--", lw=0.8, label="reference")
-    ax.set(xlabel="time (ms)", ylabel="torque (N m)")
+        ax.plot(clock(result), result.tau_ref, "k--", lw=0.8, label="reference")
+    ax.set(xlabel=time_label(result), ylabel="torque (N m)")
     _legend_above(ax)
     return ax
 
 
 def plot_speed(ax: Axes, result: Record) -> Axes:
     """Speed over time, and at the right the flow of a pump."""
-    ax.plot(result.t * 1e3, from_si(result.omega_m, "rpm"), lw=1.2, label="speed")
+    ax.plot(clock(result), from_si(result.omega_m, "rpm"), lw=1.2, label="speed")
     if result.drive.reference.kind == "speed":
         times, speeds = result.drive.reference.course
         asked = from_si(np.interp(result.t, times, speeds), "rpm")
-        ax.plot(result.t * 1e3, asked, "k--", lw=0.8, label="reference")
+        ax.plot(clock(result), asked, "k--", lw=0.8, label="reference")
         _legend_above(ax)
     if result.drive.load.pump is not None:
         beside = ax.twinx()
         plot_flow(beside, result).set_xlabel("")
-    ax.set(xlabel="time (ms)", ylabel="speed (rpm)")
+    ax.set(xlabel=time_label(result), ylabel="speed (rpm)")
     return ax
 
 
 def plot_phase_torques(ax: Axes, result: Record) -> Axes:
     """Torque of each phase over time."""
     for k, tau in enumerate(result.tau_ph):
-        ax.plot(result.t * 1e3, tau, lw=0.8, label=phase_name(k))
-    ax.set(xlabel="time (ms)", ylabel="torque of the phases (N m)")
+        ax.plot(clock(result), tau, lw=0.8, label=phase_name(k))
+    ax.set(xlabel=time_label(result), ylabel="torque of the phases (N m)")
     _legend_above(ax)
     return ax
 
@@ -82,12 +98,12 @@ def plot_phase_torques(ax: Axes, result: Record) -> Axes:
 def plot_currents(ax: Axes, result: Record) -> Axes:
     """Phase currents, and dashed the references of laws that have them."""
     for k, i in enumerate(result.i):
-        (line,) = ax.plot(result.t * 1e3, i, lw=0.8, label=phase_name(k))
+        (line,) = ax.plot(clock(result), i, lw=0.8, label=phase_name(k))
         if np.any(result.i_ref[k]):
             ax.step(
-                result.t * 1e3, result.i_ref[k], "--", where="post", lw=0.7, color=line.get_color()
+                clock(result), result.i_ref[k], "--", where="post", lw=0.7, color=line.get_color()
             )
-    ax.set(xlabel="time (ms)", ylabel="current (A)")
+    ax.set(xlabel=time_label(result), ylabel="current (A)")
     _legend_above(ax)
     return ax
 
@@ -97,20 +113,20 @@ def plot_legs(ax: Axes, result: Record) -> Axes:
     n_phases = len(result.leg)
     for k, leg in enumerate(result.leg):
         level = 3 * (n_phases - 1 - k) + leg + 1
-        ax.step(result.t * 1e3, level, where="post", lw=0.6, label=phase_name(k))
+        ax.step(clock(result), level, where="post", lw=0.6, label=phase_name(k))
     heights = [3 * (n_phases - 1 - k) + state for k in range(n_phases) for state in range(3)]
     names = [f"{LETTERS[k]} {LEG_NAMES[state]}" for k in range(n_phases) for state in range(3)]
     ax.set_yticks(heights, names, fontsize=7)
-    ax.set(xlabel="time (ms)", ylabel="leg state")
+    ax.set(xlabel=time_label(result), ylabel="leg state")
     return ax
 
 
 def plot_link(ax: Axes, result: Record) -> Axes:
     """Dc-link voltage over time, and the voltage of the array's maximum power point."""
     best = power_point(_diode(result))
-    ax.plot(result.t * 1e3, result.u_dc, lw=0.8, label="dc link")
-    ax.plot(result.t * 1e3, best.u, "k--", lw=0.8, label="maximum power point")
-    ax.set(xlabel="time (ms)", ylabel="voltage (V)")
+    ax.plot(clock(result), result.u_dc, lw=0.8, label="dc link")
+    ax.plot(clock(result), best.u, "k--", lw=0.8, label="maximum power point")
+    ax.set(xlabel=time_label(result), ylabel="voltage (V)")
     _legend_above(ax)
     return ax
 
@@ -121,18 +137,18 @@ def plot_power(ax: Axes, result: Record) -> Axes:
     diode = _diode(result)
     behind = result.u_dc + result.drive.source.blocking_diode_V
     power = result.u_dc * np.maximum(current(diode, behind), 0.0)
-    ax.plot(result.t * 1e3, power, lw=0.8, label="from the array")
-    ax.plot(result.t * 1e3, power_point(diode).p, "k--", lw=0.8, label="available")
-    ax.set(xlabel="time (ms)", ylabel="power (W)")
+    ax.plot(clock(result), power, lw=0.8, label="from the array")
+    ax.plot(clock(result), power_point(diode).p, "k--", lw=0.8, label="available")
+    ax.set(xlabel=time_label(result), ylabel="power (W)")
     _legend_above(ax)
     return ax
 
 
 def plot_flow(ax: Axes, result: Record) -> Axes:
     """Flow of the pump over time."""
-    ax.plot(result.t * 1e3, from_si(result.Q, "m3ph"), lw=1.0, color=styled(GREEN, 2), label="flow")
+    ax.plot(clock(result), from_si(result.Q, "m3ph"), lw=1.0, color=styled(GREEN, 2), label="flow")
     ax.yaxis.label.set_color(styled(GREEN, 2))
-    ax.set(xlabel="time (ms)", ylabel="flow (m³/h)")
+    ax.set(xlabel=time_label(result), ylabel="flow (m³/h)")
     return ax
 
 
@@ -170,7 +186,8 @@ def overview(result: Record, *, last_periods: float = 2.0) -> Figure:
     for ax, plot in late:
         shown = f"last {last_periods:g} periods" if start > 0 else "whole run"
         plot(ax, result.since(start)).set_title(shown, loc="left")
-        ax.set_xlim(start * 1e3, result.t[-1] * 1e3)
+        ax.set_xlim(start * per_second(result), clock(result)[-1])
+        ax.ticklabel_format(axis="x", useOffset=False)
     figure.suptitle(result.drive.name, parse_math=False)
     return figure
 
