@@ -44,7 +44,7 @@ def reading(path: Path, kind: str, remedy: str = "") -> Iterator[None]:
             raise
         raise ParameterError(f"{path}: {fault}") from None
     except FileNotFoundError:
-        raise ParameterError(f"{path}: no such file; check the path") from None
+        raise ParameterError(f"cannot read {path}: no such file; check the path") from None
     except OSError as fault:
         raise ParameterError(f"cannot read {path}: {fault.strerror or fault}{todo}") from None
     except MemoryError:
