@@ -16,14 +16,27 @@ inline constexpr int waveform_rows = 20000;
 /// Few, because each of thousands of loops has them: at 40 columns, 20 KB.
 inline constexpr int period_rows = 64;
 
+/// What a loop is made of.
+struct Loop {
+  const AnyMachine& machine;
+  int n_phases;
+  double R;
+  const srm::Source& source;
+  const srm::Bridge& bridge;
+  const srm::Shaft& shaft;
+  double t_dead;
+  const srm::Sampling& sampling;
+  const AnyController& controller;
+  const srm::Course& reference;
+  double theta_m;
+  const srm::Resolution& resolution;
+};
+
 class AnySimulation {
  public:
   using State = std::tuple<std::vector<double>, double, double, double>;
 
-  AnySimulation(const AnyMachine& machine, int n_phases, double R, const srm::Source& source,
-                const srm::Bridge& bridge, const srm::Shaft& shaft, double t_dead,
-                const srm::Sampling& sampling, const AnyController& controller,
-                const srm::Course& reference, double theta_m, const srm::Resolution& resolution);
+  explicit AnySimulation(const Loop& given);
 
   double advance(double t_stop) { return advance_(t_stop, *waveforms_, *periods_); }
   long steps() const { return steps_(); }
@@ -46,6 +59,11 @@ class AnySimulation {
   int period_columns() const { return periods_->columns(); }
 
  private:
+  template <Forms here>
+  void make(const Loop& given);
+  template <int N>
+  void make_of(const Loop& given);
+
   static std::vector<double> taken(srm::Rows& rows) {
     std::vector<double> values(rows.data(),
                                rows.data() + std::size_t(rows.size()) * rows.columns());
