@@ -5,7 +5,20 @@
 
 namespace bound {
 
-AnySimulation::AnySimulation(const Loop& given) { make<Forms::usual>(given); }
+AnySimulation::AnySimulation(const Loop& given) {
+  with_phases(given.n_phases, [&]<int N>() {
+    std::visit(
+        [&]<class M>(const srm::Held<M>& model) {
+          memory_ = model.memory;
+          if constexpr (has_form<Forms::usual, double, N>) {
+            make<M, N>(given, model.value);
+          } else {
+            make_other(given);
+          }
+        },
+        given.machine);
+  });
+}
 
 void bind_simulation(nb::module_& m) {
   nb::class_<AnySimulation>(m, "Simulation", "The closed loop. SI units.")

@@ -35,7 +35,6 @@ struct Scaled {
 
   constexpr Jet<double> jet(double i, double theta_e) const {
     Jet<double> m = model.jet(i, theta_e);
-    if (flux_factor == 1) return m;  // in every loop but some of those for learning
     for (double* each : {&m.psi, &m.tau, &m.L_inc, &m.psi_theta, &m.tau_theta, &m.L_i, &m.L_theta,
                          &m.psi_theta_2}) {
       *each *= flux_factor;
