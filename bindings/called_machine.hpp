@@ -22,18 +22,7 @@ struct CalledMachine {
 
 /// The model in the precision of a controller, kept in the memory.
 template <srm::Real T>
-CalledMachine<T> called(const AnyMachine& machine, srm::Tables& memory) {
-  return std::visit(
-      [&]<template <class> class M>(const srm::Held<M<double>>& model) -> CalledMachine<T> {
-        M<T> own;
-        srm::assign(own, model.value, memory);
-        const auto at = [](const void* self, T i, T theta_e) {
-          return static_cast<const M<T>*>(self)->at(i, theta_e);
-        };
-        return {own.N_r, memory.keep_one(own), at, &described_field<M<T>>};
-      },
-      machine);
-}
+CalledMachine<T> called(const AnyMachine& machine, srm::Tables& memory);
 
 /// `use(machine, memory)` with the machine in the precision of a controller, its tables kept in the
 /// memory. Forms other than the usual ones are given the call.
