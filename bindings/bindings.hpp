@@ -4,7 +4,7 @@
 // What is a template: scalar, phase count, machine model. What is decided at run time: everything
 // else. A control law is reached through one std::function per sample, and so is the controller. So
 // the loop is compiled per machine and phase count, the frame per precision and phase count, and a
-// new law adds its own file here (docs/adr/0005).
+// new law adds its own file here (docs/adr/0005, 0018).
 #pragma once
 
 #include <nanobind/nanobind.h>
