@@ -8,7 +8,7 @@ SOURCES := $(shell find include bindings tests/core_module python machines examp
              -not -name '*.so' -not -path '*/__pycache__/*' 2>/dev/null) CMakeLists.txt pyproject.toml
 
 BUILD_REQUIRES = $(shell $(PYTHON) -c 'import tomllib; print(*map(repr, tomllib.load( \
-                   open("pyproject.toml", "rb"))["build-system"]["requires"]))')
+                   open("pyproject.toml", "rb"))["build-system"]["requires"]))' 2>/dev/null)
 
 PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 C_FOLDERS := include bindings tests examples firmware web bench
@@ -20,6 +20,10 @@ run: $(VENV)/installed
 	@mkdir -p out
 	$(BIN)/reluctance run examples/paper_rated.toml --plot out/paper_rated.png
 	$(BIN)/reluctance paper --out out/paper
+	@echo 'next:'
+	@echo '  . $(BIN)/activate'
+	@echo '  reluctance run examples/edge_mpc_mcu.toml --plot out/edge_mpc_mcu.png'
+	@echo '  xdg-open out/paper/report.html'
 
 test: $(VENV)/installed-test lint
 	$(PYTEST) -m "not long"
@@ -101,26 +105,49 @@ wheels:
 
 # Without build isolation the tools of the build stay where they are, so that only what changed is
 # compiled again. Modules of Python are compiled when they are first imported: all of them took 18 s
-# of processor time.
-INSTALL := $(BIN)/pip install --quiet --no-compile --no-build-isolation \
-  --config-settings=cmake.define.RELUCTANCE_TEST_MODULE
+# of processor time. Of what pip has to say, packages and compiled files are shown, and all of it
+# where it fails.
+PIP := $(BIN)/pip install --no-compile --no-build-isolation
+LOG := $(VENV)/install.log
+install = @{ $(PIP) -v --config-settings=cmake.define.RELUCTANCE_TEST_MODULE=$(1) $(2) 2>&1 || \
+  echo 'error: pip install failed'; } | tee $(LOG) | grep --line-buffered -oE $(SHOWN); \
+  ! grep -q '^error: pip install failed' $(LOG) || { cat $(LOG); exit 2; }
+SHOWN := '^Collecting [^ ]+|^Installing collected|\[[0-9]+/[0-9]+\] [A-Z].*'
 
 $(VENV)/installed: $(SOURCES) | $(VENV)/made
-	$(INSTALL)=OFF .
+	$(call install,OFF,.)
 	@touch $@
 
 $(VENV)/installed-test: $(SOURCES) | $(VENV)/made
-	$(INSTALL)=ON '.[test]'
+	$(call install,ON,'.[test]')
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-docs: $(VENV)/installed-test
-	$(INSTALL)=ON '.[docs]'
+	$(call install,ON,'.[docs]')
 	@touch $@ $(VENV)/installed
 
+# What an environment and a build need, each with its package: asked before anything is made.
+# CMake takes the compiler of the environment variable CXX, or c++.
+CMAKE_CXX = $(if $(filter default,$(origin CXX)),c++,$(CXX))
+CXX20 := \#include <concepts>
+NEEDS_IF = || { echo "error: $(1); on Debian: apt install $(2)"; exit 2; }
+
+# pip reads `false` as the option itself. With it `pip install '.[html]'` compiles nothing again.
+PIP_CONF := [install]\nno-build-isolation = false\n
+
 $(VENV)/made:
+	@command -v $(PYTHON) >/dev/null $(call NEEDS_IF,$(PYTHON) is missing,python3)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "error: $(PYTHON) is too old, need Python >= 3.11; try make PYTHON=python3.11"; exit 2; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null \
+	  $(call NEEDS_IF,the module ensurepip of $(PYTHON) is missing,python3-venv)
+	@$(PYTHON) -c 'import os, sys, sysconfig; \
+	  sys.exit(not os.path.isfile(sysconfig.get_path("include") + "/Python.h"))' \
+	  $(call NEEDS_IF,Python.h is missing,python3-dev)
+	@echo '$(CXX20)' | $(CMAKE_CXX) -std=c++20 -fsyntax-only -x c++ - 2>/dev/null \
+	  $(call NEEDS_IF,no C++20 compiler ($(CMAKE_CXX)),g++)
 	$(PYTHON) -m venv $(VENV)
+	@printf '$(PIP_CONF)' > $(VENV)/pip.conf
 	$(BIN)/pip install --quiet --no-compile cmake ninja $(BUILD_REQUIRES)
 	@touch $@
 

@@ -47,6 +47,14 @@ def cost(command: str, folder: str) -> tuple[float, float]:
     return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
 
 
+def short(file: Path, build: Path) -> str:
+    """The path within the sources or the build, as `bindings/frame.cpp`."""
+    for folder in (build, ROOT):
+        if folder in file.parents and not {".venv", "CMakeFiles"} & set(file.parts):
+            return str(file.relative_to(folder))
+    return file.name
+
+
 def measured(part: str) -> list[tuple[str, float, float]]:
     """A row for each file, the costliest first, and the sum."""
     rows = []
@@ -54,8 +62,7 @@ def measured(part: str) -> list[tuple[str, float, float]]:
         commands = configured(Path(folder))
         for each in sorted(commands, key=lambda c: "cmake_pch" not in c["file"]):  # it comes first
             file = Path(each["file"])
-            ours = ROOT in file.parents and ".venv" not in file.parts
-            name = str(file.relative_to(ROOT)) if ours else file.name
+            name = short(file, Path(folder))
             if part in name or "cmake_pch" in name:
                 rows.append((name, *cost(each["command"], each["directory"])))
                 print(f"{name:40} {rows[-1][1]:6.1f} s {rows[-1][2]:5.0f} MB", flush=True)

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "bindings.hpp"
+#include "called_machine.hpp"
 #include "describe.hpp"
 #include "srm/control/part/guide.hpp"
 
@@ -80,51 +81,73 @@ Law<M, N> filled(const M& machine, srm::Tables& tables, const Value&... value) {
   return law;
 }
 
-/// The law of a precision, number of phases and machine model.
-template <srm::Real T, int N, template <class> class M, class Make>
-[[gnu::cold]] AnyLaw kept_law(const srm::Held<M<double>>& model, const Make& make) {
-  using Law = decltype(make.template operator()<T, N>(std::declval<const M<T>&>(),
-                                                      std::declval<srm::Tables&>()));
-  srm::Tables tables;
-  M<T> own;
-  srm::assign(own, model.value, tables);
-  const Law* const law = tables.keep_one(make.template operator()<T, N>(own, tables));
-  const std::shared_ptr<const Law> held(tables.owner(), law);
-  return {AnyLaw::Any<T>(srm::called(held)), held, &described_field<Law>, model};
+/// The law of a precision and number of phases.
+template <Forms here, srm::Real T, int N, class Make>
+[[gnu::cold]] AnyLaw law_of(const AnyMachine& machine, const Make& make) {
+  return with_machine<here, T>(machine, [&]<class M>(const M& own, srm::Tables& memory) -> AnyLaw {
+    const auto* const law = memory.keep_one(make.template operator()<T, N>(own, memory));
+    using Law = std::remove_cvref_t<decltype(*law)>;
+    const std::shared_ptr<const Law> held(memory.owner(), law);
+    return {AnyLaw::Any<T>(srm::called(held)), held, &described_field<Law>, machine};
+  });
 }
 
-/// A law that Python can hold. `make.template operator()<T, N>(machine, memory)` returns the law as
-/// it is; its tables are kept in the memory.
+/// Makes a law of another form than the usual ones: compiled in another file, which puts it here.
 template <class Make>
+inline AnyLaw (*other_form)(const AnyMachine&, int n_phases, bool single, const Make&) = nullptr;
+
+/// A law that Python can hold. `make.template operator()<T, N>(machine, memory)` returns the law as
+/// it is.
+template <Forms here, class Make>
 AnyLaw any_law(const AnyMachine& machine, int n_phases, bool single, const Make& make) {
-  return std::visit(
-      [&]<template <class> class M>(const srm::Held<M<double>>& model) {
-        return with_phases(n_phases, [&]<int N>() {
-          return single ? kept_law<float, N>(model, make) : kept_law<double, N>(model, make);
-        });
-      },
-      machine);
+  const auto of = [&]<class T>() {
+    return with_phases(n_phases, [&]<int N>() -> AnyLaw {
+      if constexpr (has_form<here, T, N>) {
+        return law_of<here, T, N>(machine, make);
+      } else {
+        return other_form<Make>(machine, n_phases, single, make);
+      }
+    });
+  };
+  return single ? of.template operator()<float>() : of.template operator()<double>();
 }
+
+/// What Python gives for the fields of a law, the machine left out.
+template <template <class, int> class Law, class = std::make_index_sequence<given_fields<Law>>>
+struct GivenFields;
+template <template <class, int> class Law, std::size_t... n>
+struct GivenFields<Law, std::index_sequence<n...>> {
+  std::tuple<const GivenField<Law, n>&...> value;
+
+  /// Makes the law.
+  template <class T, int N, class M>
+  Law<M, N> operator()(const M& machine, srm::Tables& memory) const {
+    return filled<Law, N>(machine, memory, std::get<n>(value)...);
+  }
+};
 
 /// Python's function that makes a law: the machine model as the control believes it, the number of
 /// phases, whether in single precision, then the fields of the law but its machine.
-template <template <class, int> class Law>
+template <template <class, int> class Law, Forms here = forms_here>
 void bind_law(nb::module_& m, const char* name, const char* doc) {
-  Sample<Law> sample{};
-  const auto list = field_list(sample);
-  [&]<std::size_t... n>(std::index_sequence<n...>) {
-    m.def(
-        name,
-        [](const AnyMachine& model, int n_phases, bool single, const GivenField<Law, n>&... value) {
-          return any_law(model, n_phases, single,
-                         [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
-                           return filled<Law, N>(machine, tables, value...);
-                         });
-        },
-        nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"), nb::kw_only(),
-        nb::arg(std::get<n + has_machine<Law>>(list).name)..., doc);
+  using Make = GivenFields<Law>;
+  if constexpr (here == Forms::other) {
+    other_form<Make> = &any_law<here, Make>;
+  } else {
+    Sample<Law> sample{};
+    const auto list = field_list(sample);
+    [&]<std::size_t... n>(std::index_sequence<n...>) {
+      m.def(
+          name,
+          [](const AnyMachine& model, int n_phases, bool single,
+             const GivenField<Law, n>&... value) {
+            return any_law<here>(model, n_phases, single, Make{{value...}});
+          },
+          nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"), nb::kw_only(),
+          nb::arg(std::get<n + has_machine<Law>>(list).name)..., doc);
+    }
+    (std::make_index_sequence<given_fields<Law>>());
   }
-  (std::make_index_sequence<given_fields<Law>>());
 }
 
 }  // namespace bound

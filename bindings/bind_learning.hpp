@@ -6,35 +6,51 @@
 
 namespace bound {
 
-/// Python's function that makes a law that learns: as bind_law, and what Learning adds to the law.
+/// What Python gives for a law that learns.
 template <template <class, int> class Law>
-void bind_learning(nb::module_& m, const char* name) {
-  Sample<Law> sample{};
-  const auto list = field_list(sample);
-  [&]<std::size_t... n>(std::index_sequence<n...>) {
-    m.def(
-        name,
-        [](const AnyMachine& model, int n_phases, bool single, const srm::StrokeFit<double>& fit,
-           double w_sw_torque, double w_sw_voltage, const GivenField<Law, n>&... value) {
-          return any_law(model, n_phases, single,
-                         [&]<class T, int N, class M>(const M& machine, srm::Tables& tables) {
-                           const srm::WithInductance<M> own{machine, machine.N_r, T(0)};
-                           const auto law = filled<Law, N>(own, tables, value...);
-                           srm::Learning<std::remove_const_t<decltype(law)>> learning{
-                               .law = law,
-                               .fit = {},
-                               .w_sw_torque = static_cast<T>(w_sw_torque),
-                               .w_sw_voltage = static_cast<T>(w_sw_voltage)};
-                           srm::assign(learning.fit, fit);
-                           return learning;
-                         });
-        },
-        nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"), nb::kw_only(), nb::arg("fit"),
-        nb::arg("w_sw_torque"), nb::arg("w_sw_voltage"),
-        nb::arg(std::get<n + has_machine<Law>>(list).name)...,
-        "The same law, which learns the machine that it drives.");
+struct GivenLearning {
+  const srm::StrokeFit<double>& fit;
+  double w_sw_torque, w_sw_voltage;
+  GivenFields<Law> law;
+
+  /// Makes the law.
+  template <class T, int N, class M>
+  auto operator()(const M& machine, srm::Tables& memory) const {
+    const srm::WithInductance<M> own{machine, machine.N_r, T(0)};
+    srm::Learning<Law<srm::WithInductance<M>, N>> learning{
+        .law = law.template operator()<T, N>(own, memory),
+        .fit = {},
+        .w_sw_torque = static_cast<T>(w_sw_torque),
+        .w_sw_voltage = static_cast<T>(w_sw_voltage)};
+    srm::assign(learning.fit, fit);
+    return learning;
   }
-  (std::make_index_sequence<given_fields<Law>>());
+};
+
+/// Python's function that makes a law that learns: as bind_law, and what Learning adds to the law.
+template <template <class, int> class Law, Forms here = forms_here>
+void bind_learning(nb::module_& m, const char* name) {
+  using Make = GivenLearning<Law>;
+  if constexpr (here == Forms::other) {
+    other_form<Make> = &any_law<here, Make>;
+  } else {
+    Sample<Law> sample{};
+    const auto list = field_list(sample);
+    [&]<std::size_t... n>(std::index_sequence<n...>) {
+      m.def(
+          name,
+          [](const AnyMachine& model, int n_phases, bool single, const srm::StrokeFit<double>& fit,
+             double w_sw_torque, double w_sw_voltage, const GivenField<Law, n>&... value) {
+            return any_law<here>(model, n_phases, single,
+                                 Make{fit, w_sw_torque, w_sw_voltage, {{value...}}});
+          },
+          nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"), nb::kw_only(), nb::arg("fit"),
+          nb::arg("w_sw_torque"), nb::arg("w_sw_voltage"),
+          nb::arg(std::get<n + has_machine<Law>>(list).name)...,
+          "The same law, which learns the machine that it drives.");
+    }
+    (std::make_index_sequence<given_fields<Law>>());
+  }
 }
 
 }  // namespace bound

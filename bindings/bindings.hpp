@@ -4,7 +4,7 @@
 // What is a template: scalar, phase count, machine model. What is decided at run time: everything
 // else. A control law is reached through one std::function per sample, and so is the controller. So
 // the loop is compiled per machine and phase count, the frame per precision and phase count, and a
-// new law adds its own file here (docs/adr/0005).
+// new law adds its own file here (docs/adr/0005, 0018).
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "arrays.hpp"
+#include "forms.hpp"
 #include "srm/machine/machines.hpp"
 #include "srm/sim/called_law.hpp"
 #include "srm/sim/controller.hpp"
@@ -99,8 +100,8 @@ void bind_step_time(nb::module_& m);
 void bind_supervised(nb::module_& m);
 
 /// Python's function of a built-in law (control/laws.hpp). Each has a file: all of them in one took
-/// 1.6 GB to compile.
-template <template <class, int> class Law>
+/// 1.6 GB to compile. `Forms::other` adds the other forms to what `Forms::usual` has bound.
+template <template <class, int> class Law, Forms here = forms_here>
 void bind_built_in(nb::module_& m);
 
 }  // namespace bound

@@ -73,6 +73,17 @@ inline nb::dict described_struct(const std::string& type,
   return node;
 }
 
+/// A tree with one name for another in all its texts.
+inline nb::object renamed(const nb::object& node, const std::string& from, const std::string& to) {
+  if (nb::isinstance<nb::str>(node)) return node.attr("replace")(from, to);
+  if (!nb::isinstance<nb::dict>(node)) return node;
+  nb::dict all;
+  for (const auto& [key, value] : nb::borrow<nb::dict>(node)) {
+    all[key] = renamed(nb::borrow(value), from, to);
+  }
+  return all;
+}
+
 template <class V>
 nb::object described(const V& value);
 
@@ -84,7 +95,9 @@ template <class V>
 
 template <class V>
 [[gnu::cold]] nb::object described(const V& value) {
-  if constexpr (srm::Listed<V>) {
+  if constexpr (requires { value.described(); }) {
+    return value.described();
+  } else if constexpr (srm::Listed<V>) {
     return srm::fields_of(value, [&]<class... F>(srm::Field<F>... field) -> nb::object {
       return described_struct(type_name(value),
                               {{field.name, &field.value, &described_field<F>}...});

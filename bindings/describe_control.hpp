@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bindings.hpp"
+#include "called_machine.hpp"
 #include "describe.hpp"
 #include "srm/control/frame/frame.hpp"
 
@@ -35,7 +36,8 @@ nb::object described_machine(const AnyMachine& machine) {
 template <class T>
 nb::dict described_controller(const AnyLaw& law, const srm::Frame<T>& frame) {
   nb::dict tree;
-  tree["control"] = described_control(nb::cast<nb::dict>(law.describe(law.made.get())), frame);
+  const nb::object made = with_own_name<T>(law.describe(law.made.get()), law.machine);
+  tree["control"] = described_control(nb::cast<nb::dict>(made), frame);
   tree["machine"] = described_machine<T>(law.machine);
   return tree;
 }

@@ -1,5 +1,6 @@
 // Environments for learning: many drives that are stepped together, without the interpreter lock
-// and without Python for each of them (python/reluctance/gym).
+// and without Python for each of them (python/reluctance/gym). Compiled in less time than the loop
+// of a run, which is theirs for numbers of phases that are not usual.
 #include <nanobind/stl/unique_ptr.h>
 
 #include <algorithm>
@@ -185,6 +186,19 @@ void obey(Batch& b, const Actions& orders, const Observations& observations, con
 }
 
 }  // namespace
+
+void AnySimulation::make_other(const Loop& given) {
+  with_phases(given.n_phases, [&]<int N>() {
+    if constexpr (!has_form<Forms::usual, double, N>) {
+      std::visit(
+          [&]<class M>(const srm::Held<M>& model) {
+            const srm::Scaled<M> as_it_is{model.value, model.value.N_r, 1.0};
+            make<srm::Scaled<M>, N>(given, as_it_is);
+          },
+          given.machine);
+    }
+  });
+}
 
 void bind_environments(nb::module_& m) {
   nb::enum_<srm::Task>(m, "Task")

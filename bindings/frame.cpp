@@ -1,26 +1,8 @@
-// The frame around a law: its parameters, and the controller that it makes of any law.
+// The frame around a law: its parameters.
 #include "bind_struct.hpp"
-#include "describe_control.hpp"
-#include "srm/sim/desk.hpp"
+#include "controllers.hpp"
 
 namespace bound {
-
-namespace {
-
-AnyController controller(const AnyLaw& law, const srm::Frame<double>& given) {
-  const auto around = [&]<class T, int N>(const srm::CalledLaw<T, N>& called) -> AnyController {
-    srm::DriveControl<srm::CalledLaw<T, N>> control{called};
-    srm::assign(control.frame, given);
-    AnyController made{srm::on_desk(control, nullptr)};
-    if (law.describe != nullptr) {
-      made.description = [law, frame = control.frame] { return described_controller(law, frame); };
-    }
-    return made;
-  };
-  return std::visit([&](const auto& any) { return std::visit(around, any); }, law.called);
-}
-
-}  // namespace
 
 void bind_frame(nb::module_& m) {
   bind_struct<srm::LimitedPi<double>>(m, "LimitedPi",
@@ -53,7 +35,7 @@ void bind_frame(nb::module_& m) {
       "comparators, dead-time compensation. By default none of them. SI units.");
   nb::class_<AnyLaw>(m, "Law", "A control law of the core, or a function that stands for one.");
   nb::class_<AnyController>(m, "Controller", "A complete controller, ready to be sampled.")
-      .def(nb::new_(&controller), nb::arg("law"), nb::arg("frame"),
+      .def(nb::new_(&controlled<Forms::usual>), nb::arg("law"), nb::arg("frame"),
            "A law with its frame, and their state.");
 }
 

@@ -23,10 +23,7 @@ PulseTable pulse_table(const Values& omega, const Values& tau, const Values& the
   return {view, memory.owner()};
 }
 
-}  // namespace
-
-template <>
-void bind_built_in<srm::laws::Angles>(nb::module_& m) {
+void bind_pulse_table(nb::module_& m) {
   nb::class_<PulseTable>(m, "PulseTable",
                          "Angles [rad] and current [A] of motoring pulses over speed [rad/s] and "
                          "torque [N m], row by row of speed; without values no table.")
@@ -42,6 +39,13 @@ void bind_built_in<srm::laws::Angles>(nb::module_& m) {
           },
           nb::arg("omega_m"), nb::arg("tau"),
           "Turn-on and turn-off angle [rad] and current [A] at a speed [rad/s] and torque [N m].");
+}
+
+}  // namespace
+
+template <>
+void bind_built_in<srm::laws::Angles>(nb::module_& m) {
+  if (forms_here != Forms::other) bind_pulse_table(m);
   bind_law<srm::laws::Angles>(
       m, "angles", "Current held in a band of half width i_band [A] between turn-on and turn-off.");
 }

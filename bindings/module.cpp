@@ -6,7 +6,7 @@ namespace bound {
 
 template <template <class, int> class... Law>
 void bind_all(nb::module_& m) {
-  (bind_built_in<Law>(m), ...);
+  ((bind_built_in<Law, Forms::usual>(m), bind_built_in<Law, Forms::other>(m)), ...);
 }
 
 }  // namespace bound

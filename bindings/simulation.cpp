@@ -5,51 +5,35 @@
 
 namespace bound {
 
-AnySimulation::AnySimulation(const AnyMachine& machine, int n_phases, double R,
-                             const srm::Source& source, const srm::Bridge& bridge,
-                             const srm::Shaft& shaft, double t_dead, const srm::Sampling& sampling,
-                             const AnyController& controller, const srm::Course& reference,
-                             double theta_m, const srm::Resolution& resolution) {
-  with_phases(n_phases, [&]<int N>() {
-    const auto* step = std::get_if<srm::Controller<N>>(&controller.step);
-    if (step == nullptr) throw std::invalid_argument("the controller has another phase count");
-    const bool records = resolution.record_every >= 0;
-    waveforms_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Waveform<N>{}),
-                                             records ? waveform_rows : 1);
-    periods_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Period<N>{}), period_rows);
+AnySimulation::AnySimulation(const Loop& given) {
+  with_phases(given.n_phases, [&]<int N>() {
     std::visit(
         [&]<class M>(const srm::Held<M>& model) {
           memory_ = model.memory;
-          const srm::Plant<M, N> plant{model.value, R, source, bridge, shaft};
-          auto loop = std::make_shared<srm::Simulation<M, N>>(plant, t_dead, sampling, *step,
-                                                              reference, theta_m, resolution);
-          advance_ = [loop](double t, srm::Rows& w, srm::Rows& p) {
-            return loop->advance(t, w, p);
-          };
-          record_ = [loop](srm::Rows& w) { loop->record(w); };
-          steps_ = [loop] { return loop->steps(); };
-          learned_ = [loop] { return loop->learned(); };
-          change_R_ = [loop](double to) {
-            loop->change([to](auto& changed, auto&) { changed.R = to; });
-          };
-          state_ = [loop] {
-            const srm::State<N>& x = loop->state();
-            return State{{x.i.begin(), x.i.end()}, x.omega_m, x.theta_m, x.u_dc};
-          };
-          close_period_ = [loop](srm::Rows& p) { loop->close_period(p); };
+          if constexpr (has_form<Forms::usual, double, N>) {
+            make<M, N>(given, model.value);
+          } else {
+            make_other(given);
+          }
         },
-        machine);
+        given.machine);
   });
 }
 
 void bind_simulation(nb::module_& m) {
   nb::class_<AnySimulation>(m, "Simulation", "The closed loop. SI units.")
-      .def(nb::init<const AnyMachine&, int, double, const srm::Source&, const srm::Bridge&,
-                    const srm::Shaft&, double, const srm::Sampling&, const AnyController&,
-                    const srm::Course&, double, const srm::Resolution&>(),
-           nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("R"), nb::arg("source"),
-           nb::arg("bridge"), nb::arg("shaft"), nb::arg("t_dead"), nb::arg("sampling"),
-           nb::arg("controller"), nb::arg("reference"), nb::arg("theta_m"), nb::arg("resolution"))
+      .def(
+          "__init__",
+          [](AnySimulation* self, const AnyMachine& machine, int n_phases, double R,
+             const srm::Source& source, const srm::Bridge& bridge, const srm::Shaft& shaft,
+             double t_dead, const srm::Sampling& sampling, const AnyController& controller,
+             const srm::Course& reference, double theta_m, const srm::Resolution& resolution) {
+            new (self) AnySimulation({machine, n_phases, R, source, bridge, shaft, t_dead, sampling,
+                                      controller, reference, theta_m, resolution});
+          },
+          nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("R"), nb::arg("source"),
+          nb::arg("bridge"), nb::arg("shaft"), nb::arg("t_dead"), nb::arg("sampling"),
+          nb::arg("controller"), nb::arg("reference"), nb::arg("theta_m"), nb::arg("resolution"))
       .def("advance", &AnySimulation::advance, nb::arg("t_stop"),
            nb::call_guard<nb::gil_scoped_release>(),
            "Runs to t_stop [s], or until a table is full or many steps are taken; returns the time "

@@ -16,14 +16,27 @@ inline constexpr int waveform_rows = 20000;
 /// Few, because each of thousands of loops has them: at 40 columns, 20 KB.
 inline constexpr int period_rows = 64;
 
+/// What a loop is made of.
+struct Loop {
+  const AnyMachine& machine;
+  int n_phases;
+  double R;
+  const srm::Source& source;
+  const srm::Bridge& bridge;
+  const srm::Shaft& shaft;
+  double t_dead;
+  const srm::Sampling& sampling;
+  const AnyController& controller;
+  const srm::Course& reference;
+  double theta_m;
+  const srm::Resolution& resolution;
+};
+
 class AnySimulation {
  public:
   using State = std::tuple<std::vector<double>, double, double, double>;
 
-  AnySimulation(const AnyMachine& machine, int n_phases, double R, const srm::Source& source,
-                const srm::Bridge& bridge, const srm::Shaft& shaft, double t_dead,
-                const srm::Sampling& sampling, const AnyController& controller,
-                const srm::Course& reference, double theta_m, const srm::Resolution& resolution);
+  explicit AnySimulation(const Loop& given);
 
   double advance(double t_stop) { return advance_(t_stop, *waveforms_, *periods_); }
   long steps() const { return steps_(); }
@@ -46,6 +59,11 @@ class AnySimulation {
   int period_columns() const { return periods_->columns(); }
 
  private:
+  /// Of a number of phases that is not usual (forms.hpp), in environments.cpp.
+  void make_other(const Loop& given);
+  template <srm::Motor M, int N>
+  void make(const Loop& given, const M& machine);
+
   static std::vector<double> taken(srm::Rows& rows) {
     std::vector<double> values(rows.data(),
                                rows.data() + std::size_t(rows.size()) * rows.columns());
@@ -66,6 +84,29 @@ class AnySimulation {
   std::unique_ptr<srm::Rows> waveforms_, periods_;
   std::shared_ptr<const void> memory_;  // of the machine's tables
 };
+
+template <srm::Motor M, int N>
+void AnySimulation::make(const Loop& given, const M& machine) {
+  const auto* step = std::get_if<srm::Controller<N>>(&given.controller.step);
+  if (step == nullptr) throw std::invalid_argument("the controller has another phase count");
+  const bool records = given.resolution.record_every >= 0;
+  waveforms_ =
+      std::make_unique<srm::Rows>(srm::columns_of(srm::Waveform<N>{}), records ? waveform_rows : 1);
+  periods_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Period<N>{}), period_rows);
+  const srm::Plant<M, N> plant{machine, given.R, given.source, given.bridge, given.shaft};
+  auto loop = std::make_shared<srm::Simulation<M, N>>(
+      plant, given.t_dead, given.sampling, *step, given.reference, given.theta_m, given.resolution);
+  advance_ = [loop](double t, srm::Rows& w, srm::Rows& p) { return loop->advance(t, w, p); };
+  record_ = [loop](srm::Rows& w) { loop->record(w); };
+  steps_ = [loop] { return loop->steps(); };
+  learned_ = [loop] { return loop->learned(); };
+  change_R_ = [loop](double to) { loop->change([to](auto& changed, auto&) { changed.R = to; }); };
+  state_ = [loop] {
+    const srm::State<N>& x = loop->state();
+    return State{{x.i.begin(), x.i.end()}, x.omega_m, x.theta_m, x.u_dc};
+  };
+  close_period_ = [loop](srm::Rows& p) { loop->close_period(p); };
+}
 
 /// Threads that run many loops; bound together with the loop.
 void bind_runs(nb::module_& m);

@@ -1,65 +1,11 @@
 // A supervised drive on the desk: a law with its frame, the protection and the states around them.
 #include "bind_struct.hpp"
-#include "describe_control.hpp"
-#include "describe_plant.hpp"
+#include "controllers.hpp"
 #include "srm/sim/columns.hpp"
-#include "srm/sim/supervision.hpp"
 
 namespace bound {
 
 namespace {
-
-using Events = std::shared_ptr<std::vector<srm::Event>>;
-
-template <class Drive>
-AnyController sampled(const Drive& drive, const srm::Supervision& plan,
-                      const std::shared_ptr<const void>& memory) {
-  const Events events = std::make_shared<std::vector<srm::Event>>();
-  AnyController made{srm::Controller<Drive::N>(
-      [drive, plan, memory, events, x = srm::SupervisedState<Drive>{}](
-          const srm::Measurement<double, Drive::N>& y, double reference) mutable {
-        srm::Orders<Drive::N> orders = srm::step_supervised(drive, plan, x, y, reference);
-        const auto& law = x.drive.control.law;
-        orders.tau_ref = x.outputs.gate_enable ? double(law.frame.tau_ref) : 0.0;
-        srm::assign(orders.learned, law.law.learned);
-        srm::note(*events, drive, x, plan.T_s);
-        return orders;
-      })};
-  made.events = [events] { return *events; };
-  return made;
-}
-
-AnyController supervised(const AnyLaw& law, const srm::Frame<double>& frame,
-                         const AnyMachine& machine, const srm::Protection<double>& protection,
-                         const srm::Sequence<double>& sequence, const srm::Supervision& plan) {
-  const auto around = [&]<class T, int N>(const srm::CalledLaw<T, N>& called) -> AnyController {
-    if (plan.phase < 0 || plan.phase >= N) throw std::invalid_argument("phase of the trouble");
-    const auto guarded = [&]<template <class> class M>(const srm::Held<M<double>>& model) {
-      using Control = srm::DriveControl<srm::CalledLaw<T, N>>;
-      srm::Tables memory;
-      srm::Supervised<srm::Guarded<M<T>, Control>> drive{};
-      srm::assign(drive.control.machine, model.value, memory);
-      srm::assign(drive.control.protection, protection);
-      srm::assign(drive.control.control.frame, frame);
-      drive.control.control.law = called;
-      srm::assign(drive.sequence, sequence);
-      AnyController made = sampled(drive, plan, memory.owner());
-      if (law.describe != nullptr) {
-        made.description = [law, drive, plan, owner = memory.owner()] {
-          nb::dict tree = described_controller(law, drive.control.control.frame);
-          tree["known"] = described(drive.control.machine);
-          tree["protection"] = described(drive.control.protection);
-          tree["sequence"] = described(drive.sequence);
-          tree["supervision"] = described_part(plan);
-          return tree;
-        };
-      }
-      return made;
-    };
-    return std::visit(guarded, machine);
-  };
-  return std::visit([&](const auto& any) { return std::visit(around, any); }, law.called);
-}
 
 /// Rows of srm::Event; None where the controller is not supervised.
 nb::object events_of(const AnyController& controller) {
@@ -89,7 +35,7 @@ void bind_supervised(nb::module_& m) {
   bind_struct<srm::Supervision>(m, "Supervision",
                                 "When a supervised drive is enabled and cleared, and its trouble; "
                                 "courses of 0 and 1. SI units.");
-  m.def("supervised", &supervised, nb::arg("law"), nb::arg("frame"), nb::kw_only(),
+  m.def("supervised", &supervised<Forms::usual>, nb::arg("law"), nb::arg("frame"), nb::kw_only(),
         nb::arg("machine"), nb::arg("protection"), nb::arg("sequence"), nb::arg("supervision"),
         "A law with its frame, protection and states, and their state: the step of a target, on "
         "the desk. machine: as the protection knows it.");
