@@ -129,7 +129,7 @@ class Programme:
         cost = ca.log(copper) + ripple_weight * ripple
         self._weighed = ca.Function("weighed", [x, self._given], [copper, cost])
         self._solvers: dict[tuple[Objective, Constraint], Any] = {}
-        self._ripples_from = np.inf  # the least torque found that is not free of ripple [N m]
+        self._ripples_from = np.inf  # of the last torque, if that was not free of ripple [N m]
         self._tau_ph = ca.Function("tau_ph", [x, i_unit], [tau_ph])
         self._waveforms = ca.Function("waveforms", [x, i_unit], [psi, u, tau])
         at_most = self._tau_ph(np.full(n, point.i_max), 1.0)
@@ -144,7 +144,7 @@ class Programme:
         """The best current (n,) for a torque tau_ref >= 0; `starts` are tried before its own.
 
         Searches without ripple where there is none take most of the time, and the one for the least
-        error always has an optimum. So above a torque that was not free of ripple it is the first.
+        error always has an optimum. So it is the first above a torque that was not free of ripple.
 
         Raises
         ------
@@ -173,7 +173,7 @@ class Programme:
             given = e * (1 + of_error) + of_torque * tau_ref
             i, _, found = self._solve("copper", norm, i_0, tau_ref=tau_ref, s=(given, given))
             if found:
-                self._ripples_from = min(self._ripples_from, tau_ref)
+                self._ripples_from = tau_ref
                 return i
         raise RuntimeError(f"no optimum found at tau_ref = {tau_ref} N m; change n_points")
 
@@ -182,6 +182,7 @@ class Programme:
         for i_0 in starts:
             i, _, found = self._solve("copper", "none", i_0, tau_ref=tau_ref)
             if found:
+                self._ripples_from = np.inf
                 return i
         return None
 
