@@ -1,5 +1,6 @@
 """The guide over speed: its interpolation, its weights, and the laws that follow it."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,9 @@ from mpc_loop import PAPER, RATED, RPM, STUDY, U_DC, Point, controller, figures
 
 import reluctance as rl
 from reluctance import _core
+
+sys.path.insert(0, str(ROOT / "bench"))
+import guides
 
 N_ANGLES = 90
 OMEGA = [100.0, 160.0, 250.0]
@@ -156,3 +160,20 @@ def test_one_speed_and_a_list_of_it_are_the_same_guide():
     )
     assert one.control == many.control
     assert one.control.tables(one.known())[0].omega_m == pytest.approx(1500 * RPM)
+
+
+@pytest.mark.parametrize(
+    ("case", "searches", "iterations"),
+    [
+        # 92 and 2275; in absolute units, with every start tried, 122 and 7919
+        (("paper_6_4", "control.guide=least_copper"), 100, 3000),
+        (("own_10_8 finite_set_mpc",), 20, 600),  # 18 and 430; 91 and 4542
+    ],
+)
+def test_profiles_take_few_searches(case, searches, iterations, tmp_path, monkeypatch):
+    """Two thirds of a set-up are IPOPT's. A level takes one search without ripple, or three with;
+    the rest is where the one changes to the other, and the greatest mean."""
+    monkeypatch.setenv("RELUCTANCE_CACHE", str(tmp_path))
+    count = guides.set_up(*case)
+    assert 0 < count.searches <= searches
+    assert count.iterations <= iterations
