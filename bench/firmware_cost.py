@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import reluctance as rl
-from reluctance.export.cost import costs
+from reluctance.targets.export.cost import costs
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ONE_HP_8_6 = ["machine=generic_1hp_8_6", "reference.tau_Nm=2", "control.tau_max_Nm=2.2"]

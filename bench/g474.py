@@ -12,12 +12,12 @@ import sys
 from pathlib import Path
 
 import reluctance as rl
-from reluctance.export import firmware
-from reluctance.export.cost import cost
-from reluctance.export.package import gates_of
-from reluctance.export.recording import STEPS, record
-from reluctance.export.verdict import LOAD, mcu, verdict
-from reluctance.files import scratch
+from reluctance.base.files import scratch
+from reluctance.targets.export import firmware
+from reluctance.targets.export.cost import cost
+from reluctance.targets.export.package import gates_of
+from reluctance.targets.export.recording import STEPS, record
+from reluctance.targets.export.verdict import LOAD, mcu, verdict
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 LAWS = {  # example that has the law's keys; comparators, where it orders any; periods [us]

@@ -18,12 +18,12 @@ from pathlib import Path
 
 import numpy as np
 
-from reluctance.files import read_toml, write_table
-from reluctance.geometry.file import Geometry
-from reluctance.geometry.mesh import Grid
-from reluctance.geometry.solved import solved
+from reluctance.base.files import read_toml, write_table
+from reluctance.base.schema import checked
+from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.mesh import Grid
+from reluctance.machine.geometry.solved import solved
 from reluctance.machine.geometry_machine import flattened
-from reluctance.schema import checked
 
 ROOT = Path(__file__).parents[1]
 MACHINES = ("emdlab_8_6", "own_12_8")

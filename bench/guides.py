@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import reluctance as rl
-from reluctance.optimum import Programme
+from reluctance.machine.optimum import Programme
 
 ROOT = Path(__file__).parents[1]
 ONE_HP = ("machine=generic_1hp_8_6", "reference.tau_Nm=2", "control.tau_max_Nm=2.2")

@@ -17,7 +17,7 @@ import numpy as np
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.export.blob import blob
+from reluctance.targets.export.blob import blob
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"

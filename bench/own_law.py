@@ -14,9 +14,9 @@ import numpy as np
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.comparison import compare
-from reluctance.comparison.table import records
-from reluctance.laws.own_law import core_of, law_class
+from reluctance.drive.laws.own_law import core_of, law_class
+from reluctance.explore.comparison import compare
+from reluctance.explore.comparison.table import records
 
 ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"

@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 
 import reluctance as rl
-from reluctance.export.blob import blob
+from reluctance.targets.export.blob import blob
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ("paper_rated", "edge_mpc_mcu", "hysteresis_200A", "map_mpc", "sun_cloud")

@@ -31,12 +31,12 @@ from typing import Any
 import numpy as np
 
 import reluctance as rl
-from reluctance.drive import Drive
-from reluctance.export import firmware
-from reluctance.export.recording import record
-from reluctance.export.target import build, replay
-from reluctance.files import scratch
-from reluctance.guard.trip_levels import protection
+from reluctance.base.files import scratch
+from reluctance.drive.drive import Drive
+from reluctance.drive.guard.trip_levels import protection
+from reluctance.targets.export import firmware
+from reluctance.targets.export.recording import record
+from reluctance.targets.export.target import build, replay
 
 ROOT = Path(__file__).parents[1]
 FILE = ROOT / "bench" / "worst_step.csv"

@@ -21,7 +21,7 @@ bool makes_sense(const Order& order) {
 
 /// A mistake of the law, on one line.
 [[noreturn]] void refuse(const std::string& text) {
-  const nb::object error = nb::module_::import_("reluctance.errors").attr("ParameterError");
+  const nb::object error = nb::module_::import_("reluctance.base.errors").attr("ParameterError");
   PyErr_SetString(error.ptr(), text.c_str());
   throw nb::python_error();
 }

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reluctance.maps import FluxTable, write_map
+from reluctance.machine.maps import FluxTable, write_map
 
 HERE = Path(__file__).parent
 

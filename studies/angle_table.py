@@ -15,8 +15,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import reluctance as rl
-from reluctance.files import write_table
-from reluctance.laws.angles import Angles
+from reluctance.base.files import write_table
+from reluctance.drive.laws.angles import Angles
 
 ROOT = Path(__file__).parents[1]
 DRIVE = ROOT / "examples" / "angle_table.toml"

@@ -17,9 +17,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from reluctance.figures import save_figure
-from reluctance.phases import BLUE, GREEN, ORANGE
-from reluctance.picture import Picture
+from reluctance.base.figures import save_figure
+from reluctance.base.phases import BLUE, GREEN, ORANGE
+from reluctance.base.picture import Picture
 from reluctance.pumping import System, load_system, pump
 from reluctance.pumping.write import write_text_whole
 

@@ -33,10 +33,10 @@ import quadrants
 from drawn_machine import USUAL, WIDE, drawn_machine
 from quadrants import Bench, Point, Row
 
-from reluctance.drive import Drive
-from reluctance.errors import ParameterError
-from reluctance.laws import table_of
-from reluctance.laws.learning import Learns
+from reluctance.base.errors import ParameterError
+from reluctance.drive.drive import Drive
+from reluctance.drive.laws import table_of
+from reluctance.drive.laws.learning import Learns
 
 ROOT = Path(__file__).parents[1]
 RANGES = {"usual": USUAL, "wide": WIDE}

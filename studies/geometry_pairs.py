@@ -19,17 +19,17 @@ from pathlib import Path
 
 import numpy as np
 
-from reluctance.files import read_toml
-from reluctance.geometry.file import Geometry
-from reluctance.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
-from reluctance.geometry.samples import rotor_angle, sample
-from reluctance.geometry.solve import at_angle, solve
-from reluctance.geometry.solved import system_of
-from reluctance.geometry.steel import Array
-from reluctance.geometry.system import System
+from reluctance.base.files import read_toml
+from reluctance.base.schema import checked
+from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
+from reluctance.machine.geometry.samples import rotor_angle, sample
+from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.solved import system_of
+from reluctance.machine.geometry.steel import Array
+from reluctance.machine.geometry.system import System
 from reluctance.machine.geometry_machine import flattened
-from reluctance.maps.pairs import apart, pair_table
-from reluctance.schema import checked
+from reluctance.machine.maps.pairs import apart, pair_table
 
 ROOT = Path(__file__).parents[1]
 MACHINES = ("onelab_6_4", "own_12_8")

@@ -24,7 +24,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import reluctance as rl
-from reluctance.tuning import Tuned, tune
+from reluctance.explore.tuning import Tuned, tune
 
 ROOT = Path(__file__).parents[1]
 SETTINGS = [

@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import reluctance as rl
-from reluctance.gym import DriveEnv, DriveVectorEnv, LawPolicy, Played, played
-from reluctance.gym.law import summary
+from reluctance.targets.gym import DriveEnv, DriveVectorEnv, LawPolicy, Played, played
+from reluctance.targets.gym.law import summary
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "gymnasium"

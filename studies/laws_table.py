@@ -15,11 +15,11 @@ from itertools import product
 from pathlib import Path
 
 import reluctance as rl
-from reluctance.comparison import CONTENDERS, Comparison, compare
-from reluctance.comparison.conditions import in_words
-from reluctance.comparison.figure import figure
-from reluctance.comparison.table import limit_line, markdown, records, star
-from reluctance.files import write_whole
+from reluctance.base.files import write_whole
+from reluctance.explore.comparison import CONTENDERS, Comparison, compare
+from reluctance.explore.comparison.conditions import in_words
+from reluctance.explore.comparison.figure import figure
+from reluctance.explore.comparison.table import limit_line, markdown, records, star
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "control" / "laws.md"

@@ -24,11 +24,11 @@ from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.comparison.comparison import PROCESSES
-from reluctance.key_figures import definite
-from reluctance.picture import Picture
-from reluctance.run.result import Result
-from reluctance.tables.known import Known
+from reluctance.base.key_figures import definite
+from reluctance.base.picture import Picture
+from reluctance.drive.run.result import Result
+from reluctance.drive.tables.known import Known
+from reluctance.explore.comparison.comparison import PROCESSES
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 LAWS = {"edge_mpc": "edge_mpc_learning", "deadbeat": "deadbeat_learning"}
@@ -310,7 +310,7 @@ def plot(warm: Result) -> Figure:
 
 def loop_until(given: rl.Drive, it: Known, course: list[list[float]], until: float = 0.15) -> None:
     """Adds time and what is learned, every millisecond."""
-    from reluctance.run.plant import closed_loop
+    from reluctance.drive.run.plant import closed_loop
 
     loop = closed_loop(given, given.control.controller(it), -1.0)
     for t in np.arange(0.001, until, 0.001):

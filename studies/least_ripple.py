@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import reluctance as rl
-from reluctance.key_figures import definite
-from reluctance.limits import floor_of
+from reluctance.base.key_figures import definite
+from reluctance.explore.limits import floor_of
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "edge_mpc_fpga.toml"
 ASKED = {5: 5.65, 10: 11.5, 20: 22.5, 40: 45.0}  # about this frequency, and what to ask for [kHz]

@@ -36,11 +36,11 @@ from drawn_machine import drawn_machine
 from quadrants_plot import plot
 
 import reluctance as rl
-from reluctance.drive import Drive
+from reluctance.base.errors import ParameterError
+from reluctance.base.units import from_si
+from reluctance.drive.drive import Drive
 from reluctance.drive.plausible import corner_speed
-from reluctance.errors import ParameterError
-from reluctance.optimum import best_profile, torque_speed_envelope
-from reluctance.units import from_si
+from reluctance.machine.optimum import best_profile, torque_speed_envelope
 
 ROOT = Path(__file__).parents[1]
 SEED = 2026  # of the machine that nobody tuned

@@ -19,8 +19,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import reluctance as rl
-from reluctance.key_figures import definite
-from reluctance.picture import Picture
+from reluctance.base.key_figures import definite
+from reluctance.base.picture import Picture
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted(p for p in (ROOT / "examples").glob("*.toml") if "[site]" not in p.read_text())

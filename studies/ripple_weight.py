@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from quadrants import MACHINES, ROOT, bench
 
-from reluctance.optimum import best_profile, profile_table
+from reluctance.machine.optimum import best_profile, profile_table
 
 POINTS = (  # machine, speed [rpm], torque [N m]
     ("paper_6_4", 1500.0, 41.339),

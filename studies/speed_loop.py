@@ -20,10 +20,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import reluctance as rl
-from reluctance.comparison.comparison import PROCESSES
-from reluctance.key_figures import definite
-from reluctance.picture import Picture
-from reluctance.run.result import Result
+from reluctance.base.key_figures import definite
+from reluctance.base.picture import Picture
+from reluctance.drive.run.result import Result
+from reluctance.explore.comparison.comparison import PROCESSES
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "edge_mpc_mcu.toml"
 T_STEP, RECORD = 0.05, 20e-6  # [s]

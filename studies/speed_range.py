@@ -24,17 +24,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import reluctance as rl
-from reluctance import optimum
-from reluctance.comparison.comparison import PROCESSES, best_profile
-from reluctance.comparison.conditions import operating_point, period
-from reluctance.comparison.contenders import CONTENDERS, Contender
-from reluctance.comparison.figure import style
-from reluctance.comparison.tuning import Tuner
-from reluctance.drive import Drive
-from reluctance.errors import ParameterError
-from reluctance.laws import table_of
-from reluctance.laws.guided import Guided
-from reluctance.picture import Picture
+from reluctance.base.errors import ParameterError
+from reluctance.base.picture import Picture
+from reluctance.drive.drive import Drive
+from reluctance.drive.laws import table_of
+from reluctance.drive.laws.guided import Guided
+from reluctance.explore.comparison.comparison import PROCESSES, best_profile
+from reluctance.explore.comparison.conditions import operating_point, period
+from reluctance.explore.comparison.contenders import CONTENDERS, Contender
+from reluctance.explore.comparison.figure import style
+from reluctance.explore.comparison.tuning import Tuner
+from reluctance.machine import optimum
 
 RATED = Path(__file__).parents[1] / "examples" / "paper_rated.toml"
 SETTINGS = ["control.T_s_us=5"]

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.figures import save_figure
-from reluctance.picture import Picture
-from reluctance.plant.pv_source import available
+from reluctance.base.figures import save_figure
+from reluctance.base.picture import Picture
+from reluctance.drive.tables.pv_source import available
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "sun_cloud.toml"

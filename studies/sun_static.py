@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 
 import reluctance as rl
-from reluctance.hydraulics.pipe import Hydraulics, Pipe, hydraulics
-from reluctance.hydraulics.pump import RPM, pump_from
-from reluctance.plant.pv_source import diode_of
+from reluctance.base.schema import checked
+from reluctance.drive.tables.pv_source import diode_of
+from reluctance.plant.hydraulics.pipe import Hydraulics, Pipe, hydraulics
+from reluctance.plant.hydraulics.pump import RPM, pump_from
+from reluctance.plant.solar.single_diode import power_point
 from reluctance.pumping.loss_map import Box, LossMap, loss_map
 from reluctance.pumping.matching import power_table, speed
-from reluctance.schema import checked
-from reluctance.solar.single_diode import power_point
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "sun_cloud.toml"

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 import reluctance as rl
+from reluctance.plant.solar.single_diode import power_point
 from reluctance.pumping import load_system, pump, sizes, with_units
 from reluctance.pumping.loss_map import Box, loss_map
 from reluctance.pumping.sizing import Values
-from reluctance.solar.single_diode import power_point
 
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "docs" / "pumping"

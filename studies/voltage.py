@@ -24,10 +24,10 @@ import numpy as np
 import quadrants
 from quadrants import ROOT, Bench, Row, bench
 
-from reluctance.laws import ditc_reach, shared_torque
-from reluctance.laws.hand_over import ALWAYS, TORQUES
-from reluctance.picture import Picture
-from reluctance.units import from_si
+from reluctance.base.picture import Picture
+from reluctance.base.units import from_si
+from reluctance.drive.laws import ditc_reach, shared_torque
+from reluctance.drive.laws.hand_over import ALWAYS, TORQUES
 
 SPEEDS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0)  # of base speed
 LAWS = ("torque_sharing", "deadbeat", "ditc")

@@ -22,7 +22,7 @@ from pathlib import Path
 from c_library import SENSORS
 
 import reluctance as rl
-from reluctance.export.blob import blob
+from reluctance.targets.export.blob import blob
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"

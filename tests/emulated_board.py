@@ -17,8 +17,8 @@ from firmware_tools import ROOT
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.commission import Wires, read_wires
-from reluctance.commission.wiring import Wiring, read_wiring
+from reluctance.targets.commission import Wires, read_wires
+from reluctance.targets.commission.wiring import Wiring, read_wiring
 
 COUNTS = 4096  # of the encoder
 NOISE_LSB = 8  # rms

@@ -19,7 +19,7 @@ from firmware_tools import ROOT
 
 import reluctance as rl
 from reluctance import _core_parts
-from reluctance.export import firmware
+from reluctance.targets.export import firmware
 
 COUNTS = 4096  # of the encoder
 RATED = 41.339  # [N m]

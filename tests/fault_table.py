@@ -21,7 +21,7 @@ import numpy as np
 from firmware_tools import ROOT, Native
 
 import reluctance as rl
-from reluctance.guard.trip_levels import protection
+from reluctance.drive.guard.trip_levels import protection
 
 LAWS = ("sharing_cubic", "paper_rated", "deadbeat", "edge_mpc_mcu")
 NOISE_LSB = 8.0  # rms

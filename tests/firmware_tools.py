@@ -9,8 +9,8 @@ from needs import needs
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.export import firmware
-from reluctance.export.target import PHASE
+from reluctance.targets.export import firmware
+from reluctance.targets.export.target import PHASE
 
 ROOT = Path(__file__).parents[1]
 TOOLS = ("arm-none-eabi-g++", "qemu-system-arm", "make")

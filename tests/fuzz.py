@@ -30,11 +30,11 @@ import typer.main
 from fuzz_drives import damaged, drive_data, toml
 from fuzz_lines import case
 
+from reluctance.base.errors import ParameterError
 from reluctance.cli import app
 from reluctance.cli.ended import exit_code
 from reluctance.drive.drive import drive_from
 from reluctance.drive.load import load
-from reluctance.errors import ParameterError
 
 HANG = 20.0  # [s] of processor time: a loaded machine is no fault
 ALLOWED = {0, 2}

@@ -3,9 +3,9 @@ tables and bytes."""
 
 import json
 
+from reluctance.base.files import read_toml
 from reluctance.cli.examples import example_files
 from reluctance.cli.schema import json_schema
-from reluctance.files import read_toml
 from reluctance.machine.library import machines
 
 NUMBERS = [0, 0.0, -0.0, 1, -1, 2, 7, 0.5, 1e-3, 1e-6, 1e-9, 1e-30, 5e-324, 1e3, 1e6, 1e9, 1e30]

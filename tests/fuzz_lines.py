@@ -18,7 +18,7 @@ from fuzz_drives import (
     toml,
 )
 
-from reluctance.resources import resources
+from reluctance.base.resources import resources
 
 STEPS = 3000  # a run is cut to about so many: its length is no part of the question
 GUIDED = {"edge_mpc", "paper_mpc", "deadbeat", "torque_sharing", "ditc", "finite_set_mpc"}

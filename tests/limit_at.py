@@ -1,7 +1,7 @@
-"""The searches of `reluctance.optimum` with an operating point spelled out in keywords."""
+"""The searches of `reluctance.machine.optimum` with an operating point spelled out in keywords."""
 
-from reluctance import optimum
-from reluctance.optimum import OperatingPoint
+from reluctance.machine import optimum
+from reluctance.machine.optimum import OperatingPoint
 
 POINT = ("n_phases", "R", "i_max", "u_dc", "omega_m")
 

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from reluctance import _core
-from reluctance.laws.flux_guide import FluxGuide
-from reluctance.optimum import OperatingPoint, best_profile, profile_table
-from reluctance.plant.pump_load import pump
-from reluctance.run.columns import Rows
-from reluctance.tables.sections import Load
+from reluctance.drive.laws.flux_guide import FluxGuide
+from reluctance.drive.run.columns import Rows
+from reluctance.drive.tables.pump_load import pump
+from reluctance.drive.tables.sections import Load
+from reluctance.machine.optimum import OperatingPoint, best_profile, profile_table
 
 BENCH = Path(__file__).parents[1] / "bench"
 RPM = np.pi / 30

@@ -14,8 +14,8 @@ import numpy as np
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.commission import Wires, commission, write_pulses
-from reluctance.maps import identify, read_pulses, surface
+from reluctance.machine.maps import identify, read_pulses, surface
+from reluctance.targets.commission import Wires, commission, write_pulses
 
 ROOT = Path(__file__).parents[1]
 NOISE_LSB = 8.0  # rms

@@ -16,8 +16,8 @@ UNTIL = 0.02
 
 
 def main(store: str, log: str) -> None:
-    points = import_module("reluctance.sweeps.points")
-    sweep = import_module("reluctance.sweeps.sweep")
+    points = import_module("reluctance.explore.sweeps.points")
+    sweep = import_module("reluctance.explore.sweeps.sweep")
     points.COMMIT_EVERY = 0.0  # as many commits as runs, so that many are hit
     original = sweep.finished
     with open(log, "a", encoding="utf-8") as file:

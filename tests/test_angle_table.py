@@ -10,10 +10,10 @@ from scipy.interpolate import RegularGridInterpolator
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.export.package import described
-from reluctance.laws.angle_table import read_angle_table
-from reluctance.sweeps.fingerprint import fingerprint
-from reluctance.tuning import tune_angles
+from reluctance.drive.laws.angle_table import read_angle_table
+from reluctance.explore.sweeps.fingerprint import fingerprint
+from reluctance.explore.tuning import tune_angles
+from reluctance.targets.export.package import described
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 EXAMPLE = EXAMPLES / "angle_table.toml"

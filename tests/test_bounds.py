@@ -9,10 +9,10 @@ from command import command, refused
 
 import reluctance as rl
 from reluctance import ParameterError
+from reluctance.base.files import MAX_TOML_BYTES
+from reluctance.base.resources import resources
 from reluctance.drive.plausible import MOST_SPEED, corner_speed
-from reluctance.files import MAX_TOML_BYTES
-from reluctance.resources import resources
-from reluctance.run.bounds import MOST_BYTES, waveform_bytes
+from reluctance.drive.run.bounds import MOST_BYTES, waveform_bytes
 
 RATED = resources("examples") / "paper_rated.toml"
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.laws.least_copper import least_copper_angles
-from reluctance.laws.pulses import chopped, pulses
+from reluctance.drive.laws.least_copper import least_copper_angles
+from reluctance.drive.laws.pulses import chopped, pulses
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "sharing_cubic.toml"
 LAWS = {

@@ -14,10 +14,10 @@ from command import command
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.errors import ParameterError
-from reluctance.export.blob import blob, kind
-from reluctance.guard.supervised import controller
-from reluctance.run.plant import closed_loop
+from reluctance.base.errors import ParameterError
+from reluctance.drive.guard.supervised import controller
+from reluctance.drive.run.plant import closed_loop
+from reluctance.targets.export.blob import blob, kind
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -268,7 +268,7 @@ def wrong(lib, call, *arguments):
 
 
 def checksummed(content: bytes) -> bytes:
-    from reluctance.export.blob import HASH_START, _hashed
+    from reluctance.targets.export.blob import HASH_START, _hashed
 
     value = _hashed(HASH_START, content[:80] + content[88:])
     return content[:80] + struct.pack("<Q", value) + content[88:]

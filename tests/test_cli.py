@@ -16,7 +16,7 @@ from command import command, refused, wait_until_at_work
 from scipy.io import loadmat
 
 import reluctance as rl
-from reluctance.interactive import MOST_POINTS, thinned
+from reluctance.base.interactive import MOST_POINTS, thinned
 
 ROOT = Path(__file__).parents[1]
 RATED = str(ROOT / "examples" / "paper_rated.toml")

@@ -19,7 +19,7 @@ from on_the_bench import (
 )
 
 from reluctance import ParameterError
-from reluctance.commission import Wires, commission, levels, write_pulses
+from reluctance.targets.commission import Wires, commission, levels, write_pulses
 
 PAPER = bench_drive("paper_6_4")
 SLOW = bench_drive("paper_6_4", **{"control.T_s_us": 50})

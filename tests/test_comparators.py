@@ -7,7 +7,7 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.export.package import described, firmware
+from reluctance.targets.export.package import described, firmware
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SAMPLED = "sensing.comparators=sampled"

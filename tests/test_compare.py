@@ -14,14 +14,14 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.comparison import CONTENDERS, compare, write
-from reluctance.comparison.conditions import operating_point
-from reluctance.comparison.contest import torque_to_speed_ripple
-from reluctance.comparison.table import as_json, markdown, plain
-from reluctance.comparison.tuning import TOLERANCE, Tuner
-from reluctance.errors import ParameterError
-from reluctance.laws.pulses import chopped, pulses
-from reluctance.units import hertz
+from reluctance.base.errors import ParameterError
+from reluctance.base.units import hertz
+from reluctance.drive.laws.pulses import chopped, pulses
+from reluctance.explore.comparison import CONTENDERS, compare, write
+from reluctance.explore.comparison.conditions import operating_point
+from reluctance.explore.comparison.contest import torque_to_speed_ripple
+from reluctance.explore.comparison.table import as_json, markdown, plain
+from reluctance.explore.comparison.tuning import TOLERANCE, Tuner
 
 ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"

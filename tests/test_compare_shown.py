@@ -8,9 +8,9 @@ import pytest
 from matplotlib.text import Annotation
 
 import reluctance as rl
-from reluctance.comparison import CONTENDERS, Comparison, Entry, compare
-from reluctance.comparison import figure as drawing
-from reluctance.comparison.table import plain
+from reluctance.explore.comparison import CONTENDERS, Comparison, Entry, compare
+from reluctance.explore.comparison import figure as drawing
+from reluctance.explore.comparison.table import plain
 
 RATED = Path(__file__).parents[1] / "examples" / "paper_rated.toml"
 SHARING = [name for name in CONTENDERS if name.startswith("sharing_")]

@@ -14,16 +14,16 @@ import scipy.io
 from command import refused
 
 import reluctance as rl
-from reluctance.errors import Note
-from reluctance.export.dump import read_dump
-from reluctance.geometry.steel_file import read_curve
-from reluctance.hydraulics.pump import _from_points
-from reluctance.maps.check import check_map
-from reluctance.maps.importers import read_map
-from reluctance.maps.mat_file import read_arrays
+from reluctance.base.errors import Note
+from reluctance.base.reading import read_rows, reading
+from reluctance.machine.geometry.steel_file import read_curve
+from reluctance.machine.maps.check import check_map
+from reluctance.machine.maps.importers import read_map
+from reluctance.machine.maps.mat_file import read_arrays
+from reluctance.plant.hydraulics.pump import _from_points
 from reluctance.pumping.site import Site
 from reluctance.pumping.weather_file import WeatherTable, read_weather
-from reluctance.reading import read_rows, reading
+from reluctance.targets.export.dump import read_dump
 
 ROOT = Path(__file__).parents[1]
 FOUND = sorted(path for path in (ROOT / "tests" / "fuzz").glob("*/*"))
@@ -74,7 +74,7 @@ def test_whatever_a_reader_raises_is_an_error_of_the_file(fault: Exception) -> N
 @pytest.mark.parametrize("kind", ["map", "steel", "pump", "course", "cycle"])
 def test_a_column_takes_finite_numbers_only(tmp_path: Path, kind: str, text: str) -> None:
     from reluctance.drive.course import read_course
-    from reluctance.efficiency_map.cycle import read_cycle
+    from reluctance.explore.efficiency_map.cycle import read_cycle
 
     H = [0, 100, 500, 1000, 5000, 9000]
     rows = {

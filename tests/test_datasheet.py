@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from reluctance import ParameterError
-from reluctance.schema import checked
-from reluctance.solar.datasheet import Datasheet, _slopes, cell_from
-from reluctance.solar.single_diode import array_diode, current, open_circuit, power_point
+from reluctance.base.schema import checked
+from reluctance.plant.solar.datasheet import Datasheet, _slopes, cell_from
+from reluctance.plant.solar.single_diode import array_diode, current, open_circuit, power_point
 
 # Typical of a module of 72 cells, 330 W.
 SHEET = {

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.comparison.conditions import conditions, in_words, operating_point
-from reluctance.export import firmware
+from reluctance.explore.comparison.conditions import conditions, in_words, operating_point
+from reluctance.targets.export import firmware
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CARRIER = ["deadbeat", "pwm_current"]

@@ -8,8 +8,8 @@ from typing import Literal, get_args, get_origin
 import pytest
 
 import reluctance as rl
-from reluctance.drive.tables import TABLES
-from reluctance.laws import LAWS, table_of
+from reluctance.drive.all_tables import TABLES
+from reluctance.drive.laws import LAWS, table_of
 from reluctance.machine.library import MODELS
 from reluctance.machine.loss_data import Iron
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 import reluctance as rl
+from reluctance.base.schema import Section
+from reluctance.drive.all_tables import TABLES
 from reluctance.drive.drive import drive_from
-from reluctance.drive.tables import TABLES
-from reluctance.laws import LAWS, table_of
-from reluctance.schema import Section
+from reluctance.drive.laws import LAWS, table_of
 
 FOLDER = Path(__file__).parents[1] / "examples"
 EXAMPLES = [FOLDER / f"{name}.toml" for name in ("paper_pump", "deadbeat", "map_mpc", "battery")]

@@ -26,7 +26,7 @@ from mpc_loop import (
     tabled,
 )
 
-from reluctance.optimum import best_profile
+from reluctance.machine.optimum import best_profile
 
 # The paper's machine, the default 60 kW machine, four phases: (point, least rms current [A]).
 CELLS = [

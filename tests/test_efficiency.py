@@ -8,9 +8,9 @@ import pytest
 from command import command, refused
 
 import reluctance as rl
-from reluctance.efficiency_map import Cycle, driven, efficiency, read_cycle
-from reluctance.efficiency_map.locked import at, length
-from reluctance.efficiency_map.text import rows
+from reluctance.explore.efficiency_map import Cycle, driven, efficiency, read_cycle
+from reluctance.explore.efficiency_map.locked import at, length
+from reluctance.explore.efficiency_map.text import rows
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"

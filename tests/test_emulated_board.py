@@ -14,11 +14,11 @@ from firmware_tools import ROOT, needs_target
 from on_the_bench import bench_drive
 
 import reluctance as rl
-from reluctance.commission import Wires, commission, emulated, read_wires, steps
-from reluctance.commission.board import ORDER, Board
-from reluctance.commission.wiring import Wiring, read_wiring, write_wiring
-from reluctance.export import firmware
-from reluctance.export.target import answering
+from reluctance.targets.commission import Wires, commission, emulated, read_wires, steps
+from reluctance.targets.commission.board import ORDER, Board
+from reluctance.targets.commission.wiring import Wiring, read_wiring, write_wiring
+from reluctance.targets.export import firmware
+from reluctance.targets.export.target import answering
 
 STRAIGHT = Wiring((0, 1, 2), (0, 1, 2), (1, 1, 1))
 CROSSED = Wires(phase=(0, 2, 1), sensor=(1, 0, 2), sign=(1, -1, 1), direction=-1, zero_deg=70.0)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.resources import resources
+from reluctance.base.resources import resources
 
 PULSE = ["control.regulate=none", "reference.kind=none", "reference.tau_Nm="]
 

@@ -29,7 +29,7 @@ STATED = {
 }
 PYTHON = {  # what the patched Python part does; where the core changes too, with the core as it is
     "A key of a law": """
-from reluctance.laws.torque_sharing import TorqueSharing
+from reluctance.drive.laws.torque_sharing import TorqueSharing
 table = TorqueSharing(law="torque_sharing", T_s_us=20.0, i_least_A=2.0)
 assert table.si["i_least"] == 2.0
 """,
@@ -42,10 +42,10 @@ with pytest.raises(TypeError, match="u_low"):  # the core as it is does not have
     drive.controller()
 """,
     "A law": """
-from reluctance.comparison import CONTENDERS
-from reluctance.comparison.figure import style
-from reluctance.laws import table_of
-from reluctance.studio.starts import STARTS
+from reluctance.explore.comparison import CONTENDERS
+from reluctance.explore.comparison.figure import style
+from reluctance.drive.laws import table_of
+from reluctance.targets.studio.starts import STARTS
 assert table_of("one_phase").title == "one phase at a time"
 assert CONTENDERS["one_phase"].law == "one_phase"
 assert style("one_phase")["ls"] == ":"
@@ -62,7 +62,7 @@ for more in (["load.kind=torque"], ["load.kind=brake", "load.B_Nms=0.5"]):
 assert speeds[1] < 0.9 * speeds[0], speeds
 """,
     "A sensor error": """
-from reluctance.tables.sections import Sensing
+from reluctance.drive.tables.sections import Sensing
 assert Sensing(u_dc_gain=1.1).sampling(4)["u_gain"] == 1.1
 """,
     "A key figure": """
@@ -71,7 +71,7 @@ kpis = rl.simulate(rl.load("examples/paper_rated.toml"), until=0.03).kpis
 assert kpis.with_units()["crest"] == kpis.crest == kpis.i_peak / kpis.i_rms
 """,
     "A source": """
-from reluctance.tables.sections import Source
+from reluctance.drive.tables.sections import Source
 assert Source.model_fields["kind"] and "I_A" in Source.model_fields
 """,
     "A machine model": """
@@ -85,7 +85,7 @@ machine = machine_from(table)
 assert machine.flux_keys == ("L_u_H", "L_rise_H")
 """,
     "A bridge": """
-from reluctance.tables.sections import Converter
+from reluctance.drive.tables.sections import Converter
 assert Converter(u_dc_V=240.0, bridge="one_gate").bridge == "one_gate"
 """,
 }
@@ -132,12 +132,12 @@ _core.one_phase = _one_phase.one_phase
 
 import reluctance as rl
 from c_library import Unit, library
-from reluctance.comparison import compare
-from reluctance.export.blob import blob
-from reluctance.export.fmu import fmu
-from reluctance.export.on_desk import DeskPackage
-from reluctance.export.package import firmware
-from reluctance.studio.starts import STARTS
+from reluctance.explore.comparison import compare
+from reluctance.targets.export.blob import blob
+from reluctance.targets.export.fmu import fmu
+from reluctance.targets.export.on_desk import DeskPackage
+from reluctance.targets.export.package import firmware
+from reluctance.targets.studio.starts import STARTS
 
 place = Path(sys.argv[1])
 drive = rl.load("examples/sharing_cubic.toml", ["control.law=one_phase"])

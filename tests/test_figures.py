@@ -9,7 +9,7 @@ from command import command, refused
 from matplotlib.figure import Figure
 
 import reluctance as rl
-from reluctance.figures import look, save_figure
+from reluctance.base.figures import look, save_figure
 
 DRIVE = "examples/paper_rated.toml"
 

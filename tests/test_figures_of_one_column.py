@@ -10,9 +10,9 @@ from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.image import imread
 
 import reluctance as rl
-from reluctance.comparison import compare
-from reluctance.comparison import figure as comparison_figure
-from reluctance.figures import look, save_figure
+from reluctance.base.figures import look, save_figure
+from reluctance.explore.comparison import compare
+from reluctance.explore.comparison import figure as comparison_figure
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import reluctance as rl
-from reluctance.hydraulics import pump
-from reluctance.schema import Section, file_keys
-from reluctance.sweeps.fingerprint import fingerprint
+from reluctance.base.schema import Section, file_keys
+from reluctance.explore.sweeps.fingerprint import fingerprint
+from reluctance.plant.hydraulics import pump
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SYSTEM = (EXAMPLES / "paper_pump.toml").read_text()

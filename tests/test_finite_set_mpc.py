@@ -7,7 +7,7 @@ import pytest
 from mpc_loop import FPGA, HALF, PAPER, RATED, Point, Timing, controller, figures, loop, sums
 
 from reluctance import _core, _core_parts
-from reluctance.laws.flux_guide import no_guide
+from reluctance.drive.laws.flux_guide import no_guide
 
 WEIGHTS = {"R": 0.72, "i_max": 150.0, "T_s": 20e-6, "t_end": 30e-6, "u_dc": 240.0, "tau_ref": 40.0}
 PSI, CURRENT, TAU, GAIN, DRIFT, GOAL, GOAL_RATE, I_GAIN, I_DRIFT, LEG, IDLE = range(11)

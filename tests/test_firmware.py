@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.export import firmware
-from reluctance.export.constants import Tables, constant, literal
-from reluctance.export.package import MARK, described, headers, parameters
-from reluctance.laws import LAWS
+from reluctance.drive.laws import LAWS
+from reluctance.targets.export import firmware
+from reluctance.targets.export.constants import Tables, constant, literal
+from reluctance.targets.export.package import MARK, described, headers, parameters
 
 
 def contents(folder):

@@ -10,7 +10,7 @@ from firmware_tools import drive, needs_target
 from needs import needs
 
 import reluctance as rl
-from reluctance.export import firmware
+from reluctance.targets.export import firmware
 
 needs_clang = needs("clang++")
 

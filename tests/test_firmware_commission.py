@@ -9,13 +9,13 @@ import pytest
 from on_the_bench import bench_drive
 
 from reluctance import _core
-from reluctance.commission import commission
-from reluctance.commission.bench import rotor
-from reluctance.export import firmware
-from reluctance.export.target import PHASE
-from reluctance.guard.trip_levels import protection
-from reluctance.maps import identify, read_pulses
-from reluctance.run.plant import loop_parts
+from reluctance.drive.guard.trip_levels import protection
+from reluctance.drive.run.plant import loop_parts
+from reluctance.machine.maps import identify, read_pulses
+from reluctance.targets.commission import commission
+from reluctance.targets.commission.bench import rotor
+from reluctance.targets.export import firmware
+from reluctance.targets.export.target import PHASE
 
 ROUTINES = {"wiring": 1, "resistance": 2, "alignment": 3, "pulses": 4}
 MODES = ("off", "precharge", "calibrate", "ready", "run", "fault")

@@ -5,9 +5,9 @@ import subprocess
 import pytest
 from firmware_tools import ROOT, drive
 
-from reluctance.export import firmware
-from reluctance.export.package import described
-from reluctance.export.tree import walk
+from reluctance.targets.export import firmware
+from reluctance.targets.export.package import described
+from reluctance.targets.export.tree import walk
 
 EACH_LAW = ["angles", "sharing", "ditc", "paper_mpc_map", "finite_set_2", "edge_mpc"]
 EACH_LAW += ["deadbeat", "pwm_current", "sun_cloud", "sun_cloud_no_sensor"]

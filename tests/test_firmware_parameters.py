@@ -12,10 +12,10 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from reluctance import _core
-from reluctance.export.package import described
-from reluctance.export.recording import record
-from reluctance.export.run_time import layout, run_time_parameters
-from reluctance.units import to_si
+from reluctance.base.units import to_si
+from reluctance.targets.export.package import described
+from reluctance.targets.export.recording import record
+from reluctance.targets.export.run_time import layout, run_time_parameters
 
 OK, UNKNOWN, OUT_OF_RANGE, DAMAGED, OTHER_VERSION = range(5)
 TORQUE, SPEED = "deadbeat", "paper_mpc_speed_loop"

@@ -14,12 +14,12 @@ from firmware_tools import DRIVES, ROOT, drive, needs_target
 
 import reluctance as rl
 from reluctance._core import ORDER_COLUMNS
-from reluctance.export import firmware
-from reluctance.export.cost import cost
-from reluctance.export.parity import in_the_loop, parity
-from reluctance.export.recording import record
-from reluctance.export.target import build, processor_in_the_loop, replay
-from reluctance.guard.trip_levels import protection
+from reluctance.drive.guard.trip_levels import protection
+from reluctance.targets.export import firmware
+from reluctance.targets.export.cost import cost
+from reluctance.targets.export.parity import in_the_loop, parity
+from reluctance.targets.export.recording import record
+from reluctance.targets.export.target import build, processor_in_the_loop, replay
 
 pytestmark = needs_target
 

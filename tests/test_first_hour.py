@@ -100,7 +100,7 @@ def test_a_loss_without_data_is_not_counted():
 )
 def test_an_action_that_is_none_is_refused(action):
     pytest.importorskip("gymnasium")
-    from reluctance.gym import DriveEnv
+    from reluctance.targets.gym import DriveEnv
 
     env = DriveEnv(task="torque", action="currents")
     env.reset(seed=1)
@@ -115,7 +115,7 @@ def test_a_sweep_of_a_mistyped_key_raises():
 
 
 def test_a_law_that_does_not_hold_the_torque_is_marked_in_compare():
-    from reluctance.comparison.table import star
+    from reluctance.explore.comparison.table import star
 
     assert star({"met": True, "torque_error_mean": -0.34}) == " !"
     assert star({"met": False, "torque_error_mean": 0.01}) == " *"
@@ -182,7 +182,7 @@ def test_texts_in_brackets_reach_the_terminal(capsys):
 
 
 def test_a_key_that_lacks_a_part_is_recognised():
-    from reluctance.schema import did_you_mean
+    from reluctance.base.schema import did_you_mean
 
     known = ["H_static_m", "L_m", "D_mm", "K"]
     assert did_you_mean("H_m", known) == "; did you mean `H_static_m`?"
@@ -202,8 +202,8 @@ def test_a_limit_is_shown_on_one_line():
 
 
 def test_a_long_run_is_drawn_in_seconds():
-    from reluctance.picture import Picture
-    from reluctance.run.plots import plot_currents, plot_torque
+    from reluctance.base.picture import Picture
+    from reluctance.drive.run.plots import plot_currents, plot_torque
 
     for until, label in ((0.01, "time (ms)"), (6.0, "time (s)")):
         run = rl.simulate(rl.load(RATED), until=until, record=until / 50)
@@ -238,7 +238,7 @@ def test_a_name_whose_package_is_missing_is_no_attribute():
 
 
 def test_pump_and_weather_columns_as_people_have_them(tmp_path):
-    from reluctance.hydraulics.pump import Pump
+    from reluctance.plant.hydraulics.pump import Pump
 
     curve = tmp_path / "curve.csv"
     curve.write_text("Flow [l/s],Head (m),Power [kW]\n0,60,1.0\n1,55,1.2\n2,45,1.4\n3,30,1.5\n")

@@ -11,45 +11,15 @@ import pytest
 import reluctance
 
 PACKAGE = Path(__file__).parents[1] / "python" / "reluctance"
-FLOORS = (  # from the ground up; a part imports only from floors below, and from itself
-    {"_core", "errors", "units", "files", "resources", "cache", "figures", "interactive"}
-    | {"picture", "columns", "copper", "arrays", "phases", "html_page", "reading"}
-    | {"schema", "key_figures"},
-    {"maps", "solar", "hydraulics"},
-    {"geometry"},
-    {"machine"},
-    {"tables", "optimum"},
-    {"plant"},
-    {"laws"},
+WINGS = (  # from the ground up; a wing imports only from those of the lines below, and from itself
+    {"base"},
+    {"machine", "plant"},
     {"drive"},
-    {"guard"},
-    {"run"},
-    {"limits", "sweeps"},
-    {"efficiency_map"},
-    {"tuning"},
-    {"comparison", "export", "gym", "paper", "pumping"},
-    {"studio", "commission"},
+    {"explore"},
+    {"paper", "pumping"},
+    {"targets"},
     {"cli"},
 )
-GROUND = {
-    "_core": 0,
-    "errors": 0,
-    "resources": 0,
-    "cache": 0,
-    "units": 1,
-    "files": 1,
-    "interactive": 1,
-    "figures": 2,
-    "picture": 3,
-    "columns": 1,
-    "reading": 2,
-    "copper": 0,
-    "arrays": 0,
-    "phases": 0,
-    "html_page": 0,
-    "schema": 2,
-    "key_figures": 2,
-}
 HEAVY = (
     *("casadi", "scipy", "matplotlib", "typer", "rich", "pandas", "pyarrow"),
     *("sqlite3", "dask", "optuna", "gymnasium"),
@@ -95,25 +65,22 @@ def imports(path: Path) -> set[str]:
 ARROWS = {(name, other) for name, path in MODULES.items() for other in imports(path) if other}
 
 
-def floor(name: str) -> int:
-    part = name.partition(".")[0]
-    return next(level for level, parts in enumerate(FLOORS) if part in parts)
+def wing(name: str) -> str:
+    return name.partition(".")[0]
 
 
-def test_every_module_has_its_floor() -> None:
-    assert {name.partition(".")[0] for name in MODULES if name} | {"_core"} == set.union(*FLOORS)
+def test_the_package_is_nine_wings() -> None:
+    assert {wing(name) for name in MODULES if name} == set.union(*WINGS)
+    files = {path.name for path in PACKAGE.glob("*.py*")}
+    assert files == {"__init__.py", "__init__.pyi", "_core.pyi"}
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if name])
 def test_no_import_goes_upwards(name: str) -> None:
-    part = name.partition(".")[0]
-    for other in (b for a, b in ARROWS if a == name):
-        if other.partition(".")[0] == part:
-            continue
-        if part in GROUND:
-            assert GROUND[other] < GROUND[part], f"{name} imports {other}"
-        else:
-            assert floor(other) < floor(name), f"{name} imports {other}, above or beside it"
+    level = {wing: n for n, wings in enumerate(WINGS) for wing in wings}
+    for other in (b for a, b in ARROWS if a == name and b != "_core"):
+        if wing(other) != wing(name):
+            assert level[wing(other)] < level[wing(name)], f"{name} imports {other}"
 
 
 def test_imports_form_no_circle() -> None:

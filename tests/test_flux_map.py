@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reluctance import _core, _core_parts
-from reluctance.maps import FluxTable, fit_surface, surface
+from reluctance.machine.maps import FluxTable, fit_surface, surface
 
 PAPER = _core.LeHuy(N_r=4, L_u=0.67e-3, L_a=23.62e-3, L_sat=0.15e-3, i_m=450.0, psi_m=0.468)
 PSI, W_C, TAU, L_INC, PSI_THETA = range(5)

@@ -7,8 +7,8 @@ import pytest
 import scipy.io
 from test_flux_map import sampled
 
-from reluctance.errors import ParameterError
-from reluctance.maps import read_map, surface, write_map
+from reluctance.base.errors import ParameterError
+from reluctance.machine.maps import read_map, surface, write_map
 
 I = np.linspace(0, 150, 16)  # noqa: E741
 THETA_M = np.linspace(0, 45, 16)  # mechanical degrees from unaligned

@@ -9,8 +9,8 @@ import pytest
 from test_flux_map import PAPER, grid, sampled
 
 from reluctance import _core
-from reluctance.errors import ParameterError
-from reluctance.maps import (
+from reluctance.base.errors import ParameterError
+from reluctance.machine.maps import (
     FluxTable,
     check_map,
     fit_lehuy,

@@ -19,9 +19,10 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 import reluctance as rl
-from reluctance import _core, export
-from reluctance.run.columns import Rows
-from reluctance.run.kpis import kpis
+from reluctance import _core
+from reluctance.drive.run.columns import Rows
+from reluctance.drive.run.kpis import kpis
+from reluctance.targets import export
 
 pytestmark = pytest.mark.long
 

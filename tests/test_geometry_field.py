@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.constants import mu_0
 
-from reluctance.geometry.cross_section import CrossSection
-from reluctance.geometry.force import stress
-from reluctance.geometry.mesh import Grid
-from reluctance.geometry.samples import rotor_angle
-from reluctance.geometry.solve import at_angle, solve
-from reluctance.geometry.steel import Steel
-from reluctance.geometry.steel_file import GRADES, H_GUARANTEED, grade
-from reluctance.geometry.system import assemble
-from reluctance.geometry.winding import Winding
+from reluctance.machine.geometry.cross_section import CrossSection
+from reluctance.machine.geometry.force import stress
+from reluctance.machine.geometry.mesh import Grid
+from reluctance.machine.geometry.samples import rotor_angle
+from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.steel import Steel
+from reluctance.machine.geometry.steel_file import GRADES, H_GUARANTEED, grade
+from reluctance.machine.geometry.system import assemble
+from reluctance.machine.geometry.winding import Winding
 
 COARSE = Grid(pole=4, slot=4, rotor_pole=3, stator_pole=3, yoke=2)
 MM = 1e-3

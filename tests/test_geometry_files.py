@@ -10,21 +10,21 @@ from scipy.constants import mu_0
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.copper import COPPER_RESISTIVITY
-from reluctance.files import read_toml
-from reluctance.geometry import convergence
-from reluctance.geometry.file import Geometry
-from reluctance.geometry.force import stress
-from reluctance.geometry.mesh import Grid
-from reluctance.geometry.samples import rotor_angle
-from reluctance.geometry.solve import at_angle, solve
-from reluctance.geometry.solved import by_products_of, grid_of, solved, system_of
-from reluctance.geometry.steel_file import grade
+from reluctance.base.files import read_toml
+from reluctance.base.resources import resources
+from reluctance.base.schema import checked
+from reluctance.machine.copper import COPPER_RESISTIVITY
+from reluctance.machine.geometry import convergence
+from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.force import stress
+from reluctance.machine.geometry.mesh import Grid
+from reluctance.machine.geometry.samples import rotor_angle
+from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.solved import by_products_of, grid_of, solved, system_of
+from reluctance.machine.geometry.steel_file import grade
 from reluctance.machine.geometry_machine import flattened
-from reluctance.maps import check_map, fit_surface
-from reluctance.maps.pole_force import read_pole_force
-from reluctance.resources import resources
-from reluctance.schema import checked
+from reluctance.machine.maps import check_map, fit_surface
+from reluctance.machine.maps.pole_force import read_pole_force
 
 COARSE = Grid(pole=4, slot=4, rotor_pole=3, stator_pole=3, yoke=2)
 GOOD = {
@@ -170,7 +170,7 @@ def test_a_file_without_geometry_gets_one_line(tmp_path):
 def test_named_columns_may_stand_in_either_order(tmp_path):
     rows = [f"{b!r},{h!r}" for h, b in zip(H.tolist(), B.tolist(), strict=True)]
     (tmp_path / "bh.csv").write_text("\n".join(["B_T,H_A_per_m", *rows]) + "\n")
-    from reluctance.geometry.steel_file import read_curve
+    from reluctance.machine.geometry.steel_file import read_curve
 
     read_H, read_B = read_curve(tmp_path / "bh.csv")
     np.testing.assert_array_equal(read_H, H)
@@ -284,7 +284,7 @@ def test_torque_is_flat_where_a_gap_is_short_against_the_poles(tmp_path):
 
 def test_a_convergence_that_fails_is_an_error(tmp_path, monkeypatch):
     coarsest = Grid(pole=2, slot=2, rotor_pole=2, stator_pole=2, yoke=1)
-    monkeypatch.setattr("reluctance.geometry.solved.grid_of", lambda _: coarsest)
+    monkeypatch.setattr("reluctance.machine.geometry.solved.grid_of", lambda _: coarsest)
     path = write(tmp_path / "g.toml", changed(map__angles=13, map__currents=6))
     out = tmp_path / "m.toml"
     line = refused("machine", "from-geometry", path, "--out", out, "--convergence")

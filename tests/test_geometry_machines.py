@@ -9,10 +9,10 @@ import pytest
 from command import command
 
 import reluctance as rl
+from reluctance.base.resources import resources
+from reluctance.drive.laws import LAWS
 from reluctance.drive.load import drive_from
-from reluctance.laws import LAWS
 from reluctance.machine.library import machine_table
-from reluctance.resources import resources
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "studies"))
 import geometry_tune

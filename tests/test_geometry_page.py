@@ -9,8 +9,8 @@ from command import command
 from test_geometry_files import COARSE
 
 import reluctance as rl
-from reluctance.geometry import solved
-from reluctance.sweeps.vary import samples
+from reluctance.explore.sweeps.vary import samples
+from reluctance.machine.geometry import solved
 
 PAGE = Path(__file__).parents[1] / "docs" / "geometry.md"
 FEW = "\nangles = 13\ncurrents = 6\n"

@@ -11,18 +11,18 @@ from command import command, refused
 from test_geometry_files import COARSE, changed, drive, geometry, write
 
 import reluctance as rl
-from reluctance.errors import ParameterError
-from reluctance.files import read_toml
-from reluctance.geometry import pairs
-from reluctance.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
-from reluctance.geometry.samples import rotor_angle, sample
-from reluctance.geometry.solve import at_angle, solve
-from reluctance.geometry.solved import solved, system_of
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import read_toml
 from reluctance.machine.coupling import Coupling, Neighbours, check_pairs
+from reluctance.machine.geometry import pairs
+from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
+from reluctance.machine.geometry.samples import rotor_angle, sample
+from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.solved import solved, system_of
 from reluctance.machine.geometry_coupling import phase_of
+from reluctance.machine.maps.pairs import apart, pair_table, reasons
+from reluctance.machine.maps.surface import surface
 from reluctance.machine.pair_file import read_pairs, write_pairs
-from reluctance.maps.pairs import apart, pair_table, reasons
-from reluctance.maps.surface import surface
 
 SEED = int(np.random.SeedSequence().generate_state(1)[0])
 KINDS = {  # poles, and the polarity of all stator poles where it is not that of the sectors

@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 from scipy.constants import mu_0
 
-from reluctance.geometry.by_products import by_products
-from reluctance.geometry.cross_section import CrossSection
-from reluctance.geometry.force import stress
-from reluctance.geometry.mesh import Grid
-from reluctance.geometry.solve import at_angle, solve
-from reluctance.geometry.steel import Steel
-from reluctance.geometry.system import assemble
-from reluctance.geometry.winding import Coil, Winding
+from reluctance.machine.geometry.by_products import by_products
+from reluctance.machine.geometry.cross_section import CrossSection
+from reluctance.machine.geometry.force import stress
+from reluctance.machine.geometry.mesh import Grid
+from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.steel import Steel
+from reluctance.machine.geometry.system import assemble
+from reluctance.machine.geometry.winding import Coil, Winding
 
 MM = 1e-3
 TABLE = Path(__file__).parents[1] / "docs" / "geometry_published.csv"

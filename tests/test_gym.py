@@ -13,10 +13,10 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import reluctance as rl
-import reluctance.gym as rg
+import reluctance.targets.gym as rg
 from reluctance import _core
-from reluctance.errors import ParameterError
-from reluctance.gym.spaces import observed
+from reluctance.base.errors import ParameterError
+from reluctance.targets.gym.spaces import observed
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -226,7 +226,7 @@ def test_wrong_arguments_are_told():
 
 
 def test_the_package_alone_needs_no_gymnasium():
-    code = "import sys; sys.modules['gymnasium'] = None; import reluctance; import reluctance.gym"
+    code = "import sys; sys.modules['gymnasium'] = None; import reluctance.gym"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert "pip install 'reluctance[gym]'" in done.stderr.splitlines()[-1]
 

@@ -9,10 +9,10 @@ from test_map_cli import MACHINE, reluctance
 
 import reluctance as rl
 from reluctance import ParameterError, _core
-from reluctance.commission import Wires, commission, write_pulses
-from reluctance.maps import identify, read_pulses, surface
-from reluctance.maps.conventions import settled
-from reluctance.maps.raw import RawMap
+from reluctance.machine.maps import identify, read_pulses, surface
+from reluctance.machine.maps.conventions import settled
+from reluctance.machine.maps.raw import RawMap
+from reluctance.targets.commission import Wires, commission, write_pulses
 
 R = 2.15
 U = 60.0  # of the bench supply [V]

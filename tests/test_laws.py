@@ -8,13 +8,13 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import read_toml
 from reluctance.drive.drive import drive_from
-from reluctance.errors import ParameterError
-from reluctance.files import read_toml
-from reluctance.laws import pulses as pulses_module
-from reluctance.laws.current_table import Window
-from reluctance.laws.least_copper import least_copper_angles
-from reluctance.laws.pulses import FixedLaw, chopped, pulses
+from reluctance.drive.laws import pulses as pulses_module
+from reluctance.drive.laws.current_table import Window
+from reluctance.drive.laws.least_copper import least_copper_angles
+from reluctance.drive.laws.pulses import FixedLaw, chopped, pulses
 from reluctance.machine.library import machine_table
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.drive import Drive
-from reluctance.drive.drive import drive_from
+from reluctance.drive.drive import Drive, drive_from
 from reluctance.machine.library import machine_table
 
 ROOT = Path(__file__).parents[1]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance import optimum
+from reluctance.machine import optimum
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "studies"))

@@ -11,9 +11,10 @@ import pytest
 from limit_at import best_profile, profile_table, torque_speed_envelope
 
 import reluctance as rl
-from reluctance import _core, optimum
-from reluctance.errors import ParameterError
-from reluctance.optimum import OperatingPoint, phase_magnetics
+from reluctance import _core
+from reluctance.base.errors import ParameterError
+from reluctance.machine import optimum
+from reluctance.machine.optimum import OperatingPoint, phase_magnetics
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "bench"))

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reluctance import limits, load
-from reluctance.errors import ParameterError
-from reluctance.limits import (
+from reluctance import load
+from reluctance.base.errors import ParameterError
+from reluctance.explore import limits
+from reluctance.explore.limits import (
     Limit,
     check_point,
     envelope_of,
@@ -18,7 +19,7 @@ from reluctance.limits import (
     operating_point,
     text,
 )
-from reluctance.optimum import Envelope, best_profile, ripple_floor
+from reluctance.machine.optimum import Envelope, best_profile, ripple_floor
 
 EXAMPLES = sorted(
     p

@@ -8,9 +8,9 @@ import pytest
 from limit_at import best_profile, profile_table
 
 from reluctance import _core
-from reluctance.maps import FluxTable, surface
-from reluctance.optimum import phase_magnetics
-from reluctance.optimum.magnetics import content
+from reluctance.machine.maps import FluxTable, surface
+from reluctance.machine.optimum import phase_magnetics
+from reluctance.machine.optimum.magnetics import content
 
 RATED = 1500 * np.pi / 30  # [rad/s]
 PAPER = _core.LeHuy(N_r=4, L_u=0.67e-3, L_a=23.62e-3, L_sat=0.15e-3, i_m=450.0, psi_m=0.468)

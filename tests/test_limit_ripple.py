@@ -6,10 +6,16 @@ import numpy as np
 import pytest
 
 from reluctance import _core
-from reluctance.errors import ParameterError
-from reluctance.optimum import OperatingPoint, Profile, RippleFloor, best_profile, ripple_floor
-from reluctance.optimum.returning_flux import returning_mean
-from reluctance.optimum.ripple import _least
+from reluctance.base.errors import ParameterError
+from reluctance.machine.optimum import (
+    OperatingPoint,
+    Profile,
+    RippleFloor,
+    best_profile,
+    ripple_floor,
+)
+from reluctance.machine.optimum.returning_flux import returning_mean
+from reluctance.machine.optimum.ripple import _least
 
 PAPER = _core.LeHuy(N_r=4, L_u=0.67e-3, L_a=23.62e-3, L_sat=0.15e-3, i_m=450.0, psi_m=0.468)
 TAU_REF, RATED, U_DC = 41.339, 1500 * np.pi / 30, 240.0

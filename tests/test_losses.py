@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import reluctance as rl
+from reluctance.drive.run.energy_loop import energy_loops, save_energy_loop
+from reluctance.drive.run.kpis import evaluated
+from reluctance.drive.run.losses import iron_loss, loops
+from reluctance.drive.tables.sections import Converter
 from reluctance.machine.loss_data import Iron
-from reluctance.run.energy_loop import energy_loops, save_energy_loop
-from reluctance.run.kpis import evaluated
-from reluctance.run.losses import iron_loss, loops
-from reluctance.tables.sections import Converter
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 IRON = Iron(p_ref_W=60.0, psi_ref_Wb=0.3, f_ref_Hz=100.0, alpha=1.4, beta=1.9)

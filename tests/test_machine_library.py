@@ -9,10 +9,10 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base.resources import resources
 from reluctance.drive.drive import drive_from
 from reluctance.machine.library import MODELS, machine_from, machine_table, machines
-from reluctance.maps import FluxTable, read_map, write_map
-from reluctance.resources import resources
+from reluctance.machine.maps import FluxTable, read_map, write_map
 
 ROOT = Path(__file__).parents[1]
 NAMES = sorted(path.stem for path in resources("machines").glob("*.toml"))

@@ -7,7 +7,7 @@ import pytest
 from command import command, refused
 
 from reluctance import ParameterError, _core
-from reluctance.maps import check_map, read_map
+from reluctance.machine.maps import check_map, read_map
 
 MACHINE = _core.LeHuy(N_r=6, L_u=8.7e-3, L_a=0.25, L_sat=0.5e-3, i_m=5, psi_m=0.3)
 CURRENTS = np.linspace(0, 5, 11)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.errors import ParameterError
+from reluctance.base.errors import ParameterError
 from reluctance.machine.library import machine_from, machine_table
 from reluctance.machine.mismatch import Mismatch, as_known
 

@@ -11,12 +11,12 @@ from firmware_tools import needs_target
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.comparison import compare
-from reluctance.export import firmware
-from reluctance.export.fmu import fmu
-from reluctance.export.parity import check_parity
-from reluctance.laws import compiled_law, own_code
-from reluctance.laws.build import build_law, compiler, local_headers
+from reluctance.drive.laws import compiled_law, own_code
+from reluctance.drive.laws.build import build_law, compiler, local_headers
+from reluctance.explore.comparison import compare
+from reluctance.targets.export import firmware
+from reluctance.targets.export.fmu import fmu
+from reluctance.targets.export.parity import check_parity
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "own_law"

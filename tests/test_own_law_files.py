@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import reluctance as rl
-from reluctance.comparison import compare, write
-from reluctance.comparison.table import as_json, markdown, plain
+from reluctance.explore.comparison import compare, write
+from reluctance.explore.comparison.table import as_json, markdown, plain
 
 ROOT = Path(__file__).parents[1]
 RATED = ROOT / "examples" / "paper_rated.toml"

@@ -14,8 +14,8 @@ from scipy.optimize import brentq
 from typer.testing import CliRunner
 
 from reluctance import paper
+from reluctance.base.errors import ParameterError
 from reluctance.cli import app
-from reluctance.errors import ParameterError
 from reluctance.paper import figures, printed, pump, study
 from reluctance.paper.points import HALF, RATED
 from reluctance.paper.response import LEVEL, least_time, least_voltage

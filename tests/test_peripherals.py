@@ -9,8 +9,8 @@ from hypothesis import given as any_given
 from hypothesis import strategies as st
 
 import reluctance as rl
-from reluctance.export.recording import record
-from reluctance.export.target import PHASE
+from reluctance.targets.export.recording import record
+from reluctance.targets.export.target import PHASE
 
 TICKS = 2_000  # of a control period
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.export.package import firmware
-from reluctance.limits.point import operating_point
+from reluctance.explore.limits.point import operating_point
+from reluctance.targets.export.package import firmware
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

@@ -16,8 +16,8 @@ from stm32g474 import ADDRESS, INTERRUPT, REGISTER, TIMERS, Hrtim, field, word_o
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.export import firmware
-from reluctance.export.target import PHASE
+from reluctance.targets.export import firmware
+from reluctance.targets.export.target import PHASE
 
 FILE = ROOT / "examples" / "deadbeat_g474.toml"
 CLOCK = 170e6

@@ -11,7 +11,7 @@ from firmware_tools import ROOT, Native
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.guard.trip_levels import protection
+from reluctance.drive.guard.trip_levels import protection
 
 pytestmark = pytest.mark.long
 

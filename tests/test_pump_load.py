@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.plant.pump_load import flow, pump
+from reluctance.drive.tables.pump_load import flow, pump
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "sun_cloud.toml"
 OMEGA_REF = 1500 * np.pi / 30
@@ -27,8 +27,8 @@ def test_the_table_gives_the_torque_and_flow_of_the_curves(
 
 def test_between_the_nodes_the_table_is_the_curve() -> None:
     """Random speeds and static heads against the equations that the table was made from."""
-    from reluctance.hydraulics.pipe import flow as flow_of
-    from reluctance.plant.pump_load import _curve, _pipe
+    from reluctance.drive.tables.pump_load import _curve, _pipe
+    from reluctance.plant.hydraulics.pipe import flow as flow_of
 
     load = rl.load(EXAMPLE, ["load.H_static_m=", "load.t_s=[0, 1]", "load.values=[10, 20]"]).load
     table, (curve, _) = pump(load), _curve(load)

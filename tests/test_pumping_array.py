@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pvlib import pvsystem
 
-from reluctance.errors import ParameterError
+from reluctance.base.errors import ParameterError
+from reluctance.base.schema import checked
+from reluctance.plant.solar.single_diode import array_diode, current, open_circuit, power_point
 from reluctance.pumping.array import Array
-from reluctance.schema import checked
-from reluctance.solar.single_diode import array_diode, current, open_circuit, power_point
 
 MODULE = "Canadian_Solar_Inc__CS6X_300M"
 PLANE = {"n_series": 7, "n_parallel": 6, "tilt_deg": 10.0}

@@ -8,10 +8,10 @@ from fluids import friction_factor
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reluctance.errors import ParameterError
-from reluctance.hydraulics.pipe import Pipe, flow, hydraulics, least_speed
-from reluctance.hydraulics.pump import GRAVITY, RHO, Pump, pump_from
-from reluctance.schema import checked
+from reluctance.base.errors import ParameterError
+from reluctance.base.schema import checked
+from reluctance.plant.hydraulics.pipe import Pipe, flow, hydraulics, least_speed
+from reluctance.plant.hydraulics.pump import GRAVITY, RHO, Pump, pump_from
 
 PUMP = pump_from("synthetic_70_25", Path())
 PIPE = {"H_static_m": 15.0, "L_m": 120.0, "D_mm": 125.0, "roughness_mm": 0.05, "K": 4.0}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from reluctance.errors import ParameterError
+from reluctance.base.errors import ParameterError
 from reluctance.pumping import load_system, pump
 from reluctance.pumping.site import Site
 from reluctance.pumping.system import system_from

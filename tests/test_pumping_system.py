@@ -9,7 +9,8 @@ import pytest
 
 import reluctance as rl
 from reluctance import paper
-from reluctance.hydraulics.pump import Pump
+from reluctance.plant.hydraulics.pump import Pump
+from reluctance.plant.solar.pv_module import CellNumbers
 from reluctance.pumping import chain, columns, load_system, per, pump, remarks, sizes, with_units
 from reluctance.pumping import loss_map as maps
 from reluctance.pumping.clouds import Clouds
@@ -18,7 +19,6 @@ from reluctance.pumping.system import TABLES
 from reluctance.pumping.tank import Tank, store
 from reluctance.pumping.weather import COLUMNS
 from reluctance.pumping.weather_file import read_weather, with_minutes
-from reluctance.solar.pv_module import CellNumbers
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

@@ -8,11 +8,11 @@ import pandas as pd
 import pvlib
 import pytest
 
-from reluctance.errors import ParameterError
+from reluctance.base.errors import ParameterError
+from reluctance.base.schema import checked
 from reluctance.pumping.clouds import HAZE
 from reluctance.pumping.site import Site, sun_over
 from reluctance.pumping.weather_file import WeatherTable, clear_sky, read_weather, with_minutes
-from reluctance.schema import checked
 
 BENIN = {
     "latitude_deg": 7.18,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.guard.trip_levels import protection
-from reluctance.plant.pv_source import available, cold_voltage
+from reluctance.drive.guard.trip_levels import protection
+from reluctance.drive.tables.pv_source import available, cold_voltage
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "sun_cloud.toml"
 STEADY = ["source.t_s=[0]", "source.poa_global_Wpm2=[1000]", "source.temp_cell_degC=[50]"]

@@ -49,7 +49,7 @@ INDUCTANCES = ("R_ohm", "L_u_H", "L_a_H", "L_sat_H")
 
 
 def cells():
-    from reluctance.solar.pv_module import cell_of
+    from reluctance.plant.solar.pv_module import cell_of
 
     return cell_of(BASE.source.module, None, None, "source")
 

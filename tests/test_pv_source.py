@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.plant.pv_source import cold_voltage, pv_array
-from reluctance.solar.pv_module import cec_module
+from reluctance.drive.tables.pv_source import cold_voltage, pv_array
+from reluctance.plant.solar.pv_module import cec_module
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 MODULE = "Canadian_Solar_Inc__CS6X_300M"

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.laws import ditc, shared_torque, short_voltage
-from reluctance.laws.hand_over import ALWAYS, TORQUES
+from reluctance.drive.laws import ditc, shared_torque, short_voltage
+from reluctance.drive.laws.hand_over import ALWAYS, TORQUES
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "studies"))

@@ -8,12 +8,12 @@ from command import command, refused
 from test_geometry_files import changed, drive, geometry, write
 
 import reluctance as rl
-from reluctance.geometry.force import stress
-from reluctance.geometry.samples import rotor_angle
-from reluctance.geometry.solve import at_angle, solve
-from reluctance.geometry.solved import solved, system_of
-from reluctance.maps.pole_force import read_pole_force, write_pole_force
-from reluctance.run.radial_force import force_orders, pole_forces, spatial_orders
+from reluctance.drive.run.radial_force import force_orders, pole_forces, spatial_orders
+from reluctance.machine.geometry.force import stress
+from reluctance.machine.geometry.samples import rotor_angle
+from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.solved import solved, system_of
+from reluctance.machine.maps.pole_force import read_pole_force, write_pole_force
 
 FEW = {"map__angles": 13, "map__currents": 6}
 

@@ -11,11 +11,19 @@ import pytest
 from firmware_tools import ROOT, Native, drive, needs_target
 
 import reluctance as rl
-from reluctance.export import firmware
-from reluctance.export.dump import API, HEADER, MAGIC, NO_SAMPLE, VERSION, read_dump, record_type
-from reluctance.export.recording import record
-from reluctance.export.replay_dump import replay_dump
-from reluctance.export.target import build, run_program
+from reluctance.targets.export import firmware
+from reluctance.targets.export.dump import (
+    API,
+    HEADER,
+    MAGIC,
+    NO_SAMPLE,
+    VERSION,
+    read_dump,
+    record_type,
+)
+from reluctance.targets.export.recording import record
+from reluctance.targets.export.replay_dump import replay_dump
+from reluctance.targets.export.target import build, run_program
 
 SAMPLES, AFTER = 64, 32  # of a segment, and after the trigger, as in emulated/recorded.cpp
 START = 3600  # calls until `run`

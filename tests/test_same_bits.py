@@ -16,7 +16,7 @@ from c_library import MORE, SENSORS, WASM, Unit, compiled, library
 from needs import needs
 
 import reluctance as rl
-from reluctance.export.blob import blob
+from reluctance.targets.export.blob import blob
 
 pytestmark = pytest.mark.long
 

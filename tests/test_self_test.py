@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from firmware_tools import drive, needs_target
 
-from reluctance.export import firmware
-from reluctance.export.target import _emulator
+from reluctance.targets.export import firmware
+from reluctance.targets.export.target import _emulator
 
 pytestmark = needs_target
 PASSES, TABLES, ORDERS = 0, 1, 2

@@ -9,8 +9,8 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.run.bounds import Bounds
-from reluctance.run.plant import closed_loop
+from reluctance.drive.run.bounds import Bounds
+from reluctance.drive.run.plant import closed_loop
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"

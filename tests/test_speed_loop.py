@@ -14,8 +14,8 @@ from firmware_tools import Native
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.optimum import fastest_torque_step
-from reluctance.tables import speed_loop as rule
+from reluctance.drive.tables import speed_loop as rule
+from reluctance.machine.optimum import fastest_torque_step
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "studies"))

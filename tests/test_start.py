@@ -12,9 +12,9 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive import Drive
-from reluctance.run.columns import Rows
-from reluctance.run.plant import closed_loop
+from reluctance.drive.drive import Drive
+from reluctance.drive.run.columns import Rows
+from reluctance.drive.run.plant import closed_loop
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 PAPER = ("machine=paper_6_4", "control.tau_max_Nm=45")

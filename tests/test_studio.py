@@ -18,9 +18,9 @@ from c_library import WASM, compiled
 from needs import needs
 
 import reluctance as rl
-from reluctance.studio.serve import Quiet
-from reluctance.studio.starts import STARTS
-from reluctance.studio.write import write_data
+from reluctance.targets.studio.serve import Quiet
+from reluctance.targets.studio.starts import STARTS
+from reluctance.targets.studio.write import write_data
 
 WEB = Path(__file__).parents[1] / "web"
 CLANG, CHROMIUM = shutil.which("clang++-19"), shutil.which("chromium")

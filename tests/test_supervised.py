@@ -10,8 +10,8 @@ from firmware_tools import ROOT, Native
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.guard.supervised import controller
-from reluctance.run.events import MODES, events
+from reluctance.drive.guard.supervised import controller
+from reluctance.drive.run.events import MODES, events
 
 FILE = ROOT / "examples" / "deadbeat_g474.toml"  # delay of a sample, noise, encoder
 UP = {"supervision.enable_s": 0.0, "simulation.until_s": 0.16}

@@ -20,12 +20,12 @@ from command import command, refused
 from sweep_script import BANDS, DRIVE, UNTIL
 
 import reluctance as rl
-from reluctance.figures import save_figure
-from reluctance.sweeps.fingerprint import fingerprint
-from reluctance.sweeps.pareto import front
-from reluctance.sweeps.store import MARK, Row, Store
-from reluctance.sweeps.swept import figure_name
-from reluctance.sweeps.vary import grid, parsed, samples
+from reluctance.base.figures import save_figure
+from reluctance.explore.sweeps.fingerprint import fingerprint
+from reluctance.explore.sweeps.pareto import front
+from reluctance.explore.sweeps.store import MARK, Row, Store
+from reluctance.explore.sweeps.swept import figure_name
+from reluctance.explore.sweeps.vary import grid, parsed, samples
 
 TESTS = Path(__file__).parent
 EXAMPLES = TESTS.parent / "examples"
@@ -160,7 +160,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, before[1]))
     try:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(import_module("reluctance.sweeps.points"), "COMMIT_EVERY", 0.0)
+            patch.setattr(import_module("reluctance.explore.sweeps.points"), "COMMIT_EVERY", 0.0)
             with pytest.raises(rl.ParameterError, match=r"cannot write .*goes on from there"):
                 rl.sweep(drive, vary, until=0.01, out=store)
     finally:
@@ -283,7 +283,7 @@ def test_a_cluster_of_two_workers_survives_the_loss_of_one(tmp_path: Path) -> No
 
 
 def test_no_scheduler_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from reluctance.sweeps import cluster
+    from reluctance.explore.sweeps import cluster
 
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)
     with pytest.raises(rl.ParameterError, match="no Dask scheduler answers"):

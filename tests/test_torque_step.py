@@ -14,8 +14,8 @@ from limit_at import best_profile, fastest_torque_step
 from mpc_loop import FPGA, MICROCONTROLLER, PAPER, RATED, RPM, U_DC, Point, controller, loop
 
 from reluctance import _core
-from reluctance.errors import ParameterError
-from reluctance.run.columns import Rows
+from reluctance.base.errors import ParameterError
+from reluctance.drive.run.columns import Rows
 
 GIVEN = {"n_phases": 3, "R": RATED.R, "u_dc": U_DC, "i_max": 150.0}
 ANGLES, STROKE = 120, 40  # the steps of three phases repeat after a stroke of forty

@@ -10,11 +10,11 @@ from command import command, refused
 
 import reluctance as rl
 from reluctance.cli.tune import tune as cli_tune
-from reluctance.tuning import Trial, angles, tune
-from reluctance.tuning.compass import GRID, LAST_STEP, compass
-from reluctance.tuning.goal import Target, bound
-from reluctance.tuning.match import Lever, match
-from reluctance.tuning.tune import BUDGET
+from reluctance.explore.tuning import Trial, angles, tune
+from reluctance.explore.tuning.compass import GRID, LAST_STEP, compass
+from reluctance.explore.tuning.goal import Target, bound
+from reluctance.explore.tuning.match import Lever, match
+from reluctance.explore.tuning.tune import BUDGET
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"

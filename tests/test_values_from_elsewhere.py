@@ -13,18 +13,18 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.comparison import compare
-from reluctance.comparison.contenders import CONTENDERS
-from reluctance.efficiency_map import Cycle, driven, efficiency
-from reluctance.guard.trip_levels import current_error, protection
-from reluctance.gym.spaces import observed
+from reluctance.drive.guard.trip_levels import current_error, protection
+from reluctance.drive.run import kpis as key_figures
+from reluctance.explore.comparison import compare
+from reluctance.explore.comparison.contenders import CONTENDERS
+from reluctance.explore.efficiency_map import Cycle, driven, efficiency
+from reluctance.explore.sweeps import sweep
 from reluctance.machine.map_file import accept_in
-from reluctance.maps import FluxTable, check_map, read_map, write_map
-from reluctance.optimum import ripple
+from reluctance.machine.maps import FluxTable, check_map, read_map, write_map
+from reluctance.machine.optimum import ripple
 from reluctance.paper import claims_equations
 from reluctance.paper.points import le_huy
-from reluctance.run import kpis as key_figures
-from reluctance.sweeps import sweep
+from reluctance.targets.gym.spaces import observed
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -184,7 +184,7 @@ def test_time_that_a_drive_cannot_hold_is_weighted_by_its_length(
     cycle = Cycle(np.array([0.0, 1, 2, 10]), np.full(4, 10.0), np.array([1.0, 1, 1, 99]))
     covered = cycle.tau < 10
     monkeypatch.setattr(
-        "reluctance.efficiency_map.cycle.on_map",
+        "reluctance.explore.efficiency_map.cycle.on_map",
         lambda *_: (np.where(covered, 110.0, 0.0), covered, {}),
     )
     found = driven(cycle, Held())  # type: ignore[arg-type]
@@ -196,7 +196,7 @@ def test_time_that_a_drive_cannot_hold_is_weighted_by_its_length(
 def test_the_default_speeds_of_an_efficiency_map_end_at_twice_the_drive_s(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from reluctance.efficiency_map import map as module
+    from reluctance.explore.efficiency_map import map as module
 
     class Seen(Exception):
         pass

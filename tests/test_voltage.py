@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.errors import ParameterError
-from reluctance.laws import hand_over
-from reluctance.laws.shared_torque import ANGLES, feasible_shares
+from reluctance.base.errors import ParameterError
+from reluctance.drive.laws import hand_over
+from reluctance.drive.laws.shared_torque import ANGLES, feasible_shares
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "studies"))

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import reluctance as rl
+from reluctance.base.units import UNITS, from_si, name_and_unit, si, to_si
 from reluctance.drive.drive import drive_from
-from reluctance.units import UNITS, from_si, name_and_unit, si, to_si
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 RATED = EXAMPLES / "paper_rated.toml"

@@ -99,8 +99,8 @@ def _quick(tmp_path_factory):
             lambda *_: {"report.html": b"x" * 200_000, "claims.json": b"y" * 200_000},
         )
         _compiled_once(patch, tmp_path_factory.mktemp("unit") / "unit.so")
-        _once(patch, "reluctance.comparison", "compare")
-        _once(patch, "reluctance.limits", "limit")
+        _once(patch, "reluctance.explore.comparison", "compare")
+        _once(patch, "reluctance.explore.limits", "limit")
         _once(patch, "reluctance.cli.limit", "envelope_of")
         _once(patch, "reluctance.cli.run", "simulate")
         yield
@@ -122,7 +122,7 @@ def _once(patch, module, name):
 
 def _compiled_once(patch, made):
     """The mock-up unit: all of its writers give the same one."""
-    module = sys.modules["reluctance.export.fmu"]
+    module = sys.modules["reluctance.targets.export.fmu"]
     original = module._compile
 
     def kept(folder, source, library):

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from reluctance import _core
-from reluctance.export.fmu_variables import MEANINGS
+from reluctance.targets.export.fmu_variables import MEANINGS
 
 ROOT = Path(__file__).parents[1]
 SOURCES = [

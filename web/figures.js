@@ -1,4 +1,4 @@
-// Key figures of a run from its period rows: as python/reluctance/run/kpis.py, which explains them.
+// Key figures of a run from its period rows: as python/reluctance/drive/run/kpis.py, which explains them.
 
 /** Rows are arrays of numbers; names are those of the table `period`. */
 export function figures(rows, names, drive) {

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from run import environment, measured
 
-from reluctance.gym import DriveEnv, DriveVectorEnv
+from reluctance.targets.gym import DriveEnv, DriveVectorEnv
 
 PASSES = 5
 STEPS = 300_000  # of drives in a pass

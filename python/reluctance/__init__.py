@@ -1,11 +1,15 @@
 """Switched-reluctance motor drives: simulate, control, find the physical limit, flash."""
 
 import re
+import sys
 from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-from reluctance.errors import ParameterError
+from reluctance.base.errors import ParameterError
 
 __version__ = "0.1.0"
 
@@ -31,3 +35,35 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return [*__all__, "__version__"]
+
+
+_PUBLIC = {
+    **dict.fromkeys(("maps", "optimum"), "machine"),
+    **dict.fromkeys(("run",), "drive"),
+    **dict.fromkeys(("limits", "tuning", "comparison", "efficiency_map"), "explore"),
+    **dict.fromkeys(("export", "commission", "gym"), "targets"),
+}
+
+
+class _WithoutWing(MetaPathFinder, Loader):
+    """Programs name the public parts without their wing: `reluctance.maps` is
+    `reluctance.machine.maps`, the same module."""
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        part = name.split(".")[1:2]
+        ours = name.startswith("reluctance.") and part[0] in _PUBLIC
+        return ModuleSpec(name, self) if ours else None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        _, part, *rest = spec.name.split(".")
+        module = import_module(".".join(("reluctance", _PUBLIC[part], part, *rest)))
+        spec.loader_state = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """It has run. The import system has given it the spec of this name: back to its own."""
+        assert module.__spec__ is not None
+        module.__spec__ = module.__spec__.loader_state
+
+
+sys.meta_path.insert(0, _WithoutWing())

@@ -14,10 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from reluctance.drive import Drive
-from reluctance.drive.drive import drive_from
+from reluctance.drive.drive import Drive, drive_from
 from reluctance.machine.library import machine_table
-from reluctance.maps import FluxTable, write_map
+from reluctance.machine.maps import FluxTable, write_map
 
 OUT = Path(__file__).parents[2] / "out" / "published"
 L_U, L_A, PSI_M, R = 0.012, 0.120, 1.1, 0.6  # [H, H, Wb, ohm]

@@ -16,7 +16,7 @@ from closed_form_6_4 import U_DC, R, drive
 from figure import Figure, rows, show
 
 import reluctance as rl
-from reluctance.optimum import OperatingPoint, torque_speed_envelope
+from reluctance.machine.optimum import OperatingPoint, torque_speed_envelope
 
 RPM, TAU, I_PEAK, I_RMS = 1500.0, 22.0, 21.0, 12.5
 BAND = 0.8

@@ -35,11 +35,10 @@ from figure import Figure, rows, show
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive import Drive
-from reluctance.drive.drive import drive_from
-from reluctance.key_figures import definite
+from reluctance.base.key_figures import definite
+from reluctance.drive.drive import Drive, drive_from
+from reluctance.drive.run.result import Result
 from reluctance.machine.library import machine_table
-from reluctance.run.result import Result
 
 OMEGA_REF, TAU_LOAD = 100.0, 1.5  # [rad/s, N m]
 T_LOAD, T_END = 0.1, 0.5  # [s]

@@ -23,8 +23,8 @@ from __future__ import annotations
 import numpy as np
 from figure import Figure, rows, show
 
-from reluctance.maps import FluxTable
-from reluctance.maps.check import MapReport, check_map, coenergy_torque
+from reluctance.machine.maps import FluxTable
+from reluctance.machine.maps.check import MapReport, check_map, coenergy_torque
 
 N_R, I_TOP, R = 6, 0.65, 22.0  # [A, ohm]
 GRAMS = (475.5, 430.5, 401, 365.2, 335.2, 317.2, 287.2, 242.2, 212.2, 182.2, 152.2, 107.2)

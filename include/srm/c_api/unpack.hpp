@@ -3,7 +3,7 @@
 // The list holds the numbers in the order of the field lists (base/fields.hpp). A table is its
 // length and its values, a variant the index of its alternative and its fields. While reading, the
 // names that were visited are hashed: the writer hashes the same names, so a blob of another
-// version of any struct is told apart (python/reluctance/export/blob.py writes).
+// version of any struct is told apart (python/reluctance/targets/export/blob.py writes).
 #pragma once
 
 #include <array>

@@ -6,15 +6,15 @@ from typing import Annotated
 
 import typer
 
-from reluctance import comparison
+from reluctance.base.figures import check_figure, look
+from reluctance.base.files import check_folder
+from reluctance.base.units import hertz
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.cli.progress import progress_bar, wrapped
-from reluctance.comparison import conditions, table
+from reluctance.drive.laws.own_code import refuse_untrusted
 from reluctance.drive.load import load
-from reluctance.figures import check_figure, look
-from reluctance.files import check_folder
-from reluctance.laws.own_code import refuse_untrusted
-from reluctance.units import hertz
+from reluctance.explore import comparison
+from reluctance.explore.comparison import conditions, table
 
 
 def compare(

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from reluctance.drive import Drive
+from reluctance.base.files import read_toml
+from reluctance.drive.drive import Drive
 from reluctance.drive.load import is_system, load
 from reluctance.drive.overrides import parsed
-from reluctance.files import read_toml
 
 
 def load_drive(path: Path, overrides: list[str] | None = None, *, trust: bool = False) -> Drive:

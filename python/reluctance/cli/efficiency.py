@@ -45,15 +45,15 @@ def efficiency(
     """Map of efficiency, losses, ripple and current over speed and torque; energy of a cycle."""
     import numpy as np
 
+    from reluctance.base.figures import check_figure, look
+    from reluctance.base.files import TABLES, check_ending, write_table
     from reluctance.cli.progress import progress_bar
     from reluctance.drive.load import load
-    from reluctance.efficiency_map import driven, read_cycle
-    from reluctance.efficiency_map import efficiency as efficiency_over
-    from reluctance.efficiency_map.envelope import envelope_over
-    from reluctance.efficiency_map.text import as_object, rows
-    from reluctance.figures import check_figure, look
-    from reluctance.files import TABLES, check_ending, write_table
-    from reluctance.sweeps.vary import parsed
+    from reluctance.explore.efficiency_map import driven, read_cycle
+    from reluctance.explore.efficiency_map import efficiency as efficiency_over
+    from reluctance.explore.efficiency_map.envelope import envelope_over
+    from reluctance.explore.efficiency_map.text import as_object, rows
+    from reluctance.explore.sweeps.vary import parsed
 
     speeds = None if speed is None else np.array(parsed(f"speed={speed}")[1], float) * np.pi / 30
     torques = None if torque is None else np.array(parsed(f"torque={torque}")[1], float)
@@ -77,7 +77,7 @@ def efficiency(
     if out is not None:
         write_table(out, found.columns())
     if plot is not None:
-        from reluctance.efficiency_map import plots  # Matplotlib: half of the start-up time
+        from reluctance.explore.efficiency_map import plots  # Matplotlib: half of the start-up time
 
         if not no_envelope:
             with progress_bar("searching the envelope", 1.0) as told:

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from reluctance import load
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import check_ending, write_whole
 from reluctance.cli.options import AsJson, Overrides, Trust
 from reluctance.cli.progress import progress_bar
-from reluctance.errors import ParameterError
-from reluctance.files import check_ending, write_whole
 
 if TYPE_CHECKING:
-    from reluctance.commission.bench import Found
-    from reluctance.commission.board import Emulated
-    from reluctance.commission.wiring import Wiring
+    from reluctance.targets.commission.bench import Found
+    from reluctance.targets.commission.board import Emulated
+    from reluctance.targets.commission.wiring import Wiring
 
 STEPS = ("precharge", "wiring", "resistance", "alignment", "pulses", "spin", "trip")
 CORRECTING = ("wiring", "alignment")
@@ -66,8 +66,8 @@ def emulate(
     as_json: AsJson = False,
 ) -> None:
     """Take a package into operation on the emulated board, step by step."""
-    from reluctance.commission import Wires, emulated, read_wires
-    from reluctance.export.target import known_cpu
+    from reluctance.targets.commission import Wires, emulated, read_wires
+    from reluctance.targets.export.target import known_cpu
 
     if step not in STEPS:
         raise ParameterError(f"step `{step}`, need one of: {', '.join(STEPS)}")
@@ -113,7 +113,7 @@ def _step(
     until: float | None,
 ) -> tuple[dict[str, Any], list[str]]:
     """What a step found, and the lines that tell it."""
-    from reluctance.commission import steps, write_pulses
+    from reluctance.targets.commission import steps, write_pulses
 
     if step == "precharge":
         up = steps.precharge(on)
@@ -189,7 +189,7 @@ def _lines(step: str, found: "Found") -> list[str]:
 
 def _hint(package: Path, step: str) -> str:
     """What may be behind a step that fails on a board that was never corrected."""
-    from reluctance.commission import wiring
+    from reluctance.targets.commission import wiring
 
     if step in ("precharge", "wiring") or not wiring.read_wiring(package).straight:
         return ""
@@ -198,7 +198,7 @@ def _hint(package: Path, step: str) -> str:
 
 def _corrected(on: "Emulated", step: str, found: dict[str, Any]) -> list[str]:
     """Writes the wiring that follows from a finding."""
-    from reluctance.commission import wiring
+    from reluctance.targets.commission import wiring
 
     now: Wiring = wiring.read_wiring(on.package)
     if step == "wiring":

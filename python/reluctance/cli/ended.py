@@ -9,8 +9,8 @@ from io import TextIOWrapper
 from types import FrameType
 from typing import Any
 
-from reluctance.errors import Note, ParameterError, one_line
-from reluctance.files import remove_unfinished
+from reluctance.base.errors import Note, ParameterError, one_line
+from reluctance.base.files import remove_unfinished
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
 

@@ -9,11 +9,11 @@ from typing import Annotated
 
 import typer
 
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import make_folder, read_toml, write_together
+from reluctance.base.resources import resources
+from reluctance.base.schema import did_you_mean
 from reluctance.drive.load import is_system
-from reluctance.errors import ParameterError
-from reluctance.files import make_folder, read_toml, write_together
-from reluctance.resources import resources
-from reluctance.schema import did_you_mean
 
 
 def example_files() -> dict[str, Path]:

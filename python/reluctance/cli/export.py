@@ -10,21 +10,21 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reluctance import export
+from reluctance.base.errors import ParameterError
+from reluctance.base.key_figures import shown
 from reluctance.cli.drive_file import load_drive
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust, help_if_bare
 from reluctance.cli.progress import working
-from reluctance.drive import Drive
-from reluctance.errors import ParameterError
-from reluctance.export.cost import Cost, costs
-from reluctance.export.package import FLASH_LIMIT_KIB, PREFIX, gates_of
-from reluctance.export.parity import check_parity, in_the_loop
-from reluctance.export.port import CLOCK_HZ
-from reluctance.export.recording import STEPS
-from reluctance.export.target import Cpu, known_cpu
-from reluctance.export.verdict import MCUS, left_out, verdict
-from reluctance.export.verdict import mcu as find_mcu
-from reluctance.key_figures import shown
+from reluctance.drive.drive import Drive
+from reluctance.targets import export
+from reluctance.targets.export.cost import Cost, costs
+from reluctance.targets.export.package import FLASH_LIMIT_KIB, PREFIX, gates_of
+from reluctance.targets.export.parity import check_parity, in_the_loop
+from reluctance.targets.export.port import CLOCK_HZ
+from reluctance.targets.export.recording import STEPS
+from reluctance.targets.export.target import Cpu, known_cpu
+from reluctance.targets.export.verdict import MCUS, left_out, verdict
+from reluctance.targets.export.verdict import mcu as find_mcu
 
 export_app = typer.Typer(
     invoke_without_command=True, callback=help_if_bare, help="Hand a drive over to other tools."

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from reluctance.cli.progress import working
-from reluctance.laws.build import build_law
+from reluctance.drive.laws.build import build_law
 
 law_app = typer.Typer(no_args_is_help=True, help="Control laws of your own, in C++.")
 

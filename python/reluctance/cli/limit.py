@@ -9,14 +9,14 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reluctance import limits
+from reluctance.base.figures import check_figure, look
+from reluctance.base.files import TABLES, check_ending
+from reluctance.base.units import hertz, to_si
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.cli.progress import progress_bar
 from reluctance.drive.load import load
-from reluctance.figures import check_figure, look
-from reluctance.files import TABLES, check_ending
-from reluctance.limits import envelope_of, text
-from reluctance.units import hertz, to_si
+from reluctance.explore import limits
+from reluctance.explore.limits import envelope_of, text
 
 
 def limit(
@@ -46,7 +46,7 @@ def limit(
     style: Style = None,
 ) -> None:
     """What physics allows at the drive's operating point, under any controller."""
-    from reluctance.limits import files  # here, because Matplotlib is slow to import
+    from reluctance.explore.limits import files  # here, because Matplotlib is slow to import
 
     f_switch = None if at_switching_frequency is None else hertz(at_switching_frequency)
     for path in (out, envelope):

@@ -33,12 +33,12 @@ def from_geometry(
     as_json: AsJson = False,
 ) -> None:
     """Solve the field of a cross-section and write flux map, resistance and inertia."""
+    from reluctance.base.errors import ParameterError
+    from reluctance.base.figures import check_figure
+    from reluctance.base.files import check_ending
     from reluctance.cli.progress import progress_bar
-    from reluctance.errors import ParameterError
-    from reluctance.figures import check_figure
-    from reluctance.files import check_ending
-    from reluctance.geometry import convergence as doubled
     from reluctance.machine.from_geometry import machine_from_geometry
+    from reluctance.machine.geometry import convergence as doubled
 
     if out is not None:
         check_ending(out, {".toml"})

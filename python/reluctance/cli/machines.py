@@ -5,12 +5,12 @@ from typing import Annotated
 
 import typer
 
+from reluctance.base.errors import ParameterError
+from reluctance.base.resources import resources
+from reluctance.base.schema import did_you_mean
 from reluctance.cli.options import AsJson
-from reluctance.errors import ParameterError
 from reluctance.machine import library
 from reluctance.machine.library import Entry
-from reluctance.resources import resources
-from reluctance.schema import did_you_mean
 
 
 def _names() -> list[str]:

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from reluctance.base.errors import ParameterError
+from reluctance.base.figures import check_figure, look, save_figure
+from reluctance.base.files import check_ending, is_file, write_together, write_whole
 from reluctance.cli.options import AsJson, Style, Width, help_if_bare
-from reluctance.errors import ParameterError
-from reluctance.figures import check_figure, look, save_figure
-from reluctance.files import check_ending, is_file, write_together, write_whole
 from reluctance.machine.library import machine_table
 from reluctance.machine.map_file import accept_in, machine_text
 from reluctance.machine.map_machine import CONVENTIONS
 
 if TYPE_CHECKING:
-    from reluctance.maps import FluxTable
+    from reluctance.machine.maps import FluxTable
 
 map_app = typer.Typer(
     invoke_without_command=True,
@@ -149,7 +149,7 @@ def takes_stated(command: Callable[..., None]) -> Callable[..., None]:
 
 def _read(file: Path, stated: Stated) -> "tuple[FluxTable, Stated]":
     """The table, and what was stated, by the user or by the machine file."""
-    from reluctance.maps import read_map
+    from reluctance.machine.maps import read_map
 
     if file.suffix.lower() == ".toml":
         if stated != Stated():
@@ -215,8 +215,8 @@ def check(
     ] = None,
 ) -> None:
     """Judge a flux map. Exit code 1 if it is refused and not accepted."""
-    from reluctance.maps import check_map, repair_map, write_map
-    from reluctance.maps.report import check_table
+    from reluctance.machine.maps import check_map, repair_map, write_map
+    from reluctance.machine.maps.report import check_table
 
     stated = replace(stated, torque=torque, i_max_A=i_max)
     if repair is not None:
@@ -261,8 +261,8 @@ def fit(
     as_json: AsJson = False,
 ) -> None:
     """Fit the Le-Huy parameters to a map, and a family with two saturating terms."""
-    from reluctance.maps import fit_lehuy, fit_two_term
-    from reluctance.maps.report import fit_table
+    from reluctance.machine.maps import fit_lehuy, fit_two_term
+    from reluctance.machine.maps.report import fit_table
 
     table, _ = _read(file, stated)
     simple, better = fit_lehuy(table), fit_two_term(table)
@@ -292,8 +292,8 @@ def plot(
 
 
 def _plot(file: Path, table: "FluxTable", out: Path) -> None:
-    from reluctance import maps
-    from reluctance.picture import Picture
+    from reluctance.base.picture import Picture
+    from reluctance.machine import maps
 
     machine = maps.surface(table)
     figure = Picture(11, 8)
@@ -323,7 +323,7 @@ def import_map(
     ] = None,
 ) -> None:
     """Make a machine file of a map, with the map beside it in the project's convention."""
-    from reluctance.maps import check_map, repair_map, write_map
+    from reluctance.machine.maps import check_map, repair_map, write_map
 
     check_ending(out, {".toml"})
     stated = replace(stated, torque=torque)

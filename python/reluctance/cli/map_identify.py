@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import check_ending, write_whole
 from reluctance.cli.map import AlignedAt, AngleKind, AngleUnit, MaxCurrent, RotorPoles, Zero
-from reluctance.errors import ParameterError
-from reluctance.files import check_ending, write_whole
 
 
 def identify(
@@ -37,7 +37,7 @@ def identify(
     i_max: MaxCurrent = None,
 ) -> None:
     """Make a flux table of voltage pulses, as an oscilloscope or the firmware records them."""
-    from reluctance.maps import identify, read_pulses, write_map
+    from reluctance.machine.maps import identify, read_pulses, write_map
 
     check_ending(out, {".csv"})
     if out.resolve() in [file.resolve() for file in files]:

@@ -8,11 +8,11 @@ from typing import Annotated
 import typer
 
 from reluctance import load
+from reluctance.base.errors import ParameterError
+from reluctance.base.figures import check_figure
+from reluctance.base.phases import phase_name
 from reluctance.cli.options import AsJson, Overrides, Plot, Trust
-from reluctance.errors import ParameterError
-from reluctance.export.replay_dump import Replayed, replay_dump
-from reluctance.figures import check_figure
-from reluctance.phases import phase_name
+from reluctance.targets.export.replay_dump import Replayed, replay_dump
 
 
 def replay(
@@ -33,7 +33,7 @@ def replay(
     if plot is not None and not found.dump.samples:
         raise ParameterError(f"{dump} holds no samples; without --plot it is told what it holds")
     if plot is not None:
-        from reluctance.export import dump_plot  # Matplotlib: half of the start-up time
+        from reluctance.targets.export import dump_plot  # Matplotlib: half of the start-up time
 
         dump_plot.save_dump_plot(found, drive.name, plot)
     if as_json:

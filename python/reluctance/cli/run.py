@@ -10,21 +10,21 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from reluctance.base.figures import check_figure, look
+from reluctance.base.files import TABLES, check_ending
+from reluctance.base.key_figures import Kpis, shown
+from reluctance.base.phases import phase_name
+from reluctance.base.units import from_si
 from reluctance.cli.drive_file import load_drive
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.cli.progress import progress_bar
-from reluctance.drive import Drive
-from reluctance.figures import check_figure, look
-from reluctance.files import TABLES, check_ending
-from reluctance.key_figures import Kpis, shown
-from reluctance.phases import phase_name
-from reluctance.run import simulate
-from reluctance.run.bounds import MOST_BYTES, waveform_bytes
-from reluctance.run.radial_force import force_orders
-from reluctance.units import from_si
+from reluctance.drive.drive import Drive
+from reluctance.drive.run import simulate
+from reluctance.drive.run.bounds import MOST_BYTES, waveform_bytes
+from reluctance.drive.run.radial_force import force_orders
 
 if TYPE_CHECKING:
-    from reluctance.run.energy_loop import EnergyLoop
+    from reluctance.drive.run.energy_loop import EnergyLoop
 
 # Of waveforms that only the radial forces need: at least this many samples fit into a run.
 MOST_FORCE_SAMPLES = 1e5
@@ -86,14 +86,16 @@ def run(
         )
     found: list[EnergyLoop] = []
     if energy_loop is not None:
-        from reluctance.run import energy_loop as loops  # Matplotlib: half of the start-up time
+        from reluctance.drive.run import (
+            energy_loop as loops,  # Matplotlib: half of the start-up time
+        )
 
         with look(style, width):
             found = loops.save_energy_loop(result, energy_loop)
     if out is not None:
         result.save(out)
     if plot is not None:
-        from reluctance.run import plots
+        from reluctance.drive.run import plots
 
         with look(style, width):
             plots.save_plot(result, plot)

@@ -7,13 +7,13 @@ from typing import Annotated, Any
 import typer
 from pydantic.json_schema import models_json_schema
 
-from reluctance.drive.tables import OPTIONAL, TABLES
-from reluctance.files import check_ending, write_text
-from reluctance.geometry.file import Geometry
-from reluctance.laws import LAWS, table_of
-from reluctance.laws.own_law import OwnLaw
+from reluctance.base.files import check_ending, write_text
+from reluctance.base.schema import Section
+from reluctance.drive.all_tables import OPTIONAL, TABLES
+from reluctance.drive.laws import LAWS, table_of
+from reluctance.drive.laws.own_law import OwnLaw
+from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.library import MODELS
-from reluctance.schema import Section
 
 
 def json_schema() -> dict[str, Any]:

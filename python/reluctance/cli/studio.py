@@ -19,7 +19,7 @@ def studio(
     ] = None,
 ) -> None:
     """Drives in the browser: change values, and see waveforms and key figures at once."""
-    from reluctance.studio import serve, write_data  # the limit takes long to import
+    from reluctance.targets.studio import serve, write_data  # the limit takes long to import
 
     if data is not None:
         for path in write_data(data):

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
-from reluctance.sweeps import Sweep
+from reluctance.explore.sweeps import Sweep
 
 Vary = Annotated[
     list[str],
@@ -69,12 +69,12 @@ def sweep(
 ) -> None:
     """Key figures over grids and samples of any values; goes on where it was interrupted."""
     import reluctance
+    from reluctance.base.figures import check_figure, look
+    from reluctance.base.files import TABLES, check_ending
     from reluctance.cli.progress import progress_bar
-    from reluctance.figures import check_figure, look
-    from reluctance.files import TABLES, check_ending
-    from reluctance.laws.own_code import refuse_untrusted
-    from reluctance.sweeps.swept import figure_name
-    from reluctance.sweeps.vary import parsed
+    from reluctance.drive.laws.own_code import refuse_untrusted
+    from reluctance.explore.sweeps.swept import figure_name
+    from reluctance.explore.sweeps.vary import parsed
 
     values = dict(parsed(text) for text in vary)
     names = [figure_name(name.strip()) for name in figure.split(",")] if figure else None
@@ -100,7 +100,9 @@ def sweep(
     if table is not None:
         found.save(table)
     if plot is not None:
-        from reluctance.sweeps.plots import save_plot  # Matplotlib: half of the start-up time
+        from reluctance.explore.sweeps.plots import (
+            save_plot,  # Matplotlib: half of the start-up time
+        )
 
         with look(style, width):
             save_plot(found, plot, names, kind)
@@ -132,7 +134,7 @@ def _print_table(found: Sweep, names: list[str] | None) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from reluctance.key_figures import shown
+    from reluctance.base.key_figures import shown
 
     columns = [n for n in names or SHOWN if not np.isnan(found.figures[n]).all()]
     rows = list(range(len(found)))

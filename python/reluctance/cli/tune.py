@@ -70,15 +70,15 @@ def tune(
     ] = None,
 ) -> None:
     """Values for which a figure is best while others keep their bounds; writes the drive file."""
+    from reluctance.base.errors import ParameterError
+    from reluctance.base.figures import check_figure, look
+    from reluctance.base.files import TABLES, check_ending
     from reluctance.cli.progress import progress_bar
     from reluctance.cli.tune_over import tune_over
+    from reluctance.drive.laws.own_code import refuse_untrusted
     from reluctance.drive.load import load
-    from reluctance.errors import ParameterError
-    from reluctance.figures import check_figure, look
-    from reluctance.files import TABLES, check_ending
-    from reluctance.laws.own_code import refuse_untrusted
-    from reluctance.sweeps.vary import parsed
-    from reluctance.tuning import tune as tuned
+    from reluctance.explore.sweeps.vary import parsed
+    from reluctance.explore.tuning import tune as tuned
 
     if out is not None:
         check_ending(out, {".toml"} if over is None else {".csv"})
@@ -126,7 +126,7 @@ def tune(
     if table is not None:
         found.table.save(table)
     if plot is not None:
-        from reluctance.tuning.plots import save  # Matplotlib: half of the start-up time
+        from reluctance.explore.tuning.plots import save  # Matplotlib: half of the start-up time
 
         with look(style, width):
             save(found, plot)
@@ -173,8 +173,8 @@ NEAR_AN_END = 0.02  # of the range: COBYLA ends within a hundredth of a bound th
 
 def _point(text: str) -> dict[str, Any]:
     """An operating point."""
-    from reluctance.errors import ParameterError
-    from reluctance.files import toml_value
+    from reluctance.base.errors import ParameterError
+    from reluctance.base.files import toml_value
 
     pairs = [pair.partition("=") for pair in text.split(",")]
     if not all(name.strip() and value.strip() for name, _, value in pairs):

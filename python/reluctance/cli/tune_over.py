@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from reluctance.drive import Drive
+from reluctance.drive.drive import Drive
 
 
 def tune_over(
@@ -23,14 +23,16 @@ def tune_over(
     from rich.table import Table
 
     from reluctance.cli.progress import progress_bar
-    from reluctance.tuning import tune_angles
+    from reluctance.explore.tuning import tune_angles
 
     with progress_bar(f"tuning {drive.name}", 1.0) as told:
         found = tune_angles(drive, axes, minimise, progress=told, **options)
     if out is not None:
         found.save(out)
     if plot is not None:
-        from reluctance.tuning.angle_plots import save  # Matplotlib: half of the start-up time
+        from reluctance.explore.tuning.angle_plots import (
+            save,  # Matplotlib: half of the start-up time
+        )
 
         save(found, plot)
     if as_json:

@@ -1,5 +1,1 @@
-"""A drive as checked tables, and what a controller may know of it."""
-
-from reluctance.drive.drive import Drive
-
-__all__ = ["Drive"]
+"""One drive: described, controlled, protected and simulated. Imports machine, plant and base."""

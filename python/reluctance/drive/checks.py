@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from reluctance.drive.tables import Tables
-from reluctance.errors import ParameterError
-from reluctance.phases import LETTERS
-from reluctance.plant.pv_source import cold_voltage
+from reluctance.base.errors import ParameterError
+from reluctance.base.phases import LETTERS
+from reluctance.drive.all_tables import Tables
+from reluctance.drive.tables.pv_source import cold_voltage
 
 
 def check_together(drive: Tables) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from reluctance.errors import ParameterError
-from reluctance.reading import is_number, numbers, read_rows, reading
+from reluctance.base.errors import ParameterError
+from reluctance.base.reading import is_number, numbers, read_rows, reading
 
 MOST_POINTS = 100_000  # of a course: a run looks them up at each step
 

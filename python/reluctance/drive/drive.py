@@ -7,21 +7,17 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from reluctance.base.errors import ParameterError
+from reluctance.base.schema import Section, checked, did_you_mean
+from reluctance.drive.all_tables import OPTIONAL, TABLES, Tables
 from reluctance.drive.checks import check_together, check_torque_in_reach
+from reluctance.drive.laws import table_of
 from reluctance.drive.overrides import plain, put
 from reluctance.drive.plausible import check_plausible
-from reluctance.drive.tables import OPTIONAL, TABLES, Tables
-from reluctance.drive.write import write_drive
-from reluctance.errors import ParameterError
-from reluctance.laws import table_of
-from reluctance.machine.library import machine_from, machine_table
-from reluctance.machine.machine_file import MachineFile
-from reluctance.machine.mismatch import Mismatch
-from reluctance.schema import Section, checked, did_you_mean
-from reluctance.tables.control import Control
-from reluctance.tables.protection import Protection
-from reluctance.tables.pv_control import PvControl
-from reluctance.tables.sections import (
+from reluctance.drive.tables.control import Control
+from reluctance.drive.tables.protection import Protection
+from reluctance.drive.tables.pv_control import PvControl
+from reluctance.drive.tables.sections import (
     Converter,
     Load,
     Reference,
@@ -29,7 +25,11 @@ from reluctance.tables.sections import (
     SimulationSettings,
     Source,
 )
-from reluctance.tables.supervision import Supervision
+from reluctance.drive.tables.supervision import Supervision
+from reluctance.drive.write import write_drive
+from reluctance.machine.library import machine_from, machine_table
+from reluctance.machine.machine_file import MachineFile
+from reluctance.machine.mismatch import Mismatch
 
 
 class Drive(Tables):

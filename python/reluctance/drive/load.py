@@ -4,18 +4,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from reluctance.base.errors import ParameterError, one_line
+from reluctance.base.files import is_file, read_toml
+from reluctance.base.reading import reading
+from reluctance.base.schema import Section, placed
+from reluctance.drive.all_tables import TABLES
 from reluctance.drive.course import read_course
 from reluctance.drive.drive import Drive, drive_from
+from reluctance.drive.laws import LAWS, table_of
+from reluctance.drive.laws.own_code import names_code, refuse_untrusted
 from reluctance.drive.overrides import law_of, parsed, put
-from reluctance.drive.tables import TABLES
-from reluctance.errors import ParameterError, one_line
-from reluctance.files import is_file, read_toml
-from reluctance.laws import LAWS, table_of
-from reluctance.laws.own_code import names_code, refuse_untrusted
 from reluctance.machine.geometry_machine import is_geometry
 from reluctance.machine.library import machine_table, placed_machine
-from reluctance.reading import reading
-from reluctance.schema import Section, placed
 
 
 def load(

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from reluctance.drive.tables import TABLES
-from reluctance.errors import ParameterError
-from reluctance.files import toml_value
-from reluctance.laws import LAWS, table_of
-from reluctance.laws.own_code import names_code
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import toml_value
+from reluctance.base.schema import did_you_mean
+from reluctance.drive.all_tables import TABLES
+from reluctance.drive.laws import LAWS, table_of
+from reluctance.drive.laws.own_code import names_code
 from reluctance.machine.library import machine_table
-from reluctance.schema import did_you_mean
 
 
 def law_of(data: dict[str, Any]) -> object:

@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from reluctance.drive.tables import Tables
-from reluctance.files import check_ending, write_text
-from reluctance.schema import renamed
+from reluctance.base.files import check_ending, write_text
+from reluctance.base.schema import renamed
+from reluctance.drive.all_tables import Tables
 
 
 def write_drive(drive: Tables, path: str | Path, *, comment: str = "") -> None:

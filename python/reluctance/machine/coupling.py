@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from reluctance import _core
-from reluctance.errors import ParameterError
+from reluctance.base.errors import ParameterError
+from reluctance.machine.maps.pairs import Array, PairTable, apart
 from reluctance.machine.operating_point import Magnetics
-from reluctance.maps.pairs import Array, PairTable, apart
 
 LETTERS = "abcdef"
 

@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reluctance.errors import ParameterError
-from reluctance.figures import save_figure
-from reluctance.files import read_toml
-from reluctance.geometry.file import Geometry
-from reluctance.geometry.samples import rotor_angle
-from reluctance.geometry.solve import at_angle, solve
-from reluctance.geometry.solved import Solution, solved, system_of
+from reluctance.base.errors import ParameterError
+from reluctance.base.figures import save_figure
+from reluctance.base.files import read_toml
+from reluctance.base.picture import Picture
+from reluctance.base.schema import checked
 from reluctance.machine.coupling import Coupling, check_pairs
+from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.samples import rotor_angle
+from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.solved import Solution, solved, system_of
 from reluctance.machine.geometry_coupling import coupling_of
 from reluctance.machine.geometry_machine import flattened, is_geometry, with_steel_path
+from reluctance.machine.maps.surface import surface
 from reluctance.machine.write_geometry import write_machine
-from reluctance.maps.surface import surface
-from reluctance.picture import Picture
-from reluctance.schema import checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -117,7 +117,7 @@ class FromGeometry:
 
     def draw(self, axes: Axes, *, theta_e_deg: float = 120.0) -> Axes:
         """The cross-section, with the coils of each phase in a colour [mm]."""
-        from reluctance.geometry.draw import draw  # Matplotlib: half of the start-up
+        from reluctance.machine.geometry.draw import draw  # Matplotlib: half of the start-up
 
         system = system_of(self.geometry)
         axes.set_title(self.name)
@@ -128,7 +128,7 @@ class FromGeometry:
     ) -> Axes:
         """|B| and field lines in the sector that is solved [mm], with a current in the phase of the
         first pole; by default half of the largest one."""
-        from reluctance.geometry.draw import draw_field
+        from reluctance.machine.geometry.draw import draw_field
 
         system = system_of(self.geometry)
         current = self.geometry.map.current_max_A / 2 if i_A is None else i_A

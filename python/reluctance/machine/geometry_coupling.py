@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from reluctance.geometry.file import Geometry
-from reluctance.geometry.pairs import kind_of, pairs_solved
 from reluctance.machine.coupling import Coupling, Neighbours
-from reluctance.maps.pairs import pair_table
+from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.pairs import kind_of, pairs_solved
+from reluctance.machine.maps.pairs import pair_table
 
 
 def coupling_of(geometry: Geometry, *, told: Callable[[float], None] | None = None) -> Coupling:

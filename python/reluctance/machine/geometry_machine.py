@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, Literal, Self, cast
 from pydantic import Field
 
 from reluctance import _core
-from reluctance.files import is_file
+from reluctance.base.files import is_file
+from reluctance.base.schema import Section, checked
 from reluctance.machine.machine_file import MachineFile
-from reluctance.schema import Section, checked
 
 if TYPE_CHECKING:
-    from reluctance.geometry.solved import Solution
     from reluctance.machine.coupling import Coupling
-    from reluctance.maps.pole_force import PoleForce
+    from reluctance.machine.geometry.solved import Solution
+    from reluctance.machine.maps.pole_force import PoleForce
 
 
 class GeometryMachine(MachineFile):
@@ -101,7 +101,7 @@ def geometry_machine(table: dict[str, Any], where: str) -> GeometryMachine:
     ParameterError
         With one line: a key, a value out of range, parts that do not fit, a B-H curve that is none.
     """
-    from reluctance.geometry.file import Geometry
+    from reluctance.machine.geometry.file import Geometry
 
     geometry = checked(Geometry, {k: v for k, v in table.items() if k != "model"}, where)
     solution = _solution(*_key(geometry))
@@ -147,22 +147,22 @@ def _key(geometry: Section) -> tuple[str, bytes]:
 
 @lru_cache(maxsize=32)
 def _solution(geometry: str, steel: bytes) -> Solution:
-    from reluctance.geometry.file import Geometry
-    from reluctance.geometry.solved import solved
+    from reluctance.machine.geometry.file import Geometry
+    from reluctance.machine.geometry.solved import solved
 
     return solved(Geometry.model_validate_json(geometry))
 
 
 @lru_cache(maxsize=32)
 def _magnetics(geometry: str, steel: bytes, N_r: int, psi_factor: float) -> _core.FluxMap:
-    from reluctance.maps.surface import surface
+    from reluctance.machine.maps.surface import surface
 
     return surface(_solution(geometry, steel).table(N_r).times(psi_factor))
 
 
 @lru_cache(maxsize=32)
 def _coupling(geometry: str, steel: bytes) -> Coupling | None:
-    from reluctance.geometry.file import Geometry
+    from reluctance.machine.geometry.file import Geometry
     from reluctance.machine.geometry_coupling import coupling_of
 
     checked_file = Geometry.model_validate_json(geometry)

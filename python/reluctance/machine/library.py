@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from reluctance.errors import ParameterError
-from reluctance.files import is_file, read_toml
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import is_file, read_toml
+from reluctance.base.resources import resources
+from reluctance.base.schema import checked, did_you_mean, placed
 from reluctance.machine.geometry_machine import (
     flattened,
     geometry_machine,
@@ -16,8 +18,6 @@ from reluctance.machine.geometry_machine import (
 )
 from reluctance.machine.machine_file import LeHuyMachine, MachineFile
 from reluctance.machine.map_machine import MapMachine
-from reluctance.resources import resources
-from reluctance.schema import checked, did_you_mean, placed
 
 MODELS: dict[str, type[MachineFile]] = {"lehuy": LeHuyMachine, "map": MapMachine}
 

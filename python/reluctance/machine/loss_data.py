@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from reluctance.schema import Section
+from reluctance.base.schema import Section
 
 
 class Iron(Section):

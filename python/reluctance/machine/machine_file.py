@@ -9,14 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.copper import COPPER_COEFFICIENT
+from reluctance.base.schema import Section
+from reluctance.machine.copper import COPPER_COEFFICIENT
 from reluctance.machine.loss_data import Iron
 from reluctance.machine.operating_point import Magnetics, OperatingPoint
-from reluctance.schema import Section
 
 if TYPE_CHECKING:
     from reluctance.machine.coupling import Coupling
-    from reluctance.maps.pole_force import PoleForce
+    from reluctance.machine.maps.pole_force import PoleForce
 
 
 class MachineFile(Section):

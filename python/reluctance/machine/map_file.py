@@ -5,8 +5,8 @@ import tomllib
 from math import gcd
 from pathlib import Path
 
-from reluctance.errors import ParameterError
-from reluctance.files import write_text
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import write_text
 from reluctance.machine.library import machine_from, placed_machine
 
 

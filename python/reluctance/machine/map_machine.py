@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.files import is_file
+from reluctance.base.files import is_file
+from reluctance.base.reading import reading
+from reluctance.base.schema import FileName
 from reluctance.machine.machine_file import MachineFile
-from reluctance.reading import reading
-from reluctance.schema import FileName
 
 if TYPE_CHECKING:
     from reluctance.machine.coupling import Coupling
-    from reluctance.maps import FluxTable, MapReport, Surface
-    from reluctance.maps.pole_force import PoleForce
+    from reluctance.machine.maps import FluxTable, MapReport, Surface
+    from reluctance.machine.maps.pole_force import PoleForce
 
 CONVENTIONS = ("angle_unit", "angle_kind", "zero", "layout", "aligned_at")
 
@@ -59,7 +59,7 @@ class MapMachine(MachineFile):
     @property
     def report(self) -> MapReport:
         """What the judge says of the table, with the drive's current limit."""
-        from reluctance.maps import check_map
+        from reluctance.machine.maps import check_map
 
         return check_map(self.table, i_max=self.i_max_A)
 
@@ -136,7 +136,7 @@ def _table(
     psi_factor: float,
     contents: tuple[bytes, bytes | None],
 ) -> FluxTable:
-    from reluctance.maps import read_map  # here, because it brings Matplotlib along
+    from reluctance.machine.maps import read_map  # here, because it brings Matplotlib along
 
     conventions = dict(zip(CONVENTIONS, stated, strict=True))
     table = read_map(path, N_r=N_r, torque=torque, names=dict(names), **conventions)
@@ -145,14 +145,14 @@ def _table(
 
 @lru_cache(maxsize=32)
 def _surface(key: tuple[Any, ...], symmetric: bool) -> Surface:
-    from reluctance.maps import fit_surface
+    from reluctance.machine.maps import fit_surface
 
     return fit_surface(_table(*key), symmetric=symmetric)
 
 
 @lru_cache(maxsize=32)
 def _force(path: str, content: bytes) -> PoleForce:
-    from reluctance.maps.pole_force import read_pole_force
+    from reluctance.machine.maps.pole_force import read_pole_force
 
     return read_pole_force(Path(path))
 

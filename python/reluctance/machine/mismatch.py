@@ -2,9 +2,9 @@
 
 from pydantic import Field
 
-from reluctance.errors import ParameterError
+from reluctance.base.errors import ParameterError
+from reluctance.base.schema import Section
 from reluctance.machine.machine_file import MachineFile
-from reluctance.schema import Section
 
 
 class Mismatch(Section):

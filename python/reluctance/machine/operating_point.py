@@ -7,7 +7,7 @@ from math import isfinite
 from typing import TypeAlias
 
 from reluctance import _core
-from reluctance.errors import need
+from reluctance.base.errors import need
 
 Magnetics: TypeAlias = "_core.LeHuy | _core.FluxMap"  # include/srm/machine/machines.hpp
 

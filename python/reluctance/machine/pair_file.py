@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from reluctance.errors import ParameterError
+from reluctance.base.errors import ParameterError
+from reluctance.base.reading import numbers, read_rows, reading
 from reluctance.machine.coupling import LETTERS, Coupling, Neighbours
-from reluctance.maps.pairs import Array, PairSamples, PairTable, pair_table, reasons
-from reluctance.reading import numbers, read_rows, reading
+from reluctance.machine.maps.pairs import Array, PairSamples, PairTable, pair_table, reasons
 
 COLUMNS = (
     *("pairs", "phi_e_deg", "i_first_A", "i_second_A"),

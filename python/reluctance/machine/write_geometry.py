@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from reluctance.errors import ParameterError
-from reluctance.files import check_ending, write_together
-from reluctance.geometry.file import Geometry
-from reluctance.geometry.solved import Solution
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import check_ending, write_together
 from reluctance.machine.coupling import Coupling
+from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.solved import Solution
 from reluctance.machine.map_file import quoted
+from reluctance.machine.maps.check import check_map
+from reluctance.machine.maps.importers import write_map
+from reluctance.machine.maps.pole_force import write_pole_force
 from reluctance.machine.pair_file import write_pairs
-from reluctance.maps.check import check_map
-from reluctance.maps.importers import write_map
-from reluctance.maps.pole_force import write_pole_force
 
 
 def write_machine(

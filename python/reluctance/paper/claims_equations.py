@@ -5,14 +5,15 @@ from numpy.typing import NDArray
 
 import reluctance.paper.printed as printed
 import reluctance.paper.pump as pump
-from reluctance import _core, optimum
-from reluctance.drive import Drive
-from reluctance.key_figures import Kpis
+from reluctance import _core
+from reluctance.base.key_figures import Kpis
+from reluctance.base.units import from_si
+from reluctance.drive.drive import Drive
+from reluctance.machine import optimum
 from reluctance.machine.machine_file import MachineFile
 from reluctance.paper.claim import Claim, verdict
 from reluctance.paper.points import HALF, RATED, Point, le_huy
 from reluctance.paper.study import Study
-from reluctance.units import from_si
 
 PSI_M_DEFAULT = 0.486  # of the generic machine with the same L_d, L_q and I_m [Wb]
 I_SAMPLE = 50.0  # a current of ordinary operation, for the equations that are compared [A]

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from reluctance.key_figures import definite
+from reluctance.base.key_figures import definite
+from reluctance.base.units import from_si
 from reluctance.paper.claim import Claim, verdict
 from reluctance.paper.points import Runs
 from reluctance.paper.study import Study
 from reluctance.paper.sweeps import Response
-from reluctance.units import from_si
 
 VISIBLE = 1e-3  # ripple below it is none: less than a line width in a plot of the whole range
 

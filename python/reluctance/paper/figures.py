@@ -8,14 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import reluctance.paper.printed as printed
-from reluctance import picture
-from reluctance.key_figures import definite
+from reluctance.base import picture
+from reluctance.base.key_figures import definite
+from reluctance.base.units import from_si
+from reluctance.drive.run import plots
 from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.response import LEVEL
 from reluctance.paper.study import Study
 from reluctance.paper.sweeps import Response
-from reluctance.run import plots
-from reluctance.units import from_si
 
 MODEL, PAPER = "C0", "C3"
 

@@ -6,13 +6,13 @@ from collections import Counter
 
 import numpy as np
 
-from reluctance.html_page import html_page
-from reluctance.key_figures import definite
+from reluctance.base.html_page import html_page
+from reluctance.base.key_figures import definite
+from reluctance.base.units import from_si, to_si
 from reluctance.paper.claim import Claim, Value, text
 from reluctance.paper.figures import PICTURES
 from reluctance.paper.points import Runs, le_huy
 from reluctance.paper.study import Study
-from reluctance.units import from_si, to_si
 
 STYLE = """
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums;font-size:.92em}

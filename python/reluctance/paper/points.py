@@ -3,15 +3,16 @@
 from dataclasses import dataclass
 
 import reluctance.paper.printed as printed
-from reluctance import _core, optimum
-from reluctance.drive import Drive
+from reluctance import _core
+from reluctance.base.errors import ParameterError
+from reluctance.base.key_figures import Kpis
+from reluctance.base.resources import resources
+from reluctance.drive.drive import Drive
 from reluctance.drive.load import load
-from reluctance.errors import ParameterError
-from reluctance.key_figures import Kpis
+from reluctance.drive.run.result import Result
+from reluctance.drive.run.simulate import simulate
+from reluctance.machine import optimum
 from reluctance.machine.machine_file import MachineFile
-from reluctance.resources import resources
-from reluctance.run.result import Result
-from reluctance.run.simulate import simulate
 
 PUMP_UNTIL = (
     2.4  # the slowest mode of the speed loop is gone: 3.2 s gives the same speed ripple [s]

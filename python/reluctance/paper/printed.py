@@ -6,8 +6,8 @@ the paper's too; docs/paper.md lists what is wrong with each.
 
 import numpy as np
 
-from reluctance.arrays import FloatArray
-from reluctance.units import to_si
+from reluctance.base.arrays import FloatArray
+from reluctance.base.units import to_si
 
 POWER = 6000.0  # Table 1 [W]
 SPEED = to_si(1500.0, "rpm")  # Table 1 [rad/s]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from reluctance.files import check_folder, make_folder, write_together
+from reluctance.base.files import check_folder, make_folder, write_together
 from reluctance.paper.claim import Claim
 from reluctance.paper.claims import claims
 from reluctance.paper.figures import PICTURES

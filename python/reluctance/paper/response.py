@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from reluctance import _core
-from reluctance.arrays import FloatArray
+from reluctance.base.arrays import FloatArray
+from reluctance.drive.run.result import Result
 from reluctance.machine.machine_file import MachineFile
-from reluctance.run.result import Result
 
 LEVEL = 0.95  # of the torque reference: our definition of "reached"; the paper gives none
 DT = 2e-6  # step of the bound [s]; halving it moves no response time by more than 1e-8 s

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reluctance.arrays import FloatArray
-from reluctance.key_figures import Kpis
+from reluctance.base.arrays import FloatArray
+from reluctance.base.key_figures import Kpis
+from reluctance.drive.run.result import Result
+from reluctance.drive.run.simulate import simulate
 from reluctance.paper.points import Point
 from reluctance.paper.response import LEVEL, least_time, least_voltage, response_time
-from reluctance.run.result import Result
-from reluctance.run.simulate import simulate
 
 STROKE_DEG = 30.0  # 6/4: after it the phases change places and all repeats
 HORIZON = 4e-3  # of a response [s]; the slowest of the bound is 3 ms, at 150 V

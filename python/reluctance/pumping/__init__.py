@@ -2,7 +2,7 @@
 
 from importlib.util import find_spec
 
-from reluctance.errors import ParameterError
+from reluctance.base.errors import ParameterError
 
 if find_spec("pandas") is None or find_spec("pvlib") is None:
     raise ParameterError(

@@ -2,11 +2,11 @@
 
 from pydantic import Field, model_validator
 
-from reluctance.arrays import FloatArray
-from reluctance.schema import Section
-from reluctance.solar.datasheet import Datasheet
-from reluctance.solar.pv_module import CellNumbers, cell_of, check_one_module
-from reluctance.solar.single_diode import MOST_MODULES, Cell, Diode, array_diode
+from reluctance.base.arrays import FloatArray
+from reluctance.base.schema import Section
+from reluctance.plant.solar.datasheet import Datasheet
+from reluctance.plant.solar.pv_module import CellNumbers, cell_of, check_one_module
+from reluctance.plant.solar.single_diode import MOST_MODULES, Cell, Diode, array_diode
 
 
 class Array(Section):

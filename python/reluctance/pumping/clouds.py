@@ -8,9 +8,9 @@ import pandas as pd
 from numpy.typing import NDArray
 from pydantic import Field
 
-from reluctance.arrays import FloatArray
+from reluctance.base.arrays import FloatArray
+from reluctance.base.schema import Section
 from reluctance.pumping.weather import Weather
-from reluctance.schema import Section
 
 CYCLE_MIN = 14.0  # a clear and a covered spell within an hour, together
 HAZE = 1.2  # direct light of an hour may exceed the clear-sky model's by this

@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from reluctance.drive import Drive
-from reluctance.drive.drive import drive_from
-from reluctance.errors import ParameterError
-from reluctance.hydraulics.pipe import hydraulics
+from reluctance.base.errors import ParameterError
+from reluctance.drive.drive import Drive, drive_from
+from reluctance.plant.hydraulics.pipe import hydraulics
+from reluctance.plant.solar.single_diode import power_point
 from reluctance.pumping.system import System
-from reluctance.solar.single_diode import power_point
 
 # The dc-link capacitor holds the array's nominal power for so long, C u^2 / P [s]. 2.2 mF for 12.6
 # kW at 240 V is 10 ms: the ripple of the link takes 0.06 % of the power (docs/pumping_control.md).

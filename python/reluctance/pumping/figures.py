@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from reluctance.arrays import FloatArray
-from reluctance.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
+from reluctance.base.arrays import FloatArray
+from reluctance.plant.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
+from reluctance.plant.solar.single_diode import G_REF, power_point
 from reluctance.pumping.matching import Limit
 from reluctance.pumping.operate import Pumped
 from reluctance.pumping.system import System
 from reluctance.pumping.tank import Storage
 from reluctance.pumping.tank import store as storing
-from reluctance.solar.single_diode import G_REF, power_point
 
 KWH = 3.6e6  # [J]
 TOLD_OF_START = 0.005  # of the demand: a start that changes the missing water by more is told

@@ -16,12 +16,12 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 import reluctance
-from reluctance.arrays import FloatArray
-from reluctance.cache import cached
-from reluctance.drive import Drive
-from reluctance.efficiency_map.locked import at, length, rising
-from reluctance.errors import ParameterError
-from reluctance.schema import file_keys
+from reluctance.base.arrays import FloatArray
+from reluctance.base.cache import cached
+from reluctance.base.errors import ParameterError
+from reluctance.base.schema import file_keys
+from reluctance.drive.drive import Drive
+from reluctance.explore.efficiency_map.locked import at, length, rising
 
 ALGORITHM = 4  # raised when the same drive gives other numbers
 SHAPE = (3, 5, 5)  # voltages, speeds, torques
@@ -202,7 +202,7 @@ def _filled(ratio: FloatArray) -> FloatArray:
 
 def _content(drive: Drive) -> object:
     """All that the runs depend on."""
-    from reluctance.optimum.magnetics import content
+    from reluctance.machine.optimum.magnetics import content
 
     files = set(file_keys(type(drive.machine)))  # paths: their content is in the magnetics
     table = getattr(drive.control, "angle_table", None)

@@ -9,8 +9,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from reluctance.arrays import FloatArray
-from reluctance.hydraulics.pipe import Hydraulics
+from reluctance.base.arrays import FloatArray
+from reluctance.plant.hydraulics.pipe import Hydraulics
 from reluctance.pumping.loss_map import LossMap
 
 VOLTAGES = 9  # of the table, equidistant over the loss map's

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from reluctance.arrays import FloatArray
-from reluctance.errors import ParameterError
-from reluctance.hydraulics.pipe import Hydraulics, hydraulics
-from reluctance.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
+from reluctance.base.arrays import FloatArray
+from reluctance.base.errors import ParameterError
+from reluctance.plant.hydraulics.pipe import Hydraulics, hydraulics
+from reluctance.plant.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
+from reluctance.plant.solar.single_diode import Diode, PowerPoint, current, power_point
 from reluctance.pumping.loss_map import Box, LossMap, loss_map
 from reluctance.pumping.matching import limit_of, power_table, speed
 from reluctance.pumping.sun import sunlight
@@ -19,7 +20,6 @@ from reluctance.pumping.system import Operation, System, load_system, together
 from reluctance.pumping.tank import Storage, store
 from reluctance.pumping.weather import Weather
 from reluctance.pumping.weather_file import read_weather, with_minutes
-from reluctance.solar.single_diode import Diode, PowerPoint, current, power_point
 
 DARK = 5.0  # below it the array is taken as dark [W/m^2]
 HOT_COLD = (75.0, -10.0)  # cell temperatures that bound the array's voltage [degC]

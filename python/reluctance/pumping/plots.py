@@ -7,14 +7,14 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
-from reluctance.arrays import FloatArray
-from reluctance.hydraulics.pipe import flow
-from reluctance.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
-from reluctance.phases import BLUE, GREEN, ORANGE, RED, SKY
+from reluctance.base.arrays import FloatArray
+from reluctance.base.phases import BLUE, GREEN, ORANGE, RED, SKY
+from reluctance.plant.hydraulics.pipe import flow
+from reluctance.plant.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
+from reluctance.plant.solar.single_diode import current, power_point
 from reluctance.pumping.figures import KWH, chain, per
 from reluctance.pumping.operate import Pumped
 from reluctance.pumping.text import CAUSES
-from reluctance.solar.single_diode import current, power_point
 
 MANY_DAYS = 60  # more are shown by month
 MOST_POINTS = 4000  # of a cloud of samples

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reluctance.errors import ParameterError
-from reluctance.reading import read_text
-from reluctance.solar.pv_module import pvlib
+from reluctance.base.errors import ParameterError
+from reluctance.base.reading import read_text
+from reluctance.plant.solar.pv_module import pvlib
 
 NAMES = {"T2m": "temp_air", "WS10m": "wind_speed", "G(h)": "ghi", "Gb(n)": "dni", "Gd(h)": "dhi"}
 TILTED = {"Gb(i)", "Gd(i)"}  # on the plane that was asked for

@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import reluctance.pumping.plots as plots
-from reluctance.figures import embedded
-from reluctance.html_page import html_page
-from reluctance.picture import Picture
+from reluctance.base.figures import embedded
+from reluctance.base.html_page import html_page
+from reluctance.base.picture import Picture
 from reluctance.pumping.figures import remarks, with_units
 from reluctance.pumping.operate import Pumped
 from reluctance.pumping.text import rows

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, field_validator, model_validator
 
-from reluctance.arrays import FloatArray
-from reluctance.schema import Section, did_you_mean
-from reluctance.solar.pv_module import pvlib
+from reluctance.base.arrays import FloatArray
+from reluctance.base.schema import Section, did_you_mean
+from reluctance.plant.solar.pv_module import pvlib
 
 # The position is computed this often and interpolated as a unit vector between: off by less than
 # 0.01 deg where the sun is more than 5 deg high, at a tenth of the time for weather by the minute.

@@ -10,10 +10,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from reluctance.errors import ParameterError
-from reluctance.figures import drawn
-from reluctance.files import write_together
-from reluctance.picture import Picture
+from reluctance.base.errors import ParameterError
+from reluctance.base.figures import drawn
+from reluctance.base.files import write_together
+from reluctance.base.picture import Picture
 from reluctance.pumping.figures import with_units
 from reluctance.pumping.operate import pump
 from reluctance.pumping.system import System

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reluctance.arrays import FloatArray
+from reluctance.base.arrays import FloatArray
+from reluctance.plant.solar.pv_module import pvlib
 from reluctance.pumping.array import Array
 from reluctance.pumping.site import extra_radiation
 from reluctance.pumping.weather import Weather
-from reluctance.solar.pv_module import pvlib
 
 
 @dataclass(frozen=True)

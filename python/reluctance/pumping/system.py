@@ -10,19 +10,19 @@ import numpy as np
 from pydantic import Field, model_validator
 
 import reluctance
-from reluctance.drive import Drive
-from reluctance.errors import ParameterError, one_line
-from reluctance.files import read_toml, toml_value
-from reluctance.hydraulics.pipe import Pipe
-from reluctance.hydraulics.pump import Pump, pump_from
-from reluctance.plant.pv_source import COLD_G
+from reluctance.base.errors import ParameterError, one_line
+from reluctance.base.files import read_toml, toml_value
+from reluctance.base.reading import reading
+from reluctance.base.schema import Section, checked, did_you_mean
+from reluctance.drive.drive import Drive
+from reluctance.drive.tables.pv_source import COLD_G
+from reluctance.plant.hydraulics.pipe import Pipe
+from reluctance.plant.hydraulics.pump import Pump, pump_from
+from reluctance.plant.solar.single_diode import open_circuit
 from reluctance.pumping.array import Array
 from reluctance.pumping.site import Site
 from reluctance.pumping.tank import Demand, Tank
 from reluctance.pumping.weather_file import WeatherTable
-from reluctance.reading import reading
-from reluctance.schema import Section, checked, did_you_mean
-from reluctance.solar.single_diode import open_circuit
 
 T = TypeVar("T")
 TORQUE_MARGIN = 1.1  # the loss map's end over the torque of the drive file

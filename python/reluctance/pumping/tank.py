@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
 
-from reluctance.arrays import FloatArray
-from reluctance.schema import Section
+from reluctance.base.arrays import FloatArray
+from reluctance.base.schema import Section
 
 
 class Tank(Section):

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from reluctance.arrays import FloatArray
-from reluctance.errors import ParameterError
+from reluctance.base.arrays import FloatArray
+from reluctance.base.errors import ParameterError
 from reluctance.pumping.site import Site, Sun, sun_over
 
 DARK_DEG = 96.0  # zenith angle of the end of civil twilight

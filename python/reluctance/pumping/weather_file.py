@@ -11,16 +11,16 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
 
-from reluctance.columns import Quantity, recognised
-from reluctance.errors import ParameterError
-from reluctance.files import is_file, scratch
+from reluctance.base.columns import Quantity, recognised
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import is_file, scratch
+from reluctance.base.reading import read_text, reading
+from reluctance.base.schema import Section
+from reluctance.plant.solar.pv_module import pvlib
 from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
 from reluctance.pumping.pvgis import is_pvgis, pvgis_hours
 from reluctance.pumping.site import Site, extra_radiation, sun_over
 from reluctance.pumping.weather import COLUMNS, Weather, as_numbers, interval, weather_of
-from reluctance.reading import read_text, reading
-from reluctance.schema import Section
-from reluctance.solar.pv_module import pvlib
 
 NEAR_DEG = 1.0  # a file from farther away is for another place
 SOLAR_CONSTANT = 1367.0  # direct light is never more: near the horizon an estimate may be [W/m^2]

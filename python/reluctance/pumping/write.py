@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from reluctance.figures import drawn as picture
-from reluctance.files import make_folder, write_together, write_whole
+from reluctance.base.figures import drawn as picture
+from reluctance.base.files import make_folder, write_together, write_whole
 from reluctance.pumping.figures import per, with_units
 from reluctance.pumping.operate import Pumped, columns
 from reluctance.pumping.report import figures, page

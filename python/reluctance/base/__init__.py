@@ -1,0 +1,2 @@
+"""What knows nothing of motors: errors, units, files, schema, cache, figures. Imports nothing of
+the package but itself."""

@@ -1,0 +1,107 @@
+"""Units: one table from a key's suffix to SI, for every border (TOML, command line, CSV, JSON).
+
+A quantity in a file or on the command line ends in its unit, `speed_rpm`, `T_s_us`; inside the
+package it has the name before the suffix and is in SI: rad/s, s. Frequencies stay in Hz.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cache
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reluctance.base.errors import ParameterError
+
+Value = TypeVar("Value", float, NDArray[np.float64])
+
+# Suffix: (a, b) with SI value = value a/b. 1500 rpm there and back is 1500 rpm to the last bit.
+UNITS: dict[str, tuple[float, float]] = {
+    "rpm": (math.pi, 30.0),
+    "deg": (math.pi / 180, 1.0),
+    "us": (1e-6, 1.0),
+    "uF": (1e-6, 1.0),
+    "kHz": (1e3, 1.0),
+    "mJ": (1e-3, 1.0),
+    "KiB": (1024.0, 1.0),
+    "ms": (1e-3, 1.0),
+    "rpmps": (math.pi, 30.0),  # per second
+    "rpmpV": (math.pi, 30.0),  # per volt
+    "rpmpVs": (math.pi, 30.0),  # per volt and second
+    "pct": (1.0, 100.0),
+    "pctpK": (1.0, 100.0),
+    "mm": (1e-3, 1.0),
+    "m3ph": (1.0, 3600.0),
+} | dict.fromkeys(
+    (
+        *("s", "Hz", "rad", "m", "kg", "A", "V", "W", "J", "ohm", "H", "F", "Wb", "B"),
+        *("Nm", "Nms", "Nms2", "NmpV", "NmpVs", "kgm2", "degC", "Wpm2", "ApK"),
+    ),
+    (1.0, 1.0),
+)
+COUNTS = {"N_s"}  # names that only look as if they ended in a unit: stator poles
+
+
+@cache
+def name_and_unit(key: str) -> tuple[str, str | None]:
+    """The name and the unit of a key: `speed_rpm` is `speed` in rpm; None where it has no unit."""
+    name, _, suffix = key.rpartition("_")
+    return (name, suffix) if name and suffix in UNITS and key not in COUNTS else (key, None)
+
+
+def to_si(value: Value, unit: str | None) -> Value:
+    """A value or an array in SI, from a unit of the table; None: it has no unit."""
+    a, b = UNITS[unit] if unit else (1.0, 1.0)
+    return value * a / b
+
+
+def from_si(value: Value, unit: str | None) -> Value:
+    """A value or an array in a unit of the table, from SI; None: it has no unit."""
+    a, b = UNITS[unit] if unit else (1.0, 1.0)
+    return value * b / a
+
+
+def si(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a table in SI, under their names without the unit.
+
+    Lists are converted element by element. Truth values, text and None stay.
+
+    Examples
+    --------
+    >>> si({"u_dc_V": 240.0, "dead_time_us": 2.0, "comparators": "analog"})
+    {'u_dc': 240.0, 'dead_time': 2e-06, 'comparators': 'analog'}
+    """
+    found = {}
+    for key, value in table.items():
+        name, unit = name_and_unit(key)
+        found[name] = _converted(value, unit)
+    return found
+
+
+def _converted(value: Any, unit: str | None) -> Any:
+    if isinstance(value, list | tuple):
+        return [_converted(v, unit) for v in value]
+    number = isinstance(value, float | int) and not isinstance(value, bool)
+    return to_si(float(value), unit) if unit and number else value
+
+
+def hertz(text: str) -> float:
+    """A frequency as people write it: 20kHz, 20 kHz, 20000, 2e4 Hz.
+
+    Raises
+    ------
+    ParameterError
+        If it is not a positive frequency.
+    """
+    number = text.strip().lower().removesuffix("hz").rstrip()
+    scale = 1e3 if number.endswith("k") else 1.0
+    try:
+        value = scale * float(number.removesuffix("k"))
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise ParameterError(f"frequency `{text}`, need a positive one such as 20kHz or 20000")
+    return value

@@ -1,0 +1,172 @@
+"""The tables of a drive, each checked by itself, and what follows from them together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from reluctance import _core
+from reluctance.base.schema import Section
+from reluctance.drive.tables.control import Control
+from reluctance.drive.tables.known import Known
+from reluctance.drive.tables.protection import Protection
+from reluctance.drive.tables.pv_control import PvControl
+from reluctance.drive.tables.sections import (
+    Converter,
+    Load,
+    Reference,
+    Sensing,
+    SimulationSettings,
+    Source,
+)
+from reluctance.drive.tables.supervision import Supervision
+from reluctance.machine.machine_file import MachineFile
+from reluctance.machine.mismatch import Mismatch, as_known
+from reluctance.machine.operating_point import OperatingPoint
+
+TABLES: dict[str, type[Section]] = {
+    "converter": Converter,
+    "source": Source,
+    "load": Load,
+    "reference": Reference,
+    "sensing": Sensing,
+    "simulation": SimulationSettings,
+    "protection": Protection,
+    "mismatch": Mismatch,
+    "pv_control": PvControl,
+    "supervision": Supervision,
+}
+OPTIONAL = set(TABLES) - {"converter", "load", "reference"}
+
+OVER_VOLTAGE = 1.25  # of u_dc_V: default trip level of the dc link
+BRAKE_FULL, BRAKE_NONE = 0.4, 0.8  # of the way from u_dc_V to the trip level
+
+
+@dataclass(frozen=True, repr=False)
+class Tables:
+    """All that a run depends on. Values carry their units in their names."""
+
+    name: str
+    machine: MachineFile
+    converter: Converter
+    source: Source
+    load: Load
+    reference: Reference
+    control: Control
+    sensing: Sensing
+    simulation: SimulationSettings
+    protection: Protection
+    mismatch: Mismatch
+    pv_control: PvControl
+    supervision: Supervision
+
+    def __repr__(self) -> str:
+        return (
+            f"{type(self).__name__}({self.name}: {self.control.law} on {self.machine.name}, "
+            f"{self.converter.u_dc_V:g} V, reference {self.reference.kind}, load {self.load.kind})"
+        )
+
+    def tables(self) -> dict[str, dict[str, Any]]:
+        """The tables of a drive file that gives this drive."""
+        return {name: section.given for name, section in self.sections().items()}
+
+    def sections(self) -> dict[str, Section]:
+        """The checked tables by their names in a drive file."""
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name != "name"}
+
+    def known(self) -> Known:
+        """What the controller may know of all this when it is set up."""
+        asked = self.reference.course[1] if self.reference.kind == "torque" else []
+        return Known(
+            machine=as_known(self.machine, self.mismatch),
+            u_dc=self.converter.u_dc_V,
+            omega_m=self.omega_nominal,
+            J=self.J,
+            reference=self.reference.kind,
+            tau_max=self.tau_max,
+            tau_working=max((abs(tau) for tau in asked), default=0.0) or self.tau_max,
+            motors=self._all_of_sign(asked, 1),
+            brakes=self._all_of_sign(asked, -1),
+            T_s=self.control.T_s,
+            delay=self.sensing.delay_samples,
+            t_dead=self.converter.t_dead,
+            angle_step=self.sensing.angle_step(self.machine.n_phases, self.machine.N_r),
+            tracker_bandwidth=self.sensing.tracker_bandwidth,
+            frame=self._frame(),
+            i_step=self.sensing.i_step,
+            i_noise=self.sensing.i_noise,
+            v_switch=self.converter.v_switch_V,
+            v_diode=self.converter.v_diode_V,
+        )
+
+    def _frame(self) -> dict[str, Any]:
+        """Fields of _core.Frame that converter, sensors and array give."""
+        u_full, u_none = self.u_brake
+        frame: dict[str, Any] = {
+            "comparators": getattr(_core.Comparators, self.sensing.comparators),
+            "edges": _core.EdgeLimits(
+                t_min=self.converter.t_min, t_blank=self.sensing.t_blank, T_s=self.control.T_s
+            ),
+            "u_brake_full": u_full,
+            "u_brake_none": u_none,
+        }
+        if self.reference.kind == "pv":
+            frame["pv"] = self._pv_control()
+        return frame
+
+    def _all_of_sign(self, asked: Sequence[float], sign: int) -> bool:
+        """Every torque of a reference motors, 1, or brakes, -1, at a speed that is held."""
+        if self.load.kind != "locked":
+            return False
+        powers = [sign * tau * omega for tau in asked for omega in self.load.omega[1]]
+        return max(powers, default=0.0) > 0 and min(powers) >= 0
+
+    @property
+    def u_brake(self) -> tuple[float, float]:
+        """Dc-link voltages up to which the whole braking torque is given, and from which none [V]:
+        between the nominal voltage and the one at which the protection trips."""
+        u_dc = self.converter.u_dc_V
+        u_max = self.protection.u_dc_max_V or OVER_VOLTAGE * u_dc
+        room = max(u_max - u_dc, 0.0)
+        return u_dc + BRAKE_FULL * room, u_dc + BRAKE_NONE * room
+
+    def _pv_control(self) -> _core.PvControl:
+        return self.pv_control.core(
+            u_dc=self.converter.u_dc_V,
+            C=self.source.si["C"] or 0.0,
+            tau_max=self.tau_max,
+            omega_most=self.omega_nominal,
+            strokes=self.machine.n_phases * self.machine.N_r,
+            T_s=self.control.T_s,
+            delay=self.sensing.delay_samples,
+        )
+
+    def controller(self) -> _core.Controller:
+        """The control law with all that stands around it."""
+        return self.control.controller(self.known())
+
+    def at(self, omega_m: float) -> OperatingPoint:
+        """The plant at a speed [rad/s]: its machine as it is, not as the control believes."""
+        return self.machine.at(u_dc=self.converter.u_dc_V, omega_m=omega_m)
+
+    @property
+    def J(self) -> float:
+        """Inertia of rotor and load [kg m^2]."""
+        return self.machine.J_kgm2 + self.load.J_kgm2
+
+    @property
+    def tau_max(self) -> float:
+        """Largest torque that the controller may ask for [N m]."""
+        if self.control.tau_max_Nm is not None:
+            return self.control.tau_max_Nm
+        return float(np.max(np.abs(self.reference.course[1])))
+
+    @property
+    def omega_nominal(self) -> float:
+        """The speed that the drive works at: held, or the greatest asked for [rad/s]."""
+        asked = self.reference.kind in ("speed", "pv")
+        speeds = self.reference.course if asked else self.load.omega
+        return float(np.max(np.abs(speeds[1])))

@@ -1,0 +1,196 @@
+"""The trip levels of a drive: as its [protection] table gives them, or by default."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reluctance import _core
+from reluctance.base.errors import ParameterError
+from reluctance.base.units import from_si, to_si
+from reluctance.drive.all_tables import OVER_VOLTAGE
+from reluctance.drive.drive import Drive
+from reluctance.drive.tables.pv_source import cold_voltage
+from reluctance.drive.tables.speed_loop import observer
+
+OVER_CURRENT = 1.2  # of i_max_A
+ZERO_CURRENT = 0.02  # of i_max_A: a current sensor's offset
+ABOVE_NOISE = 1.1  # of the greatest error of a reading: no current reads less
+NOISE_PEAK = 6.0  # of its rms value, as simulated (sim/noise.hpp)
+VOLTAGE_MARGIN = 0.2  # of u_dc: devices, dead time, sensor of the dc link
+MODEL_ERROR = 0.25  # of the flux linkage, from one machine of a series to another
+FALSE_ALARM = 1e-15  # of a healthy sensor that shows the same code so often, per sample
+LEAST_NOISE_LSB = 0.7  # below, equal readings prove nothing
+UNDER_VOLTAGE = 0.25  # of u_dc_V
+ABOVE_COLD = 1.05  # of the open-circuit voltage on a cold morning, where no rating is given
+OVER_SPEED = 1.3  # of the speed that the drive works at
+ENCODER_STEPS = 1.5  # one by which the angle is late, half a one of margin
+SMALLEST_SLACK_DEG = 0.1  # electrical; for an ideal sensor
+LAG_MARGIN = 1.25  # on what the observer lags at the greatest acceleration
+MEMORY = 64  # samples over which the slip is summed (protection.hpp)
+MOST_SLACK_DEG = 170.0  # electrical; beyond, an angle looks like one the other way round
+SETTLE = 8.0  # time constants of the angle tracker: e^-8 of a wrong first speed is left
+
+
+def protection(drive: Drive) -> _core.Protection:
+    """The protection of a drive, with levels as given or by default.
+
+    Raises
+    ------
+    ParameterError
+        If the sensors cannot show a level, or a level would trip in normal work.
+    """
+    table = drive.protection
+    i_max, u_dc = drive.machine.i_max_A, drive.converter.u_dc_V
+    i_trip = _given(table.i_trip_A, OVER_CURRENT * i_max)
+    if drive.sensing.adc_bits > 0 and drive.sensing.i_range_A <= i_trip:
+        raise ParameterError(
+            f"[protection] i_trip_A = {i_trip:g}, need < [sensing] i_range_A = "
+            f"{drive.sensing.i_range_A:g}, or over-current is never seen"
+        )
+    lowest, highest = _voltages(drive)
+    u_dc_min = _given(table.u_dc_min_V, lowest)
+    u_dc_max = _given(table.u_dc_max_V, highest)
+    if drive.source.kind == "pv" and u_dc_max <= cold_voltage(drive.source):
+        raise ParameterError(
+            f"[protection] u_dc_max_V = {u_dc_max:g}, need more than the "
+            f"{cold_voltage(drive.source):.4g} V of a cold bright morning, or it trips before work"
+        )
+    if not u_dc_min < u_dc < u_dc_max:
+        raise ParameterError(
+            f"[protection] u_dc_min_V = {u_dc_min:g}, u_dc_max_V = {u_dc_max:g}, need [converter] "
+            f"u_dc_V = {u_dc:g} between them"
+        )
+    omega_max = _given(table.speed_max_rpm, from_si(OVER_SPEED * drive.omega_nominal, "rpm"))
+    omega_max = to_si(omega_max, "rpm")
+    if omega_max <= drive.omega_nominal:
+        raise ParameterError(
+            f"[protection] speed_max_rpm = {from_si(omega_max, 'rpm'):g}, need more than the "
+            f"{from_si(drive.omega_nominal, 'rpm'):g} rpm that the drive works at; set it"
+        )
+    step = angle_step(drive)
+    slack = _given(table.angle_slack_deg, _slack(drive, step, omega_max))
+    if slack <= step:
+        raise ParameterError(
+            f"[protection] angle_slack_deg = {slack:g}, need more than the angle sensor's step of "
+            f"{step:g} deg electrical"
+        )
+    if drive.converter.t_dead > VOLTAGE_MARGIN * drive.control.T_s:
+        raise ParameterError(
+            f"[converter] dead_time_us = {drive.converter.dead_time_us:g}, need at most "
+            f"{VOLTAGE_MARGIN:g} of [control] T_s_us = {drive.control.T_s_us:g} for firmware: the "
+            "protection would find a healthy current sensor dead; take a longer control period"
+        )
+    i_error = current_error(drive)
+    i_zero = _given(table.i_zero_A, max(ZERO_CURRENT * i_max, ABOVE_NOISE * i_error))
+    if i_zero < i_error:
+        raise ParameterError(
+            f"[protection] i_zero_A = {i_zero:g}, need at least the {i_error:.3g} A by which a "
+            "reading of [sensing] may be wrong"
+        )
+    return _core.Protection(
+        flux=_core.FluxBounds(
+            R=drive.machine.R,
+            T_s=drive.control.T_s,
+            i_error=i_error,
+            model_error=_model_error(drive, step),
+            u_margin=VOLTAGE_MARGIN,
+        ),
+        levels=_core.TripLevels(
+            i_trip=i_trip,
+            u_dc_min=u_dc_min,
+            u_dc_max=u_dc_max,
+            omega_max=omega_max,
+            angle_slack=float(np.radians(slack)),
+        ),
+        i_zero=i_zero,
+        delay=drive.sensing.delay_samples,
+        settle=_settle(drive),
+        frozen=_frozen(drive),
+    )
+
+
+def current_error(drive: Drive) -> float:
+    """The greatest error of a current reading, its gain aside: noise, offset, one step [A]."""
+    sensing = drive.sensing
+    offset = max((abs(i) for i in sensing.i_offset_A), default=0.0)
+    return NOISE_PEAK * sensing.i_noise + sensing.i_step + offset
+
+
+def angle_step(drive: Drive) -> float:
+    """One step of the angle sensor [deg electrical]; 0 of an ideal one."""
+    if drive.sensing.encoder_counts > 0:
+        return 360 * drive.machine.N_r / drive.sensing.encoder_counts
+    return 180 / drive.machine.n_phases if drive.sensing.hall else 0.0
+
+
+def _slack(drive: Drive, step: float, omega_max: float) -> float:
+    """Default of angle_slack_deg: steps of the sensor, what the observer's speed adds up to less
+    than the rotor turns, and the correction that Hall edges and index make after the start.
+
+    With all poles at -w, the observer's speed lags 2 a/w behind an acceleration a while it lasts.
+    With the load torque in the observer it lags a exp(-w t) (t + w t^2) at t after it began, which
+    adds up to 3 a/w^2 (control/frame/angle_tracker.hpp)."""
+    sensing = drive.sensing
+    slack = max(ENCODER_STEPS * step, SMALLEST_SLACK_DEG)
+    if sensing.counted_angle:
+        a = _acceleration(drive, omega_max)
+        tracker = observer(drive.known())
+        w = tracker.beyond
+        lag = 3 * a / w**2 if tracker.with_load else MEMORY * drive.control.T_s * 2 * a / w  # [rad]
+        slack += LAG_MARGIN * float(np.degrees(drive.machine.N_r * lag))
+    if sensing.encoder_index:
+        slack += 90 / drive.machine.n_phases + abs(sensing.hall_error_deg)
+    return min(slack, MOST_SLACK_DEG)
+
+
+def _acceleration(drive: Drive, omega_max: float) -> float:
+    """Greatest acceleration, that of a drive which brakes together with its load [rad/s^2]. The
+    speed may be any up to over-speed; a fan or a pump takes no more there than what drives it."""
+    load = drive.load
+    steady = max(abs(tau) for tau in load.tau_0[1])
+    driven = drive.tau_max + steady
+    passive = driven if load.pump is not None else min(load.k * omega_max**2, driven)
+    return (driven + passive) / drive.J
+
+
+def _model_error(drive: Drive, step: float) -> float:
+    """How wrong the flux linkage at a reading may be: the model, the gain of the sensor, and half a
+    step of the angle where the inductance changes most."""
+    theta_e = np.linspace(0.0, np.pi, 181)
+    i = np.full_like(theta_e, ZERO_CURRENT * drive.machine.i_max_A)
+    psi = _core.magnetics(drive.machine.magnetics, i, theta_e)[:, 0]
+    steepest = float(np.max(np.abs(np.gradient(psi, theta_e)) / psi))  # per rad
+    sensing = drive.sensing
+    gain = max((abs(g - 1) for g in sensing.i_gain), default=0.0)
+    wrong = np.radians(step / 2 + abs(sensing.hall_error_deg))
+    if sensing.encoder_index:
+        wrong += np.pi / 2 / drive.machine.n_phases
+    return MODEL_ERROR + gain + steepest * float(wrong)
+
+
+def _frozen(drive: Drive) -> int:
+    """Equal readings in a row that noise leaves to a healthy sensor less often than FALSE_ALARM."""
+    noise = drive.sensing.i_noise_LSB
+    if noise < LEAST_NOISE_LSB:
+        return 0
+    equal = 1 / (2 * np.sqrt(np.pi) * noise)  # of two Gaussian codes next to each other
+    return int(np.ceil(np.log(FALSE_ALARM) / np.log(equal)))
+
+
+def _voltages(drive: Drive) -> tuple[float, float]:
+    """Default limits of the dc-link voltage [V]. An array gives nothing at night, and its
+    open-circuit voltage on a cold morning."""
+    if drive.source.kind != "pv":
+        return UNDER_VOLTAGE * drive.converter.u_dc_V, OVER_VOLTAGE * drive.converter.u_dc_V
+    margin = ABOVE_COLD * cold_voltage(drive.source)
+    return 0.0, drive.converter.u_rating_V or margin
+
+
+def _given(value: float | None, default: float) -> float:
+    return default if value is None else value
+
+
+def _settle(drive: Drive) -> int:
+    if not drive.sensing.counted_angle:
+        return 0
+    return int(np.ceil(SETTLE / (observer(drive.known()).beyond * drive.control.T_s)))

@@ -1,0 +1,161 @@
+"""Code that a drive file names: `law = "python:my_law.py:MyLaw"` or `law = "cpp:my_law.so:MyLaw"`.
+
+Such a law runs only with the user's word for it (`--trust`, `load(..., trust=True)`).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import posixpath
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from importlib.machinery import ExtensionFileLoader
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated
+
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import is_file
+from reluctance.base.schema import NamesFile
+
+PYTHON, CPP = "python:", "cpp:"
+NOT_OF_THE_USER = ("<frozen", "site-packages", str(Path(__file__).parents[2]))  # code, by its path
+COMPILED = "own_law"  # the module name of a compiled law, whatever its file is called
+
+_loaded: dict[Path, tuple[int, ModuleType]] = {}  # what has been loaded, and its age
+
+
+@dataclass(frozen=True)
+class OwnCode:
+    """A class or struct in a file."""
+
+    kind: str  # PYTHON or CPP
+    file: Path
+    name: str
+
+    def __str__(self) -> str:
+        return f"{self.kind}{self.file}:{self.name}"
+
+
+class NamesCode(NamesFile):
+    """Marks the name of a law that is code in a file."""
+
+    def renamed(self, text: str, rename: Callable[[Path], Path]) -> str:
+        code = own_code(text)
+        return str(replace(code, file=rename(code.file)))
+
+    def files(self, text: str) -> list[Path]:
+        return [own_code(text).file]
+
+
+CodeName = Annotated[str, NamesCode()]
+
+
+def names_code(law: object) -> bool:
+    """True where the name of a law is a file with code in it."""
+    return isinstance(law, str) and law.startswith((PYTHON, CPP))
+
+
+def own_code(law: str, folder: Path = Path()) -> OwnCode:
+    """What `python:FILE:CLASS` or `cpp:FILE:STRUCT` names; the file relative to a folder.
+
+    Raises
+    ------
+    ParameterError
+        If the text has another form.
+    """
+    kind, _, rest = law.partition(":")
+    file, _, name = rest.rpartition(":")
+    if not file or not name.isidentifier():
+        form = "python:FILE.py:CLASS" if kind + ":" == PYTHON else "cpp:FILE.so:STRUCT"
+        raise ParameterError(f'[control] law = {law!r}, need "{form}"')
+    return OwnCode(f"{kind}:", folder / file, name)
+
+
+def same_code(law: str, other: str) -> bool:
+    """True where two names mean the same class in the same file."""
+    a, b = own_code(law), own_code(other)
+    return (a.kind, a.name, a.file.resolve()) == (b.kind, b.name, b.file.resolve())
+
+
+def refuse_untrusted(laws: Iterable[object], trust: bool) -> None:
+    """Raises ParameterError where one of the laws is code and the user has not said that it may
+    run."""
+    for law in laws:
+        if names_code(law) and not trust:
+            raise ParameterError(
+                f"[control] law = {law!r} is code that would run; if you trust it, say so with "
+                "--trust or load(..., trust=True)"
+            )
+
+
+def module_of(code: OwnCode) -> ModuleType:
+    """The module in the file of a law.
+
+    Raises
+    ------
+    ParameterError
+        If the file is not there or fails, with the kind of the fault.
+    """
+    if not is_file(code.file):
+        raise ParameterError(f"[control] law = '{code}': no such file {code.file}")
+    path, age = code.file.resolve(), code.file.stat().st_mtime_ns
+    if path not in _loaded or _loaded[path][0] != age:
+        if code.kind == CPP and path in _loaded:  # the interpreter would give the old one again
+            raise ParameterError(f"{code.file} is newer than when it was loaded; restart Python")
+        _loaded[path] = age, _python(path) if code.kind == PYTHON else _compiled(path)
+    return _loaded[path][1]
+
+
+def _python(path: Path) -> ModuleType:
+    module = ModuleType(f"reluctance own law {path}")  # one a file; dataclasses look it up
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    try:
+        exec(compile(path.read_bytes(), path, "exec"), vars(module))
+    except Exception as fault:
+        raise ParameterError(f"{path} failed with {of_the_user(fault)}") from fault
+    return module
+
+
+def _compiled(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_loader(COMPILED, ExtensionFileLoader(COMPILED, str(path)))
+    assert spec is not None and spec.loader is not None
+    try:
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+    except ImportError as fault:
+        raise ParameterError(
+            f"{path} is not a compiled law ({of_the_user(fault)}); make it with "
+            "`reluctance law build`"
+        ) from fault
+    return module
+
+
+def below(header: str) -> str:
+    """The path of a header that belongs to a law, from the folder of the law, without `..`.
+
+    Raises
+    ------
+    ParameterError
+        If it leaves that folder: an export would write it outside of its own.
+    """
+    path = posixpath.normpath(header)
+    if path.startswith(("/", "../")) or "\\" in path or ":" in path:
+        raise ParameterError(
+            f'header "{header}" is outside of the folder of the law, need it there or in a folder '
+            "below; copy it there and include it from there"
+        )
+    return path
+
+
+def of_the_user(fault: BaseException) -> str:
+    """The kind and text of an exception, and the line of the user's code that it came from."""
+    where, trace = "", fault.__traceback__
+    while trace is not None:
+        file = trace.tb_frame.f_code.co_filename
+        if not any(part in file for part in NOT_OF_THE_USER):
+            where = f" at {Path(file).name}:{trace.tb_lineno}"
+        trace = trace.tb_next
+    return f"{type(fault).__name__}: {' '.join(str(fault).split())}{where}"

@@ -1,0 +1,59 @@
+"""The closed loop of a drive as the core takes it: its tables become parts of the plant."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from reluctance import _core
+from reluctance.base.units import to_si
+from reluctance.drive.drive import Drive
+from reluctance.drive.tables.parts import bridge, course, shaft, source
+from reluctance.drive.tables.supervision import Supervision
+
+EMPTY = 0.01  # of its voltage: the dc link before its precharge
+
+
+def closed_loop(
+    drive: Drive, controller: _core.Controller, record_every: float
+) -> _core.Simulation:
+    """The loop at its start. record_every: waveform interval [s]; 0: every point; < 0: none."""
+    parts = loop_parts(drive, record_every)
+    return _core.Simulation(n_phases=drive.machine.n_phases, controller=controller, **parts)
+
+
+def loop_parts(drive: Drive, record_every: float) -> dict[str, Any]:
+    """All parts of the loop but its controller."""
+    machine, sensing, load = drive.machine, drive.sensing, drive.load
+    rises = drive.supervision.precharge_ms > 0
+    return {
+        "machine": machine.magnetics,
+        "R": machine.R,
+        "source": precharged(drive, drive.supervision)
+        if rises
+        else source(drive.source, drive.converter.u_dc_V),
+        "bridge": bridge(drive.converter),
+        "shaft": shaft(load, J=drive.J, B=machine.B_Nms),
+        "t_dead": drive.converter.t_dead,
+        "sampling": _core.Sampling(
+            T_s=drive.control.T_s,
+            angle_offset=to_si(drive.mismatch.angle_offset_deg, "deg"),
+            **sensing.sampling(machine.N_r),
+        ),
+        "reference": course(drive.reference.course),
+        "theta_m": to_si(drive.simulation.theta_start_deg, "deg"),
+        "resolution": _core.Resolution(
+            dt_max=to_si(drive.simulation.dt_max_us, "us"),
+            scale=_core.Scale(i=machine.i_max_A, u_dc=drive.converter.u_dc_V),
+            record_every=record_every,
+        ),
+    }
+
+
+def precharged(
+    drive: Drive, supervision: Supervision
+) -> _core.StiffSource | _core.Battery | _core.PvArray:
+    """A source of constant voltage that rises through the precharge resistor."""
+    u_dc, start = drive.converter.u_dc_V, supervision.enable_s or 0.0
+    end = start + supervision.si["precharge"]
+    rise = drive.source.computed(t_s=[start, end], values=[EMPTY * u_dc, u_dc])
+    return source(rise, u_dc)

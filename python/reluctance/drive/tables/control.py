@@ -1,0 +1,148 @@
+"""What every control law has in its [control] table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+import reluctance.drive.tables.speed_loop as speed_loop
+from reluctance import _core
+from reluctance.base.errors import ParameterError
+from reluctance.base.schema import Section
+from reluctance.base.units import to_si
+from reluctance.drive.tables.known import Known
+from reluctance.drive.tables.variants import Look, Variant
+from reluctance.machine.operating_point import Magnetics
+
+BAND_PART = 0.02  # of the current limit: default half width of a current band
+NO_LIMIT = 1e30  # of torque or current
+NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage; no waveform [A]
+
+
+class Control(Section):
+    """What every law has: its control period, precision and speed loop."""
+
+    called = "control"
+
+    variants: ClassVar[tuple[Variant, ...]] = ()  # in a comparison
+    look: ClassVar[Look] = Look("own", "#F0E442", "-.")  # of a law from outside the package
+    title: ClassVar[str] = ""  # of the studio
+
+    law: str = ""  # its name, or the file of one's own
+    T_s_us: float = Field(gt=0)
+    precision: Literal["double", "float"] = "double"  # float is what the target computes in
+    tau_max_Nm: float | None = Field(None, gt=0)  # limit of the speed loop, top of the tables
+    K_p_Nms: float | None = Field(None, ge=0)  # speed loop: given, by speed_bandwidth_Hz, by rule
+    K_i_Nm: float | None = Field(None, ge=0)  # in place of the load torque observer
+    speed_bandwidth_Hz: float | None = Field(None, gt=0)
+    speed_rate_rpmps: float | None = Field(None, gt=0)  # greatest, of the speed reference
+    torque_limit_Nm: float | None = Field(None, ge=0)  # below what the law is built for
+    current_limit_A: float | None = Field(None, gt=0)  # likewise, in the frame (user_limits.hpp)
+
+    def model_post_init(self, context: Any) -> None:
+        """A table made in Python need not repeat the name of its law: it counts as given."""
+        self.model_fields_set.add("law")
+
+    @property
+    def T_s(self) -> float:
+        """Control period [s]."""
+        return self.T_s_us * 1e-6
+
+    @property
+    def follows_torque(self) -> bool:
+        """False where the table fixes the current, and no torque can be asked for."""
+        return True
+
+    @property
+    def learns(self) -> bool:
+        """True where the controller learns the machine that it drives."""
+        return False
+
+    @property
+    def headers(self) -> Mapping[str, str]:
+        """Headers from outside the package that the law is written in: name to text."""
+        return {}
+
+    @property
+    def current_band(self) -> float | None:
+        """Half width of the band that comparators keep a current in, where it is given [A]."""
+        return None
+
+    @property
+    def uses_comparators(self) -> bool:
+        """True where comparators may switch the legs between samples."""
+        return False
+
+    def check(self, known: Known) -> None:
+        """What the law needs of the drive besides its own table.
+
+        Raises
+        ------
+        ParameterError
+            If the drive does not have it.
+        """
+        if self.current_band is not None and self.current_band >= known.i_max:
+            raise ParameterError(
+                f"[control] i_band_A = {self.current_band:g}, need less than [machine] i_max_A = "
+                f"{known.i_max:g}"
+            )
+
+    def core(self, known: Known) -> _core.Law:
+        """The law itself."""
+        raise NotImplementedError
+
+    def controller(self, known: Known) -> _core.Controller:
+        """The law with all that stands around it and its state, ready to be sampled."""
+        return _core.Controller(self.core(known), self.frame(known))
+
+    def built_for(self, known: Known) -> tuple[Magnetics, int, bool]:
+        """What the core needs of every law: machine as believed, phases, single precision."""
+        return known.magnetics, known.n_phases, self.precision == "float"
+
+    def gains(self, known: Known) -> tuple[float, float | None]:
+        """Of the speed loop [N m s/rad, N m/rad]; no integral one: the load torque is observed."""
+        given = self.speed_bandwidth_Hz
+        if given is None and known.reference == "pv":
+            given = speed_loop.PV_BANDWIDTH_Hz
+        if given is None:
+            K_p = speed_loop.proportional_gain(known) if known.reference == "speed" else 0.0
+            return (K_p if self.K_p_Nms is None else self.K_p_Nms), self.K_i_Nm
+        bandwidth = 2 * np.pi * given
+        K_p = bandwidth * known.J if self.K_p_Nms is None else self.K_p_Nms
+        return K_p, K_p * bandwidth / 2 if self.K_i_Nm is None else self.K_i_Nm
+
+    @property
+    def speed_rate(self) -> float | None:
+        """Greatest rate of the speed reference; None where there is none [rad/s^2]."""
+        given = self.speed_rate_rpmps
+        return None if given is None else to_si(given, "rpmps")
+
+    def frame(self, known: Known) -> _core.Frame:
+        """What stands around every law. A given bandwidth of the speed loop sets the proportional
+        gain on inertia alone; the integral one acts half as fast."""
+        K_p, K_i = self.gains(known)
+        observed = known.reference == "speed" and K_i is None
+        return _core.Frame(
+            outer=getattr(_core.Outer, known.reference),
+            speed=_core.SpeedPi(
+                K_p=K_p,
+                K_i=K_i or 0.0,
+                tau_min=-known.tau_max,
+                tau_max=known.tau_max,
+                T_s=known.T_s,
+            ),
+            ramp=speed_loop.ramp(known, rate=self.speed_rate, torque_limited=observed),
+            load=_core.LoadTorque.observer if observed else _core.LoadTorque.integral,
+            motion=_core.Motion.tracked if known.angle_step > 0 else _core.Motion.measured,
+            tracker=speed_loop.observer(known).core(known),
+            limits=_core.UserLimits(
+                tau=NO_LIMIT if self.torque_limit_Nm is None else self.torque_limit_Nm,
+                i=NO_LIMIT if self.current_limit_A is None else self.current_limit_A,
+            ),
+            delay=known.delay,
+            t_dead=known.t_dead,
+            **known.frame,
+        )

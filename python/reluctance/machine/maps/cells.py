@@ -1,0 +1,112 @@
+"""Cells: rows of text in a CSV file, the text export of a field program, a spreadsheet."""
+
+import csv
+import re
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+from reluctance.base.columns import with_points
+from reluctance.base.errors import ParameterError
+from reluctance.base.reading import is_number
+from reluctance.machine.maps.raw import column
+
+COMMENTS = ("#", "%", "//", "!")
+MOST_ROWS, MOST_COLUMNS = 200_000, 1000  # of a spreadsheet
+MOST_UNPACKED = 50_000_000  # bytes: the size of a spreadsheet says little, for it is packed
+
+
+def text_rows(text: str) -> list[list[str]]:
+    """Rows of cells. A comment above the numbers that names the columns becomes the first row.
+
+    Raises
+    ------
+    ParameterError
+        If there are no data, or rows differ in length.
+    """
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    data = [line for line in lines if not line.startswith(COMMENTS)]
+    if not data:
+        raise ParameterError("the file has no data; export the map again")
+    separator = next((s for s in ";\t," if s in data[-1]), None)
+    data = with_points(data, separator)
+    rows = [cells(line, separator) for line in data]
+    head = _named_by_comment(lines, separator) if all(map(is_number, rows[0])) else None
+    rows = rows if head is None or len(head) != len(rows[0]) else [head, *rows]
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(rows[0]):
+            raise ParameterError(
+                f"data row {number} has {len(row)} cells, need {len(rows[0])} as in the first; "
+                "fill or remove the row"
+            )
+    return rows
+
+
+def cells(line: str, separator: str | None) -> list[str]:
+    """The cells of a line; a separator within quotes is none."""
+    if separator is None:
+        return [c.strip('"') for c in re.findall(r'"[^"]*"|\S+', line)]
+    parts = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    return [part.strip() for part in parts]
+
+
+def sheet_rows(path: Path) -> list[list[str]]:
+    """Rows of the first sheet of an .xlsx file, without empty ones.
+
+    Raises
+    ------
+    ParameterError
+        If openpyxl is not installed, or the file is not such a file.
+    """
+    try:
+        from openpyxl import load_workbook
+    except ImportError:
+        raise ParameterError(
+            ".xlsx needs openpyxl; `pip install 'reluctance[xlsx]'`, or save the sheet as CSV"
+        ) from None
+    with ZipFile(path) as archive:
+        unpacked = sum(part.file_size for part in archive.infolist())
+    if unpacked > MOST_UNPACKED:
+        raise ParameterError(
+            f"the file has {unpacked / 1e6:.0f} MB unpacked, need at most {MOST_UNPACKED / 1e6:g} "
+            "MB; put the map alone on a sheet, or save it as CSV"
+        )
+    with closing(load_workbook(path, read_only=True, data_only=True)) as book:
+        found = _filled_rows(book.worksheets[0])
+    filled = [n for n in range(max(map(len, found), default=0)) if any(row[n] for row in found)]
+    if not filled:
+        raise ParameterError("the first sheet is empty; put the map there")
+    return [[row[n] for n in filled] for row in found]
+
+
+def _filled_rows(sheet: Any) -> list[list[str]]:
+    sheet.reset_dimensions()  # which the file states, and may state wrongly
+    found = []
+    for number, values in enumerate(sheet.iter_rows(values_only=True)):
+        row = ["" if v is None else str(v).strip() for v in values]
+        if number >= MOST_ROWS or any(row[MOST_COLUMNS:]):
+            raise ParameterError(
+                f"the sheet has cells beyond {MOST_ROWS} rows or {MOST_COLUMNS} columns; a map has "
+                "some hundred samples: put it alone on the first sheet"
+            )
+        if any(row):
+            found.append(row)
+    return found
+
+
+def _named_by_comment(lines: list[str], separator: str | None) -> list[str] | None:
+    """The last comment above the data that names at least three columns."""
+    for line in reversed(lines):
+        if line.startswith(COMMENTS):
+            head = cells(line.lstrip("#%/! "), separator)
+            if sum(_known(cell) for cell in head) >= 3:
+                return head
+    return None
+
+
+def _known(cell: str) -> bool:
+    try:
+        return column(cell) is not None
+    except ParameterError:
+        return False

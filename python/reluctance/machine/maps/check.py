@@ -1,0 +1,335 @@
+"""Judge a flux table: is it one machine, and do its flux and torque belong together?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from reluctance.base.errors import ParameterError
+from reluctance.machine.maps.table import Array, FluxTable, around
+
+# Gates, from maps found in the open. Torque against the derivative of co-energy: good maps 2.3 to
+# 3.6 % rms with area balance 1 to 2 %; one pieced together from several runs 11 to 16 %; a broken
+# one 9 to 29 %. Mirror and period errors of flux stay under 0.5 %; a row off by 2 to 3 % tells a
+# mixed run.
+TORQUE_RMS = 0.05
+AREA = 0.02
+SYMMETRY = 0.005
+TURNS = 0.02  # how near the ratio of torque and co-energy comes to a whole number
+NOISE = 0.003
+ROW = 0.01
+# Ends of a map that a machine may have: what lies outside is a slip of units. The library has 5
+# to 450 A, 0.16 to 2.3 Wb, 1 to 160 mH; 3 V at 500 Hz make 3 mWb, 10 kV at 100 Hz make 50 Wb.
+CURRENTS = (1e-3, 1e4)  # [A]
+FLUXES = (1e-4, 50.0)  # [Wb]
+INDUCTANCES = (1e-6, 10.0)  # largest flux linkage over largest current [H]
+USUAL_L = 0.013  # geometric middle of the library [H]
+FAR = 30.0  # a suspect whose machine is so much farther from USUAL_L than another's is not named
+
+
+@dataclass(frozen=True)
+class MapReport:
+    """What `check_map` found. Ratios are fractions; keys of `--json` are these names.
+
+    Attributes
+    ----------
+    monotone_share : float
+        Share of current steps along which flux rises [1].
+    L_inc_min_H : float
+        Least flux step over current step [H].
+    symmetry_error, period_error : float or None
+        Of flux about aligned, and between the ends of a whole period, of the largest flux; None for
+        a half period, which cannot show them.
+    torque_error_rms : float or None
+        rms of given torque minus dW_c/dtheta, over rms of given torque; None without torque.
+    area_error : float or None
+        Worst, over the currents, of |integral of torque over half a period minus the co-energy
+        difference|, of the largest co-energy difference.
+    noise : float
+        Standard deviation of the random part of flux, of the largest flux; an estimate.
+    row_error : float
+        Largest scale error of a single angle or current row against its neighbours.
+    extrapolation_share : float
+        Share of the currents up to the drive's limit that lies beyond the table.
+    verdict : str
+        "good" or "refused"; `reasons` says why refused, and the remedy.
+    """
+
+    N_r: int
+    n_i: int
+    n_theta: int
+    i_max_A: float
+    theta_span_deg: float
+    psi_max_Wb: float
+    tau_max_Nm: float
+    torque_given: str
+    monotone_share: float
+    L_inc_min_H: float
+    symmetry_error: float | None
+    period_error: float | None
+    torque_error_rms: float | None
+    area_error: float | None
+    noise: float
+    row_error: float
+    extrapolation_share: float
+    verdict: str
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
+    """Judge a flux table.
+
+    Parameters
+    ----------
+    table : FluxTable
+    i_max : float, optional
+        Current limit of the drive that will use the map [A]; the last current of the table if not
+        given.
+
+    Returns
+    -------
+    MapReport
+    """
+    if i_max is not None and not i_max > 0:
+        raise ParameterError(f"i_max = {i_max:g} A, need > 0; pass the current limit of the drive")
+    steps = np.diff(table.psi, axis=0) / np.diff(table.i)[:, None]
+    tau_W = coenergy_torque(table)
+    torque_rms = area = None
+    if table.tau is not None:
+        torque_rms = float(np.sqrt(np.mean((table.tau - tau_W) ** 2) / np.mean(table.tau**2)))
+        area = _area_error(table)
+    symmetry = None if table.half else _symmetry_error(table)
+    noise = _noise(table)
+    row_error, row = _row_error(table, noise)
+    scale = _scale(table, tau_W)
+    figures = dict(
+        monotone_share=float((steps > 0).mean()),
+        symmetry_error=symmetry,
+        period_error=None if table.half else table.period_error,
+        torque_error_rms=torque_rms,
+        area_error=area,
+        noise=noise,
+        row_error=row_error,
+    )
+    reasons = _reasons(figures, row)
+    last = float(table.i[-1])
+    size = implausible(last, float(np.abs(table.psi).max()))
+    reasons[:0] = [line for line in (scale, size) if line is not None][:1]
+    return MapReport(
+        N_r=table.N_r,
+        n_i=len(table.i),
+        n_theta=len(table.theta_e),
+        i_max_A=last,
+        theta_span_deg=180.0 if table.half else 360.0,
+        psi_max_Wb=float(table.psi.max()),
+        tau_max_Nm=float(np.abs(tau_W if table.tau is None else table.tau).max()),
+        torque_given="no" if table.tau is None else "yes",
+        L_inc_min_H=float(steps.min()),
+        extrapolation_share=0.0 if i_max is None else max(0.0, 1 - last / i_max),
+        verdict="refused" if reasons else "good",
+        reasons=tuple(reasons),
+        notes=table.notes,
+        **figures,  # type: ignore[arg-type]
+    )
+
+
+def coenergy(table: FluxTable) -> Array:
+    """W_c = integral of psi over the current, by a cubic spline, shape (n_i, n_theta) [J]."""
+    spline = make_interp_spline(table.i, table.psi, k=3)
+    values: Array = spline.antiderivative()(table.i)
+    return values
+
+
+def coenergy_torque(table: FluxTable) -> Array:
+    """dW_c/dtheta_m of the table itself, shape (n_i, n_theta) [N m]."""
+    slope: Array = around(table, coenergy(table)).derivative()(table.theta_e)
+    return table.N_r * slope
+
+
+def _scale(table: FluxTable, tau_W: Array) -> str | None:
+    """Flux linkage and torque that belong together but for a whole factor: a power of ten is a unit
+    error, any other a number of turns or paths."""
+    if table.tau is None:
+        return None
+    factor = float(np.sum(table.tau * tau_W) / np.sum(tau_W**2))
+    left = float(np.sqrt(np.mean((table.tau - factor * tau_W) ** 2) / np.mean(table.tau**2)))
+    if factor <= 0 or left > TORQUE_RMS:
+        return None
+    ratio = max(factor, 1 / factor)
+    ten = 10 ** round(np.log10(ratio))
+    if ten > 1 and abs(ratio / ten - 1) < TURNS:
+        size = "large" if factor > 1 else "small"
+        return (
+            f"torque is {ten:g} times too {size} for current and flux linkage: a unit error; "
+            f"{_suspects(table, ten, too_large=factor > 1)}"
+        )
+    whole = round(ratio)
+    if whole < 2 or abs(ratio / whole - 1) > TURNS:
+        return None
+    if factor < 1:
+        return (
+            f"flux linkage times current is {whole} times what the torque belongs to; if the flux "
+            f"linkage is of {whole} times the turns, pass --turns_factor {1 / whole:.6g}"
+        )
+    return (
+        f"flux linkage times current is 1/{whole} of what the torque belongs to; if the flux "
+        f"linkage is of one of {whole} coils in series, pass --turns_factor {factor:.6g}; if the "
+        f"current is of one of {whole} parallel paths, multiply the column of currents"
+    )
+
+
+def _suspects(table: FluxTable, ten: float, *, too_large: bool) -> str:
+    """Each of the three columns alone may have the wrong unit: those that would leave a machine as
+    there are, the likeliest first. The energy is the same with each, so the map cannot tell."""
+    assert table.tau is not None
+    largest = float(table.i[-1]), float(table.psi.max()), float(np.abs(table.tau).max())
+    up = ten if too_large else 1 / ten
+    found = []
+    for name, unit, scales in (
+        ("currents", "A", (up, 1.0, 1.0)),
+        ("flux linkage", "Wb", (1.0, up, 1.0)),
+        ("torque", "N m", (1.0, 1.0, 1 / up)),
+    ):
+        i, psi, tau = (value * scale for value, scale in zip(largest, scales, strict=True))
+        if implausible(i, psi) is None:
+            scale = max(scales) if max(scales) > 1 else min(scales)
+            how = f"{scale:g} times" if scale > 1 else f"1/{1 / scale:g} of"
+            text = f"the {name} are" if name == "currents" else f"the {name} is"
+            milli = f", as in m{unit.replace(' ', '')}" if scale == 1e-3 else ""
+            text += f" {how} what the column says{milli} (then {i:.3g} A, {psi:.3g} Wb, "
+            found.append((abs(np.log(psi / i / USUAL_L)), f"{text}{tau:.3g} N m)"))
+    if not found:
+        return "check the units of all three columns: none alone leaves a plausible machine"
+    near = [text for away, text in sorted(found) if away < min(found)[0] + np.log(FAR)]
+    return f"correct the unit in the column's name: {'; or '.join(near)}"
+
+
+def implausible(i: float, psi: float) -> str | None:
+    """Why no machine has this current [A] and flux linkage [Wb] at the end of its map; None where
+    one may have."""
+    for what, value, unit, (least, most) in (
+        ("largest current", i, "A", CURRENTS),
+        ("largest flux linkage", psi, "Wb", FLUXES),
+        ("largest flux linkage over largest current", psi / i, "H", INDUCTANCES),
+    ):
+        if not least <= value <= most:
+            return (
+                f"{what} {value:.3g} {unit}, need {least:g} to {most:g} as in any machine; check "
+                "the units of current and flux linkage"
+            )
+    return None
+
+
+def _area_error(table: FluxTable) -> float:
+    """Integral of the given torque from unaligned to aligned against the co-energy difference."""
+    assert table.tau is not None
+    if table.half:
+        torque = make_interp_spline(table.theta_e, table.tau, k=3, axis=1)
+        work = torque.antiderivative()(np.pi) / table.N_r
+    else:
+        work = around(table, table.tau).antiderivative()(np.pi) / table.N_r
+    energy = around(table, coenergy(table))
+    gain = energy(np.pi) - energy(0.0)
+    return float(np.abs(work - gain).max() / np.abs(gain).max())
+
+
+def _symmetry_error(table: FluxTable) -> float:
+    flux = around(table, table.psi)
+    mirrored = flux(2 * np.pi - table.theta_e)
+    return float(np.abs(table.psi - mirrored).max() / np.abs(table.psi).max())
+
+
+def _residuals(x: Array, values: Array) -> Array:
+    """Each inner row of `values` minus the cubic through its four neighbours, (n - 4, m)."""
+    rows = []
+    for n in range(2, len(x) - 2):
+        near = [n - 2, n - 1, n + 1, n + 2]
+        weights = [np.prod([(x[n] - x[b]) / (x[a] - x[b]) for b in near if b != a]) for a in near]
+        misfit = values[n] - np.asarray(weights) @ values[near]
+        rows.append(misfit / np.sqrt(1 + np.dot(weights, weights)))
+    return np.asarray(rows).reshape(-1, values.shape[1])
+
+
+def _noise(table: FluxTable) -> float:
+    """Random part of flux [of its maximum]: the smaller of the estimates along angle and current.
+
+    The curvature of a coarse table adds to either, so the smaller is nearer; the median keeps a
+    single bad row out.
+    """
+    estimates = []
+    for x, values in ((table.theta_e, table.psi.T), (table.i, table.psi)):
+        if len(x) >= 7:
+            residuals = _residuals(x, values)
+            if len(x) >= 9:  # smooth parts cancel once more between neighbours
+                residuals = (residuals[1:-1] - (residuals[2:] + residuals[:-2]) / 2) * 0.55
+            estimates.append(1.4826 * np.median(np.abs(residuals[:, values.max(axis=0) > 0])))
+    return float(min(estimates) / np.abs(table.psi).max()) if estimates else 0.0
+
+
+def _row_error(table: FluxTable, noise: float) -> tuple[float, str]:
+    """Largest scale error of one row against its neighbours, and which row.
+
+    A row off by d leaves d in its own residual and -2/3 d in the next; the second difference of the
+    residuals lifts that pattern by 5/3 above the smooth misfit of a coarse grid. A row counts where
+    it stands out four times from the other rows and from the noise.
+    """
+    worst, name = 0.0, ""
+    inner = table.psi[1:]
+    cases = (
+        (np.degrees(table.theta_e), inner.T, "deg el."),
+        (table.i[1:], inner, "A"),
+    )
+    for x, values, unit in cases:
+        if len(x) < 9:
+            continue
+        relative = _residuals(x, values) * np.sqrt(1 + 34 / 36) / values[2:-2]
+        pattern = (relative[1:-1] - (relative[2:] + relative[:-2]) / 2) * 3 / 5
+        score = np.abs(np.median(pattern, axis=1))
+        n = int(score.argmax())
+        others = np.delete(score, range(max(0, n - 3), min(len(score), n + 4)))
+        scatter = noise * table.psi.max() / np.median(values[n + 3]) / np.sqrt(values.shape[1])
+        if others.size and score[n] > max(4 * np.median(others), 4 * scatter, worst):
+            worst, name = float(score[n]), f"row at {x[n + 3]:g} {unit}"
+    return worst, name
+
+
+def _reasons(figures: dict[str, float | None], row: str) -> list[str]:
+    """One line for each gate that the table fails, with the remedy."""
+    reasons = []
+
+    def gate(name: str, limit: float, what: str, remedy: str) -> None:
+        value = figures[name]
+        if value is not None and value > limit:
+            reasons.append(f"{what} {100 * value:.2g} %, need at most {100 * limit:g} %; {remedy}")
+
+    share = figures["monotone_share"]
+    if share is not None and share < 1:
+        reasons.append(
+            f"flux falls with current on {100 * (1 - share):.2g} % of the steps, need none; mend "
+            "the samples or use --repair"
+        )
+    gate("row_error", ROW, f"{row} is off by", "compute it again: it is of another run or scale")
+    gate("noise", NOISE, "noise of flux", "refine the mesh, average, or use --repair")
+    gate(
+        "symmetry_error",
+        SYMMETRY,
+        "flux differs between the two sides of alignment by",
+        "check the angle zero, or keep the halves apart with symmetric=False",
+    )
+    gate(
+        "period_error", SYMMETRY, "flux differs between the ends of the period by", "check the span"
+    )
+    gate(
+        "torque_error_rms",
+        TORQUE_RMS,
+        "torque differs from the co-energy derivative by rms",
+        "check units, stack length and that both tables are of one run",
+    )
+    gate(
+        "area_error",
+        AREA,
+        "torque area differs from the co-energy difference by",
+        "check the torque's scale and angle unit",
+    )
+    return reasons

@@ -1,0 +1,375 @@
+"""From a raw map to the project's convention: which axis, which unit, which zero, which half."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from reluctance.base.errors import ParameterError
+from reluctance.machine.maps.raw import RawMap
+from reluctance.machine.maps.table import Array, FluxTable
+
+MATCH = 0.01  # how near an angle range must come to a half or whole period, of a half period [1]
+ZERO_OFF = np.pi / 18  # how far the largest flux may be from a zero that is inferred [rad]
+FALLS = 0.02  # of its rise: what noise and a flat top may take from the flux at an end; at a zero
+# that is 16 deg wrong it is (1 - cos 16 deg)/2
+UNITS = {"deg": np.pi / 180, "rad": 1.0}
+CHOICES = {
+    "angle_unit": ("deg", "rad"),
+    "angle_kind": ("mechanical", "electrical"),
+    "zero": ("unaligned", "aligned"),
+    "layout": ("currents_down", "angles_down"),
+}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to read the angle axis, and the half periods that it then covers."""
+
+    unit: str
+    kind: str
+    halves: int
+    factor: float  # to electrical radians
+
+
+def settled(
+    raw: RawMap,
+    *,
+    N_r: int | None = None,
+    angle_unit: str | None = None,
+    angle_kind: str | None = None,
+    zero: str | None = None,
+    layout: str | None = None,
+    aligned_at: float | None = None,
+) -> FluxTable:
+    """The table in the project's convention: what the user states wins, then what the file says,
+    then what the numbers show; the notes tell which.
+
+    Raises
+    ------
+    ParameterError
+        Where the axes fit no convention, or contradict a stated one.
+    """
+    stated = dict(angle_unit=angle_unit, angle_kind=angle_kind, zero=zero, layout=layout)
+    for name, value in stated.items():
+        if name == "zero" and value is not None and aligned_at is not None:
+            raise ParameterError("zero and aligned_at say the same; give one of them")
+        if value is not None and value not in CHOICES[name]:
+            raise ParameterError(f"{name} = {value!r}, need one of {', '.join(CHOICES[name])}")
+    N_r = N_r if N_r is not None else raw.N_r
+    if N_r is None:
+        raise ParameterError("the file does not give the rotor poles; pass N_r (--N_r)")
+    if N_r < 1:
+        raise ParameterError(f"N_r = {N_r}, need the number of rotor poles; pass N_r (--N_r)")
+    if min(len(raw.rows), len(raw.columns)) < 2:
+        raise ParameterError(
+            f"the map has {len(raw.rows)} rows and {len(raw.columns)} columns of flux, need at "
+            "least two currents and two angles"
+        )
+    notes: list[str] = []
+    i, angle, psi, tau = _oriented(raw, layout, N_r, notes)
+    for name, table in (("flux", psi), ("torque", tau)):
+        if table is not None and not np.isfinite(table).all():
+            k, n = np.argwhere(~np.isfinite(table))[0]
+            raise ParameterError(
+                f"{name} at {i[k]:g} A, angle {angle[n]:g} is {table[k, n]}, need a number; fill "
+                "the cell or leave its row out"
+            )
+    unit, kind = angle_unit or raw.angle_unit, angle_kind or raw.angle_kind
+    i, psi, tau = _currents(i, psi, tau, notes)
+    angle, psi, tau = _rising(angle, psi, tau, notes)
+    reading = _angles(angle, N_r, unit, kind, notes)
+    if aligned_at is not None:
+        theta_e, where = (angle - aligned_at) * reading.factor + np.pi, "unaligned"
+        notes.append(f"angles shifted: aligned at {aligned_at:g} {reading.unit} of the file")
+    else:
+        theta_e = angle * reading.factor
+        where = zero or raw.zero or _zero(theta_e, psi, reading, notes)
+    if where not in CHOICES["zero"]:
+        raise ParameterError(f"zero = {where!r}, need one of {', '.join(CHOICES['zero'])}")
+    if where == "aligned":
+        theta_e = theta_e + np.pi
+    if reading.halves == 1:
+        theta_e, psi, tau, error = (*_half(theta_e, psi, tau, notes), 0.0)
+    else:
+        theta_e, psi, tau, error = _whole(theta_e, psi, tau, notes)
+    _peak_is_aligned(theta_e, psi, where)
+    tau = _signed(theta_e, psi, tau, i, notes)
+    if tau is None and reading.kind == "electrical":
+        notes.append(f"N_r = {N_r} as stated: electrical angles without torque cannot tell")
+    return FluxTable(N_r, i, theta_e, psi, tau, error, tuple(notes))
+
+
+def _oriented(
+    raw: RawMap, layout: str | None, N_r: int, notes: list[str]
+) -> tuple[Array, Array, Array, Array | None]:
+    """Currents, angles, and tables (n_i, n_theta)."""
+    down = (raw.rows, raw.columns, raw.psi, raw.tau)
+    across = (raw.columns, raw.rows, raw.psi.T, None if raw.tau is None else raw.tau.T)
+    known = layout or raw.layout
+    if raw.layout is not None and layout is not None and raw.layout != layout:
+        raise ParameterError(f"layout = {layout}, but the file names its axes; leave layout out")
+    fits = [_is_current(c[0], c[2]) for c in (down, across)]
+    if known is None:
+        periods = [bool(_readings(c[1], N_r, None, None)) for c in (down, across)]
+        fits = fits if fits[0] != fits[1] else [a and b for a, b in zip(fits, periods, strict=True)]
+        if fits[0] == fits[1]:
+            raise ParameterError(
+                "cannot tell currents from angles, need flux 0 at 0 A and a half or whole period "
+                "of angles; name the columns in a first row, as i_A, theta_deg, psi_Wb, or of a "
+                "grid pass layout=currents_down or angles_down (--layout ...)"
+            )
+        known = "currents_down" if fits[0] else "angles_down"
+        notes.append(f"{known.replace('_', ' ')} the rows, since flux vanishes there at 0 A")
+    elif not fits[known == "angles_down"] and fits[known == "currents_down"]:
+        raise ParameterError(
+            "axes look swapped: flux vanishes along the first angle, not at 0 A; swap the two "
+            "names or the layout"
+        )
+    taken = down if known == "currents_down" else across
+    if not _readings(taken[1], N_r, None, None) and _readings(taken[0], N_r, None, None):
+        raise ParameterError(
+            f"axes look swapped: {taken[0].min():g} to {taken[0].max():g} A would be a period of "
+            "angles, the angles are none; swap the two names or the layout"
+        )
+    return taken
+
+
+def _is_current(axis: Array, psi: Array) -> bool:
+    """Whether flux starts from nothing along this axis and grows along it."""
+    order = np.argsort(axis)
+    flux = psi[order][np.isfinite(psi[order]).all(axis=1)]
+    if len(flux) < 2 or axis.min() < 0:
+        return False
+    if axis.min() == 0:
+        return bool(np.abs(flux[0]).max() <= 0.02 * np.abs(flux).max())
+    # Without a sample at zero: flux per current must not grow, as it does along an angle.
+    ratio = flux[[0, -1]].mean(axis=1) / np.sort(axis)[[0, -1]]
+    return bool(ratio[1] <= 1.05 * ratio[0] and (np.diff(flux, axis=0) > 0).mean() > 0.9)
+
+
+def _currents(
+    i: Array, psi: Array, tau: Array | None, notes: list[str]
+) -> tuple[Array, Array, Array | None]:
+    """Currents rising from 0."""
+    if not np.isfinite(i).all():
+        raise ParameterError("the current axis has a cell that is no number; fill it")
+    if i.min() < 0:
+        raise ParameterError(
+            f"current = {i.min():g} A, need >= 0; keep the positive half of the map"
+        )
+    i, psi, tau = _sorted("current", i, psi, tau, notes)
+    if i[0] > 0:
+        notes.append("row at 0 A added: no flux, no torque")
+        nothing = np.zeros((1, psi.shape[1]))
+        i, psi = np.append(0.0, i), np.vstack([nothing, psi])
+        tau = None if tau is None else np.vstack([nothing, tau])
+    elif np.abs(psi[0]).max() > 0.02 * np.nanmax(np.abs(psi)):
+        raise ParameterError(
+            f"flux at 0 A is {np.abs(psi[0]).max():.3g} Wb, need 0; axes are swapped or the flux "
+            "has an offset: state the layout or subtract it"
+        )
+    elif np.abs(psi[0]).max() > 0:
+        notes.append(f"flux of {np.abs(psi[0]).max():.2g} Wb at 0 A set to 0")
+        psi = np.vstack([np.zeros((1, psi.shape[1])), psi[1:]])
+    return i, psi, tau
+
+
+def _rising(
+    angle: Array, psi: Array, tau: Array | None, notes: list[str]
+) -> tuple[Array, Array, Array | None]:
+    if not np.isfinite(angle).all():
+        raise ParameterError("the angle axis has a cell that is no number; fill it")
+    angle, flux, torque = _sorted("angle", angle, psi.T, None if tau is None else tau.T, notes)
+    return angle, flux.T, None if torque is None else torque.T
+
+
+def _sorted(
+    name: str, axis: Array, psi: Array, tau: Array | None, notes: list[str]
+) -> tuple[Array, Array, Array | None]:
+    """The axis rising, with its rows of psi and tau; a falling axis is turned round."""
+    steps = np.diff(axis)
+    if (np.sort(axis)[1:] == np.sort(axis)[:-1]).any():
+        twice = np.sort(axis)[:-1][np.diff(np.sort(axis)) == 0][0]
+        raise ParameterError(f"{name} {twice:g} appears twice, need each once; remove one of them")
+    if (steps > 0).all():
+        return axis, psi, tau
+    if (steps < 0).all():
+        notes.append(f"{name} axis falls in the file; turned round")
+        return axis[::-1], psi[::-1], None if tau is None else tau[::-1]
+    at = int(np.argmax(steps < 0)) + 1
+    raise ParameterError(
+        f"{name} axis is not sorted: {axis[at]:g} follows {axis[at - 1]:g}; sort the map by {name}"
+    )
+
+
+def _readings(angle: Array, N_r: int, unit: str | None, kind: str | None) -> list[Reading]:
+    """Every reading of the angles that covers one half or one whole period."""
+    span = float(angle.max() - angle.min())
+    step = span / (len(angle) - 1)
+    even = np.allclose(np.diff(np.sort(angle)), step, rtol=1e-3)
+    found = []
+    for u in [unit] if unit else UNITS:
+        for k in [kind] if kind else CHOICES["angle_kind"]:
+            factor = UNITS[u] * (N_r if k == "mechanical" else 1)
+            for halves in (1, 2):
+                open_end = halves == 2 and even and abs((span + step) * factor / np.pi - 2) < 1e-3
+                if abs(span * factor / np.pi - halves) < MATCH or open_end:
+                    found.append(Reading(u, k, halves, factor))
+    return found
+
+
+def _angles(
+    angle: Array, N_r: int, unit: str | None, kind: str | None, notes: list[str]
+) -> Reading:
+    """The one reading that fits, or why none does."""
+    readings = _readings(angle, N_r, unit, kind)
+    low, high = float(angle.min()), float(angle.max())
+    if len(readings) > 1:
+        ways = " or ".join(f"{r.unit} {r.kind}" for r in readings)
+        raise ParameterError(
+            f"angles {low:g} to {high:g} read as {ways}; pass angle_unit "
+            "and angle_kind (--angle_unit, --angle_kind)"
+        )
+    if readings:
+        reading = readings[0]
+        period = "half" if reading.halves == 1 else "whole"
+        if unit is None or kind is None:
+            notes.append(
+                f"angles {low:g} to {high:g} read as {reading.unit} {reading.kind}: a {period} "
+                f"period with N_r = {N_r}"
+            )
+        return reading
+    others = _readings(angle, N_r, None, None)
+    if others:
+        other = others[0]
+        said = " ".join(w for w in (unit, kind) if w)
+        raise ParameterError(
+            f"angles {low:g} to {high:g} are no half or whole period in {said}, but in "
+            f"{other.unit} {other.kind}; pass angle_unit={other.unit}, angle_kind={other.kind} "
+            f"(--angle_unit {other.unit} --angle_kind {other.kind})"
+        )
+    unit = unit or ("deg" if high - low > 2 * np.pi else "rad")
+    turn = 180 / np.pi * UNITS[unit]
+    kind = kind or ("mechanical" if (high - low) * turn * N_r < 540 else "electrical")
+    factor = turn * (N_r if kind == "mechanical" else 1)
+    span = (high - low) * factor
+    remedy = "extend the map" if span < 180 else "cut it there, or correct N_r or the unit"
+    raise ParameterError(
+        f"angles {low:g} to {high:g} {unit} cover {span:.4g} deg el. with N_r = {N_r}, need 180 or "
+        f"360; {remedy}"
+    )
+
+
+def _zero(theta_e: Array, psi: Array, reading: Reading, notes: list[str]) -> str:
+    """Where the file's angle zero is, from where the flux is largest."""
+    flux = psi.mean(axis=0)
+    if reading.halves == 1:
+        peak = theta_e[[0, -1]][int(flux[-1] > flux[0])]
+    else:
+        turn = np.append(theta_e, theta_e[0] + 2 * np.pi)  # the end may be the start already
+        wave = np.append(flux, flux[0]) * np.exp(1j * turn)
+        peak = float(np.angle(np.sum((wave[1:] + wave[:-1]) * np.diff(turn))))
+    from_zero = abs(np.angle(np.exp(1j * peak)))
+    if ZERO_OFF < from_zero < np.pi - ZERO_OFF:
+        raise ParameterError(
+            f"flux is largest {np.degrees(peak):.0f} deg el. from the file's zero, need 0 or 180; "
+            f"pass the file's angle of alignment, aligned_at={peak / reading.factor:.4g} "
+            f"(--aligned_at {peak / reading.factor:.4g})"
+        )
+    where = "aligned" if from_zero < np.pi / 2 else "unaligned"
+    notes.append(f"angle zero read as {where}, from where the flux is largest")
+    return where
+
+
+def _half(
+    theta_e: Array, psi: Array, tau: Array | None, notes: list[str]
+) -> tuple[Array, Array, Array | None]:
+    """A half period from unaligned to aligned: mirrored where the file has the other half."""
+    start = float(theta_e[0]) % (2 * np.pi)
+    close = MATCH * np.pi
+    if min(start, 2 * np.pi - start) < close:
+        theta_e = theta_e - theta_e[0]
+    elif abs(start - np.pi) < close:
+        theta_e = (theta_e[-1] - theta_e)[::-1]
+        psi = psi[:, ::-1]
+        tau = None if tau is None else -tau[:, ::-1]
+        notes.append("half period past alignment mirrored")
+    else:
+        raise ParameterError(
+            f"the half period starts at {np.degrees(start):.0f} deg el., need 0 or 180; sample "
+            "from unaligned to aligned"
+        )
+    return _snapped(theta_e * (np.pi / theta_e[-1]), np.pi), psi, tau
+
+
+def _whole(
+    theta_e: Array, psi: Array, tau: Array | None, notes: list[str]
+) -> tuple[Array, Array, Array | None, float]:
+    """A whole period from 0, without 2 pi; where both ends are given, their mean and difference.
+    Where no sample is at 0, a periodic spline gives the values at as many even angles."""
+    error = 0.0
+    if abs(theta_e[-1] - theta_e[0] - 2 * np.pi) < 2 * MATCH * np.pi:
+        error = float(np.abs(psi[:, -1] - psi[:, 0]).max() / np.abs(psi).max())
+        theta_e = theta_e[:-1]
+        psi = np.hstack([(psi[:, :1] + psi[:, -1:]) / 2, psi[:, 1:-1]])
+        tau = None if tau is None else tau[:, :-1]
+    turned = np.mod(theta_e + 1e-9, 2 * np.pi) - 1e-9
+    order = np.argsort(turned)
+    turned = turned[order]
+    psi, tau = psi[:, order], None if tau is None else tau[:, order]
+    if abs(turned[0]) > 1e-6:
+        even = np.linspace(0, 2 * np.pi, len(turned), endpoint=False)
+        psi = _periodic(turned, psi)(even)
+        tau = None if tau is None else _periodic(turned, tau)(even)
+        turned = even
+        notes.append(f"no sample at angle zero: {len(even)} even angles by a periodic spline")
+    return _snapped(np.append(turned, 2 * np.pi), 2 * np.pi)[:-1], psi, tau, error
+
+
+def _periodic(theta_e: Array, values: Array) -> CubicSpline:
+    closed = np.hstack([values, values[:, :1]])
+    return CubicSpline(
+        np.append(theta_e, theta_e[0] + 2 * np.pi), closed, axis=1, bc_type="periodic"
+    )
+
+
+def _snapped(theta_e: Array, span: float) -> Array:
+    """Exact equal steps where the steps are equal to rounding: every unit gives one machine."""
+    even = np.linspace(0, span, len(theta_e))
+    exact = even if np.abs(theta_e - even).max() < 1e-6 else theta_e.copy()
+    exact[0], exact[-1] = 0.0, span
+    return exact
+
+
+def _peak_is_aligned(theta_e: Array, psi: Array, where: str) -> None:
+    flux = psi.mean(axis=0)
+    if flux[0] > flux[np.argmin(np.abs(theta_e - np.pi))]:
+        other = "unaligned" if where == "aligned" else "aligned"
+        raise ParameterError(
+            f"zero = {where}, but flux falls towards what would be alignment; pass zero={other} "
+            f"(--zero {other})"
+        )
+    half = theta_e[-1] < 1.5 * np.pi
+    rise = float(np.ptp(flux))
+    if half and max(flux.max() - flux[-1], flux[0] - flux.min()) > FALLS * rise:
+        least, most = (float(np.degrees(theta_e[at(flux)])) for at in (np.argmin, np.argmax))
+        raise ParameterError(
+            f"the flux is least {least:.0f} and largest {most:.0f} deg el. from what would be the "
+            "unaligned angle, need 0 and 180: the zero of the angle is wrong; record again with "
+            "the right one (firmware: run `alignment` before `pulses`)"
+        )
+
+
+def _signed(
+    theta_e: Array, psi: Array, tau: Array | None, i: Array, notes: list[str]
+) -> Array | None:
+    """Torque with the sign of dW_c/dtheta: some tools count it against the angle."""
+    if tau is None:
+        return None
+    coenergy = np.cumsum((psi[1:] + psi[:-1]) / 2 * np.diff(i)[:, None], axis=0)
+    slope = np.gradient(coenergy, theta_e, axis=1)
+    if np.nansum(slope * tau[1:]) < 0:
+        notes.append("torque counted against the angle in the file; sign turned")
+        return -tau
+    return tau

@@ -1,0 +1,207 @@
+"""Voltage pulses at standstill, as an oscilloscope or the commissioning routine records them."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from reluctance.base.errors import ParameterError
+from reluctance.base.reading import numbers, read_text, reading
+from reluctance.machine.maps.cells import text_rows
+from reluctance.machine.maps.raw import Column, column, stated_column
+from reluctance.machine.maps.table import Array
+
+MAX_BYTES = 100_000_000  # 31 angles, 8 pulses of 2000 rows, are 20 MB
+TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "": 1.0}
+VOLTAGE = {"v": 1.0, "mv": 1e-3, "kv": 1e3, "": 1.0}
+FEWEST_ROWS = 8  # of a pulse
+REST_ROWS = 4  # before a pulse: the fewest whose mean is an offset
+LEFT = 0.03  # of a pulse's top: below this current its end is not used
+LEFT_NOISE = 4.0  # ... nor below so many times its noise
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """One voltage pulse at one rotor angle.
+
+    Attributes
+    ----------
+    angle : float
+        As written in the file.
+    t, u, i : ndarray
+        Time [s], voltage of the winding [V], current [A]. They begin at rest.
+    mean : bool
+        True where a row's voltage is the mean since the row before; else it is that of the instant.
+    """
+
+    angle: float
+    t: Array
+    u: Array
+    i: Array
+    mean: bool
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The pulses of some files, and what these say of their angles."""
+
+    pulses: tuple[Pulse, ...]
+    unit: str | None
+    kind: str | None
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What a pulse shows from its start until its current is nearly gone.
+
+    `volt_seconds` is the integral of u, `charge` that of i: psi = volt_seconds - R charge.
+    """
+
+    i: Array  # [A]
+    volt_seconds: Array  # [Wb]
+    charge: Array  # [A s]
+    noise: float  # of the current, rms [A]
+
+
+def read_pulses(
+    paths: Sequence[str | Path],
+    *,
+    angles: Sequence[float] = (),
+    names: Mapping[str, str] | None = None,
+) -> Recording:
+    """The pulses in some CSV files.
+
+    A file has the columns `t_s`, `u_V` or `u_mean_V`, `i_A`, and an angle such as `theta_m_deg`. A
+    pulse ends where the time falls back or the angle changes.
+
+    Parameters
+    ----------
+    paths : sequence of paths
+    angles : sequence of float
+        One for each file, where the files have no column with the angle.
+    names : mapping
+        Names in the files: keys "t", "u", "i", "theta".
+
+    Raises
+    ------
+    ParameterError
+        One line: what is wrong with which file, and what to do.
+    """
+    if angles and len(angles) != len(paths):
+        raise ParameterError(
+            f"{len(angles)} angles for {len(paths)} files, need one --angle for each file, in order"
+        )
+    pulses: list[Pulse] = []
+    turn: Column | None = None
+    for place, path in enumerate(map(Path, paths)):
+        with reading(path, "a record of pulses", "export it as CSV"):
+            found, turn = _read(path, angles[place] if angles else None, dict(names or {}))
+        pulses += found
+    return Recording(tuple(pulses), turn.unit if turn else None, turn.kind if turn else None)
+
+
+def trace(pulse: Pulse) -> Trace:
+    """Integrals over a pulse, by the trapezoid rule; offsets are the means before it.
+
+    Raises
+    ------
+    ParameterError
+        If the pulse does not start from rest, or has no current.
+    """
+    if not pulse.u.max() > 0:
+        raise ParameterError("a pulse has no positive voltage; check the columns and the polarity")
+    first = int(np.argmax(pulse.u > pulse.u.max() / 2))
+    if first == 0:
+        raise ParameterError("a pulse begins with its voltage on; record some rows before it")
+    rest = slice(0, first - 1)
+    offsets = first - 1 >= REST_ROWS
+    i = pulse.i - (pulse.i[rest].mean() if offsets else 0.0)
+    u = pulse.u - (pulse.u[rest].mean() if offsets else 0.0)
+    noise = float(i[rest].std()) if offsets else 0.0
+    top = first + int(i[first:].argmax())
+    if not i[top] > LEFT_NOISE * noise:
+        raise ParameterError(
+            f"a pulse reaches {i[top]:.3g} A with {noise:.2g} A of noise; check the column of the "
+            "current and its polarity, or raise the current"
+        )
+    after = np.flatnonzero(i[top:] < max(LEFT * i[top], LEFT_NOISE * noise))
+    end = top + int(after[0]) if len(after) else len(i)
+    part = slice(first - 1, end)
+    t, u, i = pulse.t[part], u[part], i[part]
+    dt = np.diff(t)
+    middle = u[1:] if pulse.mean else (u[1:] + u[:-1]) / 2
+    return Trace(
+        i=i[1:],
+        volt_seconds=np.cumsum(dt * middle),
+        charge=np.cumsum(dt * (i[1:] + i[:-1]) / 2),
+        noise=noise,
+    )
+
+
+def _read(
+    path: Path, angle: float | None, names: dict[str, str]
+) -> tuple[list[Pulse], Column | None]:
+    rows = text_rows(read_text(path, most_bytes=MAX_BYTES))
+    head, needed = rows[0], ("t", "u", "i") if angle is not None else ("t", "u", "i", "theta")
+    found = _columns(head, names, needed)
+    values = {q: numbers(rows[1:], c, head[c]) for q, (c, _) in found.items()}
+    t, u, i = (found[q][1].factor * values[q] for q in ("t", "u", "i"))
+    theta = np.full(len(t), angle) if angle is not None else values["theta"]
+    new = (np.diff(t) <= 0) | (np.diff(theta) != 0)
+    mean = "mean" in head[found["u"][0]].lower()
+    pulses = []
+    for part in np.split(np.arange(len(t)), np.flatnonzero(new) + 1):
+        if len(part) < FEWEST_ROWS:
+            raise ParameterError(
+                f"data row {part[0] + 2}: the pulse there has {len(part)} rows, need "
+                f"{FEWEST_ROWS} with a time that rises and one angle"
+            )
+        pulses.append(Pulse(float(theta[part[0]]), t[part], u[part], i[part], mean))
+    return pulses, found["theta"][1] if angle is None else None
+
+
+def _columns(
+    head: list[str], names: dict[str, str], needed: Iterable[str]
+) -> dict[str, tuple[int, Column]]:
+    """The place of each quantity, and its factor to SI."""
+    for quantity, name in names.items():
+        if name not in head:
+            raise ParameterError(
+                f"no column `{name}` for {quantity}; the header has {', '.join(head[:8])}"
+            )
+    found = {}
+    for quantity in needed:
+        given = names.get(quantity)
+        for place, name in enumerate(head):
+            known = _known(quantity, name, given == name) if given in (None, name) else None
+            if known is not None:
+                found[quantity] = (place, known)
+                break
+        else:
+            raise ParameterError(
+                f"no column for {quantity}, need t_s, u_V, i_A and theta_m_deg or the like; the "
+                f"header has {', '.join(head[:8])}; say --name {quantity}=NAME"
+                + (" or --angle for each file" if quantity == "theta" else "")
+            )
+    return found
+
+
+def _known(quantity: str, name: str, stated: bool) -> Column | None:
+    """The column as this quantity, if its name says so or the user does."""
+    if quantity in ("i", "theta"):
+        if stated:
+            return stated_column(quantity, name)
+        try:
+            known = column(name)
+        except ParameterError:
+            return None
+        return known if known is not None and known.quantity == quantity else None
+    stem, units = ("t|time", TIME) if quantity == "t" else ("u|v|u_mean|voltage", VOLTAGE)
+    words = [w for w in re.split(r"[\s_\[\]()./]+", name.strip().lower()) if w]
+    unit = words[-1] if len(words) > 1 and words[-1] in units else ""
+    base = "_".join(words[:-1] if unit else words)
+    if not stated and not re.fullmatch(stem, base):
+        return None
+    return Column(quantity, units[unit])

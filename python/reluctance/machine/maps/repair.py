@@ -1,0 +1,124 @@
+"""Repair a noisy flux table: smooth it, make flux rise with current, say what changed."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from reluctance.machine.maps.surface import angle_cells, rise_problem, rising
+from reluctance.machine.maps.table import Array, FluxTable, fold
+
+SMOOTHING = np.logspace(-12, 6, 73)  # candidates of the cross-validation
+
+
+@dataclass(frozen=True)
+class Repair:
+    """The repaired table, and what the repair did.
+
+    Attributes
+    ----------
+    table : FluxTable
+        On the same currents and angles, half a period; torque as given.
+    psi_change_rms, psi_change_max : float
+        Change of flux, of the largest flux [1].
+    i_worst, theta_e_worst : float
+        Where the change is largest [A], [rad].
+    falling_before : int
+        Current steps along which flux fell.
+    notes : tuple of str
+        The same in words.
+    """
+
+    table: FluxTable
+    psi_change_rms: float
+    psi_change_max: float
+    i_worst: float
+    theta_e_worst: float
+    falling_before: int
+    notes: tuple[str, ...]
+
+
+def repair_map(table: FluxTable) -> Repair:
+    """Smooth the random part of flux and make flux rise with current.
+
+    Over the angle each current row becomes a penalised cubic spline (P. Eilers, B. Marx,
+    Statistical Science 11(2), 1996), over the current a monotone one (`surface.rising`);
+    generalised cross-validation chooses both weights, so that a clean table stays as it is.
+
+    Parameters
+    ----------
+    table : FluxTable
+
+    Returns
+    -------
+    Repair
+    """
+    half = fold(table)
+    flux = half.psi[1:]
+    weight = 1 / (flux.mean(axis=1) + 0.05 * flux.max())  # noise grows with flux, down to a floor
+    basis, penalty = _even_basis(half.theta_e)
+    rows = (flux * weight[:, None]).T
+    smooth = basis @ penalised(basis, penalty, rows, cross_validated(basis, penalty, rows))
+    psi = np.vstack([np.zeros((1, len(half.theta_e))), smooth.T / weight[:, None]])
+
+    psi = _rising_flux(half.i, psi, weight)
+    psi[0] = 0.0
+    change = (psi - half.psi) / np.abs(half.psi).max()
+    k, n = np.unravel_index(int(np.abs(change).argmax()), change.shape)
+    falling = int((np.diff(half.psi, axis=0) <= 0).sum())
+    rms, worst = float(np.sqrt(np.mean(change**2))), float(np.abs(change).max())
+    theta_e = float(half.theta_e[n])
+    note = (
+        f"repaired: flux changed by {100 * rms:.2g} % rms, at most {100 * worst:.2g} % of its "
+        f"maximum at {half.i[k]:g} A, {np.degrees(theta_e):.4g} deg el.; {falling} falling current "
+        "steps removed"
+    )
+    repaired = replace(half, psi=psi, notes=(*half.notes, note))
+    return Repair(repaired, rms, worst, float(half.i[k]), theta_e, falling, (note,))
+
+
+def penalised(basis: Array, penalty: Array, rows: Array, smoothing: float) -> Array:
+    """x that minimises |basis x - rows|^2 + smoothing |penalty x|^2."""
+    matrix = np.vstack([basis, np.sqrt(smoothing) * penalty])
+    zeros = np.zeros((len(penalty), rows.shape[1]))
+    solution: Array = np.linalg.lstsq(matrix, np.vstack([rows, zeros]), rcond=None)[0]
+    return solution
+
+
+def cross_validated(basis: Array, penalty: Array, rows: Array) -> float:
+    """Smoothing that predicts left-out samples best: least |residual|^2/(n - degrees of freedom)^2.
+
+    G. Golub, M. Heath, G. Wahba, Technometrics 21(2), 1979; pooled over the columns of `rows`.
+    """
+    scores = []
+    for smoothing in SMOOTHING:
+        matrix = np.vstack([basis, np.sqrt(smoothing) * penalty])
+        hat = basis @ np.linalg.pinv(matrix)[:, : len(basis)]
+        residual = rows - hat @ rows
+        free = len(basis) - np.trace(hat)
+        scores.append(np.sum(residual**2) / free**2 if free > 0.5 else np.inf)
+    return float(SMOOTHING[int(np.argmin(scores))])
+
+
+def _rising_flux(i: Array, psi: Array, weight: Array) -> Array:
+    """Flux made rising with current, smoothed in two passes: the mean over all angles first, whose
+    falling inductance is then the unit in which each angle's own is smoothed."""
+    knots = np.concatenate([[0.0, 0.0], i, [i[-1]] * 2])
+    level: Array | float = 1.0
+    for values in (psi.mean(axis=1, keepdims=True), psi):
+        design, penalty = rise_problem(i, knots, level=level)
+        rows = psi[1:] * weight[:, None]
+        smoothing = cross_validated(design * weight[:, None], penalty, rows)
+        fitted = rising(i, values, knots, weight=weight, level=level, smoothing=smoothing)
+        level = np.maximum.accumulate(fitted.c[::-1].max(axis=1))[::-1] / fitted.c.max()
+    flux: Array = fitted.antiderivative()(i)
+    return flux
+
+
+def _even_basis(theta_e: Array) -> tuple[Array, Array]:
+    """Even cubic splines by their values at equal angles: matrix to theta_e, third differences."""
+    n = angle_cells(theta_e, np.pi)
+    nodes = np.linspace(0, np.pi, n + 1)
+    basis = CubicSpline(nodes, np.eye(n + 1), bc_type="clamped")(theta_e)
+    mirrored = np.eye(n + 1)[[2, 1, *range(n + 1), n - 1, n - 2]]
+    return basis, np.diff(mirrored, 3, axis=0)

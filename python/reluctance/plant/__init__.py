@@ -1,0 +1,1 @@
+"""What stands around the machine: sun, pump and pipe. Imports base."""

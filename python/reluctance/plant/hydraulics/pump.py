@@ -1,0 +1,234 @@
+"""A centrifugal pump: head and shaft power over flow at one speed, at all speeds by affinity.
+
+    H(Q, r) = r^2 H_1(Q/r),   P(Q, r) = r^3 P_1(Q/r),   r = speed / reference speed
+
+Either a parabola through shut-off and best point, H_1 = H_0 - c Q^2, with the efficiency
+eta_b x (2 - x), x = Q/Q_b, so that P_1 = rho g H_1 Q_b / (eta_b (2 - x)) is finite at Q = 0; or
+points of the maker's curve in a CSV file, joined by monotone cubics.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from reluctance.base.arrays import FloatArray
+from reluctance.base.columns import Quantity, recognised
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import is_file, read_toml
+from reluctance.base.reading import numbers, read_rows, reading
+from reluctance.base.schema import FileName, NamesFile, Section, checked, did_you_mean, placed
+
+RHO = 998.2  # water at 20 degC [kg/m^3]
+GRAVITY = 9.80665  # [m/s^2]
+RPM = np.pi / 30
+M3PH = 1 / 3600
+# The formula of the efficiency ends at twice the best flow; near it the power has a pole.
+LARGEST_X = 1.8
+MOST_FLOW, MOST_HEAD = 1e6, 1e4  # of any pump [m^3/h], [m]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Head and shaft power at the reference speed."""
+
+    omega_ref: float  # [rad/s]
+    Q_end: float  # largest flow that the curve describes, at the reference speed [m^3/s]
+    head_1: Callable[[FloatArray], FloatArray]  # of flow [m]
+    power_1: Callable[[FloatArray], FloatArray]  # of flow [W]
+
+    def head(self, Q: FloatArray, r: FloatArray) -> FloatArray:
+        """Head at a flow [m^3/s] and a part of the reference speed [m]."""
+        return np.asarray(r**2 * self.head_1(Q / np.maximum(r, 1e-12)))
+
+    def shaft_power(self, Q: FloatArray, r: FloatArray) -> FloatArray:
+        """Shaft power, finite without flow [W]."""
+        return np.asarray(r**3 * self.power_1(Q / np.maximum(r, 1e-12)))
+
+    @property
+    def H_0(self) -> float:
+        """Head without flow at the reference speed [m]."""
+        return float(self.head_1(np.zeros(1))[0])
+
+
+class Pump(Section):
+    """A pump file's [pump] table, or that of a system file."""
+
+    name: str = "pump"
+    source: str = ""
+    licence: str = ""
+    n_ref_rpm: float = Field(gt=0)  # speed of the curve
+    speed_max_rpm: float | None = Field(None, gt=0)  # by default 1.15 times n_ref_rpm
+    H_0_m: float | None = Field(None, gt=0)  # head without flow
+    Q_b_m3ph: float | None = Field(None, gt=0)  # best point: flow, head, efficiency
+    H_b_m: float | None = Field(None, gt=0)
+    eta_b: float | None = Field(None, gt=0, lt=1)
+    curve_csv: FileName | None = None  # columns Q_m3ph, H_m and eta or p_shaft_W
+
+    @model_validator(mode="after")
+    def has_one_curve(self) -> "Pump":
+        numbers = (self.H_0_m, self.Q_b_m3ph, self.H_b_m, self.eta_b)
+        if self.curve_csv is not None:
+            if any(number is not None for number in numbers):
+                raise ValueError("curve_csv excludes H_0_m, Q_b_m3ph, H_b_m and eta_b")
+            return self
+        if any(number is None for number in numbers):
+            raise ValueError("need H_0_m, Q_b_m3ph, H_b_m and eta_b, or curve_csv")
+        assert self.H_0_m is not None and self.H_b_m is not None
+        if self.H_b_m >= self.H_0_m:
+            raise ValueError(
+                f"H_b_m = {self.H_b_m:g} is not below H_0_m = {self.H_0_m:g}: a head that rises "
+                "with flow has two flows at one head"
+            )
+        return self
+
+    @property
+    def omega_max(self) -> float:
+        """Largest speed allowed [rad/s]."""
+        return (self.speed_max_rpm or 1.15 * self.n_ref_rpm) * RPM
+
+    def curve(self) -> Curve:
+        """The curve at the reference speed.
+
+        Raises
+        ------
+        ParameterError
+            If the points of the CSV file are not a falling curve.
+        """
+        if self.curve_csv is not None:
+            return _from_points(Path(self.curve_csv), self.n_ref_rpm * RPM)
+        assert self.H_0_m and self.Q_b_m3ph and self.H_b_m and self.eta_b
+        return _parabola(
+            self.H_0_m, self.Q_b_m3ph * M3PH, self.H_b_m, self.eta_b, self.n_ref_rpm * RPM
+        )
+
+
+class NamesPump(NamesFile):
+    """Marks a key that names a pump: of the library, or by the path of a pump file."""
+
+    def renamed(self, text: str, rename: Callable[[Path], Path]) -> str:
+        path = rename(Path(text))
+        return str(path) if is_file(path) or is_file(Path(text)) else text
+
+    def files(self, text: str) -> list[Path]:
+        path = pump_file(text, Path())
+        return [path, *pump_from(text, Path()).files]
+
+
+PumpName = Annotated[str, NamesPump()]
+
+
+def pump_file(pump: str, folder: Path) -> Path:
+    """The file of a pump, by its path from a folder or by its name in the library.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+    """
+    for path in (folder / pump, library() / f"{pump}.toml"):
+        if is_file(path):
+            return path
+    near = did_you_mean(pump, [p.stem for p in library().glob("*.toml")])
+    raise ParameterError(f"pump `{pump}` is neither a file nor in the library{near}")
+
+
+def pump_from(pump: object, folder: Path) -> Pump:
+    """The checked pump that a table is, or that a text names; paths are relative to the folder."""
+    if isinstance(pump, str):
+        path = pump_file(pump, folder)
+        return pump_from(read_toml(path).get("pump"), path.parent)
+    if not isinstance(pump, dict):
+        raise ParameterError('missing table [pump], or pump = "NAME or FILE"')
+    return checked(Pump, placed(Pump, pump, folder), "[pump]")
+
+
+def library() -> Path:
+    """The pumps that come with the package."""
+    return Path(__file__).parent / "pumps"
+
+
+def _parabola(H_0: float, Q_b: float, H_b: float, eta_b: float, omega_ref: float) -> Curve:
+    c = (H_0 - H_b) / Q_b**2
+    Q_end = min(LARGEST_X * Q_b, float(np.sqrt(H_0 / c)))
+
+    def head(Q: FloatArray) -> FloatArray:
+        return np.asarray(H_0 - c * Q**2)
+
+    def power(Q: FloatArray) -> FloatArray:  # rho g Q H / eta without the 0/0 at Q = 0
+        return np.asarray(RHO * GRAVITY * head(Q) * Q_b / (eta_b * (2 - Q / Q_b)))
+
+    return Curve(omega_ref, Q_end, head, power)
+
+
+def _from_points(path: Path, omega_ref: float) -> Curve:
+    table = _columns(path)
+    Q, H = table["Q_m3ph"] * M3PH, table["H_m"]
+    for name, most in (("Q_m3ph", MOST_FLOW), ("H_m", MOST_HEAD)):
+        if not table[name].max() <= most:
+            raise ParameterError(
+                f"{path}: {name} reaches {table[name].max():.3g}, need at most {most:g}; correct "
+                "the unit in the column's name"
+            )
+    if len(Q) < 3 or Q[0] != 0 or not np.all(np.diff(Q) > 0):
+        raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, the first 0")
+    rising = np.flatnonzero(~(np.diff(H) < 0))
+    if len(rising):
+        k = int(rising[0])
+        raise ParameterError(
+            f"{path}: H_m does not fall from {H[k]:g} to {H[k + 1]:g} m at Q_m3ph = "
+            f"{table['Q_m3ph'][k + 1]:g}: such a curve has two flows at one head; leave out the "
+            "rising part"
+        )
+    if "p_shaft_W" in table:
+        P = table["p_shaft_W"]
+    else:
+        eta = table["eta"]
+        if not np.all((eta[1:] > 0) & (eta[1:] < 1)):
+            raise ParameterError(f"{path}: eta needs fractions between 0 and 1 where Q > 0")
+        P = np.append(0.0, RHO * GRAVITY * Q[1:] * H[1:] / eta[1:])
+        P[0] = P[1] - (P[2] - P[1]) / (Q[2] - Q[1]) * Q[1]  # eta says nothing at Q = 0
+    if not (np.all(P > 0) and np.all(H >= 0)):
+        raise ParameterError(f"{path}: need shaft powers > 0 and heads >= 0 throughout")
+    from scipy.interpolate import PchipInterpolator  # [load] knows what a pump is, without SciPy
+
+    return Curve(omega_ref, float(Q[-1]), PchipInterpolator(Q, H), PchipInterpolator(Q, P))
+
+
+COLUMNS = {
+    "Q_m3ph": Quantity(
+        ("q", "flow", "flow_rate", "discharge", "capacity"),
+        {
+            "m3ph": 1.0,
+            "m3/h": 1.0,
+            "l/s": 3.6,
+            "lps": 3.6,
+            "l/min": 0.06,
+            "lpm": 0.06,
+            "m3/s": 3600.0,
+        },
+    ),
+    "H_m": Quantity(("h", "head", "tdh"), {"m": 1.0, "ft": 0.3048}),
+    "eta": Quantity(("eta", "efficiency", "eff"), {"1": 1.0, "%": 0.01, "pct": 0.01}),
+    "p_shaft_W": Quantity(
+        ("p_shaft", "p", "p2", "power", "shaft_power"), {"w": 1.0, "kw": 1e3, "hp": 745.7}
+    ),
+}
+
+
+def _columns(path: Path) -> dict[str, FloatArray]:
+    with reading(path, "a pump curve"):
+        names, *rows = read_rows(path)
+        known = recognised(names, COLUMNS)
+        if not {"Q_m3ph", "H_m"} <= set(known) or not {"eta", "p_shaft_W"} & set(known):
+            raise ParameterError(
+                f"columns {', '.join(names)}; need Q_m3ph, H_m and eta or p_shaft_W, or with units "
+                "in brackets: flow [l/s], head [m], efficiency [%], power [kW]"
+            )
+        return {
+            quantity: factor * numbers(rows, names.index(name), name)
+            for quantity, (name, factor) in known.items()
+        }

@@ -1,6 +1,0 @@
-"""The studio, a page that runs the core in the browser: what the page reads, and its server."""
-
-from reluctance.studio.serve import serve
-from reluctance.studio.write import write_data
-
-__all__ = ["serve", "write_data"]

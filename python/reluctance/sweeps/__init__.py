@@ -1,6 +1,0 @@
-"""A drive over many of its values: grids and samples, stored for good, tables and figures."""
-
-from reluctance.sweeps.result import Sweep
-from reluctance.sweeps.sweep import sweep
-
-__all__ = ["Sweep", "sweep"]

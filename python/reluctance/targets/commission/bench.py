@@ -1,0 +1,236 @@
+"""A drive on a simulated bench: one commissioning routine on the plant, wired as somebody did."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reluctance import _core
+from reluctance.base.errors import ParameterError
+from reluctance.base.units import to_si
+from reluctance.drive.drive import Drive
+from reluctance.drive.run.plant import loop_parts
+from reluctance.drive.tables.pump_load import pump
+from reluctance.drive.tables.sections import Load
+from reluctance.targets.export.commission_levels import Levels
+from reluctance.targets.export.commission_levels import commission as routines_of
+
+ROUTINES = ("wiring", "resistance", "alignment", "pulses")
+CLAMPED = ("resistance", "pulses")  # those with a clamped rotor
+DONE = 2  # Finding::done
+RUNNING = 1
+SLICE = 0.05  # of simulated time between two looks [s]
+CREEP = 0.02  # rad/s: speed from which dry friction is all there
+
+
+@dataclass(frozen=True)
+class Wires:
+    """How somebody has wired a drive. Left out: as the drive file means it.
+
+    Attributes
+    ----------
+    phase : tuple of int
+        The machine's phase that leg k drives.
+    sensor : tuple of int
+        The machine's phase whose current channel k shows.
+    sign : tuple of int
+        -1 where channel k shows it negative.
+    direction : int
+        -1 where the encoder counts against the rotation.
+    zero_deg : float
+        Electrical angle that the encoder shows at angle zero.
+    """
+
+    phase: tuple[int, ...] = ()
+    sensor: tuple[int, ...] = ()
+    sign: tuple[int, ...] = ()
+    direction: int = 1
+    zero_deg: float = 0.0
+
+    def checked(self, n_phases: int) -> Wires:
+        """The same with nothing left out.
+
+        Raises
+        ------
+        ParameterError
+            If it cannot be meant.
+        """
+        straight = tuple(range(n_phases))
+        filled = replace(
+            self,
+            phase=self.phase or straight,
+            sensor=self.sensor or straight,
+            sign=self.sign or (1,) * n_phases,
+        )
+        for name in ("phase", "sensor"):
+            given = getattr(filled, name)
+            if sorted(given) != list(straight):
+                raise ParameterError(f"wires.{name} = {given}, need each of {straight} once")
+        if len(filled.sign) != n_phases or not {*filled.sign, self.direction} <= {1, -1}:
+            raise ParameterError(
+                f"wires.sign = {filled.sign}, direction = {self.direction}: need 1 or -1, a sign "
+                "for each phase"
+            )
+        return filled
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a routine found.
+
+    Attributes
+    ----------
+    done : bool
+    text : str
+        "done", or why not and what to do.
+    time_s : float
+        Simulated time.
+    sensor, sign : tuple of int
+        Of `wiring`: the channel that shows the current of leg k, and its sign.
+    R : tuple of float
+        Of `resistance` [ohm].
+    place : tuple of int
+        Of `alignment`: place of leg k among the phases as the angle rises.
+    direction : int
+        1 where the angle rises as legs 0, 1, ... follow each other, -1 where it falls, 0 where the
+        legs are in another order.
+    zero_deg, spread_deg : float
+        Electrical angle that is shown where leg 0 is unaligned; greatest distance of a rest from
+        its place.
+    rows : ndarray, shape (n, 5)
+        Of `pulses`: pulse, sample, mean voltage since the row before [V], current [A], electrical
+        angle as shown [rad].
+    """
+
+    done: bool
+    text: str
+    time_s: float
+    sensor: tuple[int, ...]
+    sign: tuple[int, ...]
+    R: tuple[float, ...]
+    place: tuple[int, ...]
+    direction: int
+    zero_deg: float
+    spread_deg: float
+    rows: NDArray[np.float64]
+
+
+def commission(
+    drive: Drive,
+    routine: str,
+    *,
+    wires: Wires | None = None,
+    levels: Levels | None = None,
+    phase: int = 0,
+    pulses: int = 8,
+    theta_e_deg: float = 40.0,
+    clamped: bool | None = None,
+    friction_Nm: float = 0.0,
+) -> Found:
+    """Run one commissioning routine on the drive's plant, with the sensors of its `[sensing]`.
+
+    Parameters
+    ----------
+    drive : Drive
+    routine : {"wiring", "resistance", "alignment", "pulses"}
+    wires : Wires, optional
+        How the drive is wired.
+    levels : Levels, optional
+        By default those of `export.commission_levels.levels`.
+    phase, pulses : int
+        Leg and number of the pulses.
+    theta_e_deg : float
+        Electrical angle of the rotor at the start, and where it is clamped.
+    clamped : bool, optional
+        By default for `resistance` and `pulses`.
+    friction_Nm : float
+        Dry friction of a free rotor, besides that of the machine file.
+
+    Raises
+    ------
+    ParameterError
+        If the routine or a wire cannot be meant.
+    """
+    if routine not in ROUTINES:
+        raise ParameterError(f"routine {routine!r}, need one of {', '.join(ROUTINES)}")
+    n = drive.machine.n_phases
+    wires = (wires or Wires()).checked(n)
+    if not 0 <= phase < n or pulses < 1:
+        raise ParameterError(f"phase = {phase}, pulses = {pulses}: need a phase and >= 1 pulse")
+    bench = _core.Bench(
+        routines=routines_of(drive, levels),
+        phase=wires.phase,
+        sensor=wires.sensor,
+        sign=wires.sign,
+        direction=wires.direction,
+        zero=to_si(wires.zero_deg, "deg"),
+        routine=getattr(_core.Routine, routine),
+        pulsed=phase,
+        count=pulses,
+    )
+    parts = loop_parts(drive, -1.0)
+    held = routine in CLAMPED if clamped is None else clamped
+    parts["shaft"] = rotor(drive, clamped=held, friction=friction_Nm)
+    parts["theta_m"] = to_si(theta_e_deg, "deg") / drive.machine.N_r
+    loop = _core.Simulation(n_phases=n, controller=bench.controller, **parts)
+    t = 0.0
+    while bench.finding == RUNNING:
+        t = loop.advance(t + SLICE)
+        loop.take_periods()  # a full table stops the loop
+    found = bench.found()
+    return Found(
+        done=bench.finding == DONE,
+        text=bench.text,
+        time_s=found["samples"] * drive.control.T_s,
+        sensor=tuple(found["sensor"]),
+        sign=tuple(found["sign"]),
+        R=tuple(found["R"]),
+        place=tuple(found["place"]),
+        direction=found["direction"],
+        zero_deg=float(np.degrees(found["zero"])),
+        spread_deg=float(np.degrees(found["spread"])),
+        rows=bench.rows(),
+    )
+
+
+def write_pulses(path: str | Path, recordings: Sequence[Found], drive: Drive) -> None:
+    """Write the recordings of `pulses` as `reluctance map identify` reads them.
+
+    Raises
+    ------
+    ParameterError
+        If one was not completed.
+    """
+    for found in recordings:
+        if not found.done:
+            raise ParameterError(f"a recording was not completed: {found.text}")
+    with Path(path).open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["t_s", "u_mean_V", "i_A", "theta_m_deg"])
+        for found in recordings:
+            for _, sample, u, i, theta_e in found.rows:
+                t = sample * drive.control.T_s
+                # The angle about zero, so that a clamp at zero does not show as a turn.
+                turned = (theta_e + 1) % (2 * np.pi) - 1
+                theta_m = np.degrees(turned) / drive.machine.N_r
+                writer.writerow([f"{t:.9g}", f"{u:.7g}", f"{i:.7g}", f"{theta_m:.7g}"])
+
+
+def rotor(drive: Drive, *, clamped: bool, friction: float = 0.0) -> _core.Shaft:
+    """The rotor alone: clamped, or free with the friction of the machine file and a dry one."""
+    nothing = _core.Course(t=[0.0], value=[0.0])
+    return _core.Shaft(
+        rotation=_core.Rotation.locked if clamped else _core.Rotation.turning,
+        J=drive.machine.J_kgm2,
+        B=drive.machine.B_Nms,
+        k=0.0,
+        tau_0=nothing,
+        omega=nothing,
+        load=(lambda omega: float(friction * np.tanh(omega / CREEP))) if friction else None,
+        pump=pump(Load.model_validate({"kind": "locked", "speed_rpm": 0.0})),
+    )

@@ -1,0 +1,186 @@
+"""Functional mock-up units of a drive: co-simulation for FMI 2.0 and 3.0, compiled, with source.
+
+The unit is the C interface of one drive (include/srm/c_api) behind the functions of the standard
+(include/srm/fmi). It needs the C library of the system and nothing else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import subprocess
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import gettempdir
+
+from reluctance import _core
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import check_ending, scratch, told, write_whole
+from reluctance.base.resources import resources
+from reluctance.drive.drive import Drive
+from reluctance.drive.laws.build import compiler, first_error
+from reluctance.drive.run.plant import loop_parts
+from reluctance.targets.export.blob import Kind, blob, control_tree, described_controller, kind
+from reluctance.targets.export.fmu_description import description
+from reluctance.targets.export.fmu_variables import PARTS, Part, variables
+from reluctance.targets.export.package import headers
+from reluctance.targets.export.tree import numbers_of
+
+FLAGS = (
+    "-std=c++20 -O2 -ffp-contract=off -fPIC -shared -fvisibility=hidden -static-libstdc++ "
+    "-static-libgcc -s -Wl,-Bsymbolic -Wl,--exclude-libs,ALL"
+).split()
+BINARY = {2: "binaries/linux64/{}.so", 3: "binaries/x86_64-linux/{}.so"}
+LIMIT = 900  # of the compiler; 15 s are usual [s]
+NOT_OF_A_UNIT = "resolution.record_every"  # which an importer records by itself
+
+
+@dataclass(frozen=True)
+class Fmu:
+    """What was exported."""
+
+    file: Path
+    name: str  # of the model
+    variables: int
+
+
+def fmu(drive: Drive, file: str | Path, *, version: int = 2, part: Part = "drive") -> Fmu:
+    """Write a drive, its power stage or its controller as a functional mock-up unit.
+
+    Parameters
+    ----------
+    drive : Drive
+    file : str or Path
+        Ends in .fmu.
+    version : {2, 3}
+        Of the Functional Mock-up Interface.
+    part : {"drive", "stage", "controller"}
+
+    Raises
+    ------
+    ParameterError
+        If the law has no form outside Python, a compiler is missing, or the file cannot be written.
+    """
+    file = Path(file)
+    check_ending(file, {".fmu"})
+    if version not in BINARY:
+        raise ParameterError(f"version = {version!r}, need 2 or 3")
+    if part not in PARTS:
+        raise ParameterError(f"part = {part!r}, need one of {', '.join(PARTS)}")
+    content, of = blob(drive), kind(drive)
+    plain = re.sub(r"\W+", "_", drive.name, flags=re.ASCII).strip("_")
+    name = f"drive_{plain}_{part}" if not plain or plain[0].isdigit() else f"{plain}_{part}"
+    token = hashlib.sha256(f"{version} {part} ".encode() + content).hexdigest()[:32]
+    sources = _sources(drive, content, of, name=name, token=token, version=version, part=part)
+    with told(Path(gettempdir())), scratch() as place:
+        for path, text in sources.items():
+            (place / path).parent.mkdir(parents=True, exist_ok=True)
+            (place / path).write_text(text, "utf-8")
+        library = place / f"{name}.so"
+        _compile(place, f"{name}.cpp", library)
+        found = variables(library, part, content, _floats(drive))
+        text = description(
+            version,
+            name,
+            token,
+            found,
+            part=part,
+            text=f"{drive.name}: {WHAT[part]}",
+            until=drive.simulation.until_s,
+            step=drive.control.T_s,
+        )
+        files: dict[str, bytes] = {
+            "modelDescription.xml": text.encode(),
+            BINARY[version].format(name): library.read_bytes(),
+            **{f"sources/{path}": code.encode() for path, code in sources.items()},
+        }
+        if version == 3:
+            files["sources/buildDescription.xml"] = BUILD.format(name=name).encode()
+        write_whole(file, lambda path: _zip(path, files))
+    return Fmu(file=file, name=name, variables=len(found))
+
+
+WHAT = {
+    "drive": "the closed loop of plant and controller",
+    "stage": "machine, power converter, shaft and sensors, driven by orders",
+    "controller": "the control law with all that stands around it",
+}
+BUILD = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiBuildDescription fmiVersion="3.0">
+  <BuildConfiguration modelIdentifier="{name}">
+    <SourceFileSet language="C++20" compilerOptions="-O2 -ffp-contract=off">
+      <SourceFile name="{name}.cpp"/>
+      <IncludeDirectory name="."/>
+    </SourceFileSet>
+  </BuildConfiguration>
+</fmiBuildDescription>
+"""
+
+
+def _sources(
+    drive: Drive,
+    content: bytes,
+    of: Kind,
+    *,
+    name: str,
+    token: str,
+    version: int,
+    part: Part,
+) -> dict[str, str]:
+    """The sources of a unit by their paths: the generated file, and the headers that it needs."""
+    own = drive.control.headers
+    numbers = ",".join(str(byte) for byte in content)
+    wrapped = re.sub(r"(.{90}\d*,)", r"\1\n", numbers)
+    text = f"""// Generated by `reluctance export fmu`. g++ or clang++, in this folder:
+//   g++ {" ".join(FLAGS)} -I. {name}.cpp -o {name}.so
+#include <cstddef>
+
+{"".join(f'#include "{header}"{chr(10)}' for header in list(own)[:1])}#define SRM_LAWS {of.law}
+#define SRM_MACHINES {of.machine}
+#define SRM_PHASES {of.n_phases}
+#define SRM_PRECISIONS {of.precision}
+#include "srm/c_api/reluctance.h"
+
+namespace drive {{
+
+constexpr unsigned char blob[] = {{
+{wrapped}}};
+constexpr std::size_t size = sizeof blob;
+constexpr srm_part part = SRM_{part.upper()};
+constexpr double T_s = {drive.control.T_s!r};  // [s]
+constexpr char token[] = "{token}";
+
+}}  // namespace drive
+
+#include "srm/fmi/fmi{version}.hpp"
+"""
+    found = {f"{name}.cpp": text, **own}
+    for header in headers([text, *own.values()]):
+        found[header] = (resources("include") / header).read_text("utf-8")
+    return found
+
+
+def _floats(drive: Drive) -> set[str]:
+    """The names of the parameters that are real numbers and no table or course."""
+    loop = _core.described_plant(**loop_parts(drive, -1.0))
+    control = control_tree(described_controller(drive))
+    numbers = numbers_of({"": loop, "control": control})
+    return {name for name, n in numbers.items() if isinstance(n, float)} - {NOT_OF_A_UNIT}
+
+
+def _compile(folder: Path, source: str, library: Path) -> None:
+    command = [*compiler(), *FLAGS, "-I.", source, "-o", str(library)]
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LIMIT)
+    except (OSError, subprocess.TimeoutExpired) as fault:
+        raise ParameterError(f"{command[0]}: {fault}") from None
+    if done.returncode != 0:
+        raise ParameterError(f"the unit does not compile: {first_error(done.stderr, [source])}")
+
+
+def _zip(path: Path, files: dict[str, bytes]) -> None:
+    """Without dates, so that the same drive gives the same file."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in sorted(files.items()):
+            archive.writestr(zipfile.ZipInfo(name), data, zipfile.ZIP_DEFLATED)

@@ -1,0 +1,73 @@
+"""An exported package as a library on the desk: the same C++, compiled for this computer."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reluctance.base.errors import ParameterError
+from reluctance.drive.laws.build import compiler
+from reluctance.targets.export.dump import record_type
+
+FLAGS = ("-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared")
+SOURCES = ("controller.cpp", "run_time.cpp", "recorder.cpp", "peripherals.cpp")
+CONTROLLER_WORDS = 256
+
+
+class DeskPackage:
+    """A controller of an exported package that this computer runs."""
+
+    def __init__(self, folder: Path, n_phases: int) -> None:
+        """Compiles the package; it must have the prefix `reluctance`."""
+        self._library = ctypes.CDLL(str(_compiled(folder)))
+        self.state_words = int(self._library.reluctance_state_words())
+        self._controller = np.zeros(CONTROLLER_WORDS, np.uint32)
+        record = record_type(n_phases)
+        self._answer = np.zeros(1, record)
+        offset = {name: record.fields[name][1] for name in record.names or ()}  # type: ignore[index]
+        self._given = [offset[name] for name in ("i", "enable")]
+        base = self._answer.ctypes.data
+        self._told = [ctypes.c_void_p(base + offset[name]) for name in ("order", "mode")]
+
+    def restore(self, state: NDArray[np.uint32]) -> None:
+        """Puts a recorded state into the controller."""
+        words = np.ascontiguousarray(state, "<u4")
+        self._library.reluctance_restore(
+            ctypes.c_void_p(self._controller.ctypes.data), ctypes.c_void_p(words.ctypes.data)
+        )
+
+    def run(self, given: NDArray[np.void]) -> NDArray[np.void]:
+        """One call of reluctance_run on a recorded sample, shape (1,): the sample with the answer
+        of this computer in its place."""
+        self._answer[:] = given
+        controller = ctypes.c_void_p(self._controller.ctypes.data)
+        base = self._answer.ctypes.data
+        self._library.reluctance_run(
+            controller, *(ctypes.c_void_p(base + at) for at in self._given), *self._told
+        )
+        self._answer["status"] = self._library.reluctance_get_status(controller)
+        return self._answer
+
+    def describe(self, status: int) -> str:
+        """A status in words."""
+        told = self._library.reluctance_describe
+        told.restype = ctypes.c_char_p
+        text: bytes = told(status)
+        return text.decode()
+
+
+def _compiled(folder: Path) -> Path:
+    library = folder / "package.so"
+    done = subprocess.run(
+        [*compiler(), *FLAGS, "-I.", "-Iinclude", *SOURCES, "-o", library.name],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+    if done.returncode != 0:
+        raise ParameterError(f"{folder} does not compile on the desk: {done.stderr.strip()[-300:]}")
+    return library
