@@ -40,7 +40,7 @@ drawn: $(VENV)/installed
 
 # A hundred small faults of the code from a new seed, or SEED=N: those that no test sees.
 mutants: $(VENV)/installed-test
-	$(BIN)/python tests/mutants.py $(if $(SEED),--seed $(SEED))
+	$(BIN)/python tests/support/mutants.py $(if $(SEED),--seed $(SEED))
 
 # Every published and measured case, into docs/published.csv.
 published: $(VENV)/installed

@@ -15,7 +15,8 @@ Four kinds of samples, each with a maximum of its own:
   file has already climbs with them, so that no search forgets what an earlier one found.
 
 `sequence` is the worst of the climb: three samples after a reset, each with phase currents, angle,
-speed, dc-link voltage, current of the source and reference. tests/test_worst_step.py runs it again.
+speed, dc-link voltage, current of the source and reference. tests/targets/test_worst_step.py runs
+it again.
 Counts depend on the cross compiler only: arm-none-eabi-g++ 12.2.1. Two minutes a law.
 """
 

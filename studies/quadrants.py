@@ -7,7 +7,7 @@ At 0.1 to 3 times base speed each law is asked for 20, 50 and 80 % of the greate
 ripple at that speed (`reluctance limit`), of either sign. Base speed is the greatest at which that
 torque is 95 % of the one at standstill. Everything is by rule: a drive is set up for one speed and
 for 80 % of the limit, and no key is tuned. Ideal sensors; the shaft turns forwards: backwards the
-figures are the same with both signs changed (`tests/test_quadrants.py`).
+figures are the same with both signs changed (`tests/drive/test_quadrants.py`).
 
 --drive takes a drive file's machine, voltage, sensors and law instead of the study's.
 

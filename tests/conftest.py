@@ -3,6 +3,7 @@
 import csv
 import os
 import shutil
+import sys
 import tempfile
 import zlib
 from collections import Counter, defaultdict
@@ -11,6 +12,8 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+sys.path.insert(0, str(Path(__file__).parent / "support"))  # what tests share
 
 settings.register_profile("no wall clock", deadline=None)
 settings.load_profile("no wall clock")

@@ -1,5 +1,5 @@
 // One hash of a closed loop: the plant, every located event and two laws give the same bits on each
-// compiler and at each optimisation. tests/test_core.py compares the lines that builds print.
+// compiler and at each optimisation. tests/core/test_core.py compares the lines that builds print.
 #include <bit>
 #include <cstdint>
 #include <cstdio>

@@ -1,5 +1,5 @@
 // Random bit patterns into the step and into its parameters, under the address and undefined
-// behaviour sanitizers. Compiled by tests/test_firmware_fuzz.py with a generated `corrupt.hpp`.
+// behaviour sanitizers. Compiled by tests/targets/test_firmware_fuzz.py with a generated `corrupt.hpp`.
 #include <array>
 #include <cstdint>
 #include <cstdio>

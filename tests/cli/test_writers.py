@@ -1,0 +1,350 @@
+"""Whatever is written is written whole or not at all, and what the disk, the pipe or a signal does
+to it is one line and exit code 2."""
+
+import contextlib
+import ctypes
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import command, refused, wait_until_at_work
+
+from reluctance import _core, paper
+from reluctance.paper import report
+
+ROOT = Path(__file__).parents[2]
+RATED = ROOT / "examples" / "paper_rated.toml"
+DAY = ROOT / "examples" / "sun_day.toml"
+CUBIC = ROOT / "examples" / "sharing_cubic.toml"
+RUN = ("run", RATED, "--until", "0.02")
+SWEEP = ("sweep", RATED, "--vary", "control.i_band_A=1,2", "--until", "0.02")
+MAPPED = ("efficiency", CUBIC, "--speed", "900,1500", "--torque", "10,30", "--no-envelope")
+TUNED = (
+    *("tune", CUBIC, "--vary", "control.i_band_A=1:2", "--minimise", "i_rms"),
+    *("--budget", "4", "--until", "0.02"),
+)
+MAP = ("--N_r", 4)
+WINDING = ("--N_s", "6", "--R_ohm", "1", "--J_kgm2", "0.01")
+
+# Every writer of a file or folder: its command but for the place, and the name of what it writes.
+WRITERS = {
+    "csv": ((*RUN, "--out"), "w.csv"),
+    "npz": ((*RUN, "--out"), "w.npz"),
+    "parquet": ((*RUN, "--out"), "w.parquet"),
+    "mat": ((*RUN, "--out"), "w.mat"),
+    "png": ((*RUN, "--plot"), "w.png"),
+    "svg": ((*RUN, "--plot"), "w.svg"),
+    "pdf": ((*RUN, "--plot"), "w.pdf"),
+    "html": ((*RUN, "--plot"), "w.html"),
+    "energy loop": ((*RUN, "--energy-loop"), "w.png"),
+    "limit profile": (("limit", RATED, "--out"), "w.csv"),
+    "limit envelope": (("limit", RATED, "--envelope"), "w.csv"),
+    "limit figure": (("limit", RATED, "--plot"), "w.png"),
+    "map figure": (("map", "plot", "MAP", *MAP, "--out"), "w.png"),
+    "map repair": (("map", "check", "MAP", *MAP, "--repair"), "w.csv"),
+    "machine file": (("map", "import", "MAP", *MAP, *WINDING, "--out"), "w.toml"),
+    "schema": (("schema", "--out"), "w.json"),
+    "firmware": (("export", "firmware", RATED, "--out"), "firmware"),
+    "blob": (("export", "blob", RATED, "--out"), "w.srm"),
+    "fmu": (("export", "fmu", RATED, "--out"), "w.fmu"),
+    "compare": (("compare", RATED, "--controls", "sharing_cubic", "--out"), "compared"),
+    "compare figure": (("compare", RATED, "--controls", "sharing_cubic", "--plot"), "w.png"),
+    "sweep store": ((*SWEEP, "--out"), "w.sqlite"),
+    "sweep table": ((*SWEEP, "--table"), "w.csv"),
+    "sweep figure": ((*SWEEP, "--plot"), "w.png"),
+    "tuned drive": ((*TUNED, "--out"), "w.toml"),
+    "tuning table": ((*TUNED, "--table"), "w.csv"),
+    "tuning figure": ((*TUNED, "--plot"), "w.png"),
+    "efficiency table": ((*MAPPED, "--out"), "w.csv"),
+    "efficiency figure": ((*MAPPED, "--plot"), "w.png"),
+    "paper": (("paper", "--out"), "paper"),
+    "examples": (("examples", "--copy"), "copied"),
+    "pump": (("pump", DAY, "--out"), "pumped"),
+    "size": (("size", DAY, "--vary", "array.n_parallel=5:7", "--out"), "sized"),
+}
+FOLDERS = {"firmware", "compare", "paper", "examples", "pump", "size"}
+each_writer = pytest.mark.parametrize("name", WRITERS)
+
+
+@pytest.fixture(scope="module")
+def flux_map(tmp_path_factory):
+    """A whole flux map, to be read."""
+    path = tmp_path_factory.mktemp("map") / "map.csv"
+    machine = _core.LeHuy(N_r=4, L_u=8.7e-3, L_a=0.25, L_sat=0.5e-3, i_m=5, psi_m=0.3)
+    angles = np.linspace(0, np.pi, 13)
+    rows = [",".join(["0", *(f"{np.degrees(a):g}" for a in angles)])]
+    for i in np.linspace(0, 5, 9):
+        psi = _core.magnetics(machine, np.full(13, i), angles)[:, 0]
+        rows.append(",".join([f"{i:g}", *(f"{v:.9g}" for v in psi)]))
+    path.write_text("\n".join(rows))
+    return path
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _quick(tmp_path_factory):
+    """Long work is done once: the report's study, the comparison and its guide tables."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setattr(report, "study", lambda grid, progress: None)
+        patch.setattr(report, "claims", lambda found: [])
+        patch.setattr(
+            report,
+            "_contents",
+            lambda *_: {"report.html": b"x" * 200_000, "claims.json": b"y" * 200_000},
+        )
+        _compiled_once(patch, tmp_path_factory.mktemp("unit") / "unit.so")
+        _once(patch, "reluctance.explore.comparison", "compare")
+        _once(patch, "reluctance.explore.limits", "limit")
+        _once(patch, "reluctance.cli.limit", "envelope_of")
+        _once(patch, "reluctance.cli.run", "simulate")
+        yield
+
+
+def _once(patch, module, name):
+    import importlib
+
+    place = importlib.import_module(module)
+    original, known = getattr(place, name), {}
+
+    def kept(*arguments, **options):
+        if name not in known:
+            known[name] = original(*arguments, **options)
+        return known[name]
+
+    patch.setattr(place, name, kept)
+
+
+def _compiled_once(patch, made):
+    """The mock-up unit: all of its writers give the same one."""
+    module = sys.modules["reluctance.targets.export.fmu"]
+    original = module._compile
+
+    def kept(folder, source, library):
+        if not made.exists():
+            original(folder, source, made)
+        library.write_bytes(made.read_bytes())
+
+    patch.setattr(module, "_compile", kept)
+
+
+def arguments(name, place, flux_map):
+    given, _ = WRITERS[name]
+    return [flux_map if a == "MAP" else a for a in given] + [place]
+
+
+def everything(folder):
+    return sorted(str(p.relative_to(folder)) for p in folder.rglob("*"))
+
+
+@each_writer
+def test_it_writes(name, tmp_path, flux_map):
+    """So that the refusals below are of the disk's making."""
+    done = command(*arguments(name, tmp_path / WRITERS[name][1], flux_map))
+    assert done.code == 0, done.error
+    assert everything(tmp_path)
+    assert all(p.stat().st_size > 0 for p in tmp_path.rglob("*") if p.is_file())
+
+
+@each_writer
+def test_a_missing_folder_is_one_line_and_named(name, tmp_path, flux_map):
+    if name in FOLDERS:  # these make their folder: a file stands in its place instead
+        (tmp_path / "none").write_text("")
+    assert "none" in refused(*arguments(name, tmp_path / "none" / WRITERS[name][1], flux_map))
+    assert everything(tmp_path) == (["none"] if name in FOLDERS else [])
+
+
+@each_writer
+def test_a_folder_in_place_of_a_file_and_the_other_way_round(name, tmp_path, flux_map):
+    place = tmp_path / WRITERS[name][1]
+    place.write_text("mine") if name in FOLDERS else place.mkdir()
+    assert place.name in refused(*arguments(name, place, flux_map))
+    assert everything(tmp_path) == [place.name]
+    assert not place.is_file() or place.read_text() == "mine"
+
+
+@contextlib.contextmanager
+def full_disk(folder):
+    """A folder on a disk of 4 KiB; where none may be mounted, no file may grow past a few bytes."""
+    done = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=4k", "none", folder], capture_output=True
+    )
+    if done.returncode == 0:
+        try:
+            (folder / "taken").write_bytes(b"x" * 4096)
+            yield ["taken"]
+        finally:
+            subprocess.run(["umount", "-l", folder], check=True)
+        return
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (16, before[1]))
+    try:
+        yield []
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@each_writer
+def test_a_full_disk_is_one_line_and_leaves_nothing(name, tmp_path, flux_map):
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    with full_disk(folder) as there:
+        line = refused(*arguments(name, folder / WRITERS[name][1], flux_map))
+        left = [p for p in everything(folder) if not (folder / p).is_dir()]
+        assert left == there
+    assert "No space left" in line or "File too large" in line
+
+
+@pytest.mark.parametrize("name", [n for n in WRITERS if n not in FOLDERS])
+def test_a_full_disk_keeps_the_file_that_was_there(name, tmp_path, flux_map):
+    place = tmp_path / WRITERS[name][1]
+    place.write_text("mine")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (16, before[1]))
+    try:
+        refused(*arguments(name, place, flux_map))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert place.read_text() == "mine"
+    assert everything(tmp_path) == [place.name]
+
+
+def process(*arguments, **options):
+    line = [sys.executable, "-m", "reluctance.cli", *map(str, arguments)]
+    return subprocess.Popen(line, stderr=subprocess.PIPE, text=True, **options)
+
+
+def obey_permissions() -> None:
+    """As root nothing is forbidden: the process gives up the rights to pass permissions over."""
+    for overrides in (1, 2):  # CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
+        ctypes.CDLL(None).prctl(24, overrides, 0, 0, 0)  # PR_CAPBSET_DROP
+
+
+def test_no_right_to_write_is_one_line(tmp_path):
+    folder = tmp_path / "closed"
+    folder.mkdir(mode=0o555)
+    for parent in [tmp_path, *tmp_path.parents[:2]]:
+        parent.chmod(0o755)
+    for name in ("csv", "firmware"):
+        given, file = WRITERS[name]
+        done = process(
+            *given, folder / file, cwd="/", stdout=subprocess.DEVNULL, preexec_fn=obey_permissions
+        )
+        line = done.communicate(timeout=100)[1]
+        assert done.returncode == 2, line
+        assert line.startswith("error: ") and "right" in line and line.count("\n") == 1
+    assert everything(folder) == []
+
+
+PRINTING = {
+    "key figures": RUN,
+    "json": (*RUN, "--json"),
+    "limit": ("limit", RATED),
+    "machines": ("machines",),
+    "examples": ("examples",),
+    "an example": ("examples", "paper_rated"),
+    "schema": ("schema",),
+    "help": ("--help",),
+    "bare": (),
+}
+
+
+@pytest.mark.parametrize("name", PRINTING)
+def test_a_closed_pipe_is_one_line(name):
+    """As of `| head -1`."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = process(*PRINTING[name], stdout=writing)
+    os.close(writing)
+    line = done.communicate(timeout=100)[1]
+    assert (done.returncode, line.count("\n")) == (2, 1), line
+    assert "standard output: Broken pipe" in line
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize("name", PRINTING)
+def test_a_full_disk_under_the_output_is_one_line(name):
+    with open("/dev/full", "w") as full:
+        done = process(*PRINTING[name], stdout=full)
+        line = done.communicate(timeout=100)[1]
+    assert (done.returncode, line.count("\n")) == (2, 1), line
+    assert "No space left" in line
+
+
+LONG = {
+    "run": ("run", RATED, "--until", "60", "--record-us", "1000", "--out", "w.csv"),
+    "optimiser": ("limit", RATED, "--envelope", "w.csv", "--at-switching-frequency", "20kHz"),
+    "sweep": ("sweep", RATED, "--vary", "control.i_band_A=0.5:2:999", "--table", "w.csv"),
+    "pool": ("compare", RATED, "--out", "compared"),
+}
+
+
+EARLY = """
+import os, signal, sys
+
+class Signal:
+    def find_spec(self, name, path=None, target=None):
+        if name == wanted:
+            os.kill(os.getpid(), signal.SIGINT)
+
+wanted = sys.argv[1]
+sys.meta_path.insert(0, Signal())
+from reluctance.cli import main
+sys.argv[1:] = ["--version"]
+main()
+"""
+
+
+@pytest.mark.parametrize("module", ["typer", "numpy", "reluctance.drive", "reluctance.cli.tune"])
+def test_an_end_while_modules_are_imported_is_one_line(module: str) -> None:
+    done = subprocess.run([sys.executable, "-c", EARLY, module], capture_output=True, text=True)
+    told = "interrupted; no file is left half-written\n"
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", told)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "terminate"])
+@pytest.mark.parametrize("name", LONG)
+def test_a_signal_ends_it_at_once_and_leaves_nothing(name, number, tmp_path):
+    """128 and its number, as shells have it: 130 for Ctrl-C; at the first press."""
+    environment = {**os.environ, "RELUCTANCE_CACHE": str(tmp_path / "cache")}
+    done = process(*LONG[name], cwd=tmp_path, env=environment, stdout=subprocess.DEVNULL)
+    wait_until_at_work(done)
+    assert done.poll() is None, "ended before the signal: take longer work"
+    done.send_signal(number)
+    line = done.communicate()[1]  # the work would take minutes
+    assert done.returncode == 128 + number
+    ours = [
+        x for x in line.splitlines() if "resource_tracker" not in x and "warnings.warn" not in x
+    ]
+    assert ours == [
+        "interrupted; no file is left half-written"
+    ]  # Python 3.11 may add its semaphores
+    shutil.rmtree(tmp_path / "cache", ignore_errors=True)
+    assert everything(tmp_path) == []
+    assert not list(tmp_path.rglob("*.*"))
+
+
+def test_the_list_has_every_option_that_names_a_place():
+    """A new writer must join the list: every path option of the program is used by it."""
+    import typer.main
+
+    from reluctance.cli import app
+
+    used = {a for given, _ in WRITERS.values() for a in given if str(a).startswith("--")}
+    used |= {"--torque", "--cycle"}  # read
+
+    def visit(group):
+        for child in getattr(group, "commands", {}).values():
+            visit(child)
+        for p in group.params:
+            if p.param_type_name == "option" and "path" in str(getattr(p, "type", "")).lower():
+                assert set(p.opts) & used, f"{group.name} {p.opts}"
+
+    visit(typer.main.get_command(app))
+    assert paper.write is report.write

@@ -1,0 +1,260 @@
+"""docs/extending.md: every patch applies and does what it says, every program is the tested one."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import nanobind
+import pytest
+from needs import needs
+
+import reluctance
+
+ROOT = Path(__file__).parents[2]
+OWN = ROOT / "examples" / "own_law"
+PAGE = (ROOT / "docs" / "extending.md").read_text()
+SECTIONS = dict(part.split("\n", 1) for part in PAGE.split("\n## ")[1:])
+PATCHES = {
+    name: text.partition("```diff\n")[2].partition("```")[0]
+    for name, text in SECTIONS.items()
+    if "```diff" in text
+}
+STATED = {
+    name.capitalize(): int(files)
+    for name, files in re.findall(r"^\| \[(.+?)\]\(#.+?\) \| (\d) \|", PAGE, re.M)
+}
+PYTHON = {  # what the patched Python part does; where the core changes too, with the core as it is
+    "A key of a law": """
+from reluctance.drive.laws.torque_sharing import TorqueSharing
+table = TorqueSharing(law="torque_sharing", T_s_us=20.0, i_least_A=2.0)
+assert table.si["i_least"] == 2.0
+""",
+    "A key of the frame": """
+import pytest
+import reluctance as rl
+drive = rl.load("examples/paper_rated.toml", ["converter.u_low_V=200"])
+assert drive.known().frame["u_low"] == 200.0
+with pytest.raises(TypeError, match="u_low"):  # the core as it is does not have it
+    drive.controller()
+""",
+    "A law": """
+from reluctance.explore.comparison import CONTENDERS
+from reluctance.explore.comparison.figure import style
+from reluctance.drive.laws import table_of
+from reluctance.targets.studio.starts import STARTS
+assert table_of("one_phase").title == "one phase at a time"
+assert CONTENDERS["one_phase"].law == "one_phase"
+assert style("one_phase")["ls"] == ":"
+assert "one_phase" in {start.law for start in STARTS}
+""",
+    "A load": """
+import reluctance as rl
+coast = ["reference.kind='torque'", "reference.speed_rpm=", "reference.tau_Nm=1",
+         "load.k_pump_Nms2=", "load.speed_rpm=1000"]
+speeds = []
+for more in (["load.kind=torque"], ["load.kind=brake", "load.B_Nms=0.5"]):
+    drive = rl.load("examples/paper_pump.toml", coast + more)
+    speeds.append(rl.simulate(drive, until=0.005).omega_m[-1])
+assert speeds[1] < 0.9 * speeds[0], speeds
+""",
+    "A sensor error": """
+from reluctance.drive.tables.sections import Sensing
+assert Sensing(u_dc_gain=1.1).sampling(4)["u_gain"] == 1.1
+""",
+    "A key figure": """
+import reluctance as rl
+kpis = rl.simulate(rl.load("examples/paper_rated.toml"), until=0.03).kpis
+assert kpis.with_units()["crest"] == kpis.crest == kpis.i_peak / kpis.i_rms
+""",
+    "A source": """
+from reluctance.drive.tables.sections import Source
+assert Source.model_fields["kind"] and "I_A" in Source.model_fields
+""",
+    "A machine model": """
+import dataclasses
+import reluctance as rl
+from reluctance.machine.library import machine_from
+paper = rl.load("examples/paper_rated.toml").machine.given
+kept = ("name source licence N_s N_r n_phases R_ohm i_max_A J_kgm2").split()
+table = {key: paper[key] for key in kept} | {"model": "linear", "L_u_H": 7e-4, "L_rise_H": 2e-2}
+machine = machine_from(table)
+assert machine.flux_keys == ("L_u_H", "L_rise_H")
+""",
+    "A bridge": """
+from reluctance.drive.tables.sections import Converter
+assert Converter(u_dc_V=240.0, bridge="one_gate").bridge == "one_gate"
+""",
+}
+CORE = {  # the translation unit that the patched headers must compile in
+    "A key of a law": "law_torque_sharing.cpp",
+    "A key of the frame": "frame.cpp",
+    "A law": "law_one_phase.cpp",
+    "A sensor error": "plant.cpp",
+    "A source": "plant.cpp",
+    "A machine model": "machine.cpp",
+    "A bridge": "plant.cpp",
+}
+
+
+def files(patch: str) -> list[str]:
+    return re.findall(r"^\+\+\+ b/(\S+)", patch, re.M)
+
+
+def test_every_addition_is_shown() -> None:
+    assert set(PATCHES) == set(PYTHON) <= set(STATED)
+
+
+@pytest.mark.parametrize("name", PATCHES)
+def test_an_addition_costs_the_stated_files(name: str) -> None:
+    assert len(files(PATCHES[name])) == STATED[name]
+
+
+@needs("patch")
+@pytest.mark.parametrize("name", PATCHES)
+def test_the_patch_does_what_it_says(name: str, tmp_path: Path) -> None:
+    patch(name, tmp_path)
+    run(PYTHON[name], tmp_path)
+    if name in CORE:
+        compiles(tmp_path, CORE[name])
+
+
+LAW = """
+import sys
+from pathlib import Path
+
+import _one_phase  # the function of the law that a whole build would have in _core
+from reluctance import _core
+_core.one_phase = _one_phase.one_phase
+
+import reluctance as rl
+from c_library import Unit, library
+from reluctance.explore.comparison import compare
+from reluctance.targets.export.blob import blob
+from reluctance.targets.export.fmu import fmu
+from reluctance.targets.export.on_desk import DeskPackage
+from reluctance.targets.export.package import firmware
+from reluctance.targets.studio.starts import STARTS
+
+place = Path(sys.argv[1])
+drive = rl.load("examples/sharing_cubic.toml", ["control.law=one_phase"])
+run = rl.simulate(drive, until=0.03)
+assert run.kpis.tau_mean > 0.3 * drive.tau_max
+(entry,) = compare(drive, ["one_phase"], octaves=(), processes=1).entries
+assert entry.runs > 0
+package = firmware(drive, place / "package")
+assert "OnePhase" in package.law
+DeskPackage(package.folder, 3)
+assert fmu(drive, place / "drive.fmu").file.is_file()
+core = library(place / "library.so")  # the C interface, which the studio is too
+for start in STARTS:
+    if start.law == "one_phase":
+        for content in (blob(drive), blob(start.drive())):
+            unit = Unit(core, content)
+            unit.start()
+            unit.free()
+"""
+
+
+@needs("patch")
+@pytest.mark.long
+def test_a_built_in_law_is_everywhere(tmp_path: Path) -> None:
+    """In run, compare, export, C interface, mock-up unit and studio, from the five files."""
+    tree = tmp_path / "tree"
+    patch("A law", tree)
+    shutil.copytree(ROOT / "web", tree / "web", ignore=shutil.ignore_patterns("*.wasm", "data"))
+    shutil.copytree(ROOT / "firmware", tree / "firmware")
+    for data in ("firmware", "web"):
+        (tree / "python" / "reluctance" / data).symlink_to(tree / data)
+    (tree / "one_phase.cpp").write_text(
+        '#include "bindings.hpp"\n#include "srm/control/laws.hpp"\n'
+        "NB_MODULE(_one_phase, m) {\n"
+        '  nanobind::module_::import_("reluctance._core");\n'
+        "  bound::bind_built_in<srm::laws::OnePhase>(m);\n}\n"
+    )
+    robin = f"-I{nanobind.include_dir()}/../ext/robin_map/include"
+    flags = ["g++", "-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared"]
+    flags += ["-fvisibility=hidden", f"-I{tree / 'include'}"]
+    python = [f"-I{f}" for f in (tree / "bindings", nanobind.include_dir())]
+    python += [robin, f"-I{sysconfig.get_path('include')}"]
+    nb = f"{nanobind.source_dir()}/nb_combined.cpp"
+    sources = [tree / "one_phase.cpp", tree / "bindings" / "law_one_phase.cpp", nb]
+    kinds = ["-DSRM_PHASES=3", "-DSRM_PRECISIONS=double", "-DSRM_MACHINES=LeHuy"]
+    for command in (
+        [*flags, *python, *sources, "-o", tree / "_one_phase.so"],
+        [*flags, *kinds, tree / "web" / "reluctance.cpp", "-o", tree / "library.so"],
+    ):
+        subprocess.run(command, check=True)
+    run(LAW, tree, str(tree), paths=(tree, ROOT / "tests" / "support"))
+
+
+def patch(name: str, tree: Path) -> None:
+    """The sources with a patch of the page, and the core as it is."""
+    for folder in ("include", "bindings", "python", "examples"):
+        shutil.copytree(ROOT / folder, tree / folder)
+    command = ["patch", "-p1", "--no-backup-if-mismatch"]
+    subprocess.run(command, cwd=tree, input=PATCHES[name], text=True, check=True)
+    package = tree / "python" / "reluctance"
+    for library in Path(reluctance.__file__).parent.glob("_core.*.so"):
+        if not (package / library.name).exists():
+            shutil.copy(library, package)
+    for data in ("machines", "include", "bindings"):
+        source = tree if (tree / data).is_dir() else ROOT
+        (package / data).symlink_to(source / data)
+
+
+def run(script: str, tree: Path, *arguments: str, paths: tuple[Path, ...] = ()) -> None:
+    """A Python program in the patched tree."""
+    done = subprocess.run(
+        [sys.executable, "-c", script, *arguments],
+        cwd=tree,
+        env={
+            "PYTHONPATH": ":".join(map(str, (tree / "python", *paths))),
+            "PATH": os.environ["PATH"] if paths else "",
+            "RELUCTANCE_CACHE": str(tree / "cache"),
+        },
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def compiles(tree: Path, unit: str) -> None:
+    folders = (
+        *(tree / "include", tree / "bindings", nanobind.include_dir()),
+        sysconfig.get_path("include"),
+    )
+    done = subprocess.run(
+        [
+            "g++",
+            "-std=c++20",
+            "-fsyntax-only",
+            *(f"-I{f}" for f in folders),
+            tree / "bindings" / unit,
+        ],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("file", ["own_law.py", "own_law.hpp"])
+def test_laws_of_the_page_are_the_tested_ones(file: str) -> None:
+    assert (OWN / file).read_text().rstrip() in PAGE
+
+
+@pytest.mark.parametrize("file", ["own_law.toml", "own_law_cpp.toml"])
+def test_tables_of_the_page_are_those_of_the_examples(file: str) -> None:
+    text = (OWN / file).read_text()
+    assert text[text.index("[control]") : text.index("[simulation]")].rstrip() in PAGE
+
+
+@pytest.mark.parametrize("name", ["A law", "A machine model"])
+def test_the_files_of_a_law_and_of_a_machine_model_exist(name: str) -> None:
+    steps = re.findall(r"^\d\. .*", SECTIONS[name], re.M)
+    assert len(steps) == STATED[name]
+    for path in re.findall(r"`((?:include|bindings|python)/\S+?)`", "\n".join(steps)):
+        assert (ROOT / path).exists(), path

@@ -1,0 +1,175 @@
+"""A wrong drive file gives one clear line: what, the value, the need."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import reluctance as rl
+from reluctance.drive.drive import drive_from
+from reluctance.machine.library import machine_table
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+REMOVED = object()
+
+
+def tables(**changes):
+    """The tables of the rated drive with `section__key=value` replaced or REMOVED."""
+    data = tomllib.loads((EXAMPLES / "paper_rated.toml").read_text())
+    data["machine"] = dict(machine_table(data["machine"], EXAMPLES))
+    for name, value in changes.items():
+        section, key = name.split("__")
+        table = data.setdefault(section, {})
+        if value is REMOVED:
+            del table[key]
+        else:
+            table[key] = value
+    return data
+
+
+DRIVES = sorted(p for p in EXAMPLES.glob("*.toml") if "[site]" not in p.read_text())
+
+
+@pytest.mark.parametrize("path", DRIVES, ids=lambda p: p.stem)
+def test_every_example_loads(path):
+    assert rl.load(path).name == path.stem
+
+
+FAULTS = [
+    ({"machine__n_r": 4}, "unknown key `n_r` in [machine]"),
+    ({"machine__R": 0.7}, "unknown key `R` in [machine]"),
+    ({"converter__u_dc": 240.0}, "unknown key `u_dc` in [converter]"),
+    ({"converter__u_dc": 240.0, "converter__u_dc_V": REMOVED}, "did you mean `u_dc_V`?"),
+    ({"machine__R_ohm": REMOVED}, "missing key `R_ohm` in [machine]"),
+    ({"machine__R_ohm": -0.1}, "[machine] R_ohm = -0.1, need >= 0"),
+    ({"machine__R_ohm": "0.72"}, "[machine] R_ohm = '0.72', need a number"),
+    ({"machine__R_ohm": float("nan")}, "[machine] R_ohm = nan, need"),
+    ({"machine__L_a_H": float("inf")}, "[machine] L_a_H = inf, need a finite number"),
+    ({"machine__N_r": 0}, "[machine] N_r = 0, need > 0"),
+    ({"machine__N_r": 4.5}, "[machine] N_r = 4.5, need a whole number"),
+    ({"machine__n_phases": 4}, "6/4 poles make 3 phases"),
+    ({"machine__N_r": 6}, "6/6 poles make 1 phases"),
+    ({"machine__i_max_A": 0}, "[machine] i_max_A = 0, need > 0"),
+    ({"machine__psi_m_Wb": 0.05}, "psi_m_Wb = 0.05, need more than"),
+    ({"machine__L_a_H": 0.5e-3}, "L_a_H = 0.0005, need more than L_u_H"),
+    ({"converter__u_dc_V": 0}, "[converter] u_dc_V = 0, need > 0"),
+    ({"converter__u_dc_V": True}, "[converter] u_dc_V = True, need a number"),
+    ({"control__T_s_us": 0}, "[control] T_s_us = 0, need > 0"),
+    ({"control__T_s_us": -20}, "[control] T_s_us = -20, need > 0"),
+    (
+        {"control__T_s_us": 2e-5},
+        "a run to 0.2 s takes 1.0e+10 steps of [control] T_s_us = 2e-05, need at most 1e+09",
+    ),
+    ({"simulation__dt_max_us": 1e-5}, "2.0e+10 steps of [simulation] dt_max_us = 1e-05"),
+    ({"control__N_c": 4}, "N_c = 4, need <= N_p = 3"),
+    ({"control__N_p": 0}, "[control] N_p = 0, need >= 1"),
+    ({"control__r_w": 0}, "[control] r_w = 0, need > 0"),
+    ({"control__law": "papper_mpc"}, "did you mean `paper_mpc`?"),
+    ({"control__law": REMOVED}, "[control] law = None is unknown"),
+    ({"control__i_band_A": 200.0}, "i_band_A = 200"),
+    ({"load__kind": "lock"}, "[load] kind = 'lock', need 'locked', 'pump', 'fan' or 'torque'"),
+    ({"load__k_pump_Nms2": 0.001}, "k_pump_Nms2 has no effect with kind = 'locked'"),
+    ({"load__kind": "pump"}, "kind = 'pump' needs k_pump_Nms2 > 0"),
+    ({"reference__kind": "speed"}, "kind = 'speed' takes speed_rpm"),
+    ({"reference__tau_Nm": REMOVED}, "need either tau_Nm or t_s and values"),
+    ({"reference__tau_Nm": 4000.0}, "out of reach"),
+    ({"simulation__until_s": 0}, "[simulation] until_s = 0, need > 0"),
+    ({"sensing__adc_bits": 12}, "adc_bits = 12 needs i_range_A > 0"),
+    ({"sensing__adc_bits": 12, "sensing__i_range_A": 100.0}, "i_range_A = 100, need at least"),
+    ({"converter__dead_time_us": 20.0}, "dead_time_us = 20, need less than [control] T_s_us = 20"),
+    ({"sensing__delay_samples": 2}, "[sensing] delay_samples = 2, need <= 1"),
+    ({"sensing__encoder_counts": 2**31}, "[sensing] encoder_counts = 2147483648, need <="),
+    (
+        {"source__kind": "battery", "source__R_ohm": 2e-8, "source__C_uF": 4700.0},
+        "equalise in less than 0.5 us, need R_ohm >= 0.000106",
+    ),
+    ({"pumps__k": 1}, "unknown table `pumps`"),
+]
+
+
+@pytest.mark.parametrize(("changes", "says"), FAULTS, ids=[" ".join(c) for c, _ in FAULTS])
+def test_a_fault_is_named_on_one_line(changes, says):
+    with pytest.raises(rl.ParameterError) as fault:
+        drive_from(tables(**changes))
+    assert says in str(fault.value)
+    assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize("value", ["[]", "{}", "3", "true"])
+def test_a_law_that_is_no_text_is_one_line(value):
+    with pytest.raises(rl.ParameterError, match="law"):
+        rl.load(EXAMPLES / "paper_rated.toml", [f"control.law={value}"])
+
+
+def test_a_missing_table_is_named():
+    data = tables()
+    del data["converter"]
+    with pytest.raises(rl.ParameterError, match=r"missing table \[converter\]"):
+        drive_from(data)
+
+
+def test_a_table_that_is_a_number_is_named():
+    data = tables()
+    data["converter"] = 240
+    with pytest.raises(rl.ParameterError, match=r"\[converter\] = 240, need a table"):
+        drive_from(data)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [("a = = 1", "not valid TOML"), ("machine = 'nowhere'", "neither a file nor in the library")],
+)
+def test_an_unusable_file_is_named(tmp_path, content, says):
+    path = tmp_path / "drive.toml"
+    path.write_text(content)
+    with pytest.raises(rl.ParameterError, match=says):
+        rl.load(path)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(rl.ParameterError, match="No such file"):
+        rl.load(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize(
+    ("override", "says"),
+    [
+        ("control.T_s_us", "need section.key=value"),
+        ("T_s_us=3", "need section.key=value"),
+        ("control.T_us=3", "unknown key `T_us`"),
+        ("control.law.x=3", "`law` is not a table"),
+        ("control.i_band=", "no such key to remove; did you mean `i_band_A`"),
+        ("control.law=", "law = None is unknown"),
+        ("control.T_s_us=", "missing key `T_s_us`"),
+        ("machine=", "need section.key=value"),
+    ],
+)
+def test_a_wrong_override_is_named(override, says):
+    with pytest.raises(rl.ParameterError) as fault:
+        rl.load(EXAMPLES / "paper_rated.toml", [override])
+    assert says in str(fault.value)
+
+
+def test_an_override_replaces_a_value():
+    drive = rl.load(
+        EXAMPLES / "paper_rated.toml",
+        ["control.T_s_us=25", "machine.R_ohm=0.5", "control.precision=float"],
+    )
+    assert drive.control.T_s == pytest.approx(25e-6)
+    assert drive.machine.R == 0.5
+    assert drive.control.precision == "float"
+
+
+@pytest.mark.parametrize("empty", ["", " "])
+def test_an_override_without_a_value_removes_the_key(empty):
+    path = EXAMPLES / "paper_rated.toml"
+    given = rl.load(path, ["control.i_band_A=3"])
+    removed = rl.load(path, ["control.i_band_A=3", f"control.i_band_A={empty}"])
+    assert given.control.i_band_A == 3
+    assert removed.control.i_band_A is None
+    assert rl.load(path, ['machine.assumed=""']).machine.assumed == ""
+
+
+def test_resistance_follows_the_winding_temperature():
+    drive = drive_from(tables(machine__temp_w_degC=120.0))
+    assert pytest.approx(0.72 * 1.393) == drive.machine.R

@@ -1,0 +1,159 @@
+"""Where the voltage runs out: the boundary of a law's own references, and what lies beyond it."""
+
+import csv
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import reluctance as rl
+from reluctance.base.errors import ParameterError
+from reluctance.drive.laws import hand_over
+from reluctance.drive.laws.shared_torque import ANGLES, feasible_shares
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "studies"))
+import quadrants  # noqa: E402
+import voltage  # noqa: E402
+from drawn_machine import WIDE, drawn_machine  # noqa: E402
+
+TABLE = ROOT / "docs" / "control" / "voltage.csv"
+
+
+@pytest.fixture(params=["paper_6_4", "usual 611", "usual 612", "wide 613"])
+def at(request: pytest.FixtureRequest, tmp_path: Path) -> quadrants.Bench:
+    """A machine of the library, and some that were drawn."""
+    ranges, _, seed = request.param.partition(" ")
+    if not seed:
+        return quadrants.bench(request.param, tmp_path)
+    text, u_dc = drawn_machine(int(seed), *([WIDE] if ranges == "wide" else []))
+    machine = tmp_path / "machine.toml"
+    machine.write_text(text, encoding="utf-8")
+    given = (f"machine={machine}", f"converter.u_dc_V={u_dc}", "reference.tau_Nm=0.01")
+    return quadrants.Bench(request.param, given)
+
+
+def half_torque(at: quadrants.Bench) -> float:
+    """Half of the greatest torque without ripple at standstill [N m]."""
+    return 0.5 * quadrants.limits(at.at_rest(), [0.0], 1)[0]
+
+
+def drive(at: quadrants.Bench, law: str, part: float) -> rl.Drive:
+    """Motoring at a part of the speed at which the law hands over."""
+    tau = float(f"{half_torque(at):.5g}")
+    known = at.drive(law, 100.0, tau, tau).known()
+    control: Any = at.drive(law, 100.0, tau, tau).control
+    reach = float(control.boundary(known)[0][-1])
+    rpm = part * reach * known.u_dc / known.N_r * 30 / np.pi
+    return at.drive(law, float(f"{rpm:.6g}"), tau, tau)
+
+
+def test_the_mean_is_that_of_the_shares_up_to_the_boundary(at: quadrants.Bench) -> None:
+    """And not far beyond it, where the profile of the limit holds it instead."""
+    drives = [drive(at, "deadbeat", part) for part in (0.95, 1.6)]
+    with voltage.own_references():
+        below, beyond = (rl.simulate(d, until=0.2, record=None).kpis for d in drives)
+    tau = below.tau_ref_mean
+    assert below.tau_mean == pytest.approx(tau, rel=0.01)
+    assert beyond.tau_mean < 0.98 * tau
+
+
+@pytest.mark.parametrize("law", ["torque_sharing", "deadbeat"])
+def test_the_mean_is_held_on_both_sides_of_the_boundary(at: quadrants.Bench, law: str) -> None:
+    """Below it flux that falls behind the shares adds up to 1.3 %."""
+    for part in (0.97, 1.03):
+        kpis = rl.simulate(drive(at, law, part), until=0.2, record=None).kpis
+        assert kpis.tau_mean == pytest.approx(kpis.tau_ref_mean, rel=0.015)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_window_of_ditc_gives_the_torque_up_to_its_boundary(
+    at: quadrants.Bench, sign: int
+) -> None:
+    """At twice that speed feedback may still hold the mean, but not the torque at every angle."""
+    tau = 0.2 * sign * half_torque(at)
+    known = at.drive("ditc", 100.0, tau, abs(tau)).known()
+    control: Any = at.drive("ditc", 100.0, tau, abs(tau)).control
+    reach = control.boundary(known)[0 if sign > 0 else 1][-1]
+    rpm = reach * known.u_dc / known.N_r * 30 / np.pi
+    parts = (0.95, 1, 2)
+    drives = [at.drive("ditc", float(f"{part * rpm:.6g}"), tau, abs(tau)) for part in parts]
+    with voltage.own_references():
+        below, limit, beyond = (rl.simulate(d, until=0.2, record=None).kpis for d in drives)
+    assert [below.tau_mean, limit.tau_mean] == pytest.approx([tau, tau], rel=0.01)
+    assert beyond.torque_error_rms > 2 * below.torque_error_rms
+
+
+def test_voltage_and_resistance_together_change_no_boundary() -> None:
+    """R i over u_dc is all that resistance says."""
+    known = rl.load(ROOT / "examples" / "sharing_cubic.toml").known()
+    sharing = rl.load(ROOT / "examples" / "sharing_cubic.toml").control.shares(known)
+    angles = np.linspace(0, np.pi, ANGLES)
+    twice = replace(
+        known, u_dc=2 * known.u_dc, machine=known.machine.computed(R_ohm=2 * known.machine.R_ohm)
+    )
+    once, again = (feasible_shares(k, sharing, angles) for k in (known, twice))
+    assert again == pytest.approx(once, rel=1e-12)
+    assert np.all(np.diff(once[1:]) <= 0)  # more torque takes more voltage
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[float]]:
+    """Speeds for which profiles are asked for; none is found."""
+    asked: list[float] = []
+
+    def none(known: Any, make: Any, room: float) -> Any:
+        asked.append(known.omega_m)
+        raise RuntimeError("no optimum")
+
+    monkeypatch.setattr(hand_over, "with_room", none)
+    yield asked
+
+
+@pytest.mark.parametrize(
+    ("overrides", "asks"),
+    [
+        ((), False),
+        (("reference.tau_Nm=-41.339",), True),
+        (("control.guide_speed_rpm=1500",), True),
+        (("converter.u_dc_V=150",), True),
+    ],
+)
+def test_profiles_are_made_for_a_drive_that_may_need_them(
+    overrides: tuple[str, ...], asks: bool, made: list[float]
+) -> None:
+    drive = rl.load(ROOT / "examples" / "sharing_cubic.toml", [*overrides])
+    try:
+        drive.controller()
+    except ParameterError:
+        assert asks
+    assert bool(made) == asks
+
+
+def test_a_drive_beyond_its_boundary_without_a_profile_is_refused(made: list[float]) -> None:
+    drive = rl.load(ROOT / "examples" / "sharing_cubic.toml", ["load.speed_rpm=4000"])
+    with pytest.raises(ParameterError, match=r"needs more than the 240 V.*4000 rpm.*lower speed"):
+        drive.controller()
+
+
+def test_the_table_is_current(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(voltage, "SPEEDS", (0.5, 1.5))
+    found = list(voltage.runs(quadrants.bench("paper_6_4", tmp_path)))
+    with TABLE.open(newline="", encoding="utf-8") as file:
+        kept = list(csv.DictReader(file))
+    for run in found:
+        (row,) = [
+            r
+            for r in kept
+            if (r["law"], r["quadrant"], r["own"]) == (run.law, run.quadrant, str(run.own))
+            and float(r["speed_part"]) == run.speed_part
+            and float(r["torque_part"]) == run.torque_part
+        ]
+        assert int(row["beyond"]) == run.beyond
+        assert run.mean_error == pytest.approx(float(row["mean_error"]), abs=2e-3)
+        assert run.ripple_rms == pytest.approx(float(row["ripple_rms"]), rel=0.05, abs=2e-3)
+    assert len(found) == 2 * 2 * 2 * 2 * 3

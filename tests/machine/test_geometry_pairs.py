@@ -1,0 +1,349 @@
+"""Pairs of phases: the table against fields of both phases, its file, and what is refused."""
+
+import csv
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import command, refused
+from test_geometry_files import COARSE, changed, drive, geometry, write
+
+import reluctance as rl
+from reluctance.base.errors import ParameterError
+from reluctance.base.files import read_toml
+from reluctance.machine.coupling import Coupling, Neighbours, check_pairs
+from reluctance.machine.geometry import pairs
+from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
+from reluctance.machine.geometry.samples import rotor_angle, sample
+from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.solved import solved, system_of
+from reluctance.machine.geometry_coupling import phase_of
+from reluctance.machine.maps.pairs import apart, pair_table, reasons
+from reluctance.machine.maps.surface import surface
+from reluctance.machine.pair_file import read_pairs, write_pairs
+
+SEED = int(np.random.SeedSequence().generate_state(1)[0])
+KINDS = {  # poles, and the polarity of all stator poles where it is not that of the sectors
+    "6/4 NN": (6, 4, "NNNSSS", 0),
+    "6/4 NS": (6, 4, "NSNSNS", 0),
+    "8/6 NN": (8, 6, "NNNNSSSS", 0),
+    "8/6 NS": (8, 6, "NNNNSSSS", 3),
+    "12/8 NN": (12, 8, "NNNSSSNNNSSS", 0),
+    "12/8 NS": (12, 8, "NNNSSSNNNSSS", 2),
+}
+
+
+@cache
+def case(N_s, N_r, polarity):
+    """A machine of these poles on the bore of the good file."""
+    arcs = {6: (30.0, 32.0), 8: (21.0, 23.0), 12: (14.0, 15.0)}[N_s]
+    return geometry(
+        machine__stator_poles=N_s,
+        machine__rotor_poles=N_r,
+        machine__phases=4 if N_s == 8 else 3,
+        stator__pole_arc_deg=arcs[0],
+        rotor__pole_arc_deg=arcs[1],
+        winding__polarity=polarity,
+        map__coupling="pairs",
+    )
+
+
+@cache
+def coarse(name):
+    """System, geometry, pole and samples of a kind of pair on a coarse mesh."""
+    N_s, N_r, polarity, pole = KINDS[name]
+    found = case(N_s, N_r, polarity)
+    system = system_of(found, COARSE)
+    i = np.array([3.0, 6.0, 9.0, 12.0, 15.0])
+    return system, found, pole, sample_pair(system, pole, np.linspace(0, np.pi, 9), i)
+
+
+def both(system, pole, phi, a, b):
+    """Energy, torque and both flux linkages of a pair less each phase alone, by three fields."""
+    n = system.winding.n_phases
+    ahead = system.section.N_r * n // system.section.N_s
+    alpha = rotor_angle(system, phi + apart(0, ahead, n) / 2, pole)
+    first, second = np.eye(n)[pole % n], np.eye(n)[(pole + 1) % n]
+    fields = [
+        solve(at_angle(system, alpha), i, tolerance=1e-6)
+        for i in (a * first + b * second, a * first, b * second)
+    ]
+    parts = [np.array([f.coenergy, f.tau, f.psi @ first, f.psi @ second]) for f in fields]
+    energy, tau, _, _ = parts[0] - parts[1] - parts[2]
+    psi_first, psi_second = parts[0][2] - parts[1][2], parts[0][3] - parts[2][3]
+    return np.array([energy, tau, psi_first, psi_second])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["6/4 NN", "8/6 NS", "12/8 NN"])
+def test_a_table_of_rank_4_has_the_torque_of_the_field(name):
+    """At random angles and currents, to 1.5 times the rated: torque 0.5 % rms of the peak of one
+    phase at rated current, flux linkages 0.8 % of the aligned one. None: 5 % and more."""
+    print(f"seed {SEED}")
+    random = np.random.default_rng(SEED)
+    N_s, N_r, polarity, pole = KINDS[name]
+    found = case(N_s, N_r, polarity)
+    system, i_max = system_of(found), found.map.current_max_A
+    i = i_max * np.arange(1, CURRENTS + 1) / CURRENTS
+    table = pair_table(sample_pair(system, pole, np.linspace(0, np.pi, ANGLES), i), N_r, rank=4)
+    rated = sample(system, np.array([0, 2 / 3 * i_max]), np.linspace(0, np.pi, 31))
+    phi = random.uniform(-np.pi, np.pi, 40)
+    a, b = random.uniform(0, i_max, (2, 40))
+    exact = np.array([both(system, pole, *point) for point in zip(phi, a, b, strict=True)])
+    state = table.at(phi, a, b)
+    left = state.tau - exact[:, 1]
+    print(name, "torque left, none and rank 4 [%]:", end=" ")
+    for error in (exact[:, 1], left):
+        print(f"{100 * np.sqrt(np.mean(error**2)) / rated.tau.max():.3g}", end=" ")
+    assert np.sqrt(np.mean(left**2)) < 5e-3 * rated.tau.max()
+    assert np.sqrt(np.mean(exact[:, 1] ** 2)) > 10 * np.sqrt(np.mean(left**2))
+    for found_psi, psi in ((state.psi_first, exact[:, 2]), (state.psi_second, exact[:, 3])):
+        assert np.sqrt(np.mean((found_psi - psi) ** 2)) < 8e-3 * rated.psi.max()
+
+
+def test_the_table_of_the_page_keeps_the_gate():
+    """docs/geometry_pairs.csv: rank 4 leaves at most 0.5 % rms of the torque."""
+    with (Path(__file__).parents[2] / "docs" / "geometry_pairs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {row["pair"][-2:] for row in rows} == {"NN", "NS"}
+    for row in rows:
+        assert float(row["tau_rank4_rms_pct"]) < 0.5 < float(row["tau_none_rms_pct"])
+
+
+@pytest.mark.parametrize("name", ["6/4 NS", "8/6 NN", "12/8 NS"])
+def test_both_phases_of_a_pair_mirror_each_other(name):
+    """dW'(phi, a, b) = dW'(-phi, b, a), by fields."""
+    system, _, pole, _ = coarse(name)
+    one, other = both(system, pole, 0.9, 12.0, 5.0), both(system, pole, -0.9, 5.0, 12.0)
+    scale = np.abs(one)
+    assert other[0] == pytest.approx(one[0], abs=1e-5 * scale[0])
+    assert other[1] == pytest.approx(-one[1], abs=1e-4 * scale[1] + 1e-7)
+    assert other[2:] == pytest.approx(one[:1:-1], abs=1e-5 * scale[2:].max())
+
+
+def test_torque_and_flux_linkages_are_derivatives_of_one_coenergy():
+    table = pair_table(coarse("12/8 NN")[3], 8, rank=3)
+    phi, a, b, h = 0.7, 6.5, 11.0, 1e-4
+    x = table.at(phi, a, b)
+
+    def slope(name, *step):
+        more, less = (table.at(*np.add((phi, a, b), s * np.array(step))) for s in (h, -h))
+        return (getattr(more, name) - getattr(less, name)) / (2 * h)
+
+    assert x.tau == pytest.approx(8 * slope("energy", 1, 0, 0), rel=1e-5)
+    assert x.psi_first == pytest.approx(slope("energy", 0, 1, 0), rel=1e-5)
+    assert x.psi_second == pytest.approx(slope("energy", 0, 0, 1), rel=1e-5)
+    assert x.L_first == pytest.approx(slope("psi_first", 0, 1, 0), rel=1e-4)
+    assert x.L_second == pytest.approx(slope("psi_second", 0, 0, 1), rel=1e-4)
+    assert x.L_mutual == pytest.approx(slope("psi_first", 0, 0, 1), rel=1e-4)
+    alone = table.at(phi, a, 0.0)
+    assert [alone.energy, alone.tau, alone.psi_first] == pytest.approx([0, 0, 0], abs=1e-12)
+    assert alone.psi_second != 0  # the flux of the other phase
+
+
+def test_a_table_holds_its_nodes_and_mirrors():
+    samples = coarse("8/6 NN")[3]
+    table = pair_table(samples, 6, rank=5)  # of five currents: nothing is left out
+    phi, a, b = np.meshgrid(samples.phi, samples.i, samples.i, indexing="ij")
+    x, mirrored = table.at(phi, a, b), table.at(-phi, b, a)
+    np.testing.assert_allclose(x.energy, samples.energy, atol=1e-5 * np.abs(samples.energy).max())
+    np.testing.assert_allclose(x.tau, samples.tau, atol=5e-4 * np.abs(samples.tau).max())
+    np.testing.assert_allclose(mirrored.energy, x.energy, atol=1e-5 * np.abs(x.energy).max())
+    np.testing.assert_allclose(mirrored.tau, -x.tau, atol=5e-4 * np.abs(x.tau).max())
+    assert reasons(samples, 6) == []
+
+
+def test_the_kinds_of_a_winding():
+    """Alternating poles have one kind of pair; poles in groups have another one between groups."""
+    groups, alternating = case(8, 6, "NNNNSSSS"), case(6, 4, "NSNSNS")
+    assert [all(kind_of(groups, k)) for k in range(4)] == [True, True, True, False]
+    assert [any(kind_of(alternating, k)) for k in range(3)] == [False, False, False]
+    assert [phase_of(groups, k) for k in range(5)] == [0, 3, 2, 1, 0]
+
+
+@pytest.mark.parametrize("poles", [(8, 6, "NNNNSSSS"), (12, 8, "NNNSSSNNNSSS")])
+def test_the_pairs_of_a_machine_are_the_phases_of_the_drive(poles):
+    """Torque of any two neighbours with their letters, at their electrical angles, by fields."""
+    found = case(*poles)
+    system, n = system_of(found, COARSE), found.phases
+    tables = {
+        kind: pair_table(coarse(f"{poles[0]}/{poles[1]} {kind}")[3], poles[1])
+        for kind in ("NN", "NS")
+    }
+    neighbours = []
+    for k in range(n):
+        kind = "NN" if all(kind_of(found, k)) else "NS"
+        neighbours.append(Neighbours(phase_of(found, k), phase_of(found, k + 1), tables[kind]))
+    coupling = Coupling(n, tuple(neighbours))
+    pole_of = {phase_of(found, k): k for k in range(n)}
+    theta_e = 2.2  # of phase a
+    alpha = rotor_angle(system, theta_e)
+    for pair in neighbours:
+        i = np.zeros(n)
+        i[pair.first], i[pair.second] = 9.0, 6.0  # nodes of the table
+
+        def tau(i):
+            """Of currents in the order of the drive."""
+            of_poles = np.zeros(n)
+            for phase, pole in pole_of.items():
+                of_poles[pole] = i[phase]
+            return solve(at_angle(system, alpha), of_poles).tau
+
+        alone = sum(tau(i * (np.arange(n) == k)) for k in range(n))
+        scale = np.abs(pair.table.at(np.linspace(0, 6, 61), 9.0, 6.0).tau).max()
+        assert coupling.tau(i, theta_e) == pytest.approx(tau(i) - alone, abs=0.05 * scale)
+
+
+def test_a_table_of_another_machine_is_refused():
+    samples = coarse("6/4 NN")[3]
+    table = pair_table(samples, 4)
+    magnetics = surface(solved(geometry(map__angles=13, map__currents=6)).table(4))
+    check_pairs(Coupling(3, (Neighbours(0, 2, table),)), magnetics, 15.0)
+    strange = replace(table, C=6 * table.C, slope=6 * table.slope)
+    with pytest.raises(ParameterError, match="take flux map and pair table from the same source"):
+        check_pairs(Coupling(3, (Neighbours(0, 2, strange),)), magnetics, 15.0)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A geometry with pairs, the machine file that the command makes, and what it prints. Few nodes
+    of the pairs, for the time."""
+    folder = tmp_path_factory.mktemp("pairs")
+    keys = dict(map__angles=13, map__currents=6, map__coupling="pairs")
+    data = changed(**keys, winding__polarity="NSNSNS")
+    path, out = write(folder / "g.toml", data), folder / "m.toml"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pairs, "ANGLES", 7)
+        patch.setattr(pairs, "CURRENTS", 4)
+        done = command("machine", "from-geometry", path, "--out", out)
+        assert done.code == 0, done.error
+        yield path, out, done.out
+
+
+def drive_file(folder, machine, **control):
+    path = write(folder / "d.toml", drive({}, **control))
+    path.write_text(f'machine = "{machine}"\n' + path.read_text().replace("[machine]\n", ""))
+    return path
+
+
+def test_the_command_writes_pairs_that_load(made):
+    _, machine_path, printed = made
+    assert "pairs ac cb ba: at 15 A in both the torque differs" in printed
+    assert "% rms and up to" in printed
+    assert 'pairs = "m_pairs.csv"' in machine_path.read_text()
+    assert read_toml(machine_path)["machine"]["pairs"] == "m_pairs.csv"
+
+
+def test_a_machine_file_and_its_geometry_have_the_same_pairs(made, tmp_path):
+    geometry_path, machine_path, _ = made
+    of_geometry, of_file = (
+        rl.load(drive_file(tmp_path, path)).machine for path in (geometry_path, machine_path)
+    )
+    assert of_geometry.coupled and of_file.coupled
+    random = np.random.default_rng(1)
+    i, theta_e = random.uniform(0, 15, (50, 3)), random.uniform(0, 6, 50)
+    tau = of_geometry.coupling.tau(i, theta_e)
+    assert np.abs(tau).max() > 0.05 * of_geometry.tau(15, 2.0)
+    np.testing.assert_allclose(of_file.coupling.tau(i, theta_e), tau, atol=2e-3 * np.abs(tau).max())
+
+
+def test_a_run_says_that_it_leaves_the_pairs_out(made, tmp_path):
+    for path in made[:2]:
+        done = command("run", drive_file(tmp_path, path))
+        assert done.code == 0, done.error
+        notes = [line for line in done.out.splitlines() if "leaves out what neighbouring" in line]
+        assert len(notes) == 1
+    without = drive_file(tmp_path, made[0])
+    done = command("run", without, "--set", "machine.map.coupling=none")
+    assert "neighbouring phases" not in done.out
+
+
+def rewritten(made, tmp_path, change):
+    """A machine file whose pair table went through `change(rows)`."""
+    folder = made[1].parent
+    rows = [line.split(",") for line in (folder / "m_pairs.csv").read_text().splitlines()]
+    change(rows)
+    (tmp_path / "p.csv").write_text("\n".join(",".join(row) for row in rows) + "\n")
+    for name in ("m.csv", "m_force.csv"):
+        (tmp_path / name).write_text((folder / name).read_text())
+    text = made[1].read_text().replace("m_pairs.csv", "p.csv")
+    (tmp_path / "m.toml").write_text(text)
+    return drive_file(tmp_path, tmp_path / "m.toml")
+
+
+def scaled(column, factor):
+    def change(rows):
+        n = rows[0].index(column)
+        for row in rows[1:]:
+            row[n] = repr(float(row[n]) * factor)
+
+    return change
+
+
+def cell(column, text):
+    def change(rows):
+        rows[5][rows[0].index(column)] = text
+
+    return change
+
+
+def every(column, old, new):
+    def change(rows):
+        n = rows[0].index(column)
+        for row in rows[1:]:
+            row[n] = row[n].replace(old, new)
+
+    return change
+
+
+def all_scaled(factor):
+    def change(rows):
+        for column in ("energy_J", "tau_Nm", "psi_first_Wb", "psi_second_Wb"):
+            scaled(column, factor)(rows)
+
+    return change
+
+
+REFUSED = [
+    (scaled("tau_Nm", -1), "tau_Nm is not the derivative of energy_J over the angle"),
+    (scaled("tau_Nm", 1000), "check the columns, their units and the sign"),
+    (scaled("psi_first_Wb", 1000), "psi_first_Wb is not the derivative of energy_J"),
+    (all_scaled(12), "take flux map and pair table from the same source"),
+    (lambda rows: rows[0].__setitem__(4, "W"), "column energy_J is missing"),
+    (lambda rows: rows.pop(7), "rows are no grid"),
+    (cell("tau_Nm", "much"), "data row 6, tau_Nm: `much` is not a number"),
+    (every("pairs", "ac", "ad"), "pair `ad` is none of phases a, b, c"),
+    (lambda rows: rows.clear(), "the file has no rows"),
+    (scaled("i_first_A", 0.5), "rows are no grid"),
+]
+
+
+@pytest.mark.parametrize(("change", "text"), REFUSED, ids=[text for _, text in REFUSED])
+def test_a_pair_table_that_is_none_gets_one_line(made, tmp_path, change, text):
+    assert text in refused("run", rewritten(made, tmp_path, change))
+
+
+def test_pairs_that_end_below_the_current_limit_get_one_line(made, tmp_path):
+    def shorter(rows):
+        i = max(float(row[2]) for row in rows[1:])
+        rows[1:] = [row for row in rows[1:] if max(float(row[2]), float(row[3])) < i]
+
+    assert "below i_max_A = 15" in refused("run", rewritten(made, tmp_path, shorter))
+
+
+def test_a_pair_file_that_is_missing_gets_one_line(made, tmp_path):
+    path = rewritten(made, tmp_path, lambda rows: None)
+    (tmp_path / "p.csv").unlink()
+    assert "no such file" in refused("run", path)
+
+
+def test_a_pair_table_is_written_and_read_back(tmp_path):
+    table = pair_table(coarse("6/4 NS")[3], 4)
+    coupling = Coupling(3, tuple(Neighbours(k, (k + 2) % 3, table) for k in (0, 2, 1)))
+    write_pairs(coupling, tmp_path / "p.csv")
+    again = read_pairs(tmp_path / "p.csv", N_r=4, n_phases=3)
+    assert [pair.letters for pair in again.pairs] == ["ac", "cb", "ba"]
+    i, theta_e = np.array([7.0, 0.0, 4.0]), 1.1
+    assert again.tau(i, theta_e) == pytest.approx(coupling.tau(i, theta_e), rel=5e-3)

@@ -1,0 +1,41 @@
+"""The balance that a day is made of against switched runs of the same array, drive and pump."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+import reluctance as rl
+
+pytestmark = pytest.mark.long
+
+STUDY = Path(__file__).parents[2] / "studies" / "sun_static.py"
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    spec = importlib.util.spec_from_file_location("sun_static", STUDY)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield module
+
+
+@pytest.mark.parametrize(("G", "T"), [(1000, 50), (800, 45), (500, 38), (300, 30)])
+def test_speed_and_shaft_power_are_those_of_a_switched_run(study, G, T):
+    """Measured: speed within 0.02 %, shaft power within 0.13 %."""
+    u, omega, p_shaft = study.quasi_static(rl.load(study.EXAMPLE), G, T)
+    mean, power, _ = study.switched(G, T, u, omega, notch=0.02)
+    assert mean == pytest.approx(omega, rel=1e-3)
+    assert power == pytest.approx(p_shaft, rel=3e-3)
+
+
+def test_ripple_that_reaches_the_torque_reference_lowers_the_loss(study):
+    """Without the notch the reference follows the ripple of the link, in step with the strokes;
+    the torque is less smooth."""
+    u, omega, p_shaft = study.quasi_static(rl.load(study.EXAMPLE), 1000, 50)
+    _, _, smooth = study.switched(1000, 50, u, omega, notch=0.02)
+    _, power, ripple = study.switched(1000, 50, u, omega, notch=0.0)
+    assert 1.003 < power / p_shaft < 1.01
+    assert ripple > 1.5 * smooth

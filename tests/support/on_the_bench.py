@@ -1,0 +1,187 @@
+"""Commissioning of simulated drives with 12-bit sensors and noise: what is found, and how far off.
+
+`python tests/support/on_the_bench.py` writes bench/commission.csv. It takes some minutes.
+"""
+
+import csv
+import tempfile
+from dataclasses import dataclass
+from itertools import permutations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import reluctance as rl
+from reluctance import _core
+from reluctance.machine.maps import identify, read_pulses, surface
+from reluctance.targets.commission import Wires, commission, write_pulses
+
+ROOT = Path(__file__).parents[2]
+NOISE_LSB = 8.0  # rms
+COUNTS = 4096  # of the encoder
+FRICTION = 0.02  # dry, of the greatest torque
+ANGLES, PULSES = 31, 8  # clamped positions from unaligned to aligned, and pulses at each
+MACHINES = {  # example, and what makes it fit the machine
+    "paper_6_4": ("paper_rated", {}),
+    "npf_vector_6_4": ("paper_rated", {"reference.tau_Nm": 5.0}),
+    "generic_1hp_8_6": (
+        "edge_mpc_mcu",
+        {"reference.tau_Nm": 2, "control.tau_max_Nm": 2.2, "sensing.i_range_A": 8.0},
+    ),
+    "guc_linear_6_4": ("paper_rated", {"reference.tau_Nm": 2.0}),
+}
+CONVERTERS = {
+    "ideal": {"sensing.delay_samples": 0},
+    "real": {
+        "converter.dead_time_us": 1.0,
+        "converter.v_switch_V": 1.5,
+        "converter.v_diode_V": 1.0,
+        "sensing.delay_samples": 1,
+    },
+}
+
+
+def bench_drive(machine: str, converter: str = "ideal", **more: Any) -> rl.Drive:
+    """A drive with 12-bit current sensors and noise, 0.5 % of noise on the dc voltage."""
+    example, fitted = MACHINES[machine]
+    drive = rl.load(ROOT / "examples" / f"{example}.toml").with_values(
+        {"machine": machine, **fitted}
+    )
+    return drive.with_values(
+        {
+            "sensing.adc_bits": 12,
+            "sensing.i_range_A": 1.6 * drive.machine.i_max_A,
+            "sensing.i_noise_LSB": NOISE_LSB,
+            "sensing.u_dc_noise_V": 0.005 * drive.converter.u_dc_V,
+            "sensing.encoder_counts": COUNTS,
+            **CONVERTERS[converter],
+            **more,
+        }
+    )
+
+
+@dataclass(frozen=True)
+class MapFound:
+    """A map from pulses held against the plant's own."""
+
+    R: float  # measured before [ohm]
+    R_closing: float  # [ohm]
+    torque_error: float  # rms over the field of angle and current, of the rms torque [1]
+    psi_error: float  # likewise
+    time_s: float  # of all pulses
+
+
+def map_from_pulses(drive: rl.Drive, *, angles: int = ANGLES, pulses: int = PULSES) -> MapFound:
+    """Resistance, then pulses at clamped angles, written and read as a CSV file, then the map."""
+    R = float(np.mean(commission(drive, "resistance", clamped=True).R))
+    found = [
+        commission(
+            drive.with_values({"sensing.noise_seed": n + 1}),
+            "pulses",
+            pulses=pulses,
+            theta_e_deg=float(theta),
+        )
+        for n, theta in enumerate(np.linspace(0, 180, angles))
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "pulses.csv"
+        write_pulses(path, found, drive)
+        identified = identify(read_pulses([path]), N_r=drive.machine.N_r, R=R)
+    assert identified.R_closing is not None
+    i, theta_e = np.meshgrid(
+        np.linspace(0.02, 1, 40) * drive.machine.i_max_A, np.linspace(0, np.pi, 121)
+    )
+    ours, true = (
+        _core.magnetics(machine, i.ravel(), theta_e.ravel())
+        for machine in (surface(identified.table), drive.machine.magnetics)
+    )
+    psi, _, tau = np.sqrt(np.mean((ours - true) ** 2, axis=0) / np.mean(true**2, axis=0))[:3]
+    return MapFound(
+        R, identified.R_closing, float(tau), float(psi), sum(run.time_s for run in found)
+    )
+
+
+def arrangements(n_phases: int) -> list[tuple[tuple[int, ...], int]]:
+    """Every order of the phases, with an encoder of either direction."""
+    return [(order, way) for order in permutations(range(n_phases)) for way in (1, -1)]
+
+
+@dataclass(frozen=True)
+class ZeroFound:
+    """What `alignment` made of one wiring."""
+
+    right: bool  # order of the phases and direction of the encoder
+    error_counts: float  # of the zero, in counts of the encoder
+    spread_counts: float  # as the routine tells it
+    time_s: float
+
+
+def alignment_of(
+    drive: rl.Drive, order: tuple[int, ...], way: int, *, zero_deg: float, friction_Nm: float = 0.0
+) -> ZeroFound:
+    """Order, direction and zero of a drive that somebody has wired so."""
+    n = drive.machine.n_phases
+    wires = Wires(phase=order, sensor=order, direction=way, zero_deg=zero_deg)
+    found = commission(drive, "alignment", wires=wires, friction_Nm=friction_Nm)
+    place = tuple((order[k] - order[0]) * way % n for k in range(n))
+    direction = {tuple(range(n)): 1, tuple(-k % n for k in range(n)): -1}.get(place, 0)
+    unaligned = way * 360 * order[0] / n + zero_deg
+    error = (found.zero_deg - unaligned + 180) % 360 - 180
+    count = 360 * drive.machine.N_r / COUNTS
+    return ZeroFound(
+        right=found.done and found.place == place and found.direction == direction,
+        error_counts=abs(error) / count,
+        spread_counts=found.spread_deg / count,
+        time_s=found.time_s,
+    )
+
+
+def _worst(zeros: list[ZeroFound]) -> float | None:
+    """Greatest error of the zero [counts]; None where one was not found."""
+    if not all(zero.right for zero in zeros):
+        return None
+    return round(max(zero.error_counts for zero in zeros), 3)
+
+
+def _row(machine: str, converter: str) -> dict[str, Any]:
+    drive = bench_drive(machine, converter)
+    by_pulses = map_from_pulses(drive)
+    all_ways = arrangements(drive.machine.n_phases)
+    if converter == "real":  # the ways of the first orders: the converter does not know them
+        all_ways = all_ways[:4]
+    zeros = [
+        alignment_of(drive, order, way, zero_deg=37.0 + 11 * n)
+        for n, (order, way) in enumerate(all_ways)
+    ]
+    rough = alignment_of(drive, *all_ways[0], zero_deg=37.0, friction_Nm=FRICTION * drive.tau_max)
+    return {
+        "machine": machine,
+        "converter": converter,
+        "u_dc_V": drive.converter.u_dc_V,
+        "noise_A": round(drive.sensing.i_noise, 4),
+        "R_ohm": drive.machine.R,
+        "R_error_pct": round(100 * (by_pulses.R / drive.machine.R - 1), 3),
+        "R_closing_error_pct": round(100 * (by_pulses.R_closing / drive.machine.R - 1), 3),
+        "psi_error_pct": round(100 * by_pulses.psi_error, 3),
+        "torque_error_pct": round(100 * by_pulses.torque_error, 3),
+        "pulses_s": round(by_pulses.time_s, 2),
+        "wirings": len(zeros),
+        "wirings_found": sum(zero.right for zero in zeros),
+        "zero_error_counts": _worst(zeros),
+        "friction_Nm": round(FRICTION * drive.tau_max, 4),
+        "zero_error_friction_counts": _worst([rough]),
+        "alignment_s": round(max(zero.time_s for zero in zeros), 1),
+    }
+
+
+def main() -> None:
+    rows = [_row(machine, converter) for machine in MACHINES for converter in CONVERTERS]
+    with (ROOT / "bench" / "commission.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,266 @@
+"""Environments for learning: Gymnasium's own checks, the same drive by all ways, and prices that
+are those of the key figures."""
+
+import csv
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import reluctance as rl
+import reluctance.targets.gym as rg
+from reluctance import _core
+from reluctance.base.errors import ParameterError
+from reluctance.targets.gym.spaces import observed
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+SENSORS = {"sensing.adc_bits": 12, "sensing.i_range_A": 200, "sensing.encoder_counts": 4096}
+TASKS, ACTIONS = ("torque", "current", "speed"), ("legs", "duties", "currents")
+each_kind = pytest.mark.parametrize(
+    ("task", "action"), [(task, action) for task in TASKS for action in ACTIONS]
+)
+
+
+@each_kind
+def test_gymnasium_finds_nothing_to_say(task, action):
+    env = gymnasium.make(f"reluctance/{task.capitalize()}-v0", action=action).unwrapped
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env)
+
+
+@each_kind
+def test_observations_stay_within_their_space(task, action):
+    env = rg.DriveEnv(task=task, action=action, randomise={"plant.R": (0.5, 2.0)}, length=200)
+    env.action_space.seed(0)
+    seen, _ = env.reset(seed=0)
+    assert len(observed(env.episodes)) == len(seen)
+    for _ in range(600):
+        seen, reward, tripped, over, _ = env.step(env.action_space.sample())
+        assert seen in env.observation_space and reward <= 0
+        if tripped or over:
+            seen, _ = env.reset()
+
+
+@each_kind
+def test_many_drives_are_as_many_single_ones(task, action):
+    """Bit for bit, across the ends of episodes."""
+    randomise = {"plant.R": (0.8, 1.4), "plant.machine.flux_factor": (0.9, 1.1)}
+    given = {"task": task, "action": action, "randomise": randomise, "length": 40}
+    name = f"reluctance/{task.capitalize()}-v0"
+    many = gymnasium.make_vec(
+        name,
+        num_envs=3,
+        vectorization_mode="vector_entry_point",
+        action=action,
+        randomise=randomise,
+        length=40,
+    )
+    ones = [rg.DriveEnv(**given) for _ in range(3)]
+    seen, _ = many.reset(seed=7)
+    singles = [one.reset(seed=7 + k)[0] for k, one in enumerate(ones)]
+    many.action_space.seed(1)
+    ended = np.zeros(3, bool)
+    for _ in range(100):
+        assert seen.tobytes() == np.array(singles).tobytes()
+        actions = many.action_space.sample()
+        seen, rewards, tripped, over, info = many.step(actions)
+        for k, one in enumerate(ones):
+            if ended[k]:
+                singles[k] = one.reset()[0]
+                assert rewards[k] == 0 and not tripped[k] and not over[k]
+                continue
+            singles[k], reward, *ends, figures = one.step(actions[k])
+            assert (reward, *ends) == (rewards[k], tripped[k], over[k])
+            for key, value in figures.items():
+                assert info[key][k] == value and info[f"_{key}"][k]
+        ended = tripped | over
+
+
+def test_seeds_repeat_an_episode_and_differ():
+    env = rg.DriveEnv(action="duties", randomise=rg.TOLERANCES)
+
+    def episode(seed):
+        env.action_space.seed(0)
+        seen = [env.reset(seed=seed)[0]]
+        return np.array(seen + [env.step(env.action_space.sample())[0] for _ in range(50)])
+
+    assert episode(3).tobytes() == episode(3).tobytes() != episode(4).tobytes()
+
+
+def play(env, choose, steps):
+    """Currents of a run: (steps, n_phases), and rewards."""
+    seen, _ = env.reset(seed=5)
+    rows, rewards = [], []
+    for n in range(steps):
+        seen, reward, *_ = env.step(choose(seen, n))
+        rows.append(env.batch.sample(0)[:3])
+        rewards.append(reward)
+    return np.array(rows), np.array(rewards)
+
+
+@pytest.mark.parametrize("task", ["torque", "speed"])
+@pytest.mark.parametrize("law", ["random", "hysteresis"])
+def test_long_steps_give_what_short_ones_give(task, law):
+    """Steps of 20 us, one a sample where the currents allow it, against steps of 0.25 us."""
+    rng = np.random.default_rng(2)
+    legs = rng.integers(0, 3, (1500, 3))
+
+    def choose(seen, n):
+        if law == "random":
+            return legs[n]
+        theta = np.arctan2(seen[4], seen[3]) - 2 * np.pi * np.arange(3) / 3
+        return np.where(theta % (2 * np.pi) < 2.4, np.where(seen[:3] < 0.2, 2, 1), 0)
+
+    example = EXAMPLES / ("sharing_cubic.toml" if task == "torque" else "fan.toml")
+    drive = rl.load(example)
+    held = rg.DriveEnv(drive, task=task, action="legs", length=2000)
+    short = {"simulation.dt_max_us": 0.25}
+    loop = rg.DriveEnv(drive.with_values(short), task=task, action="legs", length=2000)
+    currents, rewards = play(held, choose, 1500)
+    expected, prices = play(loop, choose, 1500)
+    assert np.abs(currents - expected).max() < 2e-6 * drive.machine.i_max_A
+    assert rewards == pytest.approx(prices, rel=1e-4, abs=2e-5)
+    for one, other in zip(held.batch.figures(0), loop.batch.figures(0), strict=True):
+        assert one == pytest.approx(other, rel=1e-5)
+
+
+def test_the_price_is_that_of_the_key_figures():
+    """A law played in the environment, and the run of its drive, from the same angle."""
+    drive = rl.load(EXAMPLES / "sharing_cubic.toml").with_values(SENSORS)
+    env = rg.DriveEnv(drive, reference=(1.0, 1.0), length=1000)
+    env.reset(seed=11)
+    theta = np.random.default_rng(11).random() * 2 * np.pi / drive.machine.N_r
+    law = rg.LawPolicy(drive)
+    total = 0.0
+    for _ in range(1000):
+        _, reward, _, _, info = env.obey(law.orders(env))
+        total += reward
+    start = {"simulation.theta_start_deg": np.degrees(theta)}
+    run = rl.simulate(drive.with_values(start), until=0.02, record=None)
+    last = {
+        name: column[-1]
+        for name, column in zip(run.periods.names, run.periods.values.T, strict=True)
+    }
+    squared = sum(last[f"i_squared_{k}"] for k in range(3))
+    f_switch = last["turn_ons"] / 6 / 0.02
+    tau = drive.tau_max
+    assert info["tau_mean"] == pytest.approx(last["tau"] / 0.02, rel=1e-9)
+    assert info["f_switch"] == pytest.approx(f_switch, rel=1e-12)
+    assert info["p_cu"] == pytest.approx(drive.machine.R * squared / 0.02, rel=1e-9)
+    assert info["p_mech"] == pytest.approx(last["E_mech"] / 0.02, rel=1e-9)
+    error = last["error_squared"] / 0.02 / tau**2
+    assert info["torque_error_rms"] == pytest.approx(np.sqrt(error), rel=1e-9)
+    prices = rg.Prices()
+    expected = (
+        prices.error * error
+        + prices.copper * info["p_cu"] / (tau * drive.omega_nominal)
+        + prices.switching * f_switch / 20e3
+    )
+    assert -total / 1000 == pytest.approx(expected, rel=1e-9)
+
+
+def test_more_flux_gives_more_torque_at_the_same_current():
+    def mean(factor):
+        name = "plant.machine.flux_factor"
+        env = rg.DriveEnv(action="currents", randomise={name: (factor, factor)}, length=500)
+        seen, _ = env.reset(seed=0)
+        for _ in range(500):
+            theta = np.arctan2(seen[4], seen[3]) - 2 * np.pi * np.arange(3) / 3
+            seen, *_, info = env.step(np.where(theta % (2 * np.pi) < 2.4, 0.15, 0.0))
+        return info["tau_mean"]
+
+    assert mean(1.1) == pytest.approx(1.1 * mean(1.0), rel=0.05)
+
+
+def test_an_over_current_ends_the_episode_at_its_price():
+    env = rg.DriveEnv(action="legs", prices=rg.Prices(trip=50.0))
+    env.reset(seed=0)
+    for _ in range(1000):
+        _, reward, tripped, over, _ = env.step(np.array([2, 2, 2]))
+        if tripped:
+            break
+    assert tripped and not over and reward < -50
+
+
+def test_a_map_machine_with_a_battery_and_a_shared_switch_is_an_environment():
+    drive = rl.load(EXAMPLES / "map_mpc.toml").with_values(
+        {"source.kind": "battery", "source.R_ohm": 0.1, "source.C_uF": 1000}
+    )
+    for action in ACTIONS:
+        env = rg.DriveEnv(drive, action=action, randomise={"plant.source.E.value_0": (0.9, 1.1)})
+        env.action_space.seed(0)
+        env.reset(seed=0)
+        for _ in range(200):
+            seen, *_ = env.step(env.action_space.sample())
+        assert seen in env.observation_space and seen[:3].max() > 0
+
+
+def test_wrong_arguments_are_told():
+    for given, told in (
+        ({"task": "torqe"}, "did you mean"),
+        ({"action": "orders"}, "need one of"),
+        ({"task": "speed", "drive": str(EXAMPLES / "sharing_cubic.toml")}, "holds the speed"),
+        ({"randomise": {"plant.r": (1, 2)}}, "plant.R"),
+        ({"randomise": {"plant.R": (2, 1)}}, "low <= high"),
+        ({"randomise": {"plant.R": (-1, 1)}}, "> 0"),
+        ({"reference": (1.0, 0.5)}, "low <= high"),
+        ({"length": 0}, ">= 1"),
+    ):
+        with pytest.raises(ParameterError, match=told):
+            rg.DriveEnv(**given)
+    with pytest.raises(ParameterError, match="num_envs"):
+        rg.DriveVectorEnv(0)
+    with pytest.raises(ParameterError, match="seeds"):
+        rg.DriveVectorEnv(2).reset(seed=[1])
+    env = rg.DriveEnv(action="legs")
+    rows = np.zeros((1, 2)), np.zeros(1, bool), np.zeros((1, 11), np.float32), np.zeros(1)
+    with pytest.raises(ValueError, match="each phase"):
+        env.batch.step(*rows, np.zeros(1, bool))
+
+
+def test_the_package_alone_needs_no_gymnasium():
+    code = "import sys; sys.modules['gymnasium'] = None; import reluctance.gym"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "pip install 'reluctance[gym]'" in done.stderr.splitlines()[-1]
+
+
+# ---- the page
+
+FOLDER = ROOT / "docs" / "gymnasium"
+
+
+def table(path):
+    with path.open(newline="") as file:
+        return list(csv.reader(file))
+
+
+def test_the_policies_of_the_page_play_as_it_says():
+    """A law and the learned policy; the others are of the same command."""
+    sys.path.insert(0, str(ROOT / "studies"))
+    import gym_policy as study
+
+    rows = {row[0]: row for row in table(FOLDER / "policies.csv")}
+    env = study.environment()
+    law = rg.LawPolicy(study.law_drive("torque_sharing, cubic"))
+    for name, played in (
+        ("torque_sharing, cubic", rg.played(env, law, study.JUDGED)),
+        ("learned, Fourier series of the angle", study.learned(env, study.saved(), study.JUDGED)),
+    ):
+        found, expected = study.row(name, played)[1:], rows[name][1:]
+        assert [float(v) for v in found] == pytest.approx([float(v) for v in expected], rel=0.01)
+
+
+def test_numbers_of_a_drive_are_those_of_the_field_lists():
+    env = rg.DriveEnv()
+    names = dict(env.batch.numbers())
+    assert {"plant.R", "plant.machine.model.L_u", "plant.shaft.J", "theta_m"} <= names.keys()
+    assert names["plant.R"] == env.episodes.drive.machine.R
+    assert set(rg.TOLERANCES) <= names.keys()
+    assert _core.Task.torque != _core.Task.speed
