@@ -176,7 +176,9 @@ def test_a_key_that_lacks_a_part_is_recognised():
 
 
 def test_a_date_in_quotes_is_told_so():
-    line = refused("pump", ROOT / "examples" / "sun_day.toml", "--set", "weather.start='2026-08-15'")
+    line = refused(
+        "pump", ROOT / "examples" / "sun_day.toml", "--set", "weather.start='2026-08-15'"
+    )
     assert "need a date without quotes" in line
 
 
