@@ -47,7 +47,7 @@ float greatest_angle() {
       y.i.fill(5);
       for (int sample = 0; sample < 2; ++sample) {
         protection.admits(x, machine, y, 0.0F, protection.levels);
-        protection.remember(x, machine.N_r, y, Command<float, N>{});
+        protection.remember(x, machine.N_r, y, Command<float, N>{}, protection.levels);
       }
     }
   }

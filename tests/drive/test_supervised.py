@@ -207,3 +207,42 @@ def test_every_order_is_that_of_the_package_in_every_bit(drive, fault, tmp_path)
     assert entered == [event.mode for event in events(desk)]
     up = ["precharge", "calibrate", "ready", "run"]
     assert entered == [*up, "fault", "off", *up]
+
+
+FAN = """
+machine = "generic_1hp_8_6"
+[converter]
+u_dc_V = 300
+[load]
+kind = "fan"
+k_fan_Nms2 = 1.4e-4
+J_kgm2 = 0.004
+[reference]
+kind = "speed"
+speed_rpm = 800
+[control]
+law = "angles"
+T_s_us = 50
+tau_max_Nm = 3
+i_band_A = 0.1
+[sensing]
+delay_samples = 1
+adc_bits = 12
+i_range_A = 10
+encoder_counts = 4096
+[supervision]
+enable_s = 0.0
+[simulation]
+until_s = 0.8
+"""
+
+
+@pytest.mark.parametrize("counts", [512, 1024, 4096])
+@pytest.mark.parametrize("start", [0.0, 7.5, 20.0, 31.0, 44.0])
+def test_edges_at_the_true_angle_are_no_fault_of_a_coarse_encoder(start, counts, tmp_path):
+    """The window's edges come at the true angle, and the protection knows the measured one."""
+    (tmp_path / "fan.toml").write_text(FAN)
+    drive = rl.load(tmp_path / "fan.toml").with_values(
+        {"simulation.theta_start_deg": start, "sensing.encoder_counts": counts}
+    )
+    assert named(rl.simulate(drive))[-1] == "run"

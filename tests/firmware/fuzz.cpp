@@ -1,5 +1,6 @@
 // Random bit patterns into the step and into its parameters, under the address and undefined
-// behaviour sanitizers. Compiled by tests/targets/test_firmware_fuzz.py with a generated `corrupt.hpp`.
+// behaviour sanitizers. Compiled by tests/targets/test_firmware_fuzz.py with a generated
+// `corrupt.hpp`.
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -93,7 +94,7 @@ void step_with_corrupt_parameters(int n) {
       protection.admits(guard, machine, y, reference, protection.levels);
       y.theta_e = srm::wrap(y.theta_e);
       const auto command = control.step(x, y, reference);
-      protection.remember(guard, machine.N_r, y, command);
+      protection.remember(guard, machine.N_r, y, command, protection.levels);
       guard.fault.status = srm::Status::ok;
       guard.latched = false;
     }

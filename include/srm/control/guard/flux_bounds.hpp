@@ -25,9 +25,11 @@ struct Expected {
   T least{-1}, most{1}, below{}, above{};
 };
 
-/// What an order makes of a phase that is at theta_e and travels `ahead` [rad] until it ends.
+/// What an order makes of a phase that is at theta_e, give or take angle_error, and travels `ahead`
+/// until it ends [rad]. An edge that may come within this time leaves the level open.
 template <Real T>
-constexpr Expected<T> expected(const PhaseCommand<T>& c, T theta_e, T ahead, T i_error, T T_s) {
+constexpr Expected<T> expected(const PhaseCommand<T>& c, T theta_e, T ahead, T angle_error,
+                               T i_error, T T_s) {
   constexpr T always = T(1e30);
   if (c.gate == Gate::timer) {
     const T level = mean_level(c, T_s);
@@ -38,9 +40,10 @@ constexpr Expected<T> expected(const PhaseCommand<T>& c, T theta_e, T ahead, T i
   if (c.gate == Gate::comparator) return held;
   const auto one_turn = [](T theta) { return theta < T(0) ? theta + two_pi<T> : theta; };
   const T past = one_turn(theta_e - c.theta_on), dwell = one_turn(c.theta_off - c.theta_on);
-  const T until = past + ahead;
-  if (past < dwell && until >= T(0) && until < dwell) return held;
-  if (past >= dwell && until >= dwell && until < two_pi<T>) {
+  const T first = past + min(ahead, T(0)) - angle_error;
+  const T last = past + max(ahead, T(0)) + angle_error;
+  if (first >= T(0) && last < dwell) return held;
+  if (first >= dwell && last < two_pi<T>) {
     return {T(-1), T(-1), always, -always};
   }
   return {T(-1), T(1), -always, always};

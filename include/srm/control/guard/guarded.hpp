@@ -65,7 +65,7 @@ struct Guarded {
     if (protection.admits(x.guard, machine, seen, reference, at.levels)) {
       ::new (&orders)  // in place: a copy would cost as much as an angle law's arithmetic
           Command<T, N>(control.template step<used>(x.law, y, reference, at.control));
-      protection.remember(x.guard, machine.N_r, seen, orders);
+      protection.remember(x.guard, machine.N_r, seen, orders, at.levels);
     } else {
       orders = {};
     }
@@ -84,7 +84,7 @@ struct Guarded {
     y.u_dc = max(y.u_dc, at.levels.u_dc_min);
     if constexpr (used.observer) control.frame.follow(x.law.frame, y, T(0));
     if (protection.admits(x.guard, machine, y, T(0), at.levels)) {
-      protection.remember(x.guard, machine.N_r, y, Command<T, N>{});
+      protection.remember(x.guard, machine.N_r, y, Command<T, N>{}, at.levels);
     }
   }
 

@@ -39,7 +39,7 @@ struct TripLevels {
   T i_trip;              // over-current [A]
   T u_dc_min, u_dc_max;  // [V]
   T omega_max;           // either direction [rad/s]
-  T angle_slack;  // what the angle may differ from the integral of the speed, electrical [rad]
+  T angle_slack;  // by which the angle may be wrong, or differ from the integral of the speed [rad]
   SRM_FIELDS(i_trip, u_dc_min, u_dc_max, omega_max, angle_slack)
 };
 
@@ -98,11 +98,12 @@ struct Protection {
   /// Keeps what the judgement of the next sample needs.
   template <int N>
   constexpr void remember(State<N>& x, int N_r, const Measurement<T, N>& y,
-                          const std::type_identity_t<Command<T, N>>& command) const {
+                          const std::type_identity_t<Command<T, N>>& command,
+                          const TripLevels<T>& at) const {
     const T ahead = static_cast<T>(N_r) * y.omega_m * flux.T_s * static_cast<T>(1 + delay);
     for (int k = 0; k < N; ++k) {
-      const Expected<T> order =
-          expected(command[k], phase_angle_in_turn<N>(y.theta_e, k), ahead, flux.i_error, flux.T_s);
+      const Expected<T> order = expected(command[k], phase_angle_in_turn<N>(y.theta_e, k), ahead,
+                                         at.angle_slack, flux.i_error, flux.T_s);
       if (!x.has_last) {
         x.flux[k] = {};
         x.pending[k] = {T(-1), T(1), never<T>, -never<T>};
