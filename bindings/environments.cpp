@@ -1,6 +1,6 @@
 // Environments for learning: many drives that are stepped together, without the interpreter lock
-// and without Python for each of them (python/reluctance/targets/gym). Compiled in less time than the loop
-// of a run, which is theirs for numbers of phases that are not usual.
+// and without Python for each of them (python/reluctance/targets/gym). Compiled in less time than
+// the loop of a run, which is theirs for numbers of phases that are not usual.
 #include <nanobind/stl/unique_ptr.h>
 
 #include <algorithm>

@@ -2,7 +2,8 @@
 
     python machines/make_maps.py        # from the root of the repository; needs reluctance
 
-The files that are stored here are what it writes; tests/machine/test_machine_library.py compares them.
+The files that are stored here are what it writes; tests/machine/test_machine_library.py compares
+them.
 """
 
 from pathlib import Path

@@ -1,5 +1,6 @@
 // Every number of an exported controller, as a compiled program sees it, one per line, tables in
-// place. tests/targets/test_firmware.py compares them with the description that the text was written from.
+// place. tests/targets/test_firmware.py compares them with the description that the text was
+// written from.
 #include <cstdio>
 #include <type_traits>
 

@@ -53,8 +53,9 @@ struct BoxQpSolution {
 
 /// Default iteration limit. 3^n faces bound the iterations; what occurs is far less: at most 4, 8,
 /// 16, 25, 37 for n = 2, 3, 6, 12, 24 in 140 000 (n = 24: 28 000) problems of the families of
-/// tests/core/test_box_qp.py, float and double, from zero, random points and vertices. 10 + 2n leaves a
-/// quarter or more above that. A controller with a time budget may give less: x stays usable.
+/// tests/core/test_box_qp.py, float and double, from zero, random points and vertices. 10 + 2n
+/// leaves a quarter or more above that. A controller with a time budget may give less: x stays
+/// usable.
 constexpr int box_qp_iteration_limit(int n) { return 10 + 2 * n; }
 
 /// The variables off the working set, in the order of the rows of the Cholesky factor of H_FF.

@@ -19,7 +19,8 @@ SETTLE = 0.4  # of the tracking interval: left out of the means
 LONGEST = 4.0  # tracking intervals that a mean may take where the rotor creeps
 # Gains in per unit of the greatest torque or speed and of the nominal dc-link voltage: 1 N m/V and
 # 50 N m/(V s), or 5 rpm/V and 200 rpm/(V s), at 240 V, 55 N m and 1700 rpm, where they were found
-# (examples/sun_cloud.toml). tests/drive/test_pv_per_unit.py has drives of three sizes on this one set.
+# (examples/sun_cloud.toml). tests/drive/test_pv_per_unit.py has drives of three sizes on this
+# one set.
 K_P_TORQUE, K_I_TORQUE = 240 / 55, 50 * 240 / 55  # [1], [1/s]
 K_P_SPEED, K_I_SPEED = 5 * 240 / 1700, 200 * 240 / 1700  # [1], [1/s]
 STEP = 1 / 120  # of the nominal voltage

@@ -26,8 +26,9 @@ from reluctance.plant.solar.single_diode import (
 # Datasheets print three or four digits, and powers that are rounded to 5 W: 335 W with 37.4 V and
 # 8.96 A (335.1 W), 400 W with 38.7 V and 10.34 A (400.2 W).
 PRINTED = 0.015  # how far P_mp_W may be from V_mp I_mp
-# How far the coefficients of V_oc and P_mp may be off: tests/plant/test_datasheet.py has how far they are
-# over crystalline modules of the CEC table. More is another module's number or another unit.
+# How far the coefficients of V_oc and P_mp may be off: tests/plant/test_datasheet.py has how far
+# they are over crystalline modules of the CEC table. More is another module's number or another
+# unit.
 OFF = 0.15  # [%/K]
 CELL_VOLTAGES = (0.5, 0.78)  # open circuit at 25 degC, silicon [V]
 T_REF, HOT = 25.0, 50.0  # [degC]
