@@ -13,6 +13,10 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+# The workers share the cores: threads within a matrix product only cost time. NumPy reads this when
+# it is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 sys.path.insert(0, str(Path(__file__).parent / "support"))  # what tests share
 
 settings.register_profile("no wall clock", deadline=None)
@@ -26,7 +30,7 @@ SKIPPED = "reluctance/skipped"
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--shard", default="1/1", help="K/N: the tests whose name's hash is K of N")
     parser.addoption("--skipped", action="store_true", help="the tests that the last run skipped")
-    parser.addoption("--costs", type=Path, help="a CSV file for each test's processor time")
+    parser.addoption("--costs", type=Path, help="--costs=FILE: each test's processor time as CSV")
 
 
 def pytest_configure(config: pytest.Config) -> None:
