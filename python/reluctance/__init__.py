@@ -23,9 +23,11 @@ __all__ = sorted(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _MODULES:
+    if name not in _MODULES and name not in _PUBLIC:
         raise AttributeError(f"module 'reluctance' has no attribute {name!r}")
     try:
+        if name in _PUBLIC:
+            return import_module(f"reluctance.{name}")
         module = import_module(_MODULES[name])
     except ParameterError as fault:  # of a package that is not installed: hasattr says False
         raise AttributeError(f"reluctance.{name}: {fault}") from None

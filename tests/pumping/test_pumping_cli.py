@@ -190,7 +190,7 @@ def test_without_pvlib_one_line_says_what_to_install(tmp_path):
     import os
 
     done = process("pump", DAY, env={**os.environ, "PYTHONPATH": str(tmp_path)})
-    assert done.returncode == 2 and "pip install reluctance[sun]" in done.stderr
+    assert done.returncode == 2 and "pip install 'reluctance[sun]'" in done.stderr
     assert done.stderr.count("\n") == 1
 
 
