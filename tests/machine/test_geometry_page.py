@@ -16,10 +16,10 @@ PAGE = Path(__file__).parents[2] / "docs" / "geometry.md"
 FEW = "\nangles = 13\ncurrents = 6\n"
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+@pytest.fixture
+def folder(tmp_path):
     """The files that the page prints, with few nodes in the map."""
-    folder = tmp_path_factory.mktemp("page")
+    folder = tmp_path
     files = re.findall(r"```toml\n# (\S+\.toml)\n(.*?)```", PAGE.read_text(), flags=re.S)
     assert [name for name, _ in files] == ["my.toml", "drive.toml"]
     for name, text in files:
@@ -42,22 +42,33 @@ def lines():
 
 
 SLOW = "--vary control."  # the search over five keys
+MADE = "reluctance machine from-geometry my.toml --out my_machine.toml"
 
 
-@pytest.mark.parametrize(
-    "line",
-    [pytest.param(line, marks=pytest.mark.long if SLOW in line else ()) for line in lines()],
-)
-def test_a_command_of_the_page_works_as_printed(line):
+def works(line):
     program, *arguments = shlex.split(line)
     assert program == "reluctance"
     if arguments[0] == "tune":  # each trial is a field of its own
         arguments += ["--budget", "2", "--until", "0.05"]
     done = command(*arguments)
-    assert done.code == 0, done.error
+    assert done.code == 0, f"{line}: {done.error}"
+
+
+def test_the_commands_of_the_page_work_as_printed():
+    for line in lines():
+        if SLOW not in line:
+            works(line)
+
+
+@pytest.mark.long
+def test_poles_and_law_are_tuned_together_as_printed():
+    first, *others = lines()
+    for line in (first, *(line for line in others if SLOW in line)):
+        works(line)
 
 
 def test_the_drive_of_the_page_holds_its_torque_within_the_current_limit():
+    works(MADE)
     drive = rl.load("drive.toml")
     kpis = rl.simulate(drive, record=None).kpis
     assert kpis.tau_mean == pytest.approx(drive.reference.tau_Nm, rel=0.02)
@@ -65,6 +76,7 @@ def test_the_drive_of_the_page_holds_its_torque_within_the_current_limit():
 
 
 def test_whole_numbers_of_a_geometry_stay_whole():
+    works(MADE)
     drive = rl.load("drive.toml", ["machine=my.toml"])
     ranges = {"machine.winding.turns_per_pole": [120, 140], "machine.air_gap.length_mm": [0.2, 0.3]}
     found = samples(drive, ranges, 8, sobol=True, seed=0)
