@@ -18,6 +18,7 @@ from c_library import WASM, compiled
 from needs import needs
 
 import reluctance as rl
+from reluctance.base.resources import resources
 from reluctance.targets.studio.serve import Quiet
 from reluctance.targets.studio.starts import STARTS
 from reluctance.targets.studio.write import write_data
@@ -256,7 +257,7 @@ def opened(page, link):
 
 
 def test_a_drive_file_is_loaded_and_what_is_left_is_told(page, tmp_path):
-    text = (rl.resources.resources("examples") / "sharing_cubic.toml").read_text()
+    text = (resources("examples") / "sharing_cubic.toml").read_text()
     file = tmp_path / "mine.toml"
     file.write_text(text.replace("speed_rpm = 1500", "speed_rpm = 1200") + "dt_max_us = 4\n")
     after(page, lambda: page.set_input_files("#file", file))
