@@ -1,9 +1,10 @@
-"""The floors of the Python package: what stands where, and that no import goes upwards."""
+"""The wings of the Python package: what stands where, and that no import goes upwards."""
 
 import ast
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -153,3 +154,15 @@ def test_includes_of_c_form_no_circle() -> None:
     while free := {name for name, others in left.items() if not others}:
         left = {name: others - free for name, others in left.items() if name not in free}
     assert not left, f"in or above a circle: {sorted(left)}"
+
+
+@pytest.mark.parametrize("name", sorted(reluctance._PUBLIC))
+def test_a_public_part_is_found_without_its_wing(name: str) -> None:
+    """By import and as an attribute, with what stands in it: the same module, not a copy."""
+    wing = reluctance._PUBLIC[name]
+    there = import_module(f"reluctance.{wing}.{name}")
+    assert import_module(f"reluctance.{name}") is there is getattr(reluctance, name)
+    assert there.__spec__ is not None and there.__spec__.name == f"reluctance.{wing}.{name}"
+    inner = next(m for m in sorted(MODULES) if m.startswith(f"{wing}.{name}."))
+    short = inner.removeprefix(f"{wing}.")
+    assert import_module(f"reluctance.{short}") is import_module(f"reluctance.{inner}")
