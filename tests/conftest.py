@@ -48,13 +48,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Deals the tests to shards by a hash of their names, so that a new test moves no other."""
     if config.getoption("--skipped"):
         _only(set(config.cache.get(SKIPPED, [])), config, items)
-    shard, shards = (int(part) for part in config.getoption("--shard").split("/"))
+    given = config.getoption("--shard")
+    shard, _, shards = (int(part) if part.isdecimal() else 0 for part in given.partition("/"))
     if not 1 <= shard <= shards:
-        raise pytest.UsageError(f"--shard {shard}/{shards}, need K/N with 1 <= K <= N")
-    names = (item.nodeid for item in items)
-    _only(
-        {name for name in names if zlib.crc32(name.encode()) % shards == shard - 1}, config, items
-    )
+        raise pytest.UsageError(f"--shard {given}, need K/N with 1 <= K <= N, as in 2/8")
+    names = {item.nodeid for item in items}
+    _only({n for n in names if zlib.crc32(n.encode()) % shards == shard - 1}, config, items)
 
 
 def _only(names: set[str], config: pytest.Config, items: list[pytest.Item]) -> None:
