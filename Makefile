@@ -23,7 +23,7 @@ run: $(VENV)/installed
 	@echo 'next:'
 	@echo '  . $(BIN)/activate'
 	@echo '  reluctance run examples/edge_mpc_mcu.toml --plot out/edge_mpc_mcu.png'
-	@echo '  xdg-open out/paper/report.html'
+	@echo '  reluctance limit examples/edge_mpc_mcu.toml'
 
 test: $(VENV)/installed-test lint
 	$(PYTEST) -m "not long"
