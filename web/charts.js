@@ -46,16 +46,20 @@ export function drawLegs(canvas, seen, n_phases) {
   }
 }
 
-/** A line at an instant, on the canvas that lies over the charts. */
-export function drawCursor(canvas, t, from, to) {
+/** Lines at an instant and where a drive enters a state, on the canvas that lies over the charts. */
+export function drawCursor(canvas, t, { from, to }, states) {
   const colours = theme(), { g, w, h } = prepared(canvas);
-  if (t < from || t > to) return;
-  const x = LEFT + (t - from) / (to - from) * (w - LEFT - RIGHT);
-  g.strokeStyle = colours.ink;
-  g.beginPath();
-  g.moveTo(x, TOP);
-  g.lineTo(x, h - BOTTOM);
-  g.stroke();
+  const line = (at, colour) => {
+    if (at < from || at > to) return;
+    const x = LEFT + (at - from) / (to - from) * (w - LEFT - RIGHT);
+    g.strokeStyle = colour;
+    g.beginPath();
+    g.moveTo(x, TOP);
+    g.lineTo(x, h - BOTTOM);
+    g.stroke();
+  };
+  for (const { t: entered, status } of states) line(entered, status ? colours.phases[1] : colours.text);
+  line(t, colours.ink);
 }
 
 let kept = { loop: null, key: "", picture: null }; // what stays while the point moves

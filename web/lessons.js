@@ -1,4 +1,4 @@
-// Six guided lessons. Each sets the drive and says what to see; `at` holds values of a drive file.
+// Guided lessons. Each sets the drive and says what to see; `at` holds values of a drive file.
 export const LESSONS = [
   {
     title: "Why torque ripples",
@@ -53,5 +53,15 @@ export const LESSONS = [
       copper loss and places edges within the control period.`,
     look: "Compare ripple, switching frequency and copper loss with the lesson on sharing; then with "
       + "the physical limit in the second column.",
+  },
+  {
+    title: "A drive starts, and meets a fault",
+    drive: "supervised",
+    at: {},
+    text: `The same states and protection as in the firmware stand around the control. The dc link is
+      charged, the current sensors are calibrated, and the drive runs. Then a sensor shows too much
+      current: the gates are off within one control period. The fault stays until it is cleared while
+      the drive is not enabled.`,
+    look: "Go from state to state with the buttons below the charts; then choose another fault.",
   },
 ];

@@ -10,6 +10,8 @@ export function chosen(drive) {
 
 /** Nearest of a control's values, as an index. */
 export function nearest(control, value) {
+  const same = control.values.indexOf(value);
+  if (same >= 0) return same;
   const position = v => v === null ? -1e9 : v;
   let best = 0;
   control.values.forEach((v, j) => {
@@ -58,7 +60,9 @@ export function fromLink(text, drives) {
   for (const control of drive.controls) {
     const value = given.get(control.key);
     if (value === null) continue;
-    if (value === "none" || Number.isFinite(Number(value))) {
+    if (control.values.includes(value)) {
+      model.at[control.key] = control.values.indexOf(value);
+    } else if (value === "none" || Number.isFinite(Number(value))) {
       model.at[control.key] = nearest(control, value === "none" ? null : Number(value));
     }
   }

@@ -34,7 +34,7 @@ export function sliders(place, drive, model, change) {
 export function shownValue(control, value) {
   const ideal = ["sensing.adc_bits", "sensing.encoder_counts", "converter.dead_time_us"];
   if (value === 0 && ideal.includes(control.key)) return "ideal";
-  return `${value} ${control.unit}`;
+  return `${String(value).replaceAll("_", " ")} ${control.unit}`;
 }
 
 const percent = v => v === null || v === undefined ? "–" : `${(100 * v).toFixed(2)} %`;
@@ -56,6 +56,27 @@ const ROWS = [
   ["p_in", "Power from the dc link", number("W", 1)],
   ["efficiency", "Efficiency", percent],
 ];
+
+/** A state that a drive has entered, in words; a fault with its evidence. */
+export function stateText({ t, mode, status, text, phase, value, limit }) {
+  const of = phase >= 0 ? `, phase ${"abcd"[phase]}` : "";
+  const numbers = limit !== 0 ? `: ${value.toPrecision(4)}, limit ${limit.toPrecision(4)}` : "";
+  return `${(t * 1e3).toFixed(2)} ms ${mode}` + (status ? `: ${text} (status ${status}${of}${numbers})` : "");
+}
+
+/** The states that a drive has entered; each leads there. */
+export function showStates(list, states, go) {
+  list.hidden = !states.length;
+  list.replaceChildren(...states.map(state => {
+    const item = document.createElement("li"), button = document.createElement("button");
+    button.type = "button";
+    button.textContent = stateText(state);
+    for (const name of ["t", "mode", "status"]) item.dataset[name] = state[name];
+    button.onclick = () => go(state.t);
+    item.append(button);
+    return item;
+  }));
+}
 
 /** The key figures, and beside them the limit where it holds. */
 export function showFigures(table, figures, limit) {

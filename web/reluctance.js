@@ -63,6 +63,10 @@ export class Core {
     return this.decoder.decode(bytes.slice(0, bytes.indexOf(0)));
   }
 
+  /** A state of a drive in a word, and the status of its fault in words. */
+  modeText(mode) { return this.text(this.exports.srm_mode_text(mode)); }
+  faultText(status) { return this.text(this.exports.srm_fault_text(status)); }
+
   /** Throws what went wrong in words. */
   check(status) {
     if (status < 0) throw new Error(this.text(this.exports.srm_last_error()));

@@ -6,7 +6,7 @@ import { fromToml, toToml } from "./drivefile.js";
 import { LESSONS } from "./lessons.js";
 import { drawMachine } from "./machine.js";
 import { chosen, fromLink, lookFromLink, moved, nearest, settings, toLink } from "./model.js";
-import { options, showFigures, sliders } from "./panel.js";
+import { options, showFigures, showStates, sliders } from "./panel.js";
 
 const $ = id => document.getElementById(id);
 const core = new Core(text => tell(text, true));
@@ -70,7 +70,8 @@ async function simulate(keepView, look = null) {
   if (!answer) return;
   ran = answer;
   showFigures($("figures"), ran.figures, limit());
-  const span = ran.period > 0 ? Math.min(2 * ran.period, ran.until) : Math.min(0.02, ran.until);
+  showStates($("states"), ran.states, to);
+  const span = ran.states.length ? ran.until : ran.period > 0 ? Math.min(2 * ran.period, ran.until) : Math.min(0.02, ran.until);
   if (!keepView || !view || view.to > ran.until || view.drive !== asked.name) {
     view = { from: ran.until - span, to: ran.until, drive: asked.name };
     t = view.from + 0.25 * span;
@@ -92,8 +93,8 @@ async function simulate(keepView, look = null) {
 }
 
 /** What the worker needs of a drive. */
-function bare({ name, N_r, n_phases, R, i_known, follows_torque }) {
-  return { name, N_r, n_phases, R, i_known, follows_torque };
+function bare({ name, N_r, n_phases, R, i_known, follows_torque, supervised }) {
+  return { name, N_r, n_phases, R, i_known, follows_torque, supervised };
 }
 
 /** The limit of the operating point; null where another one was chosen. */
@@ -127,7 +128,7 @@ async function refresh() {
   drawLegs($("legs"), seen, drive.n_phases);
   document.body.dataset.window = `${view.from} ${view.to}`;
   rememberSoon();
-  drawCursor($("cursor"), t, seen.from, seen.to);
+  drawCursor($("cursor"), t, seen, ran.states);
   return { worker: seen.took, draw: performance.now() - start };
 }
 
@@ -136,14 +137,16 @@ async function point() {
   if (!answer || !seen || !loop) return;
   here = { ...answer.values, most: Math.max(ran.figures.i_peak, 1e-6) };
   if (!playing) rememberSoon();
-  drawCursor($("cursor"), t, seen.from, seen.to);
+  drawCursor($("cursor"), t, seen, ran.states);
   drawMachine($("section"), drive, here);
   drawLoop($("loop"), loop, drive.curves, here);
   const currents = Array.from({ length: drive.n_phases }, (_, k) => `${"abcd"[k]} ${here[`i_${k}`].toFixed(1)} A`);
   const legs = Array.from({ length: drive.n_phases }, (_, k) => ({ 1: "+", 0: "0", "-1": "−" })[here[`leg_${k}`]]);
   const angle = ((here.theta_m * drive.N_r * 180 / Math.PI) % 360 + 360) % 360;
+  const state = ran.states.findLast(s => s.t <= t);
   $("reading").textContent = `${(t * 1e3).toFixed(4)} ms · ${angle.toFixed(1)}° el. · ${here.tau.toFixed(2)} N m · `
-    + `${currents.join(", ")} · legs ${legs.join(" ")}`;
+    + `${currents.join(", ")} · legs ${legs.join(" ")}`
+    + (state ? ` · ${state.mode}${state.status ? `: ${state.text}` : ""}` : "");
 }
 
 /** Another window of time, kept within the run. */
@@ -189,8 +192,11 @@ async function toEvent(forward) {
   if (!ran) return;
   play(false);
   const answer = await core.ask("event", { t, forward });
-  if (!answer) return;
-  t = answer.t;
+  if (answer) await to(answer.t);
+}
+
+async function to(instant) {
+  t = instant;
   const width = view.to - view.from;
   if (t < view.from || t > view.to) await look(t - width / 2, t + width / 2);
   await point();

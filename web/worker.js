@@ -34,12 +34,13 @@ async function simulate({ id, drive, sets, until }) {
     for (const [name, value] of sets) unit.set("parameter", name, value);
     unit.start();
     const names = unit.names("waveform"), period = unit.names("period");
-    const parts = [], rows = [];
+    const parts = [], rows = [], states = [];
     const started = performance.now();
     let paused = started;
     for (let there = false; !there;) {
       there = unit.advance(until);
       parts.push(unit.take("waveform").slice());
+      if (drive.supervised) states.push(...entered(unit, core));
       const ends = unit.take("period");
       for (let j = 0; j < ends.length; j += period.length) {
         rows.push(Array.from(ends.subarray(j, j + period.length)));
@@ -59,10 +60,21 @@ async function simulate({ id, drive, sets, until }) {
       wall: (performance.now() - started) * 1e-3,
       figures: figures(rows, period, drive),
       period: pitch(rows, period, drive.N_r),
+      states,
     };
   } finally {
     unit.free();
   }
+}
+
+/** The states that a drive has entered, with their faults in words. */
+function entered(unit, core) {
+  const names = unit.names("states"), rows = unit.take("states"), found = [];
+  for (let j = 0; j < rows.length; j += names.length) {
+    const state = Object.fromEntries(names.map((name, c) => [name, rows[j + c]]));
+    found.push({ ...state, mode: core.modeText(state.mode), text: core.faultText(state.status) });
+  }
+  return found;
 }
 
 /** The waveforms column by column. */

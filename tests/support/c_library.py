@@ -68,8 +68,10 @@ def library(path: Path) -> ctypes.CDLL:
     }.items():
         getattr(lib, f"srm_{name}").argtypes = arguments
         getattr(lib, f"srm_{name}").restype = ctypes.c_int32
-    lib.srm_last_error.restype = lib.srm_text.restype = ctypes.c_char_p
-    lib.srm_text.argtypes = [ctypes.c_int32]
+    lib.srm_last_error.restype = ctypes.c_char_p
+    for name in ("text", "mode_text", "fault_text"):
+        getattr(lib, f"srm_{name}").argtypes = [ctypes.c_int32]
+        getattr(lib, f"srm_{name}").restype = ctypes.c_char_p
     return lib
 
 

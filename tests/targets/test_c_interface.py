@@ -16,6 +16,7 @@ import reluctance as rl
 from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.drive.guard.supervised import controller
+from reluctance.drive.run.events import MODES
 from reluctance.drive.run.plant import closed_loop
 from reluctance.targets.export.blob import blob, kind
 
@@ -36,6 +37,7 @@ STATES = {  # a drive that meets a fault, is cleared and enabled again
     "supervision.clear_s": 0.09,
     "supervision.restart_s": 0.092,
 }
+EVENT = ("t", "mode", "status", "phase", "value", "limit")
 DRIVES = {
     "sharing": rl.load(EXAMPLES / "sharing_cubic.toml"),
     "battery": rl.load(EXAMPLES / "battery.toml"),
@@ -199,6 +201,56 @@ def test_inputs_take_the_place_of_constants(lib):
     unit = Unit(lib, blob(DRIVES["load step"]))  # its load has a course over time
     assert "tau_load" not in unit.names("input")
     unit.free()
+
+
+FAULTS = {"over_current": 2, "dead_current_sensor": 8, "no_command": 14, "hardware_trip": 15}
+
+
+@pytest.mark.parametrize(
+    ("part", "fault"), [*(("drive", fault) for fault in FAULTS), ("controller", "over_current")]
+)
+def test_its_states_and_faults_are_those_of_the_desk(lib, part, fault):
+    """Times, states and faults with their evidence in every bit: of a drive in one run, and of a
+    controller that is shown sample by sample what the stage measures."""
+    drive = DRIVES["states"].with_values(
+        {"supervision.fault": fault, "protection.command_timeout_ms": 2.0}
+    )
+    control = controller(drive)
+    loop = closed_loop(drive, control, -1.0)
+    while loop.advance(0.1) < 0.1:
+        loop.take_periods()
+    told = _core.events(control)
+    content = blob(drive)
+    unit = Unit(lib, content, part).start()
+    if part == "drive":
+        unit.advance(0.1)
+    else:
+        stage = Unit(lib, content, "stage").start()
+        for n in range(round(0.1 / drive.control.T_s)):
+            unit.write("measurement", stage.read("measurement"))
+            unit.sample()
+            stage.write("order", unit.read("order")[:-1])
+            stage.sample()
+            stage.advance(drive.control.T_s * (n + 1))
+        stage.free()
+    rows = unit.take("states")
+    columns = [unit.names("states").index(c) for c in EVENT]
+    assert np.ascontiguousarray(rows[:, columns]).tobytes() == told.tobytes()
+    entered = [lib.srm_mode_text(int(mode)).decode() for mode in told[:, 1]]
+    assert entered[:7] == [*MODES[1:], "off", "precharge"]
+    status = int(told[4, 2])
+    assert status == FAULTS[fault]
+    assert lib.srm_fault_text(status).decode() == _core.describe_status(status)
+    assert len(unit.take("states")) == 0
+    unit.free()
+
+
+def test_states_and_faults_have_words_and_no_others(lib):
+    assert [lib.srm_mode_text(n).decode() for n in range(len(MODES))] == list(MODES)
+    for n in (-1, len(MODES), 1 << 30):
+        assert lib.srm_mode_text(n) == b"unknown"
+    for n in (-1, 100, 258, 1 << 30):
+        assert lib.srm_fault_text(n) == b"unknown"
 
 
 def test_a_drive_with_states_is_asked_and_tells(lib):

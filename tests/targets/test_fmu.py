@@ -20,7 +20,9 @@ from fmpy.validation import validate_fmu
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.drive.guard.trip_levels import protection
 from reluctance.drive.run.columns import Rows
+from reluctance.drive.run.events import MODES
 from reluctance.drive.run.kpis import kpis
 from reluctance.targets import export
 
@@ -243,6 +245,43 @@ def test_a_drive_with_states_is_enabled_trips_and_is_cleared_from_outside(versio
     assert after(0.01, enable=0, clear=1) == [5, 3, 0]  # its cause is still there
     assert after(0.01, u_source=240.0) == [0, 0, 0]
     assert after(0.1, enable=1, clear=0) == [4, 0, 1]
+    slave.close()
+
+
+@each_version
+def test_states_and_faults_are_those_of_the_desk(version, tmp_path):
+    """A drive that starts, meets a fault, and stops: every state at its sample, the fault with its
+    evidence, and the currents at the end, in every bit."""
+    drive = DRIVE.with_values(
+        {
+            "supervision.enable_s": 0.0,
+            "supervision.precharge_ms": 1.0,
+            "supervision.fault": "over_current",
+            "supervision.fault_phase": "b",
+            "supervision.fault_s": 0.08,
+            "simulation.until_s": 0.0802,
+        }
+    )
+    expected = rl.simulate(drive, record=0.0)
+    told = [(e.t, MODES.index(e.mode), e.status) for e in expected.events]
+    file = tmp_path / "states.fmu"
+    export.fmu(drive, file, version=version)
+    slave, T_s = Slave(file, tmp_path / "unit"), drive.control.T_s
+    names = [f"states.{name}" for name in ("mode", "status", "phase", "value", "limit")]
+    entered, t = [], 0.0
+    for n in range(round(0.0802 / T_s)):
+        slave.step(t, (n + 0.5) * T_s - t)  # past a sample and no other
+        t = (n + 0.5) * T_s
+        mode, status, *evidence = slave.get(names).tolist()
+        if not entered or entered[-1][1] != mode:
+            entered.append((n * T_s, mode, status))
+    assert entered == told and [mode for _, mode, _ in told] == [1, 2, 3, 4, 5]
+    i_trip = protection(drive).levels.i_trip
+    assert evidence[0] == 1 and evidence[1:] == pytest.approx([1.1 * i_trip, i_trip])
+    slave.step(t, 0.0802 - t)
+    at_the_end = slave.get(["i_0", "i_1", "i_2", "tau", "theta_m", "states.gate_enable"])
+    last = [*expected.i[:, -1], expected.tau[-1], expected.theta_m[-1], 0.0]
+    assert max(last[:3]) > 1 and at_the_end.tolist() == last
     slave.close()
 
 

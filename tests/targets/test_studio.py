@@ -161,13 +161,33 @@ def test_every_control_changes_what_the_command_would(page, address, site, tmp_p
     assert_as_run(page, tmp_path)
 
 
+@pytest.mark.parametrize("fault", ["over_current", "dead_current_sensor", "no_command"])
+def test_states_and_faults_are_those_of_the_command(page, address, tmp_path, fault):
+    """The page lists every state at its sample, with the fault in words; each leads there."""
+    go(page, address, f"drive=supervised&supervision.fault={fault}")
+    expected = rl.simulate(rl.load(drive_file(page, tmp_path)), record=None).events
+    shown = page.eval_on_selector_all(
+        "#states li", "e => e.map(i => [Number(i.dataset.t), i.dataset.mode, i.innerText])"
+    )
+    assert [(t, mode) for t, mode, _ in shown] == [(e.t, e.mode) for e in expected]
+    modes = [e.mode for e in expected]
+    assert modes[:5] == ["precharge", "calibrate", "ready", "run", "fault"] and modes[-1] == "run"
+    at = modes.index("fault")
+    words = expected[at].text.partition(" (")[0]
+    assert words in shown[at][2] and f"status {expected[at].status}" in shown[at][2]
+    page.click(f"#states li:nth-child({at + 1}) button")
+    page.wait_for_function(
+        f"() => document.getElementById('reading').innerText.includes('{words}')"
+    )
+
+
 def test_every_lesson(page):
     shown = [page.inner_text("#lesson-title")]
     while page.is_enabled("#lesson-next"):
         after(page, lambda: page.click("#lesson-next"))
         shown.append(page.inner_text("#lesson-title"))
         assert len(page.inner_text("#lesson-text")) > 100
-    assert len(set(shown)) == 6
+    assert len(set(shown)) == 7
     after(page, lambda: page.click("#lesson-back"))
     assert page.inner_text("#lesson-title") == shown[-2]
 

@@ -28,11 +28,11 @@ inline void list_constant(std::vector<Input>& found, const char* name, Course& c
   if (constant) found.push_back({name, &course, of_control});
 }
 
-/// Where a supervised drive is; the fault while it is in `fault`.
+/// Where a supervised drive is, and what its board does besides the legs.
 struct States {
-  double mode{}, status{}, phase{}, value{}, limit{};
+  Event now;  // at the last sample
   double gate_enable{}, precharged{}, chopper{};
-  SRM_FIELDS(mode, status, phase, value, limit, gate_enable, precharged, chopper)
+  SRM_FIELDS(now, gate_enable, precharged, chopper)
 };
 
 template <int N>
@@ -151,19 +151,10 @@ class SupervisedControl final
   bool supervised() const override { return true; }
   States states() const override {
     const auto& x = this->state_;
-    const Outputs& now = x.outputs;
-    States s{.mode = double(now.mode),
-             .gate_enable = double(now.gate_enable),
-             .precharged = double(now.precharged),
-             .chopper = double(now.chopper)};
-    if (now.mode == Mode::fault) {
-      const auto& found = this->given_.drive.fault(x.drive);
-      s.status = double(found.status);
-      s.phase = double(found.phase);
-      s.value = double(found.value);
-      s.limit = double(found.limit);
-    }
-    return s;
+    return {.now = event_of(this->given_.drive, x, this->given_.supervision.T_s),
+            .gate_enable = double(x.outputs.gate_enable),
+            .precharged = double(x.outputs.precharged),
+            .chopper = double(x.outputs.chopper)};
   }
 };
 

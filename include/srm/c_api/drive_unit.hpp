@@ -72,6 +72,7 @@ class DriveUnit final : public Unit {
       if (part_ == SRM_DRIVE) {
         controller = [this](const Seen& y, double reference) {
           Orders<N> given = control_->step(y, reference);
+          note_state();
           orders_.tau_ref = given.tau_ref;
           orders_.at_once = given.at_once;
           return given;
@@ -88,6 +89,8 @@ class DriveUnit final : public Unit {
       last_period_ = loop_->period();
       loop_->close_period(*periods_);
     }
+    if (!names_[SRM_STATES].empty()) entered_.emplace(columns_of(States{}), 1000);
+    mode_ = -1;
     looked_ = false;
     started_ = true;
     return {};
@@ -98,6 +101,7 @@ class DriveUnit final : public Unit {
     loop_.reset();
     waveforms_.reset();
     periods_.reset();
+    entered_.reset();
   }
 
   Outcome advance(double t_stop, double& reached) override {
@@ -130,6 +134,7 @@ class DriveUnit final : public Unit {
     if (!started_) return {SRM_WRONG_ORDER};
     if (part_ == SRM_CONTROLLER) {
       orders_ = control_->step(seen_, given_.reference.at(0));
+      note_state();
     } else {
       looked_ = false;
       loop_->obey(orders_);
@@ -202,14 +207,18 @@ class DriveUnit final : public Unit {
   }
 
   Outcome take(srm_table table, double* rows, std::size_t capacity, std::size_t& count) override {
-    if (table != SRM_WAVEFORM && table != SRM_PERIOD) return {SRM_WRONG_PART};
-    if (part_ == SRM_CONTROLLER) return {SRM_WRONG_PART};
+    if (table != SRM_WAVEFORM && table != SRM_PERIOD && table != SRM_STATES) {
+      return {SRM_WRONG_PART};
+    }
     if (!started_) return {SRM_WRONG_ORDER};
-    Rows& from = table == SRM_WAVEFORM ? *waveforms_ : *periods_;
-    if (capacity < std::size_t(from.size())) return {SRM_WRONG_SIZE, "rows that wait"};
-    count = std::size_t(from.size());
-    std::copy_n(from.data(), count * std::size_t(from.columns()), rows);
-    from.clear();
+    std::optional<Rows>& from = table == SRM_WAVEFORM ? waveforms_
+                                : table == SRM_PERIOD ? periods_
+                                                      : entered_;
+    if (!from) return {SRM_WRONG_PART};
+    if (capacity < std::size_t(from->size())) return {SRM_WRONG_SIZE, "rows that wait"};
+    count = std::size_t(from->size());
+    std::copy_n(from->data(), count * std::size_t(from->columns()), rows);
+    from->clear();
     return {};
   }
 
@@ -223,6 +232,7 @@ class DriveUnit final : public Unit {
     saved.looked = looked_;
     saved.orders = orders_;
     saved.seen = seen_;
+    saved.mode = mode_;
     if (loop_) {
       saved.now = loop_->snapshot();
       saved.before = looked_ ? before_ : saved.now;
@@ -244,6 +254,8 @@ class DriveUnit final : public Unit {
     looked_ = saved.looked;
     orders_ = saved.orders;
     seen_ = saved.seen;
+    mode_ = saved.mode;
+    if (entered_) entered_->clear();
     control_->restore(bytes + sizeof saved);
     if (!loop_) return {};
     loop_->restore(saved.now);
@@ -262,6 +274,7 @@ class DriveUnit final : public Unit {
     bool looked;
     Orders<N> orders;
     Seen seen;
+    double mode;
     typename Loop::Snapshot now, before;
     Period<N> last_period;
   };
@@ -270,6 +283,15 @@ class DriveUnit final : public Unit {
   /// Over all that follows the checksum, bytes between members included: they are copied too.
   std::uint64_t checksum(const unsigned char* bytes) const {
     return hashed(hash_start, {reinterpret_cast<const char*>(bytes) + 8, state_size() - 8});
+  }
+
+  /// A row for each state that the drive enters; the first of those that wait stay.
+  void note_state() {
+    if (!entered_) return;
+    const States states = control_->states();
+    if (states.now.mode == mode_) return;
+    mode_ = states.now.mode;
+    if (!entered_->full()) entered_->add(states);
   }
 
   void list_inputs() {
@@ -428,7 +450,8 @@ class DriveUnit final : public Unit {
   bool looked_ = false;  // the loop is past its last whole step, which `before_` holds
   typename Loop::Snapshot before_{};
   Period<N> last_period_{};
-  std::optional<Rows> waveforms_, periods_;
+  double mode_ = -1;  // of the drive at its last sample; none before the first
+  std::optional<Rows> waveforms_, periods_, entered_;
 };
 
 }  // namespace srm::c_api

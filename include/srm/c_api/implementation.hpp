@@ -180,6 +180,15 @@ SRM_API int32_t srm_version(void) { return SRM_VERSION; }
 
 SRM_API const char* srm_text(srm_status status) { return srm::c_api::text_of(status); }
 
+SRM_API const char* srm_mode_text(int32_t mode) {
+  return srm::describe(static_cast<srm::Mode>(mode));
+}
+
+SRM_API const char* srm_fault_text(int32_t status) {
+  const bool known = status == static_cast<std::int8_t>(status);
+  return srm::describe(static_cast<srm::Status>(known ? status : -1));
+}
+
 SRM_API const char* srm_last_error(void) { return srm::c_api::last_error.data(); }
 
 SRM_API srm_status srm_create(const void* blob, size_t size, srm_part part, srm_unit* unit) {

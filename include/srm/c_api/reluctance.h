@@ -88,13 +88,17 @@ enum {
   SRM_MEASUREMENT = 5, /* P C  what the sensors show; written to a controller */
   SRM_ORDER = 6,       /* P C  orders of all phases; written to a stage */
   SRM_LEG = 7,         /* P    one leg a phase, 1, 0 or -1, as order for a stage */
-  SRM_STATES = 8       /* P C  of a drive with [supervision]: mode, status of the fault, outputs */
+  SRM_STATES = 8       /* P C  of a drive with [supervision]: t, mode, its fault, outputs */
 };
 
 SRM_API int32_t srm_version(void);
 
 /* What a status means, in words. Never null. */
 SRM_API const char* srm_text(srm_status status);
+
+/* A state of a drive in a word, and the status of its fault in words. Never null. */
+SRM_API const char* srm_mode_text(int32_t mode);
+SRM_API const char* srm_fault_text(int32_t status);
 
 /* The last error of this thread with its details, on one line. Never null. */
 SRM_API const char* srm_last_error(void);
@@ -133,7 +137,8 @@ SRM_API srm_status srm_sample(srm_unit unit);
 
 /* Moves recorded rows into rows (capacity of them, each as long as the table) and says how many.
  * SRM_WAVEFORM: what the parameter resolution.record_every asks for; SRM_PERIOD: the start and
- * the end of each electrical period. When these fill up, srm_advance returns SRM_MORE. */
+ * the end of each electrical period. When these fill up, srm_advance returns SRM_MORE.
+ * SRM_STATES: a row for each state that the drive enters, up to 1000 that wait. */
 SRM_API srm_status srm_take(srm_unit unit, srm_table table, double* rows, size_t capacity,
                             size_t* count);
 

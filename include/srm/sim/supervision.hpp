@@ -106,13 +106,11 @@ Orders<Drive::N> step_supervised(const Drive& drive, const Supervision& s,
   return orders;
 }
 
-/// The states that a drive has entered, from the outputs of its samples.
+/// The state of a drive at its last sample, and its fault.
 template <class Drive>
-void note(std::vector<Event>& events, const Drive& drive, const SupervisedState<Drive>& x,
-          double T_s) {
-  const double mode = static_cast<double>(x.outputs.mode);
-  if (!events.empty() && events.back().mode == mode) return;
-  Event event{.t = T_s * (x.samples - 1), .mode = mode};
+Event event_of(const Drive& drive, const SupervisedState<Drive>& x, double T_s) {
+  Event event{.t = x.samples == 0 ? 0.0 : T_s * (x.samples - 1),
+              .mode = static_cast<double>(x.outputs.mode)};
   if (x.outputs.mode == Mode::fault) {
     const auto& fault = drive.fault(x.drive);
     event.status = static_cast<double>(fault.status);
@@ -120,7 +118,15 @@ void note(std::vector<Event>& events, const Drive& drive, const SupervisedState<
     event.value = fault.value;
     event.limit = fault.limit;
   }
-  events.push_back(event);
+  return event;
+}
+
+/// The states that a drive has entered, from the outputs of its samples.
+template <class Drive>
+void note(std::vector<Event>& events, const Drive& drive, const SupervisedState<Drive>& x,
+          double T_s) {
+  const double mode = static_cast<double>(x.outputs.mode);
+  if (events.empty() || events.back().mode != mode) events.push_back(event_of(drive, x, T_s));
 }
 
 }  // namespace srm

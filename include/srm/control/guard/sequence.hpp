@@ -29,6 +29,12 @@ enum class Mode : std::int32_t {
   fault = 5
 };
 
+constexpr const char* describe(Mode mode) {
+  constexpr const char* names[] = {"off", "precharge", "calibrate", "ready", "run", "fault"};
+  const bool known = mode >= Mode::off && mode <= Mode::fault;
+  return known ? names[static_cast<int>(mode)] : "unknown";
+}
+
 /// What the drive is asked for. `sequence` changes with each command that arrives.
 template <Real T>
 struct Request {

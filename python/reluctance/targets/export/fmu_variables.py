@@ -144,7 +144,7 @@ def _variables(tables: _Tables, part: Part, floats: set[str]) -> Iterator[Variab
         causality, variability = _role(table, part)
         values = tables.values(table) if causality != "output" else None
         for index, name in enumerate(tables.names(table)):
-            if table == "waveform" and name == "t":
+            if table in ("waveform", "states") and name == "t":
                 continue
             if table == "parameter" and name not in floats:
                 continue

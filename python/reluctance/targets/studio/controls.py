@@ -18,7 +18,7 @@ from reluctance.base.errors import ParameterError
 from reluctance.drive.drive import Drive
 from reluctance.targets.studio.parameters import Numbers, control_parameters, plant_parameters
 
-Value = float | int
+Value = float | int | str
 Tables = dict[str, dict[Value, float | tuple[float, ...]]]
 Values = Callable[[Any], Sequence[Value]]
 
@@ -55,7 +55,7 @@ def between(low: float, high: float, step: float) -> Values:
     return values
 
 
-def choice(*values: Value) -> Values:
+def choice(*values: Any) -> Values:
     """These, and the drive file's."""
     return lambda given: sorted({*values, given})
 
@@ -65,6 +65,11 @@ def periods(given: Any) -> Sequence[Value]:
     return sorted({v for v in (2, 5, 10, 20, 50, 100) if given <= 4 * v <= 20 * given} | {given})
 
 
+# Faults whose reading does not depend on another control.
+FAULTS = (
+    *("over_current", "dead_current_sensor", "frozen_current_sensor"),
+    *("lost_encoder", "no_command", "hardware_trip"),
+)
 MANY = 50  # parameters that one control sets at most
 CONTROLS = (
     Control("load.speed_rpm", "Speed", "rpm", around(0.1, 2.0), off_design=True),
@@ -84,6 +89,8 @@ CONTROLS = (
     Control("mismatch.flux_factor", "Model error: flux", "×", between(0.8, 1.2, 0.02)),
     Control("mismatch.R_factor", "Model error: resistance", "×", between(0.5, 2.0, 0.1)),
     Control("mismatch.angle_offset_deg", "Angle error", "° el.", between(-10, 10, 1)),
+    Control("supervision.fault", "Fault", "", choice(*FAULTS)),
+    Control("supervision.fault_s", "Time of the fault", "s", between(0.1, 0.3, 0.01)),
 )
 
 

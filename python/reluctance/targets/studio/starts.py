@@ -41,10 +41,8 @@ class Start:
             window = np.degrees(drive.control.window(drive.known()))
             keys = dict(zip(("control.theta_on_deg", "control.theta_off_deg"), window, strict=True))
         elif isinstance(drive.control, SharedTorque) and drive.control.theta_on_deg is None:
-            of = control_parameters(drive)
-            on, overlap = (
-                np.degrees(of[f"control.law.sharing.{name}"]) for name in ("theta_on", "theta_ov")
-            )
+            of = {n.rpartition("law.sharing.")[2]: v for n, v in control_parameters(drive).items()}
+            on, overlap = (np.degrees(of[name]) for name in ("theta_on", "theta_ov"))
             keys = {"control.theta_on_deg": on, "control.theta_ov_deg": overlap}
         if drive.sensing.i_range_A == 0:
             keys["sensing.i_range_A"] = drive.machine.i_max_A  # read once there are bits
@@ -64,6 +62,17 @@ LINEAR = {
     "reference.tau_Nm": 2.0,
     "control.i_band_A": 0.1,
 }
+SUPERVISED = {  # it starts, meets a fault, is cleared and starts again
+    "supervision.enable_s": 0.0,
+    "supervision.precharge_ms": 20,
+    "supervision.fault": "over_current",
+    "supervision.fault_phase": "b",
+    "supervision.fault_s": 0.15,
+    "supervision.clear_s": 0.17,
+    "supervision.restart_s": 0.18,
+    "protection.command_timeout_ms": 10,
+    "simulation.until_s": 0.3,
+}
 SHOWN = (
     Start("sharing", "sharing_cubic"),
     Start("single_pulse", "single_pulse", title="single pulse"),
@@ -79,6 +88,7 @@ SHOWN = (
     Start("map_sharing", "map_mpc", {"control.law": "torque_sharing", "control.T_s_us": 20}),
     Start("map_mpc", "map_mpc"),
     Start("linear_sharing", "sharing_cubic", LINEAR),
+    Start("supervised", "sharing_cubic", SUPERVISED, title="torque sharing, with its states"),
 )
 
 

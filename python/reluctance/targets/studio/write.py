@@ -57,6 +57,7 @@ def about(start: Start, drive: Drive) -> dict[str, Any]:
         "R": machine.R_ohm,
         "i_known": min(float(machine.i_known_A), 1e12),
         "follows_torque": drive.control.follows_torque,
+        "supervised": drive.supervision.on,
         "until": drive.simulation.until_s,
         "tables": given_tables(start, drive),
         "controls": controls_of(drive),
