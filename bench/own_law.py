@@ -38,7 +38,7 @@ def us_per_sample(drive: rl.Drive, law: rl.Law | None) -> float:
     """Median user CPU time of one call of a controller [us]."""
     known = drive.known()
     core = drive.control.core(known) if law is None else core_of(law, known)
-    controller = _core.Controller(core, drive.control.frame(known))
+    controller = _core.Controller(core, drive.frame(known))
     random = np.random.default_rng(1)
     n_phases, count = known.n_phases, 20_000
     samples = np.column_stack(

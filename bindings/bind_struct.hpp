@@ -36,7 +36,7 @@ nb::class_<S> bind_struct_with_defaults(nb::module_& m, const char* name, const 
   srm::fields_of(sample, [&]<class... V>(srm::Field<V>... field) {
     bound.def(
         "__init__", [](S* self, const V&... value) { new (self) S{value...}; }, nb::kw_only(),
-        (nb::arg(field.name) = field.value)...);
+        (argument(field) = field.value)...);
   });
   return bound;
 }

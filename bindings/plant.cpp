@@ -27,19 +27,21 @@ void bind_plant(nb::module_& m) {
                             "On-state voltages of switches and diodes: thresholds [V], slopes "
                             "[ohm].");
   bind_each(m, srm::Bridge());
-  bind_struct<srm::Pump>(m, "Pump",
-                         "A pump that lifts water: torque (rows of static heads, columns of "
-                         "sqrt(omega^2 - omega_0^2)) [N m], static head over time [m].")
+  bind_struct_with_defaults<srm::Pump>(
+      m, "Pump",
+      "A pump that lifts water: torque (rows of static heads, columns of "
+      "sqrt(omega^2 - omega_0^2)) [N m], static head over time [m]. By default none.")
       .def(
           "torque",
           [](const srm::Pump& pump, double omega_m, double t) {
             return pump.torque(omega_m, {t, t});
           },
           nb::arg("omega_m"), nb::arg("t"), "Torque at a speed [rad/s] and time [s]; [N m].");
-  bind_struct<srm::Shaft>(m, "Shaft",
-                          "Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], "
-                          "torque tau_0 [N m] and held speed omega [rad/s] over time, and a "
-                          "function of speed [rad/s] that gives more load torque [N m]; a pump.");
+  bind_struct_with_defaults<srm::Shaft>(
+      m, "Shaft",
+      "Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], "
+      "torque tau_0 [N m] and held speed omega [rad/s] over time, and a "
+      "function of speed [rad/s] that gives more load torque [N m]; a pump.");
   bind_struct<srm::RotorSensor>(m, "RotorSensor",
                                 "Encoder counts per revolution, whether it has an index and Hall "
                                 "sensors, error of their edges [rad].");

@@ -118,7 +118,7 @@ def known(given: rl.Drive, belief: Belief) -> Known:
 def run(law: str, point: Point, belief: Belief, *, learn: bool, until: float = UNTIL) -> Result:
     """A run with it."""
     given = drive(law, point, belief, learn=learn)
-    controller = given.control.controller(known(given, belief))
+    controller = given.controller(known(given, belief))
     return rl.simulate(given, until=until, record=None, controller=controller)
 
 
@@ -312,7 +312,7 @@ def loop_until(given: rl.Drive, it: Known, course: list[list[float]], until: flo
     """Adds time and what is learned, every millisecond."""
     from reluctance.drive.run.plant import closed_loop
 
-    loop = closed_loop(given, given.control.controller(it), -1.0)
+    loop = closed_loop(given, given.controller(it), -1.0)
     for t in np.arange(0.001, until, 0.001):
         while loop.advance(float(t)) < t:
             pass

@@ -18,7 +18,6 @@ import reluctance as rl
 from reluctance import _core
 from reluctance.base.figures import save_figure
 from reluctance.base.picture import Picture
-from reluctance.drive.tables.pv_source import available
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "sun_cloud.toml"
@@ -42,7 +41,7 @@ def taken(result: rl.Result, since: float) -> float:
     fine = np.linspace(since, t[-1], 2001)
     return float(
         (energy[-1] - np.interp(since, t, energy))
-        / np.trapezoid(available(result.drive.source, fine), fine)
+        / np.trapezoid(result.drive.source.available(fine), fine)
     )
 
 
@@ -105,7 +104,7 @@ def figure(result: rl.Result, *, title: str) -> Figure:
     t = np.arange(GRID, result.t[-1], GRID)
     volts.plot(result.t, result.u_dc, lw=0.8)
     volts.set(ylabel="dc link (V)", title=title, ylim=(0, None))
-    watts.plot(t, available(result.drive.source, t) / 1e3, "k--", lw=0.8, label="maximum")
+    watts.plot(t, result.drive.source.available(t) / 1e3, "k--", lw=0.8, label="maximum")
     watts.plot(t, power(result, t) / 1e3, lw=1.0, label="taken")
     watts.set(ylabel="array power (kW)", ylim=(0, None))
     watts.legend(loc="upper right", frameon=False)

@@ -17,7 +17,6 @@ import numpy as np
 
 import reluctance as rl
 from reluctance.base.schema import checked
-from reluctance.drive.tables.pv_source import diode_of
 from reluctance.plant.hydraulics.pipe import Hydraulics, Pipe, hydraulics
 from reluctance.plant.hydraulics.pump import RPM, pump_from
 from reluctance.plant.solar.single_diode import power_point
@@ -46,7 +45,7 @@ def tables(drive: rl.Drive) -> tuple[Hydraulics, LossMap]:
 def quasi_static(drive: rl.Drive, G: float, T: float) -> tuple[float, float, float]:
     """Voltage of the array's maximum power [V], speed [rad/s] and shaft power [W] there."""
     water, losses = tables(drive)
-    best = power_point(diode_of(drive.source, np.array([G], float), np.array([T], float)))
+    best = power_point(drive.source.diode(np.array([G], float), np.array([T], float)))
     table = power_table(losses, water, B=drive.machine.B_Nms, Q_max=np.inf)
     omega = speed(table, best.u, best.p)[0]
     return float(best.u[0]), float(omega[0]), float(np.interp(omega, water.omega, water.p_shaft)[0])

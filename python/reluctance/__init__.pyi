@@ -35,11 +35,11 @@ from reluctance.drive.tables.protection import Protection as Protection
 from reluctance.drive.tables.supervision import Supervision as Supervision
 from reluctance.drive.tables.pv_control import PvControl as PvControl
 from reluctance.drive.tables.sections import Converter as Converter
-from reluctance.drive.tables.sections import Load as Load
+from reluctance.drive.tables.load import Load as Load
 from reluctance.drive.tables.sections import Reference as Reference
 from reluctance.drive.tables.sections import Sensing as Sensing
 from reluctance.drive.tables.sections import SimulationSettings as SimulationSettings
-from reluctance.drive.tables.sections import Source as Source
+from reluctance.drive.tables.source import Source as Source
 from reluctance.explore.tuning import tune as tune
 
 __all__: list[str]

@@ -424,10 +424,10 @@ class SharedSwitchBridge:
 
 class Pump:
     """
-    A pump that lifts water: torque (rows of static heads, columns of sqrt(omega^2 - omega_0^2)) [N m], static head over time [m].
+    A pump that lifts water: torque (rows of static heads, columns of sqrt(omega^2 - omega_0^2)) [N m], static head over time [m]. By default none.
     """
 
-    def __init__(self, *, H_static: Course, H_dry: float, k_dry: float, k_shut: float, omega2_per_m: float, H_first: float, H_step: float, s_step: float, tau: _Sequence[float], rise: _Sequence[float], columns: int) -> None: ...
+    def __init__(self, *, H_static: Course = ..., H_dry: float = 0.0, k_dry: float = 0.0, k_shut: float = 0.0, omega2_per_m: float = 0.0, H_first: float = 0.0, H_step: float = 1.0, s_step: float = 1.0, tau: _Sequence[float] = [], rise: _Sequence[float] = [], columns: int = 0) -> None: ...
 
     def torque(self, omega_m: float, t: float) -> float:
         """Torque at a speed [rad/s] and time [s]; [N m]."""
@@ -437,7 +437,7 @@ class Shaft:
     Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], torque tau_0 [N m] and held speed omega [rad/s] over time, and a function of speed [rad/s] that gives more load torque [N m]; a pump.
     """
 
-    def __init__(self, *, rotation: Rotation, J: float, B: float, k: float, tau_0: Course, omega: Course, load: Callable[[float], float] | None, pump: Pump) -> None: ...
+    def __init__(self, *, rotation: Rotation = Rotation.locked, J: float = 1.0, B: float = 0.0, k: float = 0.0, tau_0: Course = ..., omega: Course = ..., load: Callable[[float], float] | None = None, pump: Pump = ...) -> None: ...
 
 class RotorSensor:
     """

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.drive.tables.pump_load import flow, pump
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "sun_cloud.toml"
 OMEGA_REF = 1500 * np.pi / 30
@@ -21,32 +20,31 @@ def test_the_table_gives_the_torque_and_flow_of_the_curves(
 ) -> None:
     load = rl.load(EXAMPLE).load
     omega = r * OMEGA_REF
-    assert pump(load).torque(omega, 0.0) == pytest.approx(p_shaft / omega, rel=1e-4)
-    assert flow(load, [omega], [0.0])[0] * 3600 == pytest.approx(Q_m3ph, abs=0.006)
+    assert load.torque(omega) == pytest.approx(p_shaft / omega, rel=1e-4)
+    assert load.flow([omega], [0.0])[0] * 3600 == pytest.approx(Q_m3ph, abs=0.006)
 
 
 def test_between_the_nodes_the_table_is_the_curve() -> None:
     """Random speeds and static heads against the equations that the table was made from."""
-    from reluctance.drive.tables.pump_load import _curve, _pipe
     from reluctance.plant.hydraulics.pipe import flow as flow_of
 
     load = rl.load(EXAMPLE, ["load.H_static_m=", "load.t_s=[0, 1]", "load.values=[10, 20]"]).load
-    table, (curve, _) = pump(load), _curve(load)
+    table, (curve, _) = load._pump(), load._curve()
     rng = np.random.default_rng(3)
     for omega, t in zip(rng.uniform(20, 178, 200), rng.uniform(0, 1, 200), strict=True):
         r = np.array([omega / curve.omega_ref])
-        power = curve.shaft_power(flow_of(curve, _pipe(load, 10 + 10 * t), r), r)[0]
+        power = curve.shaft_power(flow_of(curve, load._pipe(10 + 10 * t), r), r)[0]
         assert table.torque(omega, t) == pytest.approx(power / omega, rel=1e-3)
 
 
 def test_below_the_static_head_the_torque_is_that_of_a_closed_valve() -> None:
     """H_0 r^2 < H_static: no flow, torque with the square of the speed; r_min = 0.68465."""
     load = rl.load(EXAMPLE).load
-    table = pump(load)
+    table = load._pump()
     low, high = table.torque(50.0, 0.0), table.torque(100.0, 0.0)
     assert high / low == pytest.approx(4, rel=1e-12)
-    assert flow(load, [0.6846 * OMEGA_REF], [0.0])[0] == 0
-    assert flow(load, [0.686 * OMEGA_REF], [0.0])[0] > 0
+    assert load.flow([0.6846 * OMEGA_REF], [0.0])[0] == 0
+    assert load.flow([0.686 * OMEGA_REF], [0.0])[0] > 0
 
 
 def test_a_falling_water_level_takes_flow_and_a_dry_intake_takes_torque() -> None:
@@ -54,8 +52,8 @@ def test_a_falling_water_level_takes_flow_and_a_dry_intake_takes_torque() -> Non
         EXAMPLE,
         ["load.H_static_m=", "load.t_s=[0, 10]", "load.values=[10, 20]", "load.H_dry_m=18"],
     ).load
-    table = pump(load)
-    Q = flow(load, np.full(3, OMEGA_REF), [0.0, 5.0, 7.9])
+    table = load._pump()
+    Q = load.flow(np.full(3, OMEGA_REF), [0.0, 5.0, 7.9])
     assert (np.diff(Q) < 0).all()
     assert table.torque(OMEGA_REF, 8.1) == pytest.approx(0.1 * 42.07 / 2 * 32 / 25, rel=0.01)
-    assert flow(load, [OMEGA_REF], [8.1])[0] == 0
+    assert load.flow([OMEGA_REF], [8.1])[0] == 0

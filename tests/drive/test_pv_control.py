@@ -7,7 +7,6 @@ import pytest
 
 import reluctance as rl
 from reluctance.drive.guard.trip_levels import protection
-from reluctance.drive.tables.pv_source import available, cold_voltage
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "sun_cloud.toml"
 STEADY = ["source.t_s=[0]", "source.poa_global_Wpm2=[1000]", "source.temp_cell_degC=[50]"]
@@ -22,7 +21,7 @@ def taken(result: rl.Result, since: float) -> float:
     """Energy taken over the energy at the maximum power point [1]."""
     t, energy = result.periods["t"], result.periods["E_source"]
     fine = np.linspace(since, t[-1], 1001)
-    offered = np.trapezoid(available(result.drive.source, fine), fine)
+    offered = np.trapezoid(result.drive.source.available(fine), fine)
     return float((energy[-1] - np.interp(since, t, energy)) / offered)
 
 
@@ -147,8 +146,8 @@ def test_a_cold_morning_does_not_trip_the_protection() -> None:
     cloudy = drive()
     levels = protection(cloudy).levels
     assert levels.u_dc_min == 0
-    assert cold_voltage(cloudy.source) < levels.u_dc_max == 450
+    assert cloudy.source.cold_voltage < levels.u_dc_max == 450
     unrated = protection(drive("converter.u_rating_V=")).levels
-    assert unrated.u_dc_max == pytest.approx(1.05 * cold_voltage(cloudy.source))
+    assert unrated.u_dc_max == pytest.approx(1.05 * cloudy.source.cold_voltage)
     with pytest.raises(rl.ParameterError, match="cold bright morning, or it trips before work"):
         protection(drive("protection.u_dc_max_V=300"))

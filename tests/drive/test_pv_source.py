@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive.tables.pv_source import cold_voltage, pv_array
 from reluctance.plant.solar.pv_module import cec_module
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -22,7 +21,7 @@ def drive(*overrides: str) -> rl.Drive:
 
 
 def array() -> _core.PvArray:
-    return pv_array(drive().source)
+    return drive().source.core(240.0)
 
 
 def open_circuit(a: _core.PvArray, G: float, T: float) -> float:
@@ -186,8 +185,8 @@ def test_predictive_control_does_not_feel_the_ripple_of_the_link(G: int, T: int)
 
 def test_a_cold_morning_decides_what_the_switches_must_stand() -> None:
     table = drive().source
-    assert cold_voltage(table) == pytest.approx(open_circuit(array(), 1000, -10))
-    assert cold_voltage(table) > 350 > open_circuit(array(), 1000, 25)
+    assert table.cold_voltage == pytest.approx(open_circuit(array(), 1000, -10))
+    assert table.cold_voltage > 350 > open_circuit(array(), 1000, 25)
     with pytest.raises(rl.ParameterError, match=r"V without load in full sun at -10 degC, need at"):
         drive("converter.u_rating_V=340")
     assert drive("converter.u_rating_V=340", "source.temp_cold_degC=20")

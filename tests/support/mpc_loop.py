@@ -16,13 +16,10 @@ import numpy as np
 from reluctance import _core
 from reluctance.drive.laws.flux_guide import FluxGuide
 from reluctance.drive.run.columns import Rows
-from reluctance.drive.tables.pump_load import pump
-from reluctance.drive.tables.sections import Load
 from reluctance.machine.optimum import OperatingPoint, best_profile, profile_table
 
 BENCH = Path(__file__).parents[2] / "bench"
 RPM = np.pi / 30
-NO_PUMP = pump(Load(kind="locked"))
 U_DC = 240.0  # of the guides
 PAPER = {"N_r": 4, "L_u": 0.67e-3, "L_a": 23.62e-3, "L_sat": 0.15e-3, "i_m": 450.0, "psi_m": 0.468}
 GENERIC = {**PAPER, "L_a": 23.6e-3, "psi_m": 0.486}
@@ -142,16 +139,7 @@ def loop(
         bridge=_core.AsymmetricBridge(
             device=_core.Devices(v_switch=0.0, R_switch=0.0, v_diode=0.0, R_diode=0.0)
         ),
-        shaft=_core.Shaft(
-            rotation=_core.Rotation.locked,
-            J=0.008,
-            B=0.0,
-            k=0.0,
-            tau_0=_constant(0.0),
-            omega=_constant(point.rpm * RPM),
-            load=None,
-            pump=NO_PUMP,
-        ),
+        shaft=_core.Shaft(J=0.008, omega=_constant(point.rpm * RPM)),
         t_dead=0.0,
         sampling=_core.Sampling(
             T_s=timing.T_s,

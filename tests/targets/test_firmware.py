@@ -161,7 +161,7 @@ def test_the_command_line_exports_and_tells_the_fingerprint(tmp_path):
 
 def test_a_controller_of_a_function_drives_the_simulation_as_the_law_does():
     torque = drive("ditc")
-    law = torque.control.controller(torque.known())
+    law = torque.controller()
 
     def step(y, reference):
         return _core.step(law, y, reference)

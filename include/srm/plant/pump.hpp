@@ -21,8 +21,8 @@ struct Pump {
   double k_dry{};                 // torque k_dry omega^2 then [N m s^2]
   double k_shut{};                // with water and without flow [N m s^2]
   double omega2_per_m{};          // [rad^2/s^2/m]
-  double H_first{}, H_step{};     // rows [m]
-  double s_step{};                // columns [rad/s]
+  double H_first{}, H_step = 1;   // rows [m]
+  double s_step = 1;              // columns [rad/s]
   std::vector<double> tau{};      // (rows, columns) [N m]; empty: no pump
   std::vector<double> rise{};     // slope over a column, as many [N m]
   int columns{};

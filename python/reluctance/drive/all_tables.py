@@ -3,65 +3,74 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import MISSING, InitVar, dataclass, field, fields
+from pathlib import Path
+from typing import Any, get_type_hints
 
 import numpy as np
 
+import reluctance.drive.tables.speed_loop as speed_loop
 from reluctance import _core
 from reluctance.base.schema import Section
 from reluctance.drive.tables.control import Control
 from reluctance.drive.tables.known import Known
+from reluctance.drive.tables.load import Load
 from reluctance.drive.tables.protection import Protection
 from reluctance.drive.tables.pv_control import PvControl
 from reluctance.drive.tables.sections import (
     Converter,
-    Load,
     Reference,
     Sensing,
     SimulationSettings,
-    Source,
 )
+from reluctance.drive.tables.source import Source
 from reluctance.drive.tables.supervision import Supervision
+from reluctance.machine.library import machine_from, machine_table
 from reluctance.machine.machine_file import MachineFile
 from reluctance.machine.mismatch import Mismatch, as_known
 from reluctance.machine.operating_point import OperatingPoint
-
-TABLES: dict[str, type[Section]] = {
-    "converter": Converter,
-    "source": Source,
-    "load": Load,
-    "reference": Reference,
-    "sensing": Sensing,
-    "simulation": SimulationSettings,
-    "protection": Protection,
-    "mismatch": Mismatch,
-    "pv_control": PvControl,
-    "supervision": Supervision,
-}
-OPTIONAL = set(TABLES) - {"converter", "load", "reference"}
 
 OVER_VOLTAGE = 1.25  # of u_dc_V: default trip level of the dc link
 BRAKE_FULL, BRAKE_NONE = 0.4, 0.8  # of the way from u_dc_V to the trip level
 
 
-@dataclass(frozen=True, repr=False)
-class Tables:
-    """All that a run depends on. Values carry their units in their names."""
+class ByName:
+    """A machine, which may be given by its name in the library or by the path of its file."""
 
-    name: str
-    machine: MachineFile
+    def __get__(self, drive: object, kind: type | None = None) -> MachineFile:
+        if drive is None:
+            raise AttributeError  # no default
+        found: MachineFile = vars(drive)["machine"]
+        return found
+
+    def __set__(self, drive: object, machine: MachineFile | str | Path) -> None:
+        if isinstance(machine, str | Path):
+            machine = machine_from(machine_table(str(machine), Path()))
+        vars(drive)["machine"] = machine
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Tables:
+    """All that a run depends on: the tables of a drive file, in their order. One with a default may
+    be left out there. Values carry their units in their names."""
+
+    name: str = "drive"
+    machine: ByName = ByName()
     converter: Converter
-    source: Source
+    source: Source = field(default_factory=Source)
     load: Load
     reference: Reference
     control: Control
-    sensing: Sensing
-    simulation: SimulationSettings
-    protection: Protection
-    mismatch: Mismatch
-    pv_control: PvControl
-    supervision: Supervision
+    sensing: Sensing = field(default_factory=Sensing)
+    simulation: SimulationSettings = field(default_factory=SimulationSettings)
+    protection: Protection = field(default_factory=Protection)
+    mismatch: Mismatch = field(default_factory=Mismatch)
+    pv_control: PvControl = field(default_factory=PvControl)
+    supervision: Supervision = field(default_factory=Supervision)
+    check_torque: InitVar[bool] = True
+
+    def __post_init__(self, check_torque: bool) -> None:
+        """A drive is checked here."""
 
     def __repr__(self) -> str:
         return (
@@ -95,27 +104,43 @@ class Tables:
             t_dead=self.converter.t_dead,
             angle_step=self.sensing.angle_step(self.machine.n_phases, self.machine.N_r),
             tracker_bandwidth=self.sensing.tracker_bandwidth,
-            frame=self._frame(),
+            edges=_core.EdgeLimits(
+                t_min=self.converter.t_min, t_blank=self.sensing.t_blank, T_s=self.control.T_s
+            ),
             i_step=self.sensing.i_step,
             i_noise=self.sensing.i_noise,
             v_switch=self.converter.v_switch_V,
             v_diode=self.converter.v_diode_V,
         )
 
-    def _frame(self) -> dict[str, Any]:
-        """Fields of _core.Frame that converter, sensors and array give."""
+    def frame(self, known: Known) -> _core.Frame:
+        """What stands around every law of such a drive."""
+        K_p, K_i = self.control.gains(known)
+        observed = known.reference == "speed" and K_i is None
         u_full, u_none = self.u_brake
-        frame: dict[str, Any] = {
-            "comparators": getattr(_core.Comparators, self.sensing.comparators),
-            "edges": _core.EdgeLimits(
-                t_min=self.converter.t_min, t_blank=self.sensing.t_blank, T_s=self.control.T_s
+        pv = {"pv": self._pv_control()} if known.reference == "pv" else {}
+        return _core.Frame(
+            outer=getattr(_core.Outer, known.reference),
+            speed=_core.SpeedPi(
+                K_p=K_p,
+                K_i=K_i or 0.0,
+                tau_min=-known.tau_max,
+                tau_max=known.tau_max,
+                T_s=known.T_s,
             ),
-            "u_brake_full": u_full,
-            "u_brake_none": u_none,
-        }
-        if self.reference.kind == "pv":
-            frame["pv"] = self._pv_control()
-        return frame
+            ramp=speed_loop.ramp(known, rate=self.control.speed_rate, torque_limited=observed),
+            load=_core.LoadTorque.observer if observed else _core.LoadTorque.integral,
+            motion=_core.Motion.tracked if known.angle_step > 0 else _core.Motion.measured,
+            tracker=speed_loop.observer(known).core(known),
+            delay=known.delay,
+            comparators=getattr(_core.Comparators, self.sensing.comparators),
+            t_dead=known.t_dead,
+            edges=known.edges,
+            u_brake_full=u_full,
+            u_brake_none=u_none,
+            limits=self.control.limits,
+            **pv,
+        )
 
     def _all_of_sign(self, asked: Sequence[float], sign: int) -> bool:
         """Every torque of a reference motors, 1, or brakes, -1, at a speed that is held."""
@@ -144,9 +169,11 @@ class Tables:
             delay=self.sensing.delay_samples,
         )
 
-    def controller(self) -> _core.Controller:
-        """The control law with all that stands around it."""
-        return self.control.controller(self.known())
+    def controller(self, known: Known | None = None) -> _core.Controller:
+        """The control law with all that stands around it and its state, ready to be sampled.
+        known: in the place of what the drive file lets it know."""
+        known = known or self.known()
+        return _core.Controller(self.control.core(known), self.frame(known))
 
     def at(self, omega_m: float) -> OperatingPoint:
         """The plant at a speed [rad/s]: its machine as it is, not as the control believes."""
@@ -170,3 +197,11 @@ class Tables:
         asked = self.reference.kind in ("speed", "pv")
         speeds = self.reference.course if asked else self.load.omega
         return float(np.max(np.abs(speeds[1])))
+
+
+TABLES: dict[str, type[Section]] = {  # but [machine] and [control], of which there are several
+    name: kind
+    for name, kind in get_type_hints(Tables).items()
+    if isinstance(kind, type) and issubclass(kind, Section) and kind is not Control
+}
+OPTIONAL = {f.name for f in fields(Tables) if f.default_factory is not MISSING}

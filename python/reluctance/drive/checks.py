@@ -5,7 +5,6 @@ import numpy as np
 from reluctance.base.errors import ParameterError
 from reluctance.base.phases import LETTERS
 from reluctance.drive.all_tables import Tables
-from reluctance.drive.tables.pv_source import cold_voltage
 
 
 def check_together(drive: Tables) -> None:
@@ -108,7 +107,7 @@ def check_torque_in_reach(drive: Tables) -> None:
 def _check_array(drive: Tables) -> None:
     """What an array asks of switches and controller."""
     if drive.source.kind == "pv":
-        u_cold, rating = cold_voltage(drive.source), drive.converter.u_rating_V
+        u_cold, rating = drive.source.cold_voltage, drive.converter.u_rating_V
         if rating is not None and u_cold > rating:
             raise ParameterError(
                 f"[source] n_series = {drive.source.n_series}: {u_cold:.4g} V without load in full "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -15,21 +14,9 @@ from reluctance.drive.laws import table_of
 from reluctance.drive.overrides import plain, put
 from reluctance.drive.plausible import check_plausible
 from reluctance.drive.tables.control import Control
-from reluctance.drive.tables.protection import Protection
-from reluctance.drive.tables.pv_control import PvControl
-from reluctance.drive.tables.sections import (
-    Converter,
-    Load,
-    Reference,
-    Sensing,
-    SimulationSettings,
-    Source,
-)
-from reluctance.drive.tables.supervision import Supervision
 from reluctance.drive.write import write_drive
-from reluctance.machine.library import machine_from, machine_table
+from reluctance.machine.library import machine_from
 from reluctance.machine.machine_file import MachineFile
-from reluctance.machine.mismatch import Mismatch
 
 
 class Drive(Tables):
@@ -42,7 +29,7 @@ class Drive(Tables):
     converter, load, reference, control : Converter, Load, Reference, Control
         A control law is a table too, as `EdgeMpc(T_s_us=20)`.
     source, sensing, simulation, protection, mismatch, pv_control, supervision : optional
-        What is left out has its defaults.
+        Likewise. What is left out has its defaults.
     name : str
         For titles and files.
     check_torque : bool
@@ -68,41 +55,7 @@ class Drive(Tables):
     True
     """
 
-    def __init__(
-        self,
-        *,
-        machine: MachineFile | str | Path,
-        converter: Converter,
-        load: Load,
-        reference: Reference,
-        control: Control,
-        source: Source | None = None,
-        sensing: Sensing | None = None,
-        simulation: SimulationSettings | None = None,
-        protection: Protection | None = None,
-        mismatch: Mismatch | None = None,
-        pv_control: PvControl | None = None,
-        supervision: Supervision | None = None,
-        name: str = "drive",
-        check_torque: bool = True,
-    ) -> None:
-        if isinstance(machine, str | Path):
-            machine = machine_from(machine_table(str(machine), Path()))
-        super().__init__(
-            name=name,
-            machine=machine,
-            converter=converter,
-            source=source or Source(),
-            load=load,
-            reference=reference,
-            control=control,
-            sensing=sensing or Sensing(),
-            simulation=simulation or SimulationSettings(),
-            protection=protection or Protection(),
-            mismatch=mismatch or Mismatch(),
-            pv_control=pv_control or PvControl(),
-            supervision=supervision or Supervision(),
-        )
+    def __post_init__(self, check_torque: bool) -> None:
         self._check_kinds()
         check_together(self)
         check_plausible(self)
@@ -157,7 +110,7 @@ class Drive(Tables):
     def computed(self, **tables: Section) -> Drive:
         """A copy with tables that were computed from checked ones, and are not checked again."""
         copy = object.__new__(Drive)
-        Tables.__init__(copy, **{f.name: getattr(self, f.name) for f in fields(self)} | tables)
+        vars(copy).update(vars(self) | tables)
         return copy
 
     def save(self, path: str | Path, *, comment: str = "") -> None:

@@ -15,7 +15,7 @@ from reluctance.base.files import read_toml, toml_value
 from reluctance.base.reading import reading
 from reluctance.base.schema import Section, checked, did_you_mean
 from reluctance.drive.drive import Drive
-from reluctance.drive.tables.pv_source import COLD_G
+from reluctance.drive.tables.source import COLD_G
 from reluctance.plant.hydraulics.pipe import Pipe
 from reluctance.plant.hydraulics.pump import Pump, pump_from
 from reluctance.plant.solar.single_diode import open_circuit

@@ -25,7 +25,7 @@ def controller(drive: Drive, law: _core.Law | None = None) -> _core.Controller:
         return drive.controller()
     known = drive.known()
     law = drive.control.core(known) if law is None else law
-    frame = drive.control.frame(known)
+    frame = drive.frame(known)
     if not drive.supervision.on:
         return _core.Controller(law, frame)
     guard = protection(drive)

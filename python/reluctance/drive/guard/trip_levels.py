@@ -9,7 +9,6 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.units import from_si, to_si
 from reluctance.drive.all_tables import OVER_VOLTAGE
 from reluctance.drive.drive import Drive
-from reluctance.drive.tables.pv_source import cold_voltage
 from reluctance.drive.tables.speed_loop import observer
 
 OVER_CURRENT = 1.2  # of i_max_A
@@ -50,10 +49,10 @@ def protection(drive: Drive) -> _core.Protection:
     lowest, highest = _voltages(drive)
     u_dc_min = _given(table.u_dc_min_V, lowest)
     u_dc_max = _given(table.u_dc_max_V, highest)
-    if drive.source.kind == "pv" and u_dc_max <= cold_voltage(drive.source):
+    if drive.source.kind == "pv" and u_dc_max <= drive.source.cold_voltage:
         raise ParameterError(
             f"[protection] u_dc_max_V = {u_dc_max:g}, need more than the "
-            f"{cold_voltage(drive.source):.4g} V of a cold bright morning, or it trips before work"
+            f"{drive.source.cold_voltage:.4g} V of a cold bright morning, or it trips before work"
         )
     if not u_dc_min < u_dc < u_dc_max:
         raise ParameterError(
@@ -182,7 +181,7 @@ def _voltages(drive: Drive) -> tuple[float, float]:
     open-circuit voltage on a cold morning."""
     if drive.source.kind != "pv":
         return UNDER_VOLTAGE * drive.converter.u_dc_V, OVER_VOLTAGE * drive.converter.u_dc_V
-    margin = ABOVE_COLD * cold_voltage(drive.source)
+    margin = ABOVE_COLD * drive.source.cold_voltage
     return 0.0, drive.converter.u_rating_V or margin
 
 

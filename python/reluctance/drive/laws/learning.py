@@ -41,7 +41,7 @@ class Learns(Control):
         inductance = _core.magnetics(known.magnetics, np.zeros(1), np.zeros(1))[0, 3]
         return _core.StrokeFit(
             drops=_core.Drops(t_dead=known.t_dead, v_switch=known.v_switch, v_diode=known.v_diode),
-            edges=known.frame["edges"],
+            edges=known.edges,
             L_u=float(inductance),
             i_least=max(
                 STEPS_OF_NOTHING * known.i_step + NOISE_OF_NOTHING * known.i_noise,

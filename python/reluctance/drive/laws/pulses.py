@@ -17,10 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from reluctance import _core
 from reluctance.base.units import from_si
-from reluctance.drive.tables.control import Control
 from reluctance.drive.tables.known import Known
-from reluctance.drive.tables.parts import bridge, course, shaft, source
-from reluctance.drive.tables.sections import Converter, Load, Sensing, Source
+from reluctance.drive.tables.load import Load
+from reluctance.drive.tables.over_time import course
+from reluctance.drive.tables.sections import Converter, Sensing
+from reluctance.drive.tables.source import Source
+from reluctance.machine.operating_point import Magnetics
 
 FloatArray = NDArray[np.float64]
 
@@ -109,9 +111,9 @@ def full_flux_speed(known: Known) -> float:
     return float(np.pi) * known.u_dc / (known.N_r * psi)
 
 
-def plain(known: Known) -> Control:
-    """What every law has, in double precision and without limits of the user."""
-    return Control.model_validate({"T_s_us": 1e6 * known.T_s})
+def double_precision(known: Known) -> tuple[Magnetics, int, bool]:
+    """What the core needs of every law."""
+    return known.magnetics, known.n_phases, False
 
 
 def chopped(known: Known, half: float, *, brakes: bool, hard: bool) -> FixedLaw:
@@ -122,7 +124,7 @@ def chopped(known: Known, half: float, *, brakes: bool, hard: bool) -> FixedLaw:
 
     def controller(known: Known, conduction: _core.Conduction, i: float) -> _core.Controller:
         law = _core.angles(
-            *plain(known).built_for(known),
+            *double_precision(known),
             conduction=conduction,
             reference=_core.MeanTorque.constant(i),
             i_band=max(half, min(coarse, BAND_WIDEST * i)),
@@ -130,7 +132,7 @@ def chopped(known: Known, half: float, *, brakes: bool, hard: bool) -> FixedLaw:
             watch=_core.AngleWatch.compare,
             table=_core.PulseTable(),
         )
-        return _core.Controller(law, plain(known).frame(known))
+        return _core.Controller(law, _core.Frame(delay=known.delay))
 
     still = replace(_exact(known), T_s=period(known) / SAMPLES, delay=0)
     smooth = half < coarse
@@ -153,7 +155,6 @@ def _exact(known: Known) -> Known:
         brakes=False,
         t_dead=0.0,
         angle_step=0.0,
-        frame={},
         i_step=0.0,
         i_noise=0.0,
         tracker_bandwidth=None,
@@ -162,17 +163,16 @@ def _exact(known: Known) -> Known:
 
 def _plant(known: Known, tau: float) -> dict[str, Any]:
     """What a controller believes in, held at the working speed with this torque reference."""
-    held = Load.model_validate({"kind": "locked", "speed_rpm": from_si(known.omega_m, "rpm")})
-    converter = Converter.model_validate({"u_dc_V": known.u_dc})
-    sensing = Sensing.model_validate({"delay_samples": known.delay})
+    held = Load(kind="locked", speed_rpm=from_si(known.omega_m, "rpm"))
+    sensing = Sensing(delay_samples=known.delay)
     return {
         "machine": known.magnetics,
         "R": known.R,
-        "source": source(Source.model_validate({}), known.u_dc),
-        "bridge": bridge(converter),
-        "shaft": shaft(held, J=known.J, B=0.0),
+        "source": Source().core(known.u_dc),
+        "bridge": Converter(u_dc_V=known.u_dc).core(),
+        "shaft": held.core(J=known.J, B=0.0),
         "t_dead": 0.0,
-        "sampling": _core.Sampling(T_s=known.T_s, angle_offset=0.0, **sensing.sampling(known.N_r)),
+        "sampling": sensing.core(T_s=known.T_s, N_r=known.N_r),
         "reference": course(([0.0], [tau])),
         "theta_m": 0.0,
         "resolution": _core.Resolution(

@@ -11,7 +11,7 @@ from pydantic import Field
 from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.drive.laws.pulse_current import PulseCurrent, pulse_angles
-from reluctance.drive.laws.pulses import PERIODS, FixedLaw, period, plain
+from reluctance.drive.laws.pulses import PERIODS, FixedLaw, double_precision, period
 from reluctance.drive.tables.known import Known
 from reluctance.drive.tables.variants import CARRIER, Look, Variant
 
@@ -74,14 +74,14 @@ class PwmCurrent(PulseCurrent):
 
         def controller(known: Known, conduction: _core.Conduction, i: float) -> _core.Controller:
             law = _core.pwm_current(
-                *plain(known).built_for(known),
+                *double_precision(known),
                 conduction=conduction,
                 reference=_core.MeanTorque.constant(i),
                 R=known.R,
                 bandwidth=bandwidth,
                 T_s=known.T_s,
             )
-            return _core.Controller(law, plain(known).frame(known))
+            return _core.Controller(law, _core.Frame(delay=known.delay))
 
         periods = int(np.ceil(max(AVERAGED * T_s / period(known), PERIODS)))
         return FixedLaw(replace(known, T_s=T_s), brakes, controller, periods)

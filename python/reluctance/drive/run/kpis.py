@@ -9,9 +9,6 @@ from reluctance.base.key_figures import Kpis
 from reluctance.drive.drive import Drive
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.losses import switching_loss
-from reluctance.drive.tables.parts import bridge
-from reluctance.drive.tables.pump_load import flow
-from reluctance.drive.tables.pv_source import available
 
 SUN_SAMPLES = 501  # of the irradiance over the window: a cloud of a second takes 40 of them in 13 s
 ROUNDING = 1e-10  # of the energy from the dc link: less is lost by no device
@@ -50,7 +47,7 @@ def kpis(rows: Rows, drive: Drive, *, p_fe: float | None, wall_s_per_sim_s: floa
     link = window.rise("E_source") - window.rise("E_loss") - window.rise("W_dc") - E_dc
     left_open = abs(link) + abs(E_winding - E_cu - E_mech - window.rise("W_f"))
     lost = E_dc - E_winding
-    n_switches = _core.n_switches(bridge(drive.converter), machine.n_phases)
+    n_switches = _core.n_switches(drive.converter.core(), machine.n_phases)
     lengths = np.diff(window["t"])
     whole = lengths > lengths.max() / 2  # not the instant between two rows of one end
     means = np.diff(window["tau"])[whole] / lengths[whole]  # torque of each period
@@ -97,7 +94,7 @@ def _tracking(drive: Drive, window: Rows) -> float | None:
     if drive.source.kind != "pv":
         return None
     t = np.linspace(window["t"][0], window["t"][-1], SUN_SAMPLES)
-    best = float(available(drive.source, t).mean()) * window.rise("t")
+    best = float(drive.source.available(t).mean()) * window.rise("t")
     return _ratio(window.rise("E_source"), best)
 
 
@@ -109,7 +106,7 @@ def _mean_flow(drive: Drive, window: Rows) -> float | None:
     lengths = np.diff(t)
     kept = lengths > 0
     omega = np.diff(theta)[kept] / lengths[kept]
-    Q = flow(drive.load, omega, t[:-1][kept])
+    Q = drive.load.flow(omega, t[:-1][kept])
     return float(np.average(Q, weights=lengths[kept])) if kept.any() else None
 
 

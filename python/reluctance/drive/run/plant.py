@@ -7,7 +7,7 @@ from typing import Any
 from reluctance import _core
 from reluctance.base.units import to_si
 from reluctance.drive.drive import Drive
-from reluctance.drive.tables.parts import bridge, course, shaft, source
+from reluctance.drive.tables.over_time import course
 from reluctance.drive.tables.supervision import Supervision
 
 EMPTY = 0.01  # of its voltage: the dc link before its precharge
@@ -23,21 +23,21 @@ def closed_loop(
 
 def loop_parts(drive: Drive, record_every: float) -> dict[str, Any]:
     """All parts of the loop but its controller."""
-    machine, sensing, load = drive.machine, drive.sensing, drive.load
+    machine = drive.machine
     rises = drive.supervision.precharge_ms > 0
     return {
         "machine": machine.magnetics,
         "R": machine.R,
         "source": precharged(drive, drive.supervision)
         if rises
-        else source(drive.source, drive.converter.u_dc_V),
-        "bridge": bridge(drive.converter),
-        "shaft": shaft(load, J=drive.J, B=machine.B_Nms),
+        else drive.source.core(drive.converter.u_dc_V),
+        "bridge": drive.converter.core(),
+        "shaft": drive.load.core(J=drive.J, B=machine.B_Nms),
         "t_dead": drive.converter.t_dead,
-        "sampling": _core.Sampling(
+        "sampling": drive.sensing.core(
             T_s=drive.control.T_s,
+            N_r=machine.N_r,
             angle_offset=to_si(drive.mismatch.angle_offset_deg, "deg"),
-            **sensing.sampling(machine.N_r),
         ),
         "reference": course(drive.reference.course),
         "theta_m": to_si(drive.simulation.theta_start_deg, "deg"),
@@ -56,4 +56,4 @@ def precharged(
     u_dc, start = drive.converter.u_dc_V, supervision.enable_s or 0.0
     end = start + supervision.si["precharge"]
     rise = drive.source.computed(t_s=[start, end], values=[EMPTY * u_dc, u_dc])
-    return source(rise, u_dc)
+    return rise.core(u_dc)

@@ -12,7 +12,6 @@ from reluctance.base.phases import GREEN, LETTERS, phase_name
 from reluctance.base.picture import Picture, styled
 from reluctance.base.units import from_si
 from reluctance.drive.run.record import Record
-from reluctance.drive.tables.pv_source import diode_of
 from reluctance.plant.solar.single_diode import Diode, current, power_point
 
 SHORT = 0.02  # of a run: a state that is too short for its name
@@ -156,7 +155,7 @@ def _diode(result: Record) -> Diode:
     """The array's curve at the instants of the run."""
     source = result.drive.source
     G = np.interp(result.t, source.t_s, source.poa_global_Wpm2 or [])
-    return diode_of(source, G, np.interp(result.t, source.t_s, source.temp_cell_degC or []))
+    return source.diode(G, np.interp(result.t, source.t_s, source.temp_cell_degC or []))
 
 
 def overview(result: Record, *, last_periods: float = 2.0) -> Figure:

@@ -16,7 +16,6 @@ from reluctance.drive.drive import Drive
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.events import MODES, Event
 from reluctance.drive.run.learned import Learned
-from reluctance.drive.tables.pump_load import flow
 
 WAVEFORMS = (
     *("t", "theta_m", "omega_m", "tau", "tau_ref", "u_dc"),  # (n,)
@@ -93,7 +92,7 @@ class Record:
     @property
     def Q(self) -> FloatArray:
         """Flow of the pump, shape (n,) [m^3/s]; 0 where the load has none."""
-        return flow(self.drive.load, self.omega_m, self.t)
+        return self.drive.load.flow(self.omega_m, self.t)
 
     @property
     def mode(self) -> NDArray[np.int64] | None:

@@ -94,16 +94,14 @@ class Control(Section):
         """The law itself."""
         raise NotImplementedError
 
-    def controller(self, known: Known) -> _core.Controller:
-        """The law with all that stands around it and its state, ready to be sampled."""
-        return _core.Controller(self.core(known), self.frame(known))
-
     def built_for(self, known: Known) -> tuple[Magnetics, int, bool]:
         """What the core needs of every law: machine as believed, phases, single precision."""
         return known.magnetics, known.n_phases, self.precision == "float"
 
     def gains(self, known: Known) -> tuple[float, float | None]:
-        """Of the speed loop [N m s/rad, N m/rad]; no integral one: the load torque is observed."""
+        """Of the speed loop [N m s/rad, N m/rad]; no integral one: the load torque is observed. A
+        given bandwidth sets the proportional gain on inertia alone; the integral one acts half as
+        fast."""
         given = self.speed_bandwidth_Hz
         if given is None and known.reference == "pv":
             given = speed_loop.PV_BANDWIDTH_Hz
@@ -115,34 +113,15 @@ class Control(Section):
         return K_p, K_p * bandwidth / 2 if self.K_i_Nm is None else self.K_i_Nm
 
     @property
+    def limits(self) -> _core.UserLimits:
+        """Of torque and current, below what the law is built for."""
+        return _core.UserLimits(
+            tau=NO_LIMIT if self.torque_limit_Nm is None else self.torque_limit_Nm,
+            i=NO_LIMIT if self.current_limit_A is None else self.current_limit_A,
+        )
+
+    @property
     def speed_rate(self) -> float | None:
         """Greatest rate of the speed reference; None where there is none [rad/s^2]."""
         given = self.speed_rate_rpmps
         return None if given is None else to_si(given, "rpmps")
-
-    def frame(self, known: Known) -> _core.Frame:
-        """What stands around every law. A given bandwidth of the speed loop sets the proportional
-        gain on inertia alone; the integral one acts half as fast."""
-        K_p, K_i = self.gains(known)
-        observed = known.reference == "speed" and K_i is None
-        return _core.Frame(
-            outer=getattr(_core.Outer, known.reference),
-            speed=_core.SpeedPi(
-                K_p=K_p,
-                K_i=K_i or 0.0,
-                tau_min=-known.tau_max,
-                tau_max=known.tau_max,
-                T_s=known.T_s,
-            ),
-            ramp=speed_loop.ramp(known, rate=self.speed_rate, torque_limited=observed),
-            load=_core.LoadTorque.observer if observed else _core.LoadTorque.integral,
-            motion=_core.Motion.tracked if known.angle_step > 0 else _core.Motion.measured,
-            tracker=speed_loop.observer(known).core(known),
-            limits=_core.UserLimits(
-                tau=NO_LIMIT if self.torque_limit_Nm is None else self.torque_limit_Nm,
-                i=NO_LIMIT if self.current_limit_A is None else self.current_limit_A,
-            ),
-            delay=known.delay,
-            t_dead=known.t_dead,
-            **known.frame,
-        )

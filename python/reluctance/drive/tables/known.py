@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
+from reluctance import _core
 from reluctance.machine.machine_file import MachineFile
 from reluctance.machine.operating_point import Magnetics, OperatingPoint
 
@@ -28,9 +28,7 @@ class Known:
     t_dead: float  # from the order to turn on until a switch is on [s]
     angle_step: float  # of the angle sensor, mechanical; 0 of an ideal one [rad]
     tracker_bandwidth: float | None  # of the observer, where the drive file gives it [rad/s]
-    # Fields of _core.Frame that are no matter of the [control] table. What is computed once from a
-    # Known, as tables of currents, does not depend on them.
-    frame: Mapping[str, Any] = field(compare=False)
+    edges: _core.EdgeLimits = field(compare=False)  # no table of currents depends on them
     i_step: float = 0.0  # of the current converter; 0 of an ideal one [A]
     i_noise: float = 0.0  # of the currents, rms [A]
     v_switch: float = 0.0  # threshold voltages of a switch and of a diode [V]

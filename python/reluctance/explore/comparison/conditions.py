@@ -10,7 +10,8 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.schema import checked
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive
-from reluctance.drive.tables.sections import Load, Reference
+from reluctance.drive.tables.load import Load
+from reluctance.drive.tables.sections import Reference
 from reluctance.explore.limits.point import operating_point as asked_of
 
 COMPARATORS = {

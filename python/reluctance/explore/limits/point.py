@@ -7,7 +7,6 @@ import numpy as np
 from reluctance.base.errors import ParameterError
 from reluctance.base.units import to_si
 from reluctance.drive.drive import Drive
-from reluctance.drive.tables.pump_load import pump
 
 
 def operating_point(
@@ -32,8 +31,7 @@ def operating_point(
         raise ParameterError(
             f"[reference] kind = {drive.reference.kind!r} asks for no torque; give one with --tau"
         )
-    load = drive.load.torque(speed) + pump(drive.load).torque(speed, 0.0)
-    return load + drive.machine.B_Nms * speed, speed
+    return drive.load.torque(speed) + drive.machine.B_Nms * speed, speed
 
 
 def check_point(

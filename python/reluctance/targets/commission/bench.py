@@ -15,8 +15,6 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.units import to_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.run.plant import loop_parts
-from reluctance.drive.tables.pump_load import pump
-from reluctance.drive.tables.sections import Load
 from reluctance.targets.export.commission_levels import Levels
 from reluctance.targets.export.commission_levels import commission as routines_of
 
@@ -223,14 +221,9 @@ def write_pulses(path: str | Path, recordings: Sequence[Found], drive: Drive) ->
 
 def rotor(drive: Drive, *, clamped: bool, friction: float = 0.0) -> _core.Shaft:
     """The rotor alone: clamped, or free with the friction of the machine file and a dry one."""
-    nothing = _core.Course(t=[0.0], value=[0.0])
     return _core.Shaft(
         rotation=_core.Rotation.locked if clamped else _core.Rotation.turning,
         J=drive.machine.J_kgm2,
         B=drive.machine.B_Nms,
-        k=0.0,
-        tau_0=nothing,
-        omega=nothing,
         load=(lambda omega: float(friction * np.tanh(omega / CREEP))) if friction else None,
-        pump=pump(Load.model_validate({"kind": "locked", "speed_rpm": 0.0})),
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from reluctance.drive.drive import Drive
-from reluctance.drive.tables.pv_source import cold_voltage
 
 SIGNAL = (
     "\n| array current | in, analog | drive | before the dc-link capacitor, mean of a period; "
@@ -47,7 +46,7 @@ def array_marks(drive: Drive) -> dict[str, str]:
         "p_sleep": law.p_sleep_W,
         "dry": DRY.format(rest=law.rest_s) if law.k_dry_Nms2 else NOT_DRY,
         "cold": drive.source.temp_cold_degC,
-        "u_cold": cold_voltage(drive.source),
+        "u_cold": drive.source.cold_voltage,
     }
     spin = {"u_dc": u_dc, "speed": drive.reference.speed_rpm, "ramp": law.acceleration_rpmps}
     return {

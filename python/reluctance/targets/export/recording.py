@@ -25,7 +25,8 @@ class Recording:
 
 def desk_controller(drive: Drive) -> _core.Controller:
     """The controller that the target will run, on the desk: in single precision."""
-    return drive.control.model_copy(update={"precision": "float"}).controller(drive.known())
+    control = drive.control.model_copy(update={"precision": "float"})
+    return drive.computed(control=control).controller()
 
 
 def record(drive: Drive, *, steps: int = STEPS) -> Recording:

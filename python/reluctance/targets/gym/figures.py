@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from reluctance import _core
-from reluctance.drive.tables.parts import bridge
 from reluctance.targets.gym.episodes import Episodes, rules_tau
 
 
@@ -20,7 +19,7 @@ def figures(episodes: Episodes, batch: _core.Batch, drive: int) -> dict[str, flo
     """
     t, tau, error, E_cu, E_mech, E_dc, turn_ons = batch.figures(drive)
     of = episodes.drive
-    n_switches = _core.n_switches(bridge(of.converter), of.machine.n_phases)
+    n_switches = _core.n_switches(of.converter.core(), of.machine.n_phases)
     found = {
         "tau_mean": tau / t,
         "p_cu": E_cu / t,
