@@ -38,9 +38,10 @@ proofs: $(VENV)/installed-test
 drawn: $(VENV)/installed
 	$(BIN)/python studies/drawn.py $(if $(SEED),--seed $(SEED))
 
-# A hundred small faults of the code from a new seed, or SEED=N: those that no test sees.
+# A hundred small faults of the code from a new seed, or SEED=N: those that no test sees. SHARD=2/4
+# is the second of four parts of a seed.
 mutants: $(VENV)/installed-test
-	$(BIN)/python tests/support/mutants.py $(if $(SEED),--seed $(SEED))
+	$(BIN)/python tests/support/mutants.py --shard $(SHARD) $(if $(SEED),--seed $(SEED))
 
 # Every published and measured case, into docs/published.csv.
 published: $(VENV)/installed

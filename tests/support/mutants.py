@@ -1,41 +1,61 @@
 """Question: which small faults of the code does no test see?
 
-    python tests/support/mutants.py [--seed N] [--python N] [--cpp N] [--jobs N] [--only PART]
+    python tests/support/mutants.py [--seed N] [--python N] [--cpp N] [--shard K/N] [--only PART]
 
-Draws places in python/reluctance and include/srm from a seed (new and printed without one), changes
-one operator, number, condition or statement there in a copy, and runs the tests nearest to it:
-of the package the test files that name what was changed, the rarest names first; of the headers the
-checks in tests/core that include them. A change that no test fails is printed as a survivor.
+Draws places in python/reluctance and include/srm from a seed (new and printed without one) and
+changes one operator, number, condition or statement there in a copy of the repository. The tests of
+the folders that the code belongs to judge it there, those that name what was changed first, and the
+nearest of all others; a changed header is judged by the core built with it. A test that fails
+counts where it passes without the fault. A change that no test fails is printed as a survivor.
 
 Why no kept library: mutmut and cosmic-ray make and run every mutant of a package against one test
-command. Here a draw of a hundred must end in half an hour, each against the tests next to it, and
-the copies of the package share one built extension.
+command. Here a draw of a hundred must end in half an hour, each against the tests of its place, and
+headers need a core of their own.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import csv
+import importlib.util
 import math
 import os
 import random
 import re
+import resource
 import secrets
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from queue import SimpleQueue
 
 ROOT = Path(__file__).parents[2]
 PACKAGE, HEADERS, TESTS = ROOT / "python" / "reluctance", ROOT / "include", ROOT / "tests"
-NEAREST = 4  # test files of a Python mutant
-LIMIT = 240  # of a mutant's tests; more is an endless loop [s]
-FLAGS = ("-std=c++20", "-O1", "-ffp-contract=off", f"-I{TESTS}/core")
+NEAREST = 4  # test files besides those of the folder
+LIMIT = 120  # of one test, which takes 10 s at most; more is an endless loop [s]
+LEFT_OUT = (".*", "build", "out", "dist", "__pycache__", "*.so", "node_modules")
+FOLDERS = {  # of tests, by the first that a header's place begins with
+    "base": ("core",),
+    "machine": ("machine", "core"),
+    "plant": ("plant", "core", "drive"),
+    "control/law": ("drive", "core"),
+    "control/commission": ("targets",),
+    "control": ("core", "drive"),
+    "sim": ("core", "drive"),
+    "c_api": ("targets",),
+    "fmi": ("targets",),
+}
+ENDED = "a test that ended the process"
+FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+(?:\[.*?\])?)(?: - .*)?$", re.M)
 SWAPS: dict[type, type] = {
     **{ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult},
     **{ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt},
@@ -70,7 +90,8 @@ def changed(node: ast.AST) -> ast.AST | None:
     if isinstance(node, ast.Compare) and type(node.ops[0]) in SWAPS:
         return _with(node, ops=[SWAPS[type(node.ops[0])](), *node.ops[1:]])
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        return ast.Constant(node.value * 1.05 if isinstance(node.value, float) else node.value + 1)
+        value = node.value
+        return ast.Constant(value * 1.05 or 1.0 if isinstance(value, float) else value + 1)
     if isinstance(node, ast.Constant) and isinstance(node.value, bool):
         return ast.Constant(not node.value)
     if isinstance(node, ast.If | ast.IfExp):
@@ -142,7 +163,8 @@ def cpp_mutant(file: Path, draw: random.Random) -> Mutant | None:
     n, at, operator = draw.choice(found)
     other = [*lines]
     other[n] = lines[n][:at] + CPP_SWAPS[operator] + lines[n][at + len(operator) :]
-    return Mutant(file, n + 1, lines[n].strip()[:80], other[n].strip()[:80], "\n".join(other))
+    shown = [line.strip()[:80] for line in (lines[n], other[n])]
+    return Mutant(file, n + 1, shown[0], shown[1], "\n".join(other), (file.stem,))
 
 
 @cache
@@ -154,90 +176,157 @@ def tests() -> dict[Path, Counter[str]]:
     }
 
 
-def nearest(names: tuple[str, ...]) -> list[Path]:
-    """The test files that say most of these names, a rare name counting more."""
+def nearest(names: Iterable[str]) -> list[Path]:
+    """The test files that say these names, those that say most first; a rare name counts more."""
     words = {part for name in names for part in (name, f"reluctance.{name}") if len(part) > 2}
     score: Counter[Path] = Counter()
     for word in words:
         those = [file for file, said in tests().items() if said[word]]
         for file in those:
             score[file] += math.log1p(tests()[file][word]) / len(those)
-    return [file for file, _ in score.most_common(NEAREST)]
+    return [file for file, _ in score.most_common()]
 
 
-def python_killed(mutant: Mutant) -> bool:
-    """Whether a test near the fault fails."""
-    with tempfile.TemporaryDirectory() as folder:
-        for entry in ROOT.iterdir():  # examples, machines, headers: the package looks for them
-            if entry.name != "python":
-                (Path(folder) / entry.name).symlink_to(entry)
-        copy = Path(folder) / "python" / "reluctance"
-        skip = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(PACKAGE, copy, ignore=skip, copy_function=os.symlink)
-        place = copy / mutant.file.relative_to(PACKAGE)
-        place.unlink()
-        place.write_text(mutant.text, encoding="utf-8")
-        environment = os.environ | {
-            "PYTHONPATH": f"{folder}/python",
-            "RELUCTANCE_CACHE": f"{folder}/cache",
+def folders(file: Path) -> tuple[str, ...]:
+    """Those of tests that a file of the package or a header belongs to."""
+    if file.suffix == ".py":
+        return (file.relative_to(PACKAGE).parts[0],)
+    place = file.relative_to(HEADERS / "srm").as_posix()
+    return next(of for start, of in FOLDERS.items() if place.startswith(f"{start}/"))
+
+
+def judges(mutant: Mutant) -> list[Path]:
+    """The test files of a mutant: the nearest, then the others of its folders."""
+    order = nearest(mutant.names)
+    rank = {file: n for n, file in enumerate(order)}
+    own = [file for file in tests() if file.relative_to(TESTS).parts[0] in folders(mutant.file)]
+    near = order[:NEAREST]
+    others = sorted(set(own) - set(near), key=lambda file: (rank.get(file, len(rank)), file))
+    return [*near, *others]
+
+
+class Copy:
+    """A copy of the repository whose tests import its own package, with the core as installed."""
+
+    def __init__(self, place: Path) -> None:
+        self.place = place
+        shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(*LEFT_OUT))
+        core = importlib.util.find_spec("reluctance._core")
+        assert core is not None and core.origin is not None
+        for module in Path(core.origin).parent.glob("_core*.so"):
+            (place / "python" / "reluctance" / module.name).symlink_to(module)
+        self.environment = os.environ | {
+            "PYTHONPATH": str(place / "python"),
+            "OPENBLAS_NUM_THREADS": "1",
+            "CCACHE_BASEDIR": str(place),
+            "CCACHE_NOHASHDIR": "1",
         }
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
-        for file in nearest(mutant.names):
-            try:
-                done = subprocess.run(
-                    [*command, "-m", "not long", str(file)],
-                    **{"cwd": ROOT, "env": environment, "capture_output": True, "timeout": LIMIT},
-                )
-            except subprocess.TimeoutExpired:
-                return True
-            if done.returncode not in (0, 5):  # 5: no test was collected
-                return True
-    return False
+        code = "import reluctance._core as core; print(core.__file__)"
+        found = subprocess.check_output(
+            [sys.executable, "-c", code], text=True, cwd=place, env=self.environment
+        )
+        if not Path(found).is_relative_to(place):
+            raise RuntimeError(f"the tests of {place} would import {found}")
+
+    def build(self) -> bool:
+        """The core with the headers as they are; False where they do not compile. No number
+        changes by the level of optimisation, and this one takes least."""
+        folder = self.place / "build"
+        if not folder.exists():
+            command = ["cmake", "-S", str(self.place), "-B", str(folder), "-G", "Ninja"]
+            command += ["-DCMAKE_BUILD_TYPE=Mutant", "-DCMAKE_CXX_FLAGS_MUTANT=-O1 -DNDEBUG"]
+            command += ["-DRELUCTANCE_TEST_MODULE=ON", f"-DPython_EXECUTABLE={sys.executable}"]
+            command += [f"-Dnanobind_DIR={nanobind_folder()}"]
+            if shutil.which("ccache"):
+                command += ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"]
+            path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
+            self.environment["PATH"] = path
+            subprocess.run(command, check=True, env=self.environment, stdout=subprocess.DEVNULL)
+        command = ["cmake", "--build", str(folder), "--parallel", "1"]
+        built = subprocess.run(command, env=self.environment, capture_output=True, text=True)
+        if built.returncode:
+            return False
+        for module in folder.glob("_core*.so"):
+            link = self.place / "python" / "reluctance" / module.name
+            link.unlink()
+            link.symlink_to(module)
+        return True
+
+    def failing(self, what: Sequence[str], without: Iterable[str] = ()) -> str | None:
+        """The first test that fails, with the names that pytest gives; None where none does."""
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=no", "-m", "not long"]
+        command += ["-o", f"faulthandler_timeout={LIMIT}", "-o", "faulthandler_exit_on_timeout=1"]
+        command += [f"--deselect={name}" for name in without]
+        running = subprocess.Popen(
+            [*command, *what],
+            **{"cwd": self.place, "env": self.environment, "text": True},
+            **{"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "start_new_session": True},
+        )
+        said, _ = running.communicate()
+        try:
+            os.killpg(running.pid, signal.SIGKILL)  # what an endless test has started
+        except ProcessLookupError:
+            pass
+        if running.returncode in (0, 5):  # 5: no test was collected
+            return None
+        found = FAILED.findall(said)
+        if found:
+            return str(found[0])
+        if running.returncode in (3, 4):
+            raise RuntimeError(f"pytest {what}: {said[-2000:]}")
+        return ENDED
 
 
 @cache
-def includes(file: Path) -> frozenset[Path]:
-    """What a C++ file includes of include/, at any depth."""
-    direct = re.findall(r'#include "(srm/[\w/.]+)"', file.read_text(encoding="utf-8"))
-    found = {HEADERS / name for name in direct}
-    return frozenset(found.union(*(includes(name) for name in found)))
+def nanobind_folder() -> str:
+    return subprocess.check_output(
+        [sys.executable, "-m", "nanobind", "--cmake_dir"], text=True
+    ).strip()
 
 
-def cpp_killed(mutant: Mutant) -> bool | None:
-    """Whether a check fails; None where the fault does not compile."""
-    checks = [
-        file
-        for file in sorted((TESTS / "core").glob("*_check.cpp"))
-        if mutant.file in includes(file)
-    ]
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "include"
-        shutil.copytree(HEADERS, copy)
-        (copy / mutant.file.relative_to(HEADERS)).write_text(mutant.text, encoding="utf-8")
-        for check in checks:
-            program = Path(folder) / check.stem
-            built = subprocess.run(
-                ["g++", *FLAGS, f"-I{copy}", str(check), "-o", str(program)], capture_output=True
-            )
-            if built.returncode:
-                return None
-            try:
-                done = subprocess.run([program], capture_output=True, timeout=LIMIT)
-            except subprocess.TimeoutExpired:
-                return True
-            if done.returncode:
-                return True
-    return False
+class Court:
+    """An unchanged copy, and one for each mutant that is judged at the same time."""
+
+    def __init__(self, folder: Path, jobs: int) -> None:
+        self.unchanged = Copy(folder / "unchanged")
+        self.free: SimpleQueue[Copy] = SimpleQueue()
+        for n in range(jobs):
+            self.free.put(Copy(folder / f"{n}"))
+        self.passing: dict[str, bool] = {}  # tests by name: whether they pass without a fault
+
+    def killer(self, mutant: Mutant) -> str | None:
+        """The test that fails with the fault and passes without it, or None where there is none;
+        "" where the fault does not compile."""
+        copy = self.free.get()
+        place = copy.place / mutant.file.relative_to(ROOT)
+        whole = place.read_text(encoding="utf-8")
+        place.write_text(mutant.text, encoding="utf-8")
+        try:
+            if mutant.file.suffix == ".hpp" and not copy.build():
+                return ""
+            files = [str(file.relative_to(ROOT)) for file in judges(mutant)]
+            while True:
+                without = [name for name, passes in self.passing.items() if not passes]
+                name = copy.failing(files, without)
+                if name is None or self._passes(name):
+                    return name
+        finally:
+            place.write_text(whole, encoding="utf-8")
+            self.free.put(copy)
+
+    def _passes(self, name: str) -> bool:
+        """Whether a test passes without a fault."""
+        if name not in self.passing:
+            self.passing[name] = name == ENDED or self.unchanged.failing([name]) is None
+            if not self.passing[name]:
+                print(f"left out: {name} fails without a fault", flush=True)
+        return self.passing[name]
 
 
 def drawn(kind: str, count: int, only: str, draw: random.Random) -> list[Mutant]:
     """Mutants of files drawn by their length."""
-    folder, pattern = (PACKAGE, "*.py") if kind == "python" else (HEADERS, "*.hpp")
+    folder, pattern = (PACKAGE, "*.py") if kind == "python" else (HEADERS / "srm", "*.hpp")
     files = [file for file in sorted(folder.rglob(pattern)) if only in str(file.relative_to(ROOT))]
-    if kind == "cpp":
-        checks = (TESTS / "core").glob("*_check.cpp")
-        seen = frozenset[Path]().union(*(includes(check) for check in checks))
-        files = [file for file in files if file in seen]
     sizes = [file.stat().st_size for file in files]
     make = python_mutant if kind == "python" else cpp_mutant
     made: list[Mutant] = []
@@ -253,27 +342,41 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=secrets.randbelow(10**6))
     parser.add_argument("--python", type=int, default=75)
     parser.add_argument("--cpp", type=int, default=25)
+    parser.add_argument("--shard", default="1/1", help="K/N: every N-th mutant from the K-th on")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--only", default="", help="part of a path, as limit")
+    parser.add_argument("--out", type=Path, help="each mutant and the test that saw it, as CSV")
     arguments = parser.parse_args()
+    shard, shards = (int(part) for part in arguments.shard.split("/"))
     print(f"seed {arguments.seed}", flush=True)
     draw = random.Random(arguments.seed)
-    for kind, judge in (("python", python_killed), ("cpp", cpp_killed)):
-        mutants = drawn(kind, getattr(arguments, kind), arguments.only, draw)
-        killed: Counter[str] = Counter()
-        count: Counter[str] = Counter()
-        with ThreadPoolExecutor(arguments.jobs) as pool:
-            for mutant, dead in zip(mutants, pool.map(judge, mutants), strict=True):
-                if dead is None:
+    rows: list[tuple[object, ...]] = []
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(arguments.jobs) as pool:
+        court = Court(Path(folder), arguments.jobs)
+        for kind in ("python", "cpp"):
+            mutants = drawn(kind, getattr(arguments, kind), arguments.only, draw)[
+                shard - 1 :: shards
+            ]
+            killed: Counter[str] = Counter()
+            count: Counter[str] = Counter()
+            for mutant, killer in zip(mutants, pool.map(court.killer, mutants), strict=True):
+                room = mutant.file.relative_to(ROOT).parent.as_posix()
+                rows.append((arguments.seed, str(mutant), "none" if killer is None else killer))
+                if killer == "":
+                    print(f"does not compile {mutant}", flush=True)
                     continue
-                folder = PACKAGE if kind == "python" else HEADERS / "srm"
-                room = mutant.file.relative_to(folder).parts[0]
                 count[room] += 1
-                killed[room] += bool(dead)
-                if not dead:
+                killed[room] += killer is not None
+                if killer is None:
                     print(f"survives {mutant}", flush=True)
-        rooms = ", ".join(f"{room} {killed[room]}/{count[room]}" for room in sorted(count))
-        print(f"{kind}: {killed.total()} of {count.total()} killed: {rooms}", flush=True)
+            rooms = ", ".join(f"{room} {killed[room]}/{count[room]}" for room in sorted(count))
+            print(f"{kind}: {killed.total()} of {count.total()} killed: {rooms}", flush=True)
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    print(f"{used.ru_utime + used.ru_stime:.0f} s of processor time")
+    if arguments.out:
+        with arguments.out.open("w", newline="") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerows([("seed", "mutant", "seen_by"), *rows])
 
 
 if __name__ == "__main__":
