@@ -36,7 +36,7 @@ enum {
   RELUCTANCE_PARAMETER_UNKNOWN = 1,      /* no parameter has this number */
   RELUCTANCE_PARAMETER_OUT_OF_RANGE = 2, /* nothing is changed */
   RELUCTANCE_PARAMETER_DAMAGED = 3,      /* an image with a wrong CRC: nothing is changed */
-  RELUCTANCE_PARAMETER_OTHER_VERSION = 4 /* an image of other parameters: nothing is changed */
+  RELUCTANCE_PARAMETER_OTHER_DRIVE = 4   /* an image of another package: nothing is changed */
 };
 
 int32_t reluctance_parameter_count(void);
@@ -54,8 +54,8 @@ float reluctance_parameter_get(const reluctance_controller* controller, int32_t 
 reluctance_parameter_answer reluctance_parameter_set(reluctance_controller* controller,
                                                      int32_t number, float value);
 
-/* All values, to be kept where power does not matter. Words: version of the form, layout (CRC-32 of
- * names and units), number of values, values, CRC-32 of the words before. */
+/* All values, to be kept where power does not matter. Words: version of the form,
+ * fingerprint of the package, number of values, values, CRC-32 of the words before. */
 typedef struct {
   uint32_t word[RELUCTANCE_PARAMETERS + 4];
 } reluctance_parameter_image;

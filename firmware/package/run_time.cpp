@@ -14,8 +14,8 @@ using reluctance::state_of;
 
 static_assert(n_run_time == RELUCTANCE_PARAMETERS);
 
-constexpr uint32_t image_version = 1;
-constexpr int first = 3;  // value in an image, after version, layout and number
+constexpr uint32_t image_version = 2;
+constexpr int first = 3;  // value in an image, after version, fingerprint and number
 
 bool known(int32_t number) { return number >= 0 && number < n_run_time; }
 
@@ -65,7 +65,7 @@ reluctance_parameter_answer reluctance_parameter_set(reluctance_controller* cont
 void reluctance_parameter_save(const reluctance_controller* controller,
                                reluctance_parameter_image* image) {
   image->word[0] = image_version;
-  image->word[1] = reluctance::run_time_layout;
+  image->word[1] = reluctance_fingerprint();
   image->word[2] = n_run_time;
   for (int n = 0; n < n_run_time; ++n) {
     image->word[first + n] = std::bit_cast<uint32_t>(state_of(controller).control.parameter[n]);
@@ -78,9 +78,9 @@ reluctance_parameter_answer reluctance_parameter_load(reluctance_controller* con
   if (image->word[first + n_run_time] != srm::crc32(image->word, first + n_run_time)) {
     return RELUCTANCE_PARAMETER_DAMAGED;
   }
-  if (image->word[0] != image_version || image->word[1] != reluctance::run_time_layout ||
+  if (image->word[0] != image_version || image->word[1] != reluctance_fingerprint() ||
       image->word[2] != n_run_time) {
-    return RELUCTANCE_PARAMETER_OTHER_VERSION;
+    return RELUCTANCE_PARAMETER_OTHER_DRIVE;
   }
   for (int n = 0; n < n_run_time; ++n) {
     if (!in_range(n, std::bit_cast<float>(image->word[first + n]))) {

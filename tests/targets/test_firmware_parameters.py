@@ -15,9 +15,9 @@ from reluctance import _core
 from reluctance.base.units import to_si
 from reluctance.targets.export.package import described
 from reluctance.targets.export.recording import record
-from reluctance.targets.export.run_time import layout, run_time_parameters
+from reluctance.targets.export.run_time import run_time_parameters
 
-OK, UNKNOWN, OUT_OF_RANGE, DAMAGED, OTHER_VERSION = range(5)
+OK, UNKNOWN, OUT_OF_RANGE, DAMAGED, OTHER_DRIVE = range(5)
 TORQUE, SPEED = "deadbeat", "paper_mpc_speed_loop"
 
 
@@ -107,11 +107,12 @@ def with_crc(image):
     return image
 
 
-def test_an_image_keeps_the_set_and_carries_layout_and_crc(compiled):
+def test_an_image_keeps_the_set_and_carries_fingerprint_and_crc(compiled):
     package = compiled(TORQUE)
     assert package.set("torque_limit", 12.5) == package.set("current_limit", 55.0) == OK
     image = image_of(package)
-    assert image[1] == layout(parameters(TORQUE))
+    package.library.reluctance_fingerprint.restype = ctypes.c_uint32
+    assert image[1] == package.library.reluctance_fingerprint()
     assert image[-1] == zlib.crc32(image[:-1].tobytes())
     package.again()
     assert call(package.library.reluctance_parameter_load, package, image) == OK
@@ -137,11 +138,20 @@ def test_an_image_of_other_parameters_or_with_a_value_out_of_range_is_refused(co
     for word in (0, 1, 2):
         image = before.copy()
         image[word] += 1
-        assert call(load, package, with_crc(image)) == OTHER_VERSION
+        assert call(load, package, with_crc(image)) == OTHER_DRIVE
     image = before.copy()
     image[3] = np.float32(1e6).view(np.uint32)
     assert call(load, package, with_crc(image)) == OUT_OF_RANGE
     assert np.array_equal(image_of(package), before)
+
+
+def test_the_image_of_another_drive_with_the_same_parameters_is_refused(compiled):
+    """Its values would be in range: gains of a pump in a fan."""
+    package, other = compiled(TORQUE), compiled(TORQUE, control__torque_limit_Nm=30.0)
+    image = image_of(other)
+    assert len(image) == len(image_of(package))
+    assert call(package.library.reluctance_parameter_load, package, image) == OTHER_DRIVE
+    assert package.get("torque_limit") == np.float32(drive(TORQUE).tau_max)
 
 
 # Parameter, value in SI, and the drive file that says the same.

@@ -6,7 +6,6 @@ This module says which fields they are, and between which values they may move.
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -139,11 +138,6 @@ def run_time_parameters(drive: Drive, tree: dict[str, Node]) -> list[RunTime]:
     return found
 
 
-def layout(entries: list[RunTime]) -> int:
-    """CRC-32 of names and units in their order: which image of values belongs to them."""
-    return zlib.crc32("".join(f"{e.name} [{e.unit}]\n" for e in entries).encode())
-
-
 def run_time_code(entries: list[RunTime]) -> str:
     """The C++ of the parameters: the list, and where each value acts."""
     rows = "".join(
@@ -158,7 +152,6 @@ struct RunTimeParameter {{
 }};
 constexpr RunTimeParameter run_time[] = {{
 {rows}}};
-constexpr std::uint32_t run_time_layout = 0x{layout(entries):08X};
 
 {_setter("control_of", "control.frame.tuning()", "control.frame.", entries)}
 {_setter("trip_levels_of", "protection.levels", "protection.levels.", entries)}
