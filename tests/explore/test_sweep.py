@@ -237,15 +237,37 @@ def test_two_who_make_a_store_at_once_lose_no_row(
     assert stop > 5
 
 
-@pytest.mark.parametrize("value", ["'text'", "x'ff00'", "''", "9e999"])
-def test_a_figure_of_a_store_that_is_no_number_is_one_line(tmp_path: Path, value: str) -> None:
+@pytest.mark.parametrize(
+    "change",
+    [
+        *(f"tau_mean_Nm = {value}" for value in ("'text'", "x'ff00'", "''", "9e999", "NULL")),
+        *("tau_mean_Nm = tau_mean_Nm + 1e-12", "why = 'no'", "\"values\" = '{}'", "crc = NULL"),
+        *("efficiency = tau_mean_Nm, tau_mean_Nm = NULL", '"key" = "key", crc = crc + 1'),
+    ],
+)
+def test_a_changed_row_of_a_store_is_one_line(tmp_path: Path, change: str) -> None:
     drive, out = rl.load(DRIVE), tmp_path / "s.sqlite"
     rl.sweep(drive, {"control.i_band_A": [0.5]}, until=UNTIL, out=out)
     with sqlite3.connect(out) as base:
-        base.execute(f"UPDATE runs SET tau_mean_Nm = {value}")
+        base.execute(f"UPDATE runs SET {change}")
     base.close()
-    with pytest.raises(rl.ParameterError, match=r"s\.sqlite is damaged: tau_mean_Nm = .*delete"):
+    with pytest.raises(rl.ParameterError, match=r"s\.sqlite is damaged: the row .*delete"):
         rl.sweep(drive, {"control.i_band_A": [0.5]}, until=UNTIL, out=out)
+
+
+def test_rows_stay_known_where_a_figure_comes_new(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = list(rl.Kpis.border_names())
+    figures = {name: 0.1 * n for n, name in enumerate(names)} | {names[1]: None, names[-1]: None}
+    row = Row(bytes(16), {"a": 1}, figures)
+    with monkeypatch.context() as older:
+        older.setattr(rl.Kpis, "border_names", lambda: dict.fromkeys(names[:-1]))
+        store = Store(tmp_path / "s.sqlite")
+        store.add([row])
+        store.close()
+    (found,) = Store(tmp_path / "s.sqlite").known([row.key])
+    assert found.figures == figures
 
 
 def test_a_sweep_over_machines_is_drawn_as_a_page(tmp_path: Path) -> None:

@@ -1,16 +1,17 @@
 """The store of a sweep: one SQLite file with the key figures of every run, under its fingerprint.
 
 A row is in the file for good once `add` has returned, whatever happens to the process, the disk or
-the power afterwards. Any tool that reads SQLite reads the table `runs`.
+the power afterwards. Each row has a CRC-32 of all else in it. Any tool that reads SQLite reads the
+table `runs`.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -69,12 +70,12 @@ class Store:
                 return
         with self._told("write"), self.base:  # figures that are newer than the file
             self.base.execute("BEGIN IMMEDIATE")  # another process may add them as well
-            for name in self._missing():
-                self.base.execute(f'ALTER TABLE runs ADD COLUMN "{name}" REAL')
+            for column in self._missing():
+                self.base.execute(f"ALTER TABLE runs ADD COLUMN {column}")
 
     def _missing(self) -> list[str]:
         there = {row[1] for row in self.base.execute("PRAGMA table_info(runs)")}
-        return [name for name in Kpis.border_names() if name not in there]
+        return [column for name, column in _columns().items() if name not in there]
 
     def close(self) -> None:
         self.base.close()
@@ -82,26 +83,23 @@ class Store:
     def add(self, rows: Sequence[Row]) -> None:
         """All of the rows, or none."""
         names = list(Kpis.border_names())
-        columns = ", ".join(['"key"', '"values"', '"why"', *(f'"{name}"' for name in names)])
-        marks = ", ".join("?" * (3 + len(names)))
+        columns = ", ".join(map(_quoted, ["key", "values", "why", "crc", *names]))
+        marks = ", ".join("?" * (4 + len(names)))
+        found = []
+        for row in rows:
+            values = json.dumps(row.values, default=str)
+            figures = [row.figures.get(name) for name in names]
+            crc = _crc(row.key, values, row.why, zip(names, figures, strict=True))
+            found.append((row.key, values, row.why, crc, *figures))
         with self._told("write"), self.base:
             self.base.executemany(
-                f"INSERT OR REPLACE INTO runs ({columns}) VALUES ({marks})",
-                [
-                    (
-                        row.key,
-                        json.dumps(row.values, default=str),
-                        row.why,
-                        *(row.figures.get(name) for name in names),
-                    )
-                    for row in rows
-                ],
+                f"INSERT OR REPLACE INTO runs ({columns}) VALUES ({marks})", found
             )
 
     def known(self, keys: Sequence[bytes]) -> Iterator[Row]:
         """The rows of those keys that there are, in no order."""
         names = list(Kpis.border_names())
-        columns = ", ".join(['"key"', '"why"', *(f'"{name}"' for name in names)])
+        columns = ", ".join(map(_quoted, ["key", "values", "why", "crc", *names]))
         for start in range(0, len(keys), AT_ONCE):
             some = keys[start : start + AT_ONCE]
             marks = ", ".join("?" * len(some))
@@ -109,13 +107,12 @@ class Store:
                 found = self.base.execute(
                     f'SELECT {columns} FROM runs WHERE "key" IN ({marks})', some
                 ).fetchall()
-            for key, why, *figures in found:
-                for name, value in zip(names, figures, strict=True):
-                    if not (value is None or (isinstance(value, float) and isfinite(value))):
-                        raise ParameterError(
-                            f"{self.path} is damaged: {name} = {value!r} in the row {key.hex()}, "
-                            "need a finite number; delete the row, or choose another --out"
-                        )
+            for key, values, why, crc, *figures in found:
+                if crc != _crc(key, values, why, zip(names, figures, strict=True)):
+                    raise ParameterError(
+                        f"{self.path} is damaged: the row {key.hex()} does not fit its CRC-32; "
+                        "delete the row, or choose another --out"
+                    )
                 yield Row(key, {}, dict(zip(names, figures, strict=True)), why)
 
     def __contains__(self, key: bytes) -> bool:
@@ -139,15 +136,34 @@ class Store:
             ) from None
 
 
+def _columns() -> dict[str, str]:
+    """What may be younger than a store: each column by its name, with its type."""
+    return {"crc": '"crc" INTEGER'} | {name: f'"{name}" REAL' for name in Kpis.border_names()}
+
+
+def _quoted(name: str) -> str:
+    return f'"{name}"'
+
+
+def _crc(key: bytes, values: object, why: object, figures: Iterable[tuple[str, object]]) -> int:
+    """Of a row. A figure that there is none of counts as one that is not in the file."""
+    there = [
+        (name, float(value) if isinstance(value, int | float) else value)
+        for name, value in figures
+        if value is not None and value == value
+    ]
+    return zlib.crc32(repr((key, values, why, there)).encode())
+
+
 def _empty() -> bytes:
     """A store without rows."""
     import sqlite3
 
-    figures = ", ".join(f'"{name}" REAL' for name in Kpis.border_names())
+    columns = ", ".join(_columns().values())
     base = sqlite3.connect(":memory:")
     base.execute(f"PRAGMA application_id = {MARK}")
     base.execute(
-        f'CREATE TABLE runs ("key" BLOB PRIMARY KEY, "values" TEXT, "why" TEXT, {figures})'
+        f'CREATE TABLE runs ("key" BLOB PRIMARY KEY, "values" TEXT, "why" TEXT, {columns})'
         " WITHOUT ROWID"
     )
     content: bytes = base.serialize()
