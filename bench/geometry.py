@@ -23,7 +23,7 @@ from reluctance.base.schema import checked
 from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.mesh import Grid
 from reluctance.machine.geometry.solved import solved
-from reluctance.machine.geometry_machine import flattened
+from reluctance.machine.library import flattened
 
 ROOT = Path(__file__).parents[1]
 MACHINES = ("emdlab_8_6", "own_12_8")

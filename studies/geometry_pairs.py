@@ -28,7 +28,7 @@ from reluctance.machine.geometry.solve import at_angle, solve
 from reluctance.machine.geometry.solved import system_of
 from reluctance.machine.geometry.steel import Array
 from reluctance.machine.geometry.system import System
-from reluctance.machine.geometry_machine import flattened
+from reluctance.machine.library import flattened
 from reluctance.machine.maps.pairs import apart, pair_table
 
 ROOT = Path(__file__).parents[1]

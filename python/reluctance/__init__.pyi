@@ -7,7 +7,7 @@ from reluctance.drive.drive import Drive as Drive
 from reluctance.drive.load import load as load
 from reluctance.explore.efficiency_map import efficiency as efficiency
 from reluctance.base.errors import ParameterError as ParameterError
-from reluctance.machine.from_geometry import machine_from_geometry as machine_from_geometry
+from reluctance.machine.geometry.from_geometry import machine_from_geometry as machine_from_geometry
 from reluctance.base.key_figures import Kpis as Kpis
 from reluctance.drive.laws.angles import Angles as Angles
 from reluctance.drive.laws.deadbeat import Deadbeat as Deadbeat
@@ -20,7 +20,7 @@ from reluctance.drive.laws.pwm_current import PwmCurrent as PwmCurrent
 from reluctance.drive.laws.torque_sharing import TorqueSharing as TorqueSharing
 from reluctance.explore.limits import limit as limit
 from reluctance.machine.library import machines as machines
-from reluctance.machine.machine_file import LeHuyMachine as LeHuyMachine
+from reluctance.machine.lehuy_machine import LeHuyMachine as LeHuyMachine
 from reluctance.machine.map_machine import MapMachine as MapMachine
 from reluctance.machine.mismatch import Mismatch as Mismatch
 from reluctance.pumping import pump as pump

@@ -91,14 +91,10 @@ with pytest.raises(AttributeError, match="CurrentSource"):  # the core as it is 
     rl.Source(kind="current", I_A=20.0, C_uF=2200.0).core(240.0)
 """,
     "A machine model": """
-import dataclasses
-import reluctance as rl
-from reluctance.machine.library import machine_from
-paper = rl.load("examples/paper_rated.toml").machine.given
-kept = ("name source licence N_s N_r n_phases R_ohm i_max_A J_kgm2").split()
-table = {key: paper[key] for key in kept} | {"model": "linear", "L_u_H": 7e-4, "L_rise_H": 2e-2}
-machine = machine_from(table)
-assert machine.flux_keys == ("L_u_H", "L_rise_H")
+import pytest
+from reluctance.machine.library import model_class
+with pytest.raises(AttributeError, match="Linear"):  # the core as it is does not have it
+    model_class("linear")
 """,
     "A bridge": """
 import pytest
@@ -187,26 +183,81 @@ def test_a_built_in_law_is_everywhere(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "firmware", tree / "firmware")
     for data in ("firmware", "web"):
         (tree / "python" / "reluctance" / data).symlink_to(tree / data)
-    (tree / "one_phase.cpp").write_text(
-        '#include "bindings.hpp"\n#include "srm/control/laws.hpp"\n'
-        "NB_MODULE(_one_phase, m) {\n"
-        '  nanobind::module_::import_("reluctance._core");\n'
-        "  bound::bind_built_in<srm::laws::OnePhase>(m);\n}\n"
+    module(
+        *(tree, "_one_phase", ["law_one_phase.cpp"]),
+        '#include "srm/control/laws.hpp"',
+        'nanobind::module_::import_("reluctance._core");',
+        "bound::bind_built_in<srm::laws::OnePhase>(m);",
     )
-    robin = f"-I{nanobind.include_dir()}/../ext/robin_map/include"
-    flags = ["g++", "-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared"]
-    flags += ["-fvisibility=hidden", f"-I{tree / 'include'}"]
-    python = [f"-I{f}" for f in (tree / "bindings", nanobind.include_dir())]
-    python += [robin, f"-I{sysconfig.get_path('include')}"]
-    nb = f"{nanobind.source_dir()}/nb_combined.cpp"
-    sources = [tree / "one_phase.cpp", tree / "bindings" / "law_one_phase.cpp", nb]
     kinds = ["-DSRM_PHASES=3", "-DSRM_PRECISIONS=double", "-DSRM_MACHINES=LeHuy"]
-    for command in (
-        [*flags, *python, *sources, "-o", tree / "_one_phase.so"],
-        [*flags, *kinds, tree / "web" / "reluctance.cpp", "-o", tree / "library.so"],
-    ):
-        subprocess.run(command, check=True)
+    command = [*flags(tree), *kinds, tree / "web" / "reluctance.cpp", "-o", tree / "library.so"]
+    subprocess.run(command, check=True)
     run(LAW, tree, str(tree), paths=(tree, ROOT / "tests" / "support"))
+
+
+MACHINE = """
+import _machines  # the bindings of the patched tree, instead of those in _core
+from reluctance import _core
+_core.Linear, _core.magnetics = _machines.Linear, _machines.magnetics
+
+import casadi as ca
+import numpy as np
+from reluctance.cli.schema import json_schema
+from reluctance.machine.library import machine_from, machine_table
+from reluctance.machine.mismatch import Mismatch, as_known
+from reluctance.machine.optimum import phase_magnetics
+from reluctance.machine.optimum.magnetics import content
+
+kept = "name source licence N_s N_r n_phases R_ohm i_max_A J_kgm2".split()
+paper = machine_table("paper_6_4", __import__("pathlib").Path())
+table = {key: paper[key] for key in kept} | {"model": "linear", "L_u_H": 7e-4, "L_rise_H": 2e-2}
+machine = machine_from(table)
+assert content(machine.magnetics) == ["linear", 4, 7e-4, 2e-2]
+assert "L_rise_H" in json_schema()["$defs"]["LinearMachine"]["properties"]
+rng = np.random.default_rng(1)
+i, theta_e = rng.uniform(0, 100, 200), rng.uniform(0, 2 * np.pi, 200)
+psi, tau = phase_magnetics(machine.magnetics)(ca.DM(i), theta_e)
+np.testing.assert_allclose(np.ravel(psi), machine.psi(i, theta_e), rtol=1e-12)
+np.testing.assert_allclose(np.ravel(tau), machine.tau(i, theta_e), rtol=1e-9, atol=1e-12)
+believed = as_known(machine, Mismatch(flux_factor=1.1))
+np.testing.assert_allclose(believed.psi(i, theta_e), 1.1 * machine.psi(i, theta_e), rtol=1e-12)
+assert machine.model_copy(update={"R_ohm": 1.0}).R == 1.0 and machine.greatest_torque > 0
+"""
+
+
+@needs("patch")
+@pytest.mark.long
+def test_a_machine_model_is_everywhere(tmp_path: Path) -> None:
+    """In a machine file, as believed, in the limit, in the laws and in the C interface."""
+    tree = tmp_path / "tree"
+    patch("A machine model", tree)
+    shutil.copytree(ROOT / "web", tree / "web", ignore=shutil.ignore_patterns("*.wasm", "data"))
+    module(tree, "_machines", ["machine.cpp"], "", "bound::bind_machine(m);", domain="patched")
+    kinds = ["-DSRM_PHASES=3", "-DSRM_PRECISIONS=double", "-DSRM_MACHINES=Linear"]
+    command = [*flags(tree), "-fsyntax-only", *kinds, tree / "web" / "reluctance.cpp"]
+    subprocess.run(command, check=True)
+    run(MACHINE, tree, paths=(tree,))
+
+
+def flags(tree: Path) -> list[str]:
+    flags = ["g++", "-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared"]
+    return [*flags, "-fvisibility=hidden", f"-I{tree / 'include'}"]
+
+
+def module(
+    tree: Path, name: str, sources: list[str], include: str, *body: str, domain: str = ""
+) -> None:
+    """An extension module of files of the bindings. domain: nanobind's, of types of its own."""
+    lines = (f'#include "bindings.hpp"\n{include}', f"NB_MODULE({name}, m) {{", *body, "}\n")
+    (tree / f"{name}.cpp").write_text("\n".join(lines))
+    folders = (tree / "bindings", nanobind.include_dir(), sysconfig.get_path("include"))
+    robin = f"-I{nanobind.include_dir()}/../ext/robin_map/include"
+    files = [tree / f"{name}.cpp", *(tree / "bindings" / source for source in sources)]
+    nb = f"{nanobind.source_dir()}/nb_combined.cpp"
+    python = [*(f"-I{folder}" for folder in folders), robin]
+    python += [f"-DNB_DOMAIN={domain}"] if domain else []
+    command = [*flags(tree), *python, *files, nb, "-o", tree / f"{name}.so"]
+    subprocess.run(command, check=True)
 
 
 def patch(name: str, tree: Path) -> None:

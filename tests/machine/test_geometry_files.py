@@ -2,6 +2,7 @@
 
 import json
 from copy import deepcopy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from reluctance import _core
 from reluctance.base.files import read_toml
 from reluctance.base.resources import resources
 from reluctance.base.schema import checked
+from reluctance.explore.sweeps.fingerprint import fingerprint
 from reluctance.machine.copper import COPPER_RESISTIVITY
 from reluctance.machine.geometry import convergence
 from reluctance.machine.geometry.file import Geometry
@@ -22,7 +24,7 @@ from reluctance.machine.geometry.samples import rotor_angle
 from reluctance.machine.geometry.solve import at_angle, solve
 from reluctance.machine.geometry.solved import by_products_of, grid_of, solved, system_of
 from reluctance.machine.geometry.steel_file import grade
-from reluctance.machine.geometry_machine import flattened
+from reluctance.machine.library import flattened
 from reluctance.machine.maps import check_map, fit_surface
 from reluctance.machine.maps.pole_force import read_pole_force
 
@@ -319,6 +321,30 @@ def test_a_machine_of_a_geometry_is_copied_and_its_file_fits_the_schema(made, tm
     assert judge.is_valid(saved), list(judge.iter_errors(saved))[:1]
     saved["machine"]["stator"]["pole_arcs_deg"] = 3.0
     assert not judge.is_valid(saved)
+
+
+def test_a_saved_machine_of_a_geometry_keeps_its_steel_and_is_one_of_a_kind(tmp_path, monkeypatch):
+    """The B-H file is found from another folder, and a store of sweeps has all of the geometry: a
+    coarser map changes no other key of the machine."""
+    (tmp_path / "given").mkdir()
+    (tmp_path / "saved").mkdir()
+    monkeypatch.chdir(tmp_path / "given")
+    points = [f"{h},{b}" for h, b in zip(H, B, strict=True)]
+    Path("bh.csv").write_text("\n".join(points))
+    coarse = {"map__angles": 13, "map__currents": 6}
+    write(Path("lam.toml"), changed(lamination__steel="bh.csv", **coarse))
+    write(Path("d.toml"), drive({}))
+    path = Path("d.toml")
+    path.write_text('machine = "lam.toml"\n' + path.read_text().replace("[machine]\n", ""))
+    first = rl.load("d.toml")
+    first.save("../saved/d.toml")
+    monkeypatch.chdir(tmp_path)
+    assert rl.load("saved/d.toml").machine.R == first.machine.R
+    assert [file.name for file in first.machine.files] == ["bh.csv"]
+    monkeypatch.chdir(tmp_path / "given")
+    finer = rl.load("d.toml", ["machine.map.angles=14"])
+    assert finer.machine.R == first.machine.R
+    assert fingerprint(finer, 0.1) != fingerprint(first, 0.1)
 
 
 @pytest.mark.long

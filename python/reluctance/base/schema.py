@@ -80,10 +80,10 @@ class Section(BaseModel):
         """The table as it was given, without the keys left to their defaults."""
         return self.model_dump(exclude_unset=True)
 
-    @property
-    def filed(self) -> "Section":
-        """The table whose keys a file has: this one, or the one that this one was computed from."""
-        return self
+    @classmethod
+    def filed(cls) -> "type[Section]":
+        """The table whose keys a file has: this one, or the one that this one is computed from."""
+        return cls
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy with other values, checked like any table."""

@@ -37,8 +37,8 @@ def from_geometry(
     from reluctance.base.figures import check_figure
     from reluctance.base.files import check_ending
     from reluctance.cli.progress import progress_bar
-    from reluctance.machine.from_geometry import machine_from_geometry
     from reluctance.machine.geometry import convergence as doubled
+    from reluctance.machine.geometry.from_geometry import machine_from_geometry
 
     if out is not None:
         check_ending(out, {".toml"})

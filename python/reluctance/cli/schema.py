@@ -12,13 +12,13 @@ from reluctance.base.schema import Section
 from reluctance.drive.all_tables import OPTIONAL, TABLES
 from reluctance.drive.laws import LAWS, table_of
 from reluctance.drive.laws.own_law import OwnLaw
-from reluctance.machine.geometry.file import Geometry
-from reluctance.machine.library import MODELS
+from reluctance.machine.library import model_class
+from reluctance.machine.models import MODELS
 
 
 def json_schema() -> dict[str, Any]:
     """The schema, made from the tables that check a drive file."""
-    machines: list[type[Section]] = [*MODELS.values(), Geometry]
+    machines = [model_class(model).filed() for model in MODELS]
     tables: list[type[Section]] = [*TABLES.values(), *machines, *map(table_of, LAWS), OwnLaw]
     places, below = models_json_schema([(table, "validation") for table in tables])
 

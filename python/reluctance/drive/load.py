@@ -14,8 +14,7 @@ from reluctance.drive.drive import Drive, drive_from
 from reluctance.drive.laws import LAWS, table_of
 from reluctance.drive.laws.own_code import names_code, refuse_untrusted
 from reluctance.drive.overrides import law_of, parsed, put
-from reluctance.machine.geometry_machine import is_geometry
-from reluctance.machine.library import machine_table, placed_machine
+from reluctance.machine.library import is_geometry, machine_table, placed_machine
 
 
 def load(

@@ -14,7 +14,7 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.units import from_si
 from reluctance.drive.all_tables import Tables
 from reluctance.machine.machine_file import MachineFile
-from reluctance.machine.operating_point import Magnetics
+from reluctance.machine.models import Magnetics
 
 MOST_STEPS = 1e9  # of a run; more takes a quarter of an hour at least
 MOST_SPEED = 50.0  # of a shaft, over the corner speed; at 50 times it a phase draws 2 % of i_max

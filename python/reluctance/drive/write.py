@@ -21,7 +21,7 @@ def write_drive(drive: Tables, path: str | Path, *, comment: str = "") -> None:
 def drive_text(drive: Tables, *, comment: str = "", folder: Path | None = None) -> str:
     """The text of that file, in a folder."""
     tables = {
-        name: renamed(type(section), section.given, partial(_seen_from, folder))
+        name: renamed(section.filed(), section.given, partial(_seen_from, folder))
         for name, section in drive.sections().items()
     }
     lines = [f"# {line}" for line in comment.splitlines()]

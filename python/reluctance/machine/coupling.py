@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.machine.maps.pairs import Array, PairTable, apart
-from reluctance.machine.operating_point import Magnetics
+from reluctance.machine.models import Magnetics
 
 LETTERS = "abcdef"
 

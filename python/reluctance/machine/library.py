@@ -1,6 +1,7 @@
 """The machine library, and the right class for a [machine] table."""
 
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -9,17 +10,21 @@ import numpy as np
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import is_file, read_toml
 from reluctance.base.resources import resources
-from reluctance.base.schema import checked, did_you_mean, placed
-from reluctance.machine.geometry_machine import (
-    flattened,
-    geometry_machine,
-    is_geometry,
-    with_steel_path,
-)
-from reluctance.machine.machine_file import LeHuyMachine, MachineFile
-from reluctance.machine.map_machine import MapMachine
+from reluctance.base.schema import did_you_mean, placed
+from reluctance.machine.machine_file import MachineFile
+from reluctance.machine.models import MODELS, Magnetics
 
-MODELS: dict[str, type[MachineFile]] = {"lehuy": LeHuyMachine, "map": MapMachine}
+
+def model_class(model: str) -> type[MachineFile]:
+    """The class of a model of the list."""
+    module, _, name = MODELS[model].rpartition(".")
+    found: type[MachineFile] = getattr(import_module(f"reluctance.machine.{module}"), name)
+    return found
+
+
+def model_of(machine: Magnetics) -> type[MachineFile]:
+    """The class whose machine of the core this is."""
+    return next(cls for cls in map(model_class, MODELS) if isinstance(machine, cls.core))
 
 
 def machine_from(table: object, *, where: str = "[machine]") -> MachineFile:
@@ -35,18 +40,30 @@ def machine_from(table: object, *, where: str = "[machine]") -> MachineFile:
     if "model" not in table:
         raise ParameterError(f"missing key `model` in {where}")
     model = table["model"]
-    if model == "geometry":
-        return geometry_machine(table, where)
     if not isinstance(model, str) or model not in MODELS:
         raise ParameterError(
             f"{where} model = {model!r} is unknown{did_you_mean(str(model), MODELS)}"
         )
-    return checked(MODELS[model], table, where)
+    return model_class(model).from_table(table, where)
 
 
 def placed_machine(table: dict[str, Any], folder: Path) -> dict[str, Any]:
     """The [machine] table with the files in it seen from here instead of from its folder."""
-    return placed(MODELS.get(str(table.get("model")), MachineFile), table, folder)
+    model = table.get("model")
+    kind = model_class(model) if isinstance(model, str) and model in MODELS else MachineFile
+    return placed(kind.filed(), table, folder)
+
+
+def is_geometry(data: dict[str, Any]) -> bool:
+    """Whether these are the tables of a geometry file."""
+    return "stator" in data or "lamination" in data or "air_gap" in data
+
+
+def flattened(data: dict[str, Any]) -> dict[str, Any]:
+    """The tables of a geometry file as one [machine] table, as a drive holds it."""
+    head = data.get("machine")
+    rest = {key: value for key, value in data.items() if key != "machine"}
+    return {**(head if isinstance(head, dict) else {}), **rest, "model": "geometry"}
 
 
 @dataclass(frozen=True)
@@ -93,7 +110,7 @@ def machine_table(machine: str, folder: Path) -> dict[str, Any]:
         if is_file(candidate):
             data = read_toml(candidate)
             if is_geometry(data):
-                return with_steel_path(flattened(data), candidate.parent)
+                return placed_machine(flattened(data), candidate.parent)
             if set(data) != {"machine"}:
                 raise ParameterError(f"{candidate}: need the table [machine] and nothing else")
             table = data["machine"]

@@ -1,18 +1,19 @@
-"""Machine files: geometry, winding and magnetisation of one machine."""
+"""Machine files: what every machine has, and what its model says of it."""
 
 from functools import lru_cache
 from math import gcd
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.base.schema import Section
+from reluctance.base.schema import Section, checked
 from reluctance.machine.copper import COPPER_COEFFICIENT
 from reluctance.machine.loss_data import Iron
-from reluctance.machine.operating_point import Magnetics, OperatingPoint
+from reluctance.machine.models import Magnetics, PhaseMagnetics
+from reluctance.machine.operating_point import OperatingPoint
 
 if TYPE_CHECKING:
     from reluctance.machine.coupling import Coupling
@@ -23,6 +24,7 @@ class MachineFile(Section):
     """What every [machine] table has. Electrical angle 0 is unaligned, pi is aligned."""
 
     called = "machine"
+    core: ClassVar[type[Any]]  # the machine model of the core
     flux_keys: ClassVar[tuple[str, ...]] = ("psi_factor",)  # what scales with the flux linkage
 
     name: str
@@ -57,9 +59,24 @@ class MachineFile(Section):
         """Phase resistance at the winding temperature [ohm]."""
         return self.R_ohm * (1 + COPPER_COEFFICIENT * (self.temp_w_degC - self.temp_R_degC))
 
+    @classmethod
+    def from_table(cls, table: dict[str, Any], where: str) -> Self:
+        """The machine of a [machine] table of this model, checked."""
+        return checked(cls, table, where)
+
     @property
     def magnetics(self) -> Magnetics:
         """The machine model of the core."""
+        raise NotImplementedError
+
+    @staticmethod
+    def symbolic(machine: Any) -> PhaseMagnetics:
+        """A machine of this core model, once more: as functions that CasADi can differentiate."""
+        raise NotImplementedError
+
+    @staticmethod
+    def content(machine: Any) -> list[Any]:
+        """All that a machine of this core model consists of, for a cache key."""
         raise NotImplementedError
 
     @property
@@ -118,46 +135,7 @@ class MachineFile(Section):
         return np.asarray(flat[:, column]).reshape(i.shape)
 
 
-class LeHuyMachine(MachineFile):
-    """A machine by five numbers: the model of H. Le-Huy and P. Brunelle (IECON 2005)."""
-
-    flux_keys = ("L_u_H", "L_a_H", "L_sat_H", "psi_m_Wb")  # the current of the point stays
-
-    model: Literal["lehuy"]
-    L_u_H: float = Field(gt=0)  # unaligned inductance
-    L_a_H: float = Field(gt=0)  # aligned inductance, unsaturated
-    L_sat_H: float = Field(gt=0)  # aligned incremental inductance, saturated
-    i_m_A: float = Field(gt=0)  # a point of the saturated aligned curve: current ...
-    psi_m_Wb: float = Field(gt=0)  # ... and flux linkage
-
-    @model_validator(mode="after")
-    def aligned_flux_saturates(self) -> "LeHuyMachine":
-        A = self.psi_m_Wb - self.L_sat_H * self.i_m_A
-        if A <= 0:
-            raise ValueError(
-                f"psi_m_Wb = {self.psi_m_Wb:g}, need more than L_sat_H i_m_A = "
-                f"{self.L_sat_H * self.i_m_A:g}; check the point (i_m_A, psi_m_Wb)"
-            )
-        if self.L_a_H <= max(self.L_u_H, self.L_sat_H):
-            raise ValueError(
-                f"L_a_H = {self.L_a_H:g}, need more than L_u_H = {self.L_u_H:g} and "
-                f"L_sat_H = {self.L_sat_H:g}"
-            )
-        return self
-
-    @property
-    def magnetics(self) -> _core.LeHuy:
-        return _le_huy(self.N_r, self.L_u_H, self.L_a_H, self.L_sat_H, self.i_m_A, self.psi_m_Wb)
-
-
 # Thousands of drives of a sweep have the same machine: what follows from it is computed once.
-@lru_cache(maxsize=64)
-def _le_huy(
-    N_r: int, L_u: float, L_a: float, L_sat: float, i_m: float, psi_m: float
-) -> _core.LeHuy:
-    return _core.LeHuy(N_r=N_r, L_u=L_u, L_a=L_a, L_sat=L_sat, i_m=i_m, psi_m=psi_m)
-
-
 @lru_cache(maxsize=64)
 def _greatest_torque(magnetics: Magnetics, n_phases: int, i_max: float) -> float:
     theta_e = np.linspace(0, 2 * np.pi, 720, endpoint=False)  # whole steps for 2 to 6 phases

@@ -13,7 +13,7 @@ from reluctance import _core
 from reluctance.base.files import is_file
 from reluctance.base.reading import reading
 from reluctance.base.schema import FileName
-from reluctance.machine.machine_file import MachineFile
+from reluctance.machine.flux_map_machine import FluxMapMachine
 
 if TYPE_CHECKING:
     from reluctance.machine.coupling import Coupling
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 CONVENTIONS = ("angle_unit", "angle_kind", "zero", "layout", "aligned_at")
 
 
-class MapMachine(MachineFile):
+class MapMachine(FluxMapMachine):
     """Flux linkage, and torque where given, over current and angle, in a file beside this one."""
 
     model: Literal["map"]

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
-from typing import TypeAlias
 
-from reluctance import _core
 from reluctance.base.errors import need
-
-Magnetics: TypeAlias = "_core.LeHuy | _core.FluxMap"  # include/srm/machine/machines.hpp
+from reluctance.machine.models import Magnetics
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from reluctance.drive.tables.load import Load
 from reluctance.drive.tables.over_time import course
 from reluctance.drive.tables.sections import Converter, Sensing
 from reluctance.drive.tables.source import Source
-from reluctance.machine.operating_point import Magnetics
+from reluctance.machine.models import Magnetics
 
 FloatArray = NDArray[np.float64]
 

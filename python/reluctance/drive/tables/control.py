@@ -15,7 +15,7 @@ from reluctance.base.schema import Section
 from reluctance.base.units import to_si
 from reluctance.drive.tables.known import Known
 from reluctance.drive.tables.variants import Look, Variant
-from reluctance.machine.operating_point import Magnetics
+from reluctance.machine.models import Magnetics
 
 BAND_PART = 0.02  # of the current limit: default half width of a current band
 NO_LIMIT = 1e30  # of torque or current

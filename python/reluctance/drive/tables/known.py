@@ -7,7 +7,8 @@ from typing import Literal
 
 from reluctance import _core
 from reluctance.machine.machine_file import MachineFile
-from reluctance.machine.operating_point import Magnetics, OperatingPoint
+from reluctance.machine.models import Magnetics
+from reluctance.machine.operating_point import OperatingPoint
 
 
 @dataclass(frozen=True)

@@ -130,5 +130,5 @@ def whole(drive: Drive, name: str) -> bool:
     """True where a key takes whole numbers."""
     table, *path = name.split(".")
     section = drive.sections().get(table)
-    field = field_of(type(section.filed), path) if section is not None and path else None
+    field = field_of(section.filed(), path) if section is not None and path else None
     return field is not None and int in (field.annotation, *get_args(field.annotation))

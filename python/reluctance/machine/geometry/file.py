@@ -10,6 +10,7 @@ from scipy.constants import mu_0
 
 from reluctance.base.schema import Section
 from reluctance.machine.geometry.cross_section import CrossSection
+from reluctance.machine.geometry.steel_file import SteelName
 from reluctance.machine.geometry.winding import Coil, Winding
 
 MM = 1e-3
@@ -30,7 +31,7 @@ class Lamination(Section):
 
     stack_length_mm: float = Field(gt=0)
     stacking_factor: float = Field(0.97, gt=0.5, le=1)  # share of steel in the stack
-    steel: str  # a grade of the library, or a B-H file from the geometry file
+    steel: SteelName  # a grade of the library, or a B-H file
     saturation_polarisation_T: float | None = Field(None, gt=1)
 
 

@@ -13,7 +13,9 @@ sheet is usually better by 0.02 to 0.06 T: use its own curve where you have it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from scipy.constants import mu_0
@@ -21,7 +23,7 @@ from scipy.constants import mu_0
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import is_file
 from reluctance.base.reading import is_number, numbers, read_rows, reading
-from reluctance.base.schema import did_you_mean
+from reluctance.base.schema import NamesFile, did_you_mean
 from reluctance.machine.geometry.steel import Array, Steel
 
 # Least polarisation at 2500, 5000 and 10 000 A/m [T]: fully processed, non-oriented, EN 10106; see
@@ -38,6 +40,16 @@ H_LAST = 200_000.0  # where the curve of a grade ends [A/m]
 B_ENOUGH = 1.8  # a curve that reaches it shows its own saturation [T]
 MOST_B, MOST_J = 3.5, 2.45  # beyond every soft magnetic steel; iron with cobalt has J of 2.4 T [T]
 LEAST_POINTS = 6
+
+
+class NamesSteel(NamesFile):
+    """Marks a key that names a B-H file, or a grade of the library, which has no ending."""
+
+    def renamed(self, text: str, rename: Callable[[Path], Path]) -> str:
+        return super().renamed(text, rename) if Path(text).suffix else text
+
+
+SteelName = Annotated[str, NamesSteel()]
 
 
 def steel(name: str, *, J_sat: float | None, stacking_factor: float) -> Steel:

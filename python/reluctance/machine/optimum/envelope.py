@@ -7,10 +7,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
 from reluctance.base.errors import need
 from reluctance.machine.operating_point import OperatingPoint
-from reluctance.machine.optimum.magnetics import FloatArray
 from reluctance.machine.optimum.profile import profile_of
 from reluctance.machine.optimum.programme import ALGORITHM, SLACK, Programme, checked_inputs
 

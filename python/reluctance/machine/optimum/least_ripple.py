@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reluctance import _core
+from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
 from reluctance.machine.operating_point import OperatingPoint
-from reluctance.machine.optimum.magnetics import FloatArray, content
+from reluctance.machine.optimum.magnetics import content
 from reluctance.machine.optimum.programme import ALGORITHM, FEASIBLE
 from reluctance.machine.optimum.ripple import AT_REST
 from reluctance.machine.optimum.switching_programme import SwitchingProgramme

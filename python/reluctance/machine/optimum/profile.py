@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
 from reluctance.base.errors import need
 from reluctance.machine.operating_point import OperatingPoint
-from reluctance.machine.optimum.magnetics import FloatArray
 from reluctance.machine.optimum.programme import ALGORITHM, Norm, Programme, checked_inputs
 
 

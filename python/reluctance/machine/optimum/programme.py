@@ -31,9 +31,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import need
 from reluctance.machine.operating_point import OperatingPoint
-from reluctance.machine.optimum.magnetics import FloatArray, content, phase_magnetics
+from reluctance.machine.optimum.magnetics import content, phase_magnetics
 
 Norm = Literal["max", "rms"]
 Objective = Literal["copper", "error", "torque", "weighted"]

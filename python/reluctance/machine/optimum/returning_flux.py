@@ -17,7 +17,7 @@ with the notation of ripple.py. It is a lower bound near the profile as well, an
 import numpy as np
 from numpy.typing import NDArray
 
-from reluctance.machine.optimum.magnetics import FloatArray
+from reluctance.base.arrays import FloatArray
 from reluctance.machine.optimum.switching_programme import SwitchingProgramme
 
 

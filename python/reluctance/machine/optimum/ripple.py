@@ -29,9 +29,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reluctance import _core
+from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
 from reluctance.machine.operating_point import OperatingPoint
-from reluctance.machine.optimum.magnetics import FloatArray
 from reluctance.machine.optimum.profile import Profile
 from reluctance.machine.optimum.returning_flux import returning_mean
 from reluctance.machine.optimum.switching_programme import weights

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from reluctance.machine.optimum.magnetics import FloatArray
+from reluctance.base.arrays import FloatArray
 
 FULL = 0.98  # of the dc link: a phase with more is driven as the profile drives it [1]
 WEIGHTS = 9  # pairs of weights per angle; fewer lower the bound, never raise it

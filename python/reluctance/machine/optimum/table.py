@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
 from reluctance.base.errors import need
 from reluctance.machine.operating_point import OperatingPoint
-from reluctance.machine.optimum.magnetics import FloatArray
 from reluctance.machine.optimum.profile import Profile, profile_of
 from reluctance.machine.optimum.programme import (
     ALGORITHM,

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from reluctance import _core
+from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import need
 from reluctance.machine.operating_point import OperatingPoint
-from reluctance.machine.optimum.magnetics import FloatArray
 from reluctance.machine.optimum.profile import Profile
 
 TAU, L_INC, PSI_THETA = 2, 3, 4  # columns of `_core.magnetics`

@@ -9,6 +9,7 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.files import check_ending, write_together
 from reluctance.machine.coupling import Coupling
 from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.geometry_machine import machine_keys
 from reluctance.machine.geometry.solved import Solution
 from reluctance.machine.map_file import quoted
 from reluctance.machine.maps.check import check_map
@@ -61,29 +62,10 @@ def write_machine(
 
 def machine_text(geometry: Geometry, solution: Solution, map_name: str, made_of: str) -> str:
     """The machine file. What it has no key for stands in its first lines."""
-    g, s = geometry, solution
-    temperature = g.winding.temperature_degC
-    poles = f"{g.stator_poles}/{g.rotor_poles}, {g.phases} phases"
-    name = g.name or f"{poles}, from its geometry"
-    values: list[tuple[str, str | float | int]] = [
-        ("name", name),
-        ("source", f"{g.source}; map computed from {made_of} (2-D field)"),
-        ("licence", g.licence),
-        ("assumed", g.assumed),
-        ("N_s", g.stator_poles),
-        ("N_r", g.rotor_poles),
-        ("n_phases", g.phases),
-        ("R_ohm", rounded(s.R_ohm) if g.R_ohm is None else g.R_ohm),
-        ("temp_R_degC", temperature),
-        ("temp_w_degC", temperature if g.temp_w_degC is None else g.temp_w_degC),
-        ("i_max_A", g.map.current_max_A if g.i_max_A is None else g.i_max_A),
-        ("J_kgm2", rounded(s.J_kgm2) if g.J_kgm2 is None else g.J_kgm2),
-        ("B_Nms", g.B_Nms),
-        ("model", "map"),
-        ("map", map_name),
-        ("angle_kind", "electrical"),
-        ("zero", "unaligned"),
-    ]
+    s = solution
+    values = machine_keys(geometry, s, rounded)
+    values["source"] += f"; map computed from {made_of} (2-D field)"
+    values |= {"model": "map", "map": map_name, "angle_kind": "electrical", "zero": "unaligned"}
     notes = [
         f"# Computed from {made_of}: 2-D field, {s.unknowns:.0f} unknowns. The map is of one phase "
         "alone.",
@@ -91,7 +73,7 @@ def machine_text(geometry: Geometry, solution: Solution, map_name: str, made_of:
         f"{1e6 * s.wire_area_m2:.3g} mm2, copper {s.copper_kg:.3g} kg, iron "
         f"{s.stator_iron_kg:.3g} + {s.rotor_iron_kg:.3g} kg.",
     ]
-    lines = [f"{key} = {quoted(v) if isinstance(v, str) else repr(v)}" for key, v in values]
+    lines = [f"{key} = {quoted(v) if isinstance(v, str) else repr(v)}" for key, v in values.items()]
     return "\n".join([*notes, "[machine]", *lines]) + "\n"
 
 

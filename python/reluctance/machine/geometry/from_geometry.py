@@ -13,16 +13,16 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.figures import save_figure
 from reluctance.base.files import read_toml
 from reluctance.base.picture import Picture
-from reluctance.base.schema import checked
 from reluctance.machine.coupling import Coupling, check_pairs
+from reluctance.machine.geometry.coupling_of import coupling_of
 from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.geometry_machine import geometry_of
 from reluctance.machine.geometry.samples import rotor_angle
 from reluctance.machine.geometry.solve import at_angle, solve
 from reluctance.machine.geometry.solved import Solution, solved, system_of
-from reluctance.machine.geometry_coupling import coupling_of
-from reluctance.machine.geometry_machine import flattened, is_geometry, with_steel_path
+from reluctance.machine.geometry.write_geometry import write_machine
+from reluctance.machine.library import flattened, is_geometry, placed_machine
 from reluctance.machine.maps.surface import surface
-from reluctance.machine.write_geometry import write_machine
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -169,10 +169,8 @@ def machine_from_geometry(
             f"{path} is no geometry file: need [machine], [lamination], [stator], [rotor], "
             "[air_gap], [winding] and [map]"
         )
-    table = with_steel_path(flattened(data), path.parent)
-    table.pop("model")
     try:
-        checked_file = checked(Geometry, table, "[machine]")
+        checked_file = geometry_of(placed_machine(flattened(data), path.parent), "[machine]")
         pairs = checked_file.map.coupling == "pairs"
         first = SELF_PART if pairs else 1.0
         told = progress or (lambda part: None)
