@@ -82,6 +82,7 @@ def minutes_within(hours: Weather, clear: Weather, seed: int) -> Weather:
         temp_air=_between(hours.temp_air, count),
         wind_speed=_between(hours.wind_speed, count),
         where=f"{hours.where}, minutes generated",
+        doubts=hours.doubts,
     )
 
 

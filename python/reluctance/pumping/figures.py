@@ -158,7 +158,7 @@ def per(found: Pumped, rule: str) -> pd.DataFrame:
 
 def remarks(found: Pumped) -> list[str]:
     """What a reader of these figures must know, each on one line."""
-    told, s = _of_the_azimuth(found.system), found.samples
+    told, s = [*_of_the_azimuth(found.system), *found.weather.doubts], found.samples
     if found.step >= LONG and found.system.weather.kind != "clear":
         told.append(
             f"the weather is means over {found.step / 60:g} min: they overstate the water of "

@@ -1,5 +1,6 @@
 """The [site] table, and where the sun stands there."""
 
+import re
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
@@ -32,7 +33,7 @@ class Site(Section):
         try:
             ZoneInfo(name)
         except (ZoneInfoNotFoundError, ValueError, OSError):
-            near = did_you_mean(name, available_timezones()) if name else ""
+            near = _fixed(name) or (did_you_mean(name, available_timezones()) if name else "")
             near = near if near.startswith("; did") else "; need an IANA name such as `Etc/GMT-1`"
             raise ValueError(f"timezone = {name!r} is unknown{near}") from None
         return name
@@ -52,6 +53,18 @@ class Site(Section):
                 "check the sign (east positive)"
             )
         return self
+
+
+def _fixed(name: str) -> str:
+    """The name of a clock that is stated by its hours from UTC, as in GMT+1 or +05:30."""
+    match = re.fullmatch(r"(?:UTC|GMT)?\s*([+-])0?(\d{1,2})(?::?(\d\d))?", name.strip(), re.I)
+    if match is None:
+        return ""
+    sign, hours, minutes = match[1], int(match[2]), int(match[3] or 0)
+    if minutes:
+        return "; need the IANA name of the place, such as `Asia/Kolkata`"
+    other = f"`Etc/GMT{'-' if sign == '+' else '+'}{hours}`" if hours else "`Etc/UTC`"
+    return f"; did you mean {other}? (an hour ahead of UTC is Etc/GMT-1)"
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,13 @@ class Weather:
     wind_speed: FloatArray  # [m/s]
     sun: Sun
     where: str  # for messages
+    doubts: tuple[str, ...] = ()  # what a file contradicts itself in, for notes
 
 
+# What stands for a missing value in EPW, TMY3, SRML and the files of loggers
+MARKS = (-9999.0, -9900.0, -999.0, -99.0, -99.9, -9.9, 99.9, 999.0, 999.9, 9999.0)
+LIMITS = {"temp_air": (-90.0, 70.0), "wind_speed": (0.0, 60.0)}  # else of light [W/m^2]:
+LIGHT_LIMITS = (-20.0, 1800.0)
 COLUMNS = ("ghi", "dni", "dhi", "temp_air", "wind_speed")
 
 
@@ -90,11 +95,16 @@ def _whole(t: pd.DatetimeIndex, values: FloatArray, name: str, where: str) -> No
             f"{where}: {name} is missing, or no number, at {t[missing[0]]} ({len(missing)} of "
             f"{len(t)} samples); fill the gaps first"
         )
-    low, high = (-90.0, 70.0) if name == "temp_air" else (-20.0, 1800.0)
+    low, high = LIMITS.get(name, LIGHT_LIMITS)
     wrong = np.flatnonzero(~((values >= low) & (values <= high)))
     if len(wrong):
+        value = values[wrong[0]]
+        remedy = "it marks a missing value: fill these samples first"
+        if value not in MARKS:
+            remedy = "check the column and its unit"
         raise ParameterError(
-            f"{where}: {name} = {values[wrong[0]]:g} at {t[wrong[0]]}, need {low:g} to {high:g}"
+            f"{where}: {name} = {value:g} at {t[wrong[0]]} ({len(wrong)} of {len(t)} samples), "
+            f"need {low:g} to {high:g}; {remedy}"
         )
 
 

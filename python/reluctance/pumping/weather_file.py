@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import date
 from io import StringIO
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
 
-from reluctance.base.columns import Quantity, recognised
+from reluctance.base.columns import Quantity, recognised, with_points
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import is_file, scratch
 from reluctance.base.reading import read_text, reading
@@ -21,9 +22,12 @@ from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_withi
 from reluctance.pumping.pvgis import is_pvgis, pvgis_hours
 from reluctance.pumping.site import Site, extra_radiation, sun_over
 from reluctance.pumping.weather import COLUMNS, Weather, as_numbers, interval, weather_of
+from reluctance.pumping.weather_quality import doubts
 
 NEAR_DEG = 1.0  # a file from farther away is for another place
 SOLAR_CONSTANT = 1367.0  # direct light is never more: near the horizon an estimate may be [W/m^2]
+NO_LEAP = "year = {year} has a 29 February, which a typical year has not; take {before}"
+A_LEAP_YEAR = 2024  # that a file with a 29 February is shown in
 LINKE = 3.0  # turbidity of the clear sky where nothing else is said
 
 
@@ -56,11 +60,8 @@ class WeatherTable(Section):
             wrong = self.model_fields_set & {"start", "days", "step_min", "clouds"}
         for key in sorted(wrong):
             raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
-        if self.kind in ("tmy3", "epw", "pvgis") and pd.Timestamp(self.year, 1, 1).is_leap_year:
-            raise ValueError(
-                f"year = {self.year} has a 29 February, which a typical year has not; take "
-                f"{self.year - 1} or {self.year + 1}"
-            )
+        if self.kind in ("tmy3", "pvgis") and pd.Timestamp(self.year, 1, 1).is_leap_year:
+            raise ValueError(NO_LEAP.format(year=self.year, before=self.year - 1))
         return self
 
 
@@ -68,9 +69,9 @@ def read_weather(table: WeatherTable, site: Site, folder: Path) -> Weather:
     """The samples that the table asks for, as they are: without generated minutes."""
     if table.kind == "clear":
         assert table.start is not None
-        first = pd.Timestamp(table.start).tz_localize(site.timezone)
+        first = _midnight(pd.Timestamp(table.start), site)
         step = pd.Timedelta(minutes=table.step_min)
-        end = (pd.Timestamp(table.start) + pd.Timedelta(days=table.days)).tz_localize(site.timezone)
+        end = _midnight(pd.Timestamp(table.start) + pd.Timedelta(days=table.days), site)
         t = pd.date_range(first, end, freq=step, inclusive="left")
         if table.step_min >= 10:  # the middle of a long interval stands for its mean
             t = t + step / 2
@@ -80,7 +81,15 @@ def read_weather(table: WeatherTable, site: Site, folder: Path) -> Weather:
     path = _path(table.file, folder)
     read, kind = _READERS[table.kind]
     with reading(path, kind, "check the file and [weather] kind"):
-        return weather_of(read(path, table, site), site, where=str(path))
+        samples = read(path, table, site)
+        found = weather_of(samples, site, where=str(path))
+        components = "estimated" not in samples.attrs
+        return replace(found, doubts=doubts(found, site, components=components))
+
+
+def _midnight(day: pd.Timestamp, site: Site) -> pd.Timestamp:
+    """When a day begins: at one o'clock where the clock skips midnight, at the first of two."""
+    return day.tz_localize(site.timezone, nonexistent="shift_forward", ambiguous=True)
 
 
 def clear_sky(t: pd.DatetimeIndex, step: float, site: Site, table: WeatherTable) -> Weather:
@@ -147,27 +156,43 @@ def _tmy3(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
 
 
 def _epw(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
-    """Hours; pvlib labels them by their starts."""
+    """Hours, or equal parts of them, each named by its end."""
     with _plain(path) as plain:
-        frame, place = pvlib().iotools.read_epw(plain, coerce_year=table.year)
+        frame, place = pvlib().iotools.read_epw(plain, coerce_year=A_LEAP_YEAR)
     _check_place(place, site, path)
+    leap = bool(((frame["month"] == 2) & (frame["day"] == 29)).any())
+    year = table.year if "year" in table.model_fields_set or not leap else A_LEAP_YEAR
+    if leap and not pd.Timestamp(year, 1, 1).is_leap_year:
+        raise ParameterError(
+            f"{path} has a 29 February, [weather] year = {year} has none; take {A_LEAP_YEAR}"
+        )
+    if pd.Timestamp(year, 1, 1).is_leap_year and not leap:
+        raise ParameterError("[weather] " + NO_LEAP.format(year=year, before=year - 1))
+    parts = frame.groupby(frame.index).cumcount().to_numpy()  # within the hour
+    t = frame.index.map(lambda hour: hour.replace(year=year))
     frame = frame[[*COLUMNS]]
-    frame.index = frame.index + pd.Timedelta("30min")
+    frame.index = t + pd.to_timedelta((parts + 0.5) * 60 / (parts.max() + 1), unit="min")
     return frame
 
 
 WATTS = {"w/m2": 1.0, "w/m^2": 1.0, "wpm2": 1.0}
 CSV_COLUMNS = {  # names of pvlib, PVGIS, TMY3 and loggers
     "time": Quantity(("time", "date", "datetime", "timestamp", "date_time"), {}),
-    "ghi": Quantity(("ghi", "g(h)", "global", "global_horizontal"), WATTS),
-    "dni": Quantity(("dni", "gb(n)", "direct_normal"), WATTS),
-    "dhi": Quantity(("dhi", "gd(h)", "diffuse", "diffuse_horizontal"), WATTS),
+    "ghi": Quantity(("ghi", "g(h)", "global", "global_horizontal", "allsky_sfc_sw_dwn"), WATTS),
+    "dni": Quantity(("dni", "gb(n)", "direct_normal", "allsky_sfc_sw_dni"), WATTS),
+    "dhi": Quantity(("dhi", "gd(h)", "diffuse", "diffuse_horizontal", "allsky_sfc_sw_diff"), WATTS),
     "temp_air": Quantity(
         ("temp_air", "t2m", "tair", "temp", "temperature", "dry-bulb"),
         {"degc": 1.0, "c": 1.0, "°c": 1.0},
     ),
-    "wind_speed": Quantity(("wind_speed", "ws10m", "wind", "ws", "wspd"), {"m/s": 1.0, "mps": 1.0}),
+    "wind_speed": Quantity(
+        ("wind_speed", "ws10m", "ws2m", "wind", "ws", "wspd"), {"m/s": 1.0, "mps": 1.0}
+    ),
 }
+# A time in parts, as in files of NSRDB and NASA POWER
+PARTS = {"year": ("year",), "month": ("month", "mo"), "day": ("day", "dy")}
+PARTS |= {"hour": ("hour", "hr"), "minute": ("minute", "min")}
+MOST_HEAD = 60  # lines before the names of the columns
 
 
 def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
@@ -177,10 +202,10 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     if is_pvgis(content):
         raise ParameterError(f"{path} is a file of PVGIS; set [weather] kind = 'pvgis'")
     try:
-        frame = pd.read_csv(StringIO(content), comment="#")
+        frame = _table(content)
         known = recognised([str(name) for name in frame.columns], CSV_COLUMNS)
         frame = frame.rename(columns={name: quantity for quantity, (name, _) in known.items()})
-        text = frame["time"].astype(str)
+        text = frame["time"].astype(str) if "time" in frame else _from_parts(frame)
         offset = text.str.contains(r"(?:[+-]\d\d:?\d\d|Z)$")
         if offset.any() and not offset.all():
             raise ValueError("some with an offset from UTC, some without")
@@ -195,7 +220,7 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         raise ParameterError(f"data row {int(t.isna().argmax()) + 2} has no time; fill the cell")
     if t.tz is None:
         try:
-            t = t.tz_localize(site.timezone)
+            t = t.tz_localize(site.timezone, ambiguous="infer")
         except ValueError as fault:
             raise ParameterError(
                 f"{path}: a time does not exist once in {site.timezone} ({fault}); write times "
@@ -219,7 +244,42 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         ghi, day = frame["ghi"].to_numpy(), pd.DatetimeIndex(frame.index).day_of_year.to_numpy()
         frame["dni"] = np.minimum(pvlib().irradiance.erbs(ghi, zenith, day)["dni"], SOLAR_CONSTANT)
         frame["dhi"] = ghi - frame["dni"] * np.maximum(np.cos(np.radians(zenith)), 0.0)
+        frame.attrs["estimated"] = True
     return frame[[*COLUMNS]]
+
+
+def _table(content: str) -> pd.DataFrame:
+    """The rows of a CSV file below the line that names the light; what stands above is no data."""
+    lines = [line for line in content.splitlines() if line.strip() and not line.startswith("#")]
+    start = next((k for k, line in enumerate(lines[:MOST_HEAD]) if "ghi" in _known(line)), 0)
+    separator = _separator(lines[start]) if lines else ","
+    lines = with_points(lines[start:], separator)
+    return pd.read_csv(StringIO("\n".join(lines)), sep=separator, skipinitialspace=True)
+
+
+def _separator(line: str) -> str:
+    return next((mark for mark in ";\t" if mark in line), ",")
+
+
+def _known(line: str) -> dict[str, tuple[str, float]]:
+    try:
+        return recognised([n.strip() for n in line.split(_separator(line))], CSV_COLUMNS)
+    except ParameterError:
+        return {}
+
+
+def _from_parts(frame: pd.DataFrame) -> pd.Series:
+    """Times from columns of year, month, day, hour and minute."""
+    names = {str(name).strip().lower(): name for name in frame.columns}
+    parts = {
+        part: frame[names[near]]
+        for part, stems in PARTS.items()
+        if (near := next((s for s in stems if s in names), None))
+    }
+    if missing := [part for part in ("year", "month", "day", "hour") if part not in parts]:
+        listed = ", ".join(map(str, frame.columns))
+        raise ValueError(f"columns {listed}; no time, and of its parts no {', '.join(missing)}")
+    return pd.to_datetime(pd.DataFrame(parts)).astype(str)
 
 
 def _check_place(place: dict[str, float], site: Site, path: Path) -> None:
