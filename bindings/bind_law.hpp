@@ -6,7 +6,7 @@
 #include "bindings.hpp"
 #include "called_machine.hpp"
 #include "describe.hpp"
-#include "srm/control/part/guide.hpp"
+#include "srm/control/part/reference_profile.hpp"
 
 namespace bound {
 
@@ -32,8 +32,8 @@ struct Given<S<T>> {
   using type = S<double>;
 };
 template <srm::Real T>
-struct Given<srm::Guide<T>> {
-  using type = srm::Held<srm::Guide<double>>;
+struct Given<srm::ReferenceProfile<T>> {
+  using type = srm::Held<srm::ReferenceProfile<double>>;
 };
 
 /// The fields of a default S as a tuple of Field: their names and types.

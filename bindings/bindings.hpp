@@ -91,7 +91,7 @@ void bind_controller(nb::module_& m);
 void bind_enums(nb::module_& m);
 void bind_frame(nb::module_& m);
 void bind_guard(nb::module_& m);
-void bind_guide(nb::module_& m);
+void bind_reference_profile(nb::module_& m);
 void bind_law_parts(nb::module_& m);
 void bind_machine(nb::module_& m);
 void bind_plant(nb::module_& m);

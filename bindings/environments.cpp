@@ -187,7 +187,7 @@ void obey(Batch& b, const Actions& orders, const Observations& observations, con
 
 }  // namespace
 
-void AnySimulation::make_other(const Loop& given) {
+void AnySimulation::make_other(const SimulationParts& given) {
   with_phases(given.n_phases, [&]<int N>() {
     if constexpr (!has_form<Forms::usual, double, N>) {
       std::visit(

@@ -1,11 +1,11 @@
 // Python view of what several control laws are made of.
 #include "bind_struct.hpp"
+#include "srm/control/frame/stroke_fit.hpp"
 #include "srm/control/law/ditc.hpp"
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/feasible.hpp"
 #include "srm/control/part/mean_torque.hpp"
 #include "srm/control/part/sharing.hpp"
-#include "srm/control/part/stroke_fit.hpp"
 
 namespace bound {
 

@@ -25,7 +25,7 @@ NB_MODULE(_core, m) {
   bound::bind_step_time(m);
   bound::bind_guard(m);
   bound::bind_supervised(m);
-  bound::bind_guide(m);
+  bound::bind_reference_profile(m);
   bound::bind_law_parts(m);
   using namespace srm::laws;
   bound::bind_all<SRM_BUILT_IN_LAWS>(m);

@@ -5,7 +5,7 @@
 
 namespace bound {
 
-AnySimulation::AnySimulation(const Loop& given) {
+AnySimulation::AnySimulation(const SimulationParts& given) {
   with_phases(given.n_phases, [&]<int N>() {
     std::visit(
         [&]<class M>(const srm::Held<M>& model) {

@@ -17,7 +17,7 @@ inline constexpr int waveform_rows = 20000;
 inline constexpr int period_rows = 64;
 
 /// What a loop is made of.
-struct Loop {
+struct SimulationParts {
   const AnyMachine& machine;
   int n_phases;
   double R;
@@ -36,7 +36,7 @@ class AnySimulation {
  public:
   using State = std::tuple<std::vector<double>, double, double, double>;
 
-  explicit AnySimulation(const Loop& given);
+  explicit AnySimulation(const SimulationParts& given);
 
   double advance(double t_stop) { return advance_(t_stop, *waveforms_, *periods_); }
   long steps() const { return steps_(); }
@@ -60,9 +60,9 @@ class AnySimulation {
 
  private:
   /// Of a number of phases that is not usual (forms.hpp), in environments.cpp.
-  void make_other(const Loop& given);
+  void make_other(const SimulationParts& given);
   template <srm::Motor M, int N>
-  void make(const Loop& given, const M& machine);
+  void make(const SimulationParts& given, const M& machine);
 
   static std::vector<double> taken(srm::Rows& rows) {
     std::vector<double> values(rows.data(),
@@ -86,7 +86,7 @@ class AnySimulation {
 };
 
 template <srm::Motor M, int N>
-void AnySimulation::make(const Loop& given, const M& machine) {
+void AnySimulation::make(const SimulationParts& given, const M& machine) {
   const auto* step = std::get_if<srm::Controller<N>>(&given.controller.step);
   if (step == nullptr) throw std::invalid_argument("the controller has another phase count");
   const bool records = given.resolution.record_every >= 0;

@@ -830,7 +830,7 @@ def events(controller: Controller) -> Annotated[numpy.typing.NDArray[numpy.float
 def describe_status(status: int) -> str:
     """A status of the protection in words."""
 
-class Guide:
+class ReferenceProfile:
     """Profiles over torque, electrical angle and speed."""
 
     def __init__(self, values: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], *, tau_max: float, omega_m: _Sequence[float], u_dc: float, drop: float = 0.0) -> None:
@@ -843,7 +843,7 @@ class Guide:
         The value at a torque [N m], electrical angle [rad], speed [rad/s] and voltage [V].
         """
 
-def switching_weight(machine: LeHuy | FluxMap, *, guide: Guide, R: float, tau_ref: float, omega_m: float, u_dc: float, i_max: float, f_switch: float) -> float:
+def switching_weight(machine: LeHuy | FluxMap, *, guide: ReferenceProfile, R: float, tau_ref: float, omega_m: float, u_dc: float, i_max: float, f_switch: float) -> float:
     """
     Cost of a turn-on [N^2 m^2 s] that makes about f_switch [Hz] per switch.
     """
@@ -932,36 +932,36 @@ def pwm_current(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: flo
     Current held by a PI controller of this bandwidth [rad/s] between turn-on and turn-off.
     """
 
-def torque_sharing(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, sharing: Sharing, feasible: Feasible, guide: Guide, R: float, i_max: float, i_band: float, T_s: float, delay: float, chop: Leg) -> Law:
+def torque_sharing(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, R: float, i_max: float, i_band: float, T_s: float, delay: float, chop: Leg) -> Law:
     """Shared torque as current references. guide: phase current [A]."""
 
-def ditc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, conduction: Conduction, turn_on: TurnOn, bands: TorqueBands, feasible: Feasible, guide: Guide, psi_band: float, R: float, i_max: float, T_s: float) -> Law:
+def ditc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, conduction: Conduction, turn_on: TurnOn, bands: TorqueBands, feasible: Feasible, guide: ReferenceProfile, psi_band: float, R: float, i_max: float, T_s: float) -> Law:
     """Direct instantaneous torque control: the torque error picks the legs."""
 
-def deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: float, sharing: Sharing, feasible: Feasible, guide: Guide, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
+def deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: float, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
     """
     The duty cycle that brings each phase to its shared torque in one sample.
     """
 
-def learning_deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, feasible: Feasible, guide: Guide, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
+def learning_deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
     """The same law, which learns the machine that it drives."""
 
 N_p_max: int = 10
 
 N_c_max: int = 4
 
-def paper_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: Guide, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: float, short_from: float) -> Law:
+def paper_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: ReferenceProfile, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: float, short_from: float) -> Law:
     """Predictive controller of current references. guide: phase current [A]."""
 
-def finite_set_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: Guide, horizon: int, w_psi: _Sequence[float], feedback: _Sequence[float], w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Law:
+def finite_set_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: ReferenceProfile, horizon: int, w_psi: _Sequence[float], feedback: _Sequence[float], w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Law:
     """
     Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of the distance to it [N^2 m^2/Wb^2], feedback: 1 where feedback holds the mean, else 0 [1], each at each of its speeds.
     """
 
-def edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: Guide, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
+def edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: ReferenceProfile, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
     """
     Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; psi_slack: most that a phase may leave it, at each of its speeds [Wb].
     """
 
-def learning_edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, guide: Guide, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
+def learning_edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, guide: ReferenceProfile, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
     """The same law, which learns the machine that it drives."""

@@ -12,7 +12,7 @@
 #include "srm/control/guard/protection.hpp"
 #include "srm/control/guard/sequence.hpp"
 #include "srm/control/law/paper_mpc.hpp"
-#include "srm/control/part/guide.hpp"
+#include "srm/control/part/reference_profile.hpp"
 #include "srm/control/part/sharing.hpp"
 #include "srm/sim/simulation.hpp"
 #include "srm/sim/supervision.hpp"
@@ -23,7 +23,7 @@ namespace srm::c_api {
 using Fault = const char*;
 
 template <Real T>
-Fault fault(const Guide<T>& g) {
+Fault fault(const ReferenceProfile<T>& g) {
   const long cells = static_cast<long>(g.first.rows) * g.first.columns;
   const bool sizes = g.first.rows >= 2 && g.first.columns >= 1 && g.omega.size >= 1 &&
                      cells <= g.first.values.size && cells * g.omega.size == g.first.values.size;

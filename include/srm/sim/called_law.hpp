@@ -6,8 +6,8 @@
 #include <functional>
 #include <memory>
 
-#include "srm/control/frame/interface.hpp"
-#include "srm/control/part/learned.hpp"
+#include "srm/control/frame/learned.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "srm/control/frame/interface.hpp"
-#include "srm/control/part/learned.hpp"
+#include "srm/control/frame/learned.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

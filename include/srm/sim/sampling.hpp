@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 #include "srm/plant/drive.hpp"
 #include "srm/sim/noise.hpp"
 #include "srm/sim/rotor_sensor.hpp"

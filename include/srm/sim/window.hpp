@@ -1,7 +1,7 @@
 // Conduction windows as the position compare sees them: by the rotor sensor.
 #pragma once
 
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 #include "srm/sim/guard.hpp"
 
 namespace srm {

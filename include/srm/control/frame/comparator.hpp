@@ -2,7 +2,7 @@
 // boards without analog comparators, and of a controller that compares in its own samples.
 #pragma once
 
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

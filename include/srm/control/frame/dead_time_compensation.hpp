@@ -1,7 +1,7 @@
 // Compensation of a dead time: a switch that turns on late is ordered to turn on earlier.
 #pragma once
 
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

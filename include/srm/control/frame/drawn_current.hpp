@@ -5,7 +5,7 @@
 #include <array>
 
 #include "srm/base/fields.hpp"
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "srm/base/fields.hpp"
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

@@ -7,11 +7,11 @@
 #include "srm/control/frame/comparator.hpp"
 #include "srm/control/frame/dead_time_compensation.hpp"
 #include "srm/control/frame/edge_limits.hpp"
-#include "srm/control/frame/interface.hpp"
 #include "srm/control/frame/pv_control.hpp"
 #include "srm/control/frame/speed_pi.hpp"
 #include "srm/control/frame/speed_ramp.hpp"
 #include "srm/control/frame/user_limits.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

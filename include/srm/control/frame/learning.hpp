@@ -16,7 +16,7 @@
 // For laws whose orders are those of timers: what a comparator did is not known.
 #pragma once
 
-#include "srm/control/part/stroke_fit.hpp"
+#include "srm/control/frame/stroke_fit.hpp"
 #include "srm/machine/with_inductance.hpp"
 
 namespace srm {

@@ -12,12 +12,12 @@
 
 #include "srm/base/fields.hpp"
 #include "srm/control/frame/drawn_current.hpp"
-#include "srm/control/frame/interface.hpp"
 #include "srm/control/frame/limited_pi.hpp"
 #include "srm/control/frame/power_tracker.hpp"
 #include "srm/control/frame/speed_pi.hpp"
 #include "srm/control/frame/stroke_ripple.hpp"
 #include "srm/control/frame/whole_periods.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

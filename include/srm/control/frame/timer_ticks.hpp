@@ -10,7 +10,7 @@
 #include <array>
 #include <cstdint>
 
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

@@ -14,8 +14,8 @@
 #include <cstdint>
 
 #include "srm/base/fields.hpp"
-#include "srm/control/frame/interface.hpp"
 #include "srm/control/guard/fault.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

@@ -16,11 +16,11 @@
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/feasible.hpp"
-#include "srm/control/part/guide.hpp"
-#include "srm/control/part/mean_hold.hpp"
+#include "srm/control/part/mean_torque_feedback.hpp"
 #include "srm/control/part/mirror.hpp"
 #include "srm/control/part/modulator.hpp"
 #include "srm/control/part/per_phase.hpp"
+#include "srm/control/part/reference_profile.hpp"
 #include "srm/control/part/sharing.hpp"
 #include "srm/machine/torque_inverse.hpp"
 
@@ -36,17 +36,17 @@ struct Deadbeat {
   static constexpr T dead = T(0.001);
   struct State {
     std::array<T, N> duty{};  // ordered in the sample before
-    MeanHold<T> mean;
+    MeanTorqueFeedback<T> mean;
   };
 
   M machine;
   T R;  // phase resistance [ohm]
   Sharing<T> sharing;
   Feasible<T> feasible;
-  Guide<T> guide;  // flux linkage where the shares are not feasible [Wb]
-  T i_max;         // [A]
-  T T_s;           // control and carrier period [s]
-  int delay = 0;   // samples from measurement to effect: 0 or 1
+  ReferenceProfile<T> guide;  // flux linkage where the shares are not feasible [Wb]
+  T i_max;                    // [A]
+  T T_s;                      // control and carrier period [s]
+  int delay = 0;              // samples from measurement to effect: 0 or 1
   Carriers carriers = Carriers::in_phase;
   SRM_FIELDS(machine, R, sharing, feasible, guide, i_max, T_s, delay, carriers)
 

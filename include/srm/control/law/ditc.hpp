@@ -22,10 +22,10 @@
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/feasible.hpp"
-#include "srm/control/part/guide.hpp"
-#include "srm/control/part/mean_hold.hpp"
+#include "srm/control/part/mean_torque_feedback.hpp"
 #include "srm/control/part/mirror.hpp"
 #include "srm/control/part/per_phase.hpp"
+#include "srm/control/part/reference_profile.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -84,7 +84,7 @@ struct Ditc {
   static constexpr int n_phases = N;
   struct State {
     std::array<Leg, N> leg{};
-    MeanHold<T> mean;
+    MeanTorqueFeedback<T> mean;
   };
 
   M machine;
@@ -92,11 +92,11 @@ struct Ditc {
   TurnOn<T> turn_on;
   TorqueBands<T> bands;
   Feasible<T> feasible;
-  Guide<T> guide;  // flux linkage where the voltage does not suffice for the window [Wb]
-  T psi_band;      // about it a leg is kept, half width [Wb]
-  T R;             // phase resistance [ohm]
-  T i_max;         // [A]
-  T T_s;           // control period [s]
+  ReferenceProfile<T> guide;  // flux linkage where the voltage does not suffice for the window [Wb]
+  T psi_band;                 // about it a leg is kept, half width [Wb]
+  T R;                        // phase resistance [ohm]
+  T i_max;                    // [A]
+  T T_s;                      // control period [s]
   SRM_FIELDS(machine, conduction, turn_on, bands, feasible, guide, psi_band, R, i_max, T_s)
 
   constexpr Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {

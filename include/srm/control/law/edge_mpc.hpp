@@ -44,19 +44,19 @@ struct EdgeMpc {
   static constexpr T far = T(5);
 
   M machine;
-  Guide<T> guide;     // flux linkage over torque reference, electrical angle and speed [Wb]
-  T w_sw;             // cost of a turn-on: switching_weight.hpp [N^2 m^2 s]
-  View<T> psi_slack;  // most that a phase may leave the guide, at each of its speeds [Wb]
-  T R;                // phase resistance [ohm]
-  T i_max;            // current limit [A]
-  T T_s;              // control period [s]
-  int delay;          // samples from measurement to effect: 0 or 1
+  ReferenceProfile<T> guide;  // flux linkage over torque reference, electrical angle and speed [Wb]
+  T w_sw;                     // cost of a turn-on: switching_weight.hpp [N^2 m^2 s]
+  View<T> psi_slack;          // most that a phase may leave the guide, at each of its speeds [Wb]
+  T R;                        // phase resistance [ohm]
+  T i_max;                    // current limit [A]
+  T T_s;                      // control period [s]
+  int delay;                  // samples from measurement to effect: 0 or 1
   SRM_FIELDS(machine, guide, w_sw, psi_slack, R, i_max, T_s, delay)
 
   enum class Mode { plan, follow, assist };
 
   struct State : Memory<T, N> {
-    MeanHold<T> mean{};
+    MeanTorqueFeedback<T> mean{};
     TorqueStep<T> steps{};
     T tau{};         // of the last sample, in the frame of positive torque [N m]
     T short_left{};  // angle for which the guide is still followed [rad]
@@ -73,8 +73,8 @@ struct EdgeMpc {
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T slack = profile.of(psi_slack);
     const T ahead = max(T_s, T(10e-6));
-    const Outlook<M, N> outlook{machine, profile, R, T_s, delay, ahead, slack / T(100)};
-    const Phases phases = outlook.at(y, tau_ref, state);
+    const Prediction<M, N> prediction{machine, profile, R, T_s, delay, ahead, slack / T(100)};
+    const Phases phases = prediction.at(y, tau_ref, state);
     state.tau = torque_of(phases);
     const Band band = band_of(phases, demand, y.u_dc);
     const Mode mode = mode_of(state, phases, demand, band, turn, y.u_dc);
@@ -93,7 +93,7 @@ struct EdgeMpc {
 
  private:
   static constexpr int decisions_max = 2 * N + 2;
-  using Phases = std::array<PhaseOutlook<T>, N>;
+  using Phases = std::array<PhasePrediction<T>, N>;
 
   struct Band {
     T A;      // half width of the torque band [N m]
@@ -102,7 +102,7 @@ struct EdgeMpc {
 
   Band band_of(const Phases& phases, T demand, T u_dc) const {
     T ripple = max(demand * T(1e3), T(1));  // 0.1 % in a microsecond, where no phase acts
-    for (const PhaseOutlook<T>& x : phases) {
+    for (const PhasePrediction<T>& x : phases) {
       if (!x.idle) ripple = max(ripple, ripple_rate(x.gain, x.goal_rate + R * x.i, u_dc));
     }
     const T A = max(cube_root(T(0.75) * w_sw * ripple), T(1e-6));
@@ -122,7 +122,7 @@ struct EdgeMpc {
   /// reference back within a pulse.
   bool can_hold(const Phases& phases, T demand, const Band& band, T u_dc) const {
     T most = T(0), least = T(0);  // slopes of the torque [N m/s]
-    for (const PhaseOutlook<T>& p : phases) {
+    for (const PhasePrediction<T>& p : phases) {
       const int low = p.idle || p.goal_rate + R * p.i < T(0) ? -1 : 0;
       const T a = p.gain * p.rate(low, u_dc, R);
       const T b = p.idle ? a : p.gain * p.rate(low + 1, u_dc, R);
@@ -150,7 +150,7 @@ struct EdgeMpc {
 
   /// The plan's units and x, where it starts. steps: after a step of the reference, where the guide
   /// counts for nothing while the torque is far from it.
-  [[gnu::noinline]] Plan problem(const std::array<PhaseOutlook<T>, N>& phases, T u_dc, T demand,
+  [[gnu::noinline]] Plan problem(const std::array<PhasePrediction<T>, N>& phases, T u_dc, T demand,
                                  bool steps, T slack, const Band& band,
                                  typename Plan::Point& x) const {
     const T A = band.A, pulse = band.pulse;
@@ -159,7 +159,7 @@ struct EdgeMpc {
     const T per_slack = T(1) / slack;
     T gain_squared = T(0);
     T e = -demand, along = T(0), drift = T(0);
-    for (const PhaseOutlook<T>& p : phases) {
+    for (const PhasePrediction<T>& p : phases) {
       e = e + p.tau;
       drift = drift + p.drift + p.gain * (p.idle ? p.rate(-1, u_dc, R) : p.goal_rate);
       if (p.idle) continue;
@@ -171,7 +171,7 @@ struct EdgeMpc {
     plan.drift = drift * pulse * per_A;
     const T share = gain_squared > T(0) ? A / gain_squared : T(0);
     for (int k = 0; k < N; ++k) {
-      const PhaseOutlook<T>& p = phases[k];
+      const PhasePrediction<T>& p = phases[k];
       if (p.idle) continue;
       const int j = plan.n_active++;
       typename Plan::Active& a = plan.phases[j];
@@ -193,11 +193,11 @@ struct EdgeMpc {
   }
 
   /// The torque is far from its reference, and this phase can take it there.
-  static bool is_far(const PhaseOutlook<T>& p, T e) { return abs(e) > far && p.gain > T(0); }
+  static bool is_far(const PhasePrediction<T>& p, T e) { return abs(e) > far && p.gain > T(0); }
 
   /// The two levels around the voltage that the guide asks for; beyond twice its slack, or with the
   /// torque far away, also the third; and no magnetizing above the current limit.
-  void set_levels(typename Plan::Active& a, const PhaseOutlook<T>& p, T away, T e) const {
+  void set_levels(typename Plan::Active& a, const PhasePrediction<T>& p, T away, T e) const {
     const bool falling = p.goal_rate + R * p.i < T(0);
     const bool over = p.i > i_max;
     const bool low = is_far(p, e) && e < T(0), high = is_far(p, e) && e > T(0);

@@ -15,8 +15,8 @@
 //   as the whole torque; where the guide takes all of the voltage no deviation is made good
 //
 // Where the guide has ripple of its own, or conducts nearly throughout, so that a small part of its
-// flux linkage makes all of the torque, the mean is held by feedback (mean_hold.hpp). Where the
-// torque has collapsed all the same, each phase follows its guide by itself.
+// flux linkage makes all of the torque, the mean is held by feedback (mean_torque_feedback.hpp).
+// Where the torque has collapsed all the same, each phase follows its guide by itself.
 //
 // Measured with T_s = 2 us, h = 2..6 us, f = 18 kHz: 19 to 23 kHz. A long sample limits it by
 // itself.
@@ -25,7 +25,7 @@
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/leg_search.hpp"
-#include "srm/control/part/mean_hold.hpp"
+#include "srm/control/part/mean_torque_feedback.hpp"
 
 namespace srm {
 
@@ -42,8 +42,8 @@ struct FiniteSetMpc {
   static constexpr T lasting = T(8) * pi<T>;  // [rad]
 
   M machine;
-  Guide<T> guide;    // flux linkage over torque reference, electrical angle and speed [Wb]
-  int horizon;       // samples, 1..horizon_max
+  ReferenceProfile<T> guide;  // flux linkage over torque reference, electrical angle and speed [Wb]
+  int horizon;                // samples, 1..horizon_max
   View<T> w_psi;     // distance to the guide, at each of its speeds [N^2 m^2/Wb^2]; 0: none
   View<T> feedback;  // 1 at those of its speeds at which feedback holds the mean, else 0 [1]
   T w_i;             // copper [N^2 m^2/A^2]
@@ -56,7 +56,7 @@ struct FiniteSetMpc {
   SRM_FIELDS(machine, guide, horizon, w_psi, feedback, w_i, w_sw, t_end, R, i_max, T_s, delay)
 
   struct State : Memory<T, N> {
-    MeanHold<T> hold{};
+    MeanTorqueFeedback<T> hold{};
     T tau{};             // of the last sample, in the frame of positive torque [N m]
     bool holds = false;  // the mean, in the last sample
     T lost{};            // way on which the torque was far off since, less that on which not [rad]
@@ -72,8 +72,8 @@ struct FiniteSetMpc {
     const Profile<T> profile = guide.at(demand, y.omega_m, y.u_dc);
     const T w_goal = profile.of(w_psi);
     const T off = w_goal > T(0) ? y.u_dc * T(1e-7) : T(0);  // the flux of 0.1 us
-    const Outlook<M, N> model{machine, profile, R, T_s, delay, ahead, off};
-    const LegSearch<T, N> search{.phases = model.at(y, tau_ref, state),
+    const Prediction<M, N> prediction{machine, profile, R, T_s, delay, ahead, off};
+    const LegSearch<T, N> search{.phases = prediction.at(y, tau_ref, state),
                                  .tau_ref = demand,
                                  .u_dc = y.u_dc,
                                  .R = R,
@@ -112,10 +112,10 @@ struct FiniteSetMpc {
     return state.hold.asked(demand, state.tau, turn, brakes(omega_m, tau_ref), most, dead);
   }
 
-  [[gnu::noinline, gnu::cold]] void remember(State& state, T omega_m, T demand,
-                                             const std::array<PhaseOutlook<T>, N>& phases) const {
+  [[gnu::noinline, gnu::cold]] void remember(
+      State& state, T omega_m, T demand, const std::array<PhasePrediction<T>, N>& phases) const {
     state.tau = T(0);
-    for (const PhaseOutlook<T>& x : phases) state.tau = state.tau + x.tau;
+    for (const PhasePrediction<T>& x : phases) state.tau = state.tau + x.tau;
     if (!(state.lost < lasting)) return;
     const T turn = static_cast<T>(machine.N_r) * abs(omega_m) * T_s;
     const bool off = abs(state.tau - demand) > much * demand;
@@ -124,7 +124,7 @@ struct FiniteSetMpc {
   }
 
   /// The leg that brings a phase nearest to its guide at the end of the sample.
-  [[gnu::noinline, gnu::cold]] Leg nearest(const PhaseOutlook<T>& x, T u_dc) const {
+  [[gnu::noinline, gnu::cold]] Leg nearest(const PhasePrediction<T>& x, T u_dc) const {
     const T goal = x.goal + x.goal_rate * T_s;
     int best = -1;
     T least = abs(max(x.psi + x.rate(-1, u_dc, R) * T_s, T(0)) - goal);

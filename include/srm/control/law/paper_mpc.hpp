@@ -22,12 +22,12 @@
 #include <type_traits>
 
 #include "srm/base/fields.hpp"
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 #include "srm/control/part/conduction.hpp"
-#include "srm/control/part/guide.hpp"
 #include "srm/control/part/guide_currents.hpp"
 #include "srm/control/part/level_programme.hpp"
 #include "srm/control/part/per_phase.hpp"
+#include "srm/control/part/reference_profile.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -40,17 +40,17 @@ struct PaperMpc {
   static constexpr int guesses = 5;  // of the bounds that act
 
   M machine;
-  Guide<T> guide;  // phase current over torque reference, electrical angle and speed [A]
-  int N_p;         // prediction horizon, 1..Np_max
-  int N_c;         // control horizon, 1..min(N_p, Nc_max)
-  T r_w;           // weight of the moves
-  T w_i;           // weight of the distance to the guide, against torque error squared
-  T R;             // phase resistance [ohm]
-  T i_max;         // current limit [A]
-  T i_band;        // half width of the regulator's band [A]
-  T T_s;           // control period [s]
-  T delay;         // samples from measurement to effect
-  T short_from;    // speed over voltage from which the voltage is short [rad/(s V)]
+  ReferenceProfile<T> guide;  // phase current over torque reference, electrical angle and speed [A]
+  int N_p;                    // prediction horizon, 1..Np_max
+  int N_c;                    // control horizon, 1..min(N_p, Nc_max)
+  T r_w;                      // weight of the moves
+  T w_i;                      // weight of the distance to the guide, against torque error squared
+  T R;                        // phase resistance [ohm]
+  T i_max;                    // current limit [A]
+  T i_band;                   // half width of the regulator's band [A]
+  T T_s;                      // control period [s]
+  T delay;                    // samples from measurement to effect
+  T short_from;               // speed over voltage from which the voltage is short [rad/(s V)]
   SRM_FIELDS(machine, guide, N_p, N_c, r_w, w_i, R, i_max, i_band, T_s, delay, short_from)
 
   struct State : FollowedCurrents<T, N> {

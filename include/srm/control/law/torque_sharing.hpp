@@ -29,7 +29,7 @@ struct TorqueSharing {
   M machine;
   Sharing<T> sharing;
   Feasible<T> feasible;
-  Guide<T> guide;             // phase current where the shares are not feasible [A]
+  ReferenceProfile<T> guide;  // phase current where the shares are not feasible [A]
   T R;                        // phase resistance [ohm]
   T i_max;                    // limit of a phase current [A]
   T i_band;                   // half width of the current band [A]

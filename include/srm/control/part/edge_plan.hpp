@@ -25,7 +25,7 @@
 // is 2/3, and three times a cost is the integral of 3 (e^2 - 1), 1 a leg level, 3 w_flux away^2.
 #pragma once
 
-#include "srm/control/part/outlook.hpp"
+#include "srm/control/part/prediction.hpp"
 #include "srm/control/part/switching_weight.hpp"
 
 namespace srm {

@@ -8,7 +8,8 @@
 // and where it is more than there is, the flux linkage lags behind. A table made offline has the
 // greatest omega_e/u_dc at which the mean torque does not notice, at nominal voltage, for torques
 // 0..tau_max, motoring and braking. Beyond it a law takes its reference from the profile of the
-// limit at this speed and voltage (guide.hpp), and feedback holds the mean torque (mean_hold.hpp).
+// limit at this speed and voltage (reference_profile.hpp), and feedback holds the mean torque
+// (mean_torque_feedback.hpp).
 #pragma once
 
 #include <array>

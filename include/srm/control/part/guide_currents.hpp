@@ -3,7 +3,7 @@
 // At high speed the guide takes all of the voltage for much of the period. A torque error can then
 // no longer be removed within a few samples, and a phase that leaves the guide to do so lacks flux
 // for the rest of the period. So each phase follows the flux linkage of the guide on its own, and
-// feedback holds the mean torque (mean_hold.hpp).
+// feedback holds the mean torque (mean_torque_feedback.hpp).
 //
 // A phase that is to be on the guide at the end of the sample needs a mean voltage for it. Where
 // that is most of what there is, the reference lies out of reach, so that the regulator applies all
@@ -12,11 +12,11 @@
 
 #include <array>
 
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 #include "srm/control/part/conduction.hpp"
-#include "srm/control/part/guide.hpp"
-#include "srm/control/part/mean_hold.hpp"
+#include "srm/control/part/mean_torque_feedback.hpp"
 #include "srm/control/part/mirror.hpp"
+#include "srm/control/part/reference_profile.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -26,7 +26,7 @@ template <Real T, int N>
 struct FollowedCurrents {
   std::array<T, N> i_ref{};     // of the last sample [A]
   std::array<T, N> i_before{};  // currents a sample ago [A]
-  MeanHold<T> mean{};
+  MeanTorqueFeedback<T> mean{};
 };
 
 template <Machine M, int N>
@@ -46,7 +46,7 @@ struct GuideCurrents {
   T delay;  // samples from measurement to effect
 
   /// References for the torque that feedback asks for.
-  [[gnu::noinline]] void follow(FollowedCurrents<T, N>& x, const Guide<T>& guide,
+  [[gnu::noinline]] void follow(FollowedCurrents<T, N>& x, const ReferenceProfile<T>& guide,
                                 const Measurement<T, N>& y, T tau_ref) const {
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
     const T turn = sense * (static_cast<T>(machine.N_r) * y.omega_m * T_s);  // in a sample

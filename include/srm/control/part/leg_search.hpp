@@ -20,7 +20,7 @@
 // known one serves.
 #pragma once
 
-#include "srm/control/part/outlook.hpp"
+#include "srm/control/part/prediction.hpp"
 
 namespace srm {
 
@@ -30,7 +30,7 @@ template <Real T, int N>
 struct LegSearch {
   using Levels = std::array<int, N>;
 
-  std::array<PhaseOutlook<T>, N> phases;
+  std::array<PhasePrediction<T>, N> phases;
   T tau_ref;  // at least 0; at 0 all phases demagnetize [N m]
   T u_dc, R, i_max;
   T T_s, t_end;  // [s]
@@ -106,7 +106,7 @@ struct LegSearch {
 
   /// Phase k in sample j, from a flux linkage and a level on.
   [[gnu::noinline]] void branch(Branch& b, int k, T psi_from, int level_from, int j) const {
-    const PhaseOutlook<T>& x = phases[k];
+    const PhasePrediction<T>& x = phases[k];
     const T t = T_s * static_cast<T>(j + 1);
     const T w = weight(j);
     const bool carries = psi_from > T(0);

@@ -5,7 +5,7 @@
 // Holmes, T. A. Lipo, Pulse Width Modulation for Power Converters, Wiley 2003, ch. 3 and 6.
 #pragma once
 
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

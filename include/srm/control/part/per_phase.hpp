@@ -6,7 +6,7 @@
 
 #include <utility>
 
-#include "srm/control/frame/interface.hpp"
+#include "srm/control/interface/interface.hpp"
 
 namespace srm {
 

@@ -1,5 +1,5 @@
 // The follower of a predictive law: each phase to the flux linkage of the reference profile by the
-// end of the sample, on its own, and the mean torque by feedback (mean_hold.hpp).
+// end of the sample, on its own, and the mean torque by feedback (mean_torque_feedback.hpp).
 //
 // Where the voltage cannot hold the torque, a law that looks at the torque of the next samples
 // delays the fall of a phase's flux to win torque now. What is left of it past alignment brakes,
@@ -14,16 +14,16 @@
 
 #include <array>
 
-#include "srm/control/part/mean_hold.hpp"
-#include "srm/control/part/outlook.hpp"
+#include "srm/control/part/mean_torque_feedback.hpp"
+#include "srm/control/part/prediction.hpp"
 
 namespace srm {
 
 /// The predicted torque of all phases [N m].
 template <Real T, std::size_t N>
-T torque_of(const std::array<PhaseOutlook<T>, N>& phases) {
+T torque_of(const std::array<PhasePrediction<T>, N>& phases) {
   T tau = T(0);
-  for (const PhaseOutlook<T>& p : phases) tau = tau + p.tau;
+  for (const PhasePrediction<T>& p : phases) tau = tau + p.tau;
   return tau;
 }
 
@@ -35,7 +35,7 @@ struct ProfileFollower {
 
   /// The legs that follow; leg: those that are ordered already; near: a deviation at the end of the
   /// sample that needs no edge [Wb].
-  [[gnu::noinline, gnu::cold]] void follow(const std::array<PhaseOutlook<T>, N>& phases, T near,
+  [[gnu::noinline, gnu::cold]] void follow(const std::array<PhasePrediction<T>, N>& phases, T near,
                                            T u_dc, Command<T, N>& command) const {
     for (int k = 0; k < N; ++k) {
       command[k] = order(phases[k], command[k].leg.back(), near, u_dc);
@@ -43,7 +43,7 @@ struct ProfileFollower {
   }
 
  private:
-  PhaseCommand<T> order(const PhaseOutlook<T>& x, Leg last, T near, T u_dc) const {
+  PhaseCommand<T> order(const PhasePrediction<T>& x, Leg last, T near, T u_dc) const {
     const T missing = max(x.goal + x.goal_rate * T_s, T(0)) - x.psi;
     const bool over = x.i > i_max;
     const int level = static_cast<int>(last);

@@ -12,7 +12,7 @@
 
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/mirror.hpp"
-#include "srm/control/part/outlook.hpp"
+#include "srm/control/part/prediction.hpp"
 
 namespace srm {
 
@@ -50,16 +50,16 @@ struct StepAssist {
   /// Magnetizes the idle phases that can give torque at the end of a step, up to the flux linkage
   /// of the profile early in its stroke. turn: of a sample [rad].
   [[gnu::noinline, gnu::cold]] void magnetize_ahead(const Measurement<T, N>& y, T tau_ref,
-                                                    const std::array<PhaseOutlook<T>, N>& phases,
+                                                    const std::array<PhasePrediction<T>, N>& phases,
                                                     const Profile<T>& profile, T turn,
                                                     Command<T, N>& command) const {
     const T early = profile.at(pi<T> / T(6)) - y.u_dc * T_s;
     T built = T(0);
-    for (const PhaseOutlook<T>& p : phases) built = p.gain > T(0) ? max(built, p.psi) : built;
+    for (const PhasePrediction<T>& p : phases) built = p.gain > T(0) ? max(built, p.psi) : built;
     const T left = end_flux * profile.at(pi<T> / T(2)) - built;
     const T lead = clamp(turn / T_s * left / y.u_dc, T(0), pi<T> / T(2));
     for (int k = 0; k < N; ++k) {
-      const PhaseOutlook<T>& p = phases[k];
+      const PhasePrediction<T>& p = phases[k];
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref) + turn * static_cast<T>(delay);
       if (!p.idle || !(wrap(theta + lead) < lead + pi<T> / T(2))) continue;
       command[k] = hold<T>(p.i < i_max && p.psi < early ? Leg::magnetize : Leg::freewheel);

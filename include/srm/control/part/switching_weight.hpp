@@ -10,7 +10,7 @@
 // frequency reached 10 to 20 % lower.
 #pragma once
 
-#include "srm/control/part/guide.hpp"
+#include "srm/control/part/reference_profile.hpp"
 #include "srm/machine/inverse.hpp"
 
 namespace srm {

@@ -30,10 +30,10 @@ NEAR = 1.15  # of working torque and voltage: how far powers are measured
 NO_CURRENT = 1e-4
 
 
-def packed(tables: Sequence[Table], quantity: Literal["i", "psi"], R: float) -> _core.Guide:
+def packed(tables: Sequence[Table], quantity: Literal["i", "psi"], R: float) -> _core.ReferenceProfile:
     """Current [A] or flux linkage [Wb] of tables for rising speeds, as a law takes it; R in ohm."""
     least = NO_CURRENT * float(tables[0].i.max())
-    return _core.Guide(
+    return _core.ReferenceProfile(
         np.stack([np.where(table.i < least, 0.0, getattr(table, quantity)) for table in tables]),
         tau_max=tables[0].tau_ref[-1],
         omega_m=[abs(table.omega_m) for table in tables],
@@ -42,9 +42,9 @@ def packed(tables: Sequence[Table], quantity: Literal["i", "psi"], R: float) -> 
     )
 
 
-def no_guide(tau_max: float) -> _core.Guide:
+def no_guide(tau_max: float) -> _core.ReferenceProfile:
     """Of a law that follows none; tau_max: most that its feedback may ask for [N m]."""
-    return _core.Guide(np.zeros((1, 2, 3)), tau_max=tau_max, omega_m=[0.0], u_dc=1.0)
+    return _core.ReferenceProfile(np.zeros((1, 2, 3)), tau_max=tau_max, omega_m=[0.0], u_dc=1.0)
 
 
 def nearest_level(table: Table, tau_ref: float) -> int:
@@ -70,7 +70,7 @@ class FluxGuide:
     slack: float = 1.0  # factor on psi_slack [1]
 
     @property
-    def profiles(self) -> _core.Guide:
+    def profiles(self) -> _core.ReferenceProfile:
         """Flux linkage over torque, angle and speed."""
         return packed(self.tables, "psi", self.point.R)
 

@@ -23,7 +23,7 @@ namespace srm {
 
 /// What a law remembers; all zeros after reset.
 template <Real T>
-struct MeanHold {
+struct MeanTorqueFeedback {
   static constexpr T gain = T(0.1);        // [1/rad]: an error decays by half in a period
   static constexpr T smooth = T(3);        // half a period: more than a stroke [rad]
   static constexpr T dead = T(0.005);      // a miss that is left alone [1]

@@ -27,8 +27,8 @@
 #include "srm/base/angle.hpp"
 #include "srm/control/frame/dead_time_compensation.hpp"
 #include "srm/control/frame/edge_limits.hpp"
-#include "srm/control/part/learned.hpp"
-#include "srm/control/part/normal_equations.hpp"
+#include "srm/control/frame/learned.hpp"
+#include "srm/control/frame/normal_equations.hpp"
 #include "srm/control/part/order_flux.hpp"
 #include "srm/machine/magnetics.hpp"
 

@@ -11,8 +11,8 @@
 // current control of a three-phase inverter", IEEE Trans. Ind. Electron. 59(2), 2012.
 #pragma once
 
-#include "srm/control/frame/interface.hpp"
-#include "srm/control/part/guide.hpp"
+#include "srm/control/interface/interface.hpp"
+#include "srm/control/part/reference_profile.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -20,7 +20,7 @@ namespace srm {
 /// One phase at the start of the sample that the orders will act in. Angles are mirrored for a
 /// negative torque reference, so that torque is positive on (0, pi).
 template <Real T>
-struct PhaseOutlook {
+struct PhasePrediction {
   T psi;        // flux linkage [Wb]
   T i;          // current [A]
   T tau;        // torque [N m]
@@ -56,12 +56,12 @@ T magnetizing_time(const PhaseCommand<T>& c, T T_s) {
 template <Real T, int N>
 struct Memory {
   Command<T, N> ordered{};        // in the sample before
-  std::array<T, N> i_expected{};  // at this sample, by the outlook of the one before [A]
+  std::array<T, N> i_expected{};  // at this sample, by the prediction of the one before [A]
   std::array<T, N> bias{};        // voltage that the model misses [V]
 };
 
 template <Machine M, int N>
-struct Outlook {
+struct Prediction {
   using T = typename M::Scalar;
 
   M machine;
@@ -72,12 +72,12 @@ struct Outlook {
   T ahead;           // length of the secants [s]
   T off;             // a guide below this flux linkage wants no current [Wb]; 0: it has no say
 
-  std::array<PhaseOutlook<T>, N> at(const Measurement<T, N>& y, T tau_ref,
-                                    Memory<T, N>& memory) const {
+  std::array<PhasePrediction<T>, N> at(const Measurement<T, N>& y, T tau_ref,
+                                       Memory<T, N>& memory) const {
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
     const T omega_e = sense * (static_cast<T>(machine.N_r) * y.omega_m);
     const T begin = static_cast<T>(delay) * T_s;
-    std::array<PhaseOutlook<T>, N> phases;
+    std::array<PhasePrediction<T>, N> phases;
     for (int k = 0; k < N; ++k) {
       const T theta_k = sense * phase_angle<N>(y.theta_e, k);
       const auto angle = [&](T t) { return wrap(theta_k + omega_e * t); };
@@ -119,12 +119,12 @@ struct Outlook {
     return i_end;
   }
 
-  PhaseOutlook<T> phase(T i, T theta, T theta_next, T omega_m, T u_dc) const {
+  PhasePrediction<T> phase(T i, T theta, T theta_next, T omega_m, T u_dc) const {
     const T goal = guide.at(theta);
     const T goal_next = guide.at(theta_next);
     const bool idle = max(goal, goal_next) < off;
     if (idle && !(i > T(0))) {
-      PhaseOutlook<T> nothing{};
+      PhasePrediction<T> nothing{};
       nothing.idle = true;
       return nothing;
     }
@@ -142,7 +142,7 @@ struct Outlook {
     const T gain = here.psi_theta * L_inverse;
     const T gain_next = next.psi_theta / next.L_inc;
     const T tau_next = next.tau + gain_next * (here.psi + move - next.psi);
-    PhaseOutlook<T> x;
+    PhasePrediction<T> x;
     x.psi = here.psi;
     x.i = i;
     x.tau = here.tau;

@@ -1,4 +1,5 @@
-// Python view of the guide of the predictive laws, and the weight that follows from it.
+// Python view of the reference profile (guide) of the predictive laws, and the weight that follows
+// from it.
 #include <algorithm>
 #include <functional>
 
@@ -9,10 +10,10 @@ namespace bound {
 
 namespace {
 
-using Guide = srm::Held<srm::Guide<double>>;
+using Profiles = srm::Held<srm::ReferenceProfile<double>>;
 
-Guide guide(const Array<3>& values, double tau_max, const std::vector<double>& omega_m, double u_dc,
-            double drop) {
+Profiles profiles_of(const Array<3>& values, double tau_max, const std::vector<double>& omega_m,
+                     double u_dc, double drop) {
   if (values.shape(0) != omega_m.size() || omega_m.empty() || omega_m.front() < 0 ||
       std::adjacent_find(omega_m.begin(), omega_m.end(), std::greater_equal{}) != omega_m.end()) {
     throw std::invalid_argument("need a speed >= 0 for each table, increasing");
@@ -21,17 +22,17 @@ Guide guide(const Array<3>& values, double tau_max, const std::vector<double>& o
   if (values.shape(1) < 2) throw std::invalid_argument("need two levels, zero and tau_max");
   srm::Tables memory;
   const std::vector<double> profiles(values.data(), values.data() + values.size());
-  const srm::Guide<double> view{.first = {.values = memory.keep<double>(profiles),
-                                          .rows = int(values.shape(1)),
-                                          .columns = int(values.shape(2)),
-                                          .level_max = tau_max},
-                                .omega = memory.keep<double>(omega_m),
-                                .u_dc = u_dc,
-                                .drop = drop};
+  const srm::ReferenceProfile<double> view{.first = {.values = memory.keep<double>(profiles),
+                                                     .rows = int(values.shape(1)),
+                                                     .columns = int(values.shape(2)),
+                                                     .level_max = tau_max},
+                                           .omega = memory.keep<double>(omega_m),
+                                           .u_dc = u_dc,
+                                           .drop = drop};
   return {view, memory.owner()};
 }
 
-double switching_weight(const AnyMachine& machine, const Guide& guide, double R, double tau_ref,
+double switching_weight(const AnyMachine& machine, const Profiles& guide, double R, double tau_ref,
                         double omega_m, double u_dc, double i_max, double f_switch) {
   const srm::Profile<double> profile = guide.value.at(tau_ref, omega_m, u_dc);
   return std::visit(
@@ -43,16 +44,16 @@ double switching_weight(const AnyMachine& machine, const Guide& guide, double R,
 
 }  // namespace
 
-void bind_guide(nb::module_& m) {
-  nb::class_<Guide>(m, "Guide", "Profiles over torque, electrical angle and speed.")
-      .def(nb::new_(&guide), nb::arg("values"), nb::kw_only(), nb::arg("tau_max"),
+void bind_reference_profile(nb::module_& m) {
+  nb::class_<Profiles>(m, "ReferenceProfile", "Profiles over torque, electrical angle and speed.")
+      .def(nb::new_(&profiles_of), nb::arg("values"), nb::kw_only(), nb::arg("tau_max"),
            nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("drop") = 0.0,
            "values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, "
            "the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc "
            "[V]; drop: R i at their peak [V].")
       .def(
           "at",
-          [](const Guide& self, double tau, double theta_e, double omega_m, double u_dc) {
+          [](const Profiles& self, double tau, double theta_e, double omega_m, double u_dc) {
             return self.value.at(tau, omega_m, u_dc).at(srm::wrap(theta_e));
           },
           nb::arg("tau"), nb::arg("theta_e"), nb::kw_only(), nb::arg("omega_m"), nb::arg("u_dc"),

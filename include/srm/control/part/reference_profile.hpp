@@ -39,7 +39,7 @@ struct Profile {
 };
 
 template <Real T>
-struct Guide {
+struct ReferenceProfile {
   AngleTable<T> first;  // of the lowest speed; those of the others lie behind it
   View<T> omega;        // speeds, increasing [rad/s]
   T u_dc{};             // dc-link voltage of the profiles [V]
