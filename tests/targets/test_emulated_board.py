@@ -77,9 +77,9 @@ def uncorrected(package):
 def on_the_desk(package, library):
     """The same C and C++ as a library of this computer, in the place of the target."""
     flags = ("-O1", "-ffp-contract=off", "-fPIC", "-I.", "-Iinclude")
-    made = ("main.o", "board.o", "-o", library)
+    made = ("timer.o", "main.o", "board.o", "-o", library)
     for line in (
-        ["gcc", "-std=c99", *flags, "-c", "main.c", "emulated/board.c"],
+        ["gcc", "-std=c99", *flags, "-c", "main.c", "emulated/timer.c", "emulated/board.c"],
         ["g++", "-std=c++20", *flags, "-shared", "controller.cpp", "commission.cpp", *made],
     ):
         subprocess.run(line, cwd=package, check=True)

@@ -24,7 +24,12 @@ typedef struct {
   char text[128]; /* the finding in words, or the fault */
 } bench_answer;
 
+/* Of timer.c: once, and then once a control period. */
 void bench_start(void);
 void bench_period(const bench_sample* sample, bench_answer* answer);
+
+/* Of board.c, around a period: what its sensors show, and what it did. */
+void board_show(const bench_sample* sample);
+void board_answer(bench_answer* answer);
 
 #endif

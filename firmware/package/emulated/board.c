@@ -74,16 +74,10 @@ void board_write_found(const reluctance_found* found) {
   }
 }
 
-void bench_start(void) { control_start(); }
-
-/* The timer's interrupt, once a control period. */
-void bench_period(const bench_sample* sample, bench_answer* answer) {
+void board_show(const bench_sample* sample) {
   now = *sample;
   done.rows = 0;
   done.fault.status = RELUCTANCE_OK;
-  if (now.routine >= 0) {
-    control_commission(now.routine, now.phase, now.pulses);
-  }
-  control_interrupt();
-  *answer = done;
 }
+
+void board_answer(bench_answer* answer) { *answer = done; }
