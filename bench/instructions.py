@@ -17,11 +17,12 @@ import numpy as np
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base.toolchain import build
 from reluctance.targets.export.blob import blob
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-FLAGS = "-std=c++20 -O3 -ffp-contract=off -fno-math-errno -fno-trapping-math".split()
+FLAGS = "-O3 -fno-math-errno -fno-trapping-math".split()
 KINDS = {
     "LAWS": "Angles,TorqueSharing,PaperMpc,EdgeMpc",
     "MACHINES": "LeHuy,FluxMap",
@@ -95,12 +96,10 @@ def mapped(drive: rl.Drive, place: Path) -> str:
 def compiled(place: Path) -> Path:
     """The program that runs a blob to an end."""
     program = place / "instructions"
-    sources = [ROOT / "bench" / "instructions.cpp", ROOT / "web" / "reluctance.cpp"]
+    sources = ["bench/instructions.cpp", "web/reluctance.cpp"]
     kinds = [f"-DSRM_{name}={value}" for name, value in KINDS.items()]
-    subprocess.run(
-        ["g++", *FLAGS, *kinds, f"-I{ROOT / 'include'}", *sources, "-o", program], check=True
-    )
-    return program
+    flags = [*FLAGS, *kinds, "-Iinclude"]
+    return build(sources, program, flags, folder=ROOT, what="the bench", link=())
 
 
 def counted(program: Path, blob_file: Path, end: float) -> int:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from reluctance.base.toolchain import EXACT, STANDARD
+
 ROOT = Path(__file__).parents[2]
 CHECKS = sorted((ROOT / "tests" / "core").glob("*_check.cpp"))
 FREESTANDING = ("base", "machine", "control")
@@ -19,8 +21,8 @@ COMPILERS = ["g++", *(["clang++"] if shutil.which("clang++") else [])]
 WARNINGS = (
     "-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Wno-sign-conversion -Werror"
 )
-TARGET = "-std=c++20 -O1 -fno-exceptions -fno-rtti -ffp-contract=off"
-FLAGS = [*TARGET.split(), *WARNINGS.split(), f"-I{ROOT / 'include'}"]
+TARGET = "-O1 -fno-exceptions -fno-rtti"
+FLAGS = [*STANDARD[".cpp"], *EXACT, *TARGET.split(), *WARNINGS.split(), f"-I{ROOT / 'include'}"]
 
 every_compiler = pytest.mark.parametrize(
     "compiler", [COMPILERS[0], *(pytest.param(c, marks=pytest.mark.long) for c in COMPILERS[1:])]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import ClassVar
 
 import pytest
-from c_library import MORE, SENSORS, WASM, Unit, compiled, library
+from c_library import MORE, SENSORS, Unit, compiled, compiled_wasm, library
 from needs import needs
 
 import reluctance as rl
@@ -46,17 +46,17 @@ def blobs(tmp_path_factory):
 @pytest.fixture(scope="module")
 def native(tmp_path_factory, blobs):
     """The hash of each drive with g++."""
-    return hashes("g++", tmp_path_factory.mktemp("native"), blobs)
+    return hashes((), tmp_path_factory.mktemp("native"), blobs)
 
 
 @pytest.fixture(scope="module")
 def module(tmp_path_factory):
     place = tmp_path_factory.mktemp("wasm") / "reluctance.wasm"
-    return compiled(place, WASM_CLANG, WASM, phases="3", precisions="double")
+    return compiled_wasm(place, WASM_CLANG, phases="3", precisions="double")
 
 
-def hashes(compiler, place, blobs):
-    lib = library(compiled(place / "reluctance.so", compiler, phases="3", precisions="double"))
+def hashes(command, place, blobs):
+    lib = library(compiled(place / "reluctance.so", command, phases="3", precisions="double"))
     return {path.stem: waveform_hash(lib, path.read_bytes()) for path in sorted(blobs.iterdir())}
 
 
@@ -82,7 +82,7 @@ def test_the_drives_are_different_and_hold_all_kinds(native):
 
 @needs("clang++")
 def test_clang_computes_the_bits_of_gcc(native, blobs, tmp_path):
-    assert hashes(CLANG, tmp_path, blobs) == native
+    assert hashes([CLANG], tmp_path, blobs) == native
 
 
 @needs("node", "clang++-19")

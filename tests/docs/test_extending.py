@@ -13,7 +13,9 @@ import pytest
 from needs import needs
 
 import reluctance
+from reluctance.base.toolchain import EXACT, STANDARD, build
 
+FLAGS = ("-O1", "-fvisibility=hidden", "-Iinclude")
 ROOT = Path(__file__).parents[2]
 OWN = ROOT / "examples" / "own_law"
 PAGE = (ROOT / "docs" / "extending.md").read_text()
@@ -212,9 +214,8 @@ def test_a_built_in_law_is_everywhere(tmp_path: Path) -> None:
         'nanobind::module_::import_("reluctance._core");',
         "bound::bind_built_in<srm::laws::OnePhase>(m);",
     )
-    kinds = ["-DSRM_PHASES=3", "-DSRM_PRECISIONS=double", "-DSRM_MACHINES=LeHuy"]
-    command = [*flags(tree), *kinds, tree / "web" / "reluctance.cpp", "-o", tree / "library.so"]
-    subprocess.run(command, check=True)
+    flags = [*FLAGS, "-DSRM_PHASES=3", "-DSRM_PRECISIONS=double", "-DSRM_MACHINES=LeHuy"]
+    build(["web/reluctance.cpp"], "library.so", flags, folder=tree, what="the patched tree")
     run(LAW, tree, str(tree), paths=(tree, ROOT / "tests" / "support"))
 
 
@@ -257,14 +258,10 @@ def test_a_machine_model_is_everywhere(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "web", tree / "web", ignore=shutil.ignore_patterns("*.wasm", "data"))
     module(tree, "_machines", ["machine.cpp"], "", "bound::bind_machine(m);", domain="patched")
     kinds = ["-DSRM_PHASES=3", "-DSRM_PRECISIONS=double", "-DSRM_MACHINES=Linear"]
-    command = [*flags(tree), "-fsyntax-only", *kinds, tree / "web" / "reluctance.cpp"]
-    subprocess.run(command, check=True)
+    flags = [*STANDARD[".cpp"], *EXACT, *FLAGS, *kinds]
+    command = ["g++", *flags, "-fsyntax-only", "web/reluctance.cpp"]
+    subprocess.run(command, cwd=tree, check=True)
     run(MACHINE, tree, paths=(tree,))
-
-
-def flags(tree: Path) -> list[str]:
-    flags = ["g++", "-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared"]
-    return [*flags, "-fvisibility=hidden", f"-I{tree / 'include'}"]
 
 
 def module(
@@ -275,12 +272,12 @@ def module(
     (tree / f"{name}.cpp").write_text("\n".join(lines))
     folders = (tree / "bindings", nanobind.include_dir(), sysconfig.get_path("include"))
     robin = f"-I{nanobind.include_dir()}/../ext/robin_map/include"
-    files = [tree / f"{name}.cpp", *(tree / "bindings" / source for source in sources)]
+    files = [f"{name}.cpp", *(f"bindings/{source}" for source in sources)]
     nb = f"{nanobind.source_dir()}/nb_combined.cpp"
     python = [*(f"-I{folder}" for folder in folders), robin]
     python += [f"-DNB_DOMAIN={domain}"] if domain else []
-    command = [*flags(tree), *python, *files, nb, "-o", tree / f"{name}.so"]
-    subprocess.run(command, check=True)
+    flags = [*FLAGS, *python]
+    build([*files, nb], f"{name}.so", flags, folder=tree, what="the patched tree")
 
 
 def patch(name: str, tree: Path) -> None:

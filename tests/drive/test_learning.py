@@ -17,6 +17,7 @@ from command import refused
 from firmware_tools import Native
 
 import reluctance as rl
+from reluctance.base.toolchain import build
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "studies"))
@@ -34,9 +35,8 @@ def test_the_parts_follow_their_own_rules(tmp_path):
     """Least squares, volt-seconds against the gates of the simulation, similar machines."""
     program = tmp_path / "learning_check"
     source = ROOT / "tests" / "core" / "learning_check.cpp"
-    flags = ["-std=c++20", "-O1", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"]
-    include = f"-I{ROOT / 'include'}"
-    subprocess.run(["g++", *flags, include, str(source), "-o", str(program)], check=True)
+    flags = ["-O1", "-Wall", "-Wextra", "-Werror", "-Iinclude"]
+    build([str(source)], program, flags, folder=ROOT, what="the check", link=())
     done = subprocess.run([str(program)], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
 

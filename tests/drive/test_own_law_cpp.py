@@ -11,8 +11,9 @@ from firmware_tools import needs_target
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base.toolchain import compiler
 from reluctance.drive.laws import compiled_law, own_code
-from reluctance.drive.laws.build import build_law, compiler, local_headers
+from reluctance.drive.laws.build import build_law, local_headers
 from reluctance.explore.comparison import compare
 from reluctance.targets.export import firmware
 from reluctance.targets.export.fmu import fmu

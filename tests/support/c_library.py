@@ -7,14 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
+from reluctance.base import toolchain
+
 ROOT = Path(__file__).parents[2]
-FLAGS = "-std=c++20 -O2 -ffp-contract=off -fPIC -shared -fvisibility=hidden".split()
 WASM = (
-    "--target=wasm32-wasi -std=c++20 -O2 -ffp-contract=off -fno-exceptions -fno-rtti "
+    "--target=wasm32-wasi -O2 -fno-exceptions -fno-rtti "
     "-fno-threadsafe-statics -fno-math-errno -fno-trapping-math -mbulk-memory -msign-ext "
     "-mnontrapping-fptoint -mexec-model=reactor -Wl,--strip-all -Wl,--export-dynamic "
     "-Wl,--export=malloc -Wl,--export=free"
 ).split()
+WASM += [*toolchain.EXACT, *toolchain.STANDARD[".cpp"]]
+SOURCE = "web/reluctance.cpp"
 PARTS = {"drive": 0, "stage": 1, "controller": 2}
 TABLES = (
     *("parameter", "input", "waveform", "period", "last_period", "measurement", "order", "leg"),
@@ -32,13 +35,21 @@ SENSORS = {
 }
 
 
-def compiled(out: Path, compiler="g++", flags=FLAGS, **kinds) -> Path:
+def compiled(out: Path, command=(), **kinds) -> Path:
     """The library of some kinds: laws="Ditc", machines="LeHuy", phases="3", precisions="double"."""
-    chosen = [f"-DSRM_{name.upper()}={value}" for name, value in kinds.items()]
-    source = ROOT / "web" / "reluctance.cpp"
-    command = [compiler, *flags, *chosen, f"-I{ROOT / 'include'}", str(source), "-o", str(out)]
-    subprocess.run(command, check=True)
+    flags = ["-O1", "-fvisibility=hidden", "-Iinclude", *chosen(kinds)]
+    return toolchain.build([SOURCE], out, flags, folder=ROOT, what="the library", command=command)
+
+
+def compiled_wasm(out: Path, clang: str, flags=(), **kinds) -> Path:
+    """The same for a page."""
+    command = [clang, *WASM, *flags, *chosen(kinds), "-Iinclude", SOURCE, "-o", str(out)]
+    subprocess.run(command, check=True, cwd=ROOT)
     return out
+
+
+def chosen(kinds) -> list[str]:
+    return [f"-DSRM_{name.upper()}={value}" for name, value in kinds.items()]
 
 
 def library(path: Path) -> ctypes.CDLL:

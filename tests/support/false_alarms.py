@@ -9,7 +9,6 @@ minutes.
 
 import csv
 import ctypes
-import subprocess
 import tempfile
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -20,7 +19,9 @@ from firmware_tools import ROOT
 
 import reluctance as rl
 from reluctance import _core_parts
+from reluctance.base import toolchain
 from reluctance.targets.export import firmware
+from reluctance.targets.export.on_desk import SOURCES
 
 COUNTS = 4096  # of the encoder
 RATED = 41.339  # [N m]
@@ -114,14 +115,11 @@ def closed(drive: rl.Drive, folder: Path) -> ctypes.CDLL:
     """The exported package with the function above, as a library of its own."""
     package = firmware(drive, folder / "package").folder
     (package / "closed.c").write_text(CLOSED)
-    flags = ("-O2", "-ffp-contract=off", "-fno-math-errno", "-fPIC", "-I.", "-Iinclude")
-    units = ("controller.cpp", "run_time.cpp", "recorder.cpp", "peripherals.cpp")
-    for command in (
-        ["gcc", "-std=gnu99", *flags, "-c", "closed.c"],
-        ["g++", "-std=c++20", *flags, "-shared", *units, "closed.o", "-o", "closed.so"],
-    ):
-        subprocess.run(command, cwd=package, check=True)
-    return ctypes.CDLL(str(package / "closed.so"))
+    flags = ("-O2", "-fno-math-errno", "-I.", "-Iinclude")
+    units = [*SOURCES, "closed.c"]
+    return ctypes.CDLL(
+        str(toolchain.build(units, "closed.so", flags, folder=package, what="the package"))
+    )
 
 
 def watched(drive: rl.Drive, until: float) -> tuple[Alarms, rl.Kpis]:

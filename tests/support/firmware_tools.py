@@ -1,7 +1,6 @@
 """What the firmware tests share: which tools they need, and drives short enough to replay often."""
 
 import ctypes
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,9 @@ from needs import needs
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base import toolchain
 from reluctance.targets.export import firmware
+from reluctance.targets.export.on_desk import FLAGS, SOURCES
 from reluctance.targets.export.target import PHASE
 
 ROOT = Path(__file__).parents[2]
@@ -106,24 +107,10 @@ class Native:
     if given, changes the measurement (a structured array) of a sample before the step.
     """
 
-    FLAGS = ("-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared")
-
     def __init__(self, given, folder, spoil=None):
         package = firmware(given, folder / "package").folder
         library = folder / "controller.so"
-        subprocess.run(
-            [
-                "g++",
-                *self.FLAGS,
-                "-I.",
-                "-Iinclude",
-                *("controller.cpp", "run_time.cpp", "recorder.cpp", "peripherals.cpp"),
-                "-o",
-                library,
-            ],
-            cwd=package,
-            check=True,
-        )
+        toolchain.build(SOURCES, library, FLAGS, folder=package, what="the package")
         N = given.machine.n_phases
         self.library = ctypes.CDLL(str(library))
         self.library.reluctance_torque_reference.restype = ctypes.c_float

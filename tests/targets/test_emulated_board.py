@@ -3,7 +3,6 @@ with a simulated bench. tests/support/emulated_board.py has the walk through all
 
 import csv
 import ctypes
-import subprocess
 from dataclasses import asdict
 
 import numpy as np
@@ -14,6 +13,7 @@ from firmware_tools import ROOT, needs_target
 from on_the_bench import bench_drive
 
 import reluctance as rl
+from reluctance.base.toolchain import build
 from reluctance.targets.commission import Wires, commission, emulated, read_wires, steps
 from reluctance.targets.commission.board import ORDER, Board
 from reluctance.targets.commission.wiring import Wiring, read_wiring, write_wiring
@@ -76,14 +76,9 @@ def uncorrected(package):
 
 def on_the_desk(package, library):
     """The same C and C++ as a library of this computer, in the place of the target."""
-    flags = ("-O1", "-ffp-contract=off", "-fPIC", "-I.", "-Iinclude")
-    made = ("timer.o", "main.o", "board.o", "-o", library)
-    for line in (
-        ["gcc", "-std=c99", *flags, "-c", "main.c", "emulated/timer.c", "emulated/board.c"],
-        ["g++", "-std=c++20", *flags, "-shared", "controller.cpp", "commission.cpp", *made],
-    ):
-        subprocess.run(line, cwd=package, check=True)
-    desk = ctypes.CDLL(str(library))
+    sources = ["main.c", "emulated/timer.c", "emulated/board.c", "controller.cpp", "commission.cpp"]
+    flags = ("-O1", "-I.", "-Iinclude")
+    desk = ctypes.CDLL(str(build(sources, library, flags, folder=package, what="the package")))
     desk.bench_start()
 
     def answer(record, size):

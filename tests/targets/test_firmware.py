@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base.toolchain import build
 from reluctance.drive.laws import LAWS
 from reluctance.targets.export import firmware
 from reluctance.targets.export.constants import Tables, constant, literal
@@ -43,8 +44,8 @@ def test_a_compiled_package_has_the_numbers_that_the_drive_simulates_with(name, 
     made = firmware(drive(name), tmp_path / "package")
     program = tmp_path / "leaves"
     source = ROOT / "tests" / "core" / "leaves.cpp"
-    includes = [f"-I{made.folder}", f"-I{made.folder / 'include'}"]
-    subprocess.run(["g++", "-std=c++20", *includes, source, "-o", program], check=True)
+    flags = ["-I.", "-Iinclude"]
+    build([str(source)], program, flags, folder=made.folder, what="the package", link=())
     printed = subprocess.run([program], capture_output=True, text=True, check=True).stdout
     compiled = np.array(printed.split(), dtype=np.float32)
     wanted = [v for node in described(drive(name)).values() for v in leaves(node)]

@@ -10,6 +10,7 @@ from firmware_tools import drive, needs_target
 from needs import needs
 
 import reluctance as rl
+from reluctance.base import toolchain
 from reluctance.targets.export import firmware
 
 needs_clang = needs("clang++")
@@ -89,9 +90,9 @@ def test_two_packages_in_one_process_keep_their_own_constants(tmp_path):
     for limit in (200.0, 150.0):
         one = drive("sharing").with_values({"machine.i_max_A": limit})
         folder = firmware(one, tmp_path / f"{limit:.0f}").folder
-        flags = ["-std=c++20", "-O1", "-fPIC", "-shared", "-I.", "-Iinclude", "-o", "image.so"]
+        flags = ["-O1", "-I.", "-Iinclude"]
         sources = ["controller.cpp", "run_time.cpp", "peripherals.cpp"]
-        subprocess.run(["g++", *flags, *sources], cwd=folder, check=True)
+        toolchain.build(sources, "image.so", flags, folder=folder, what="the package")
         symbols = subprocess.run(
             ["nm", "-DC", "--defined-only", "image.so"],
             cwd=folder,

@@ -2,13 +2,13 @@
 
 import csv
 import ctypes
-import subprocess
 
 import numpy as np
 import pytest
 from on_the_bench import bench_drive
 
 from reluctance import _core
+from reluctance.base.toolchain import build
 from reluctance.drive.guard.trip_levels import protection
 from reluctance.drive.run.plant import loop_parts
 from reluctance.machine.maps import identify, read_pulses
@@ -66,16 +66,11 @@ class Board:
 
     def __init__(self, drive, folder):
         package = firmware(drive, folder / "package").folder
-        library = folder / "commission.so"
         (package / "probe.cpp").write_text(PROBE)
         (package / "board.c").write_text(BOARD)
-        flags = ("-O1", "-ffp-contract=off", "-fPIC", "-Wall", "-Werror", "-I.", "-Iinclude")
-        made = ("controller.cpp", "main.o", "board.o", "-o", library)
-        for command in (
-            ["gcc", "-std=c99", "-pedantic", *flags, "-c", "main.c", "board.c"],
-            ["g++", "-std=c++20", *flags, "-shared", "probe.cpp", *made],
-        ):
-            subprocess.run(command, cwd=package, check=True)
+        flags = ("-O1", "-Wall", "-Werror", "-I.", "-Iinclude")
+        sources = ["main.c", "board.c", "probe.cpp", "controller.cpp"]
+        library = build(sources, "commission.so", flags, folder=package, what="the package")
         self.drive, self.library = drive, ctypes.CDLL(str(library))
         self.library.reluctance_describe_finding.restype = ctypes.c_char_p
         n = drive.machine.n_phases

@@ -5,6 +5,7 @@ import subprocess
 import pytest
 from firmware_tools import ROOT, drive
 
+from reluctance.base.toolchain import build
 from reluctance.targets.export import firmware
 from reluctance.targets.export.package import described
 from reluctance.targets.export.tree import walk
@@ -12,8 +13,8 @@ from reluctance.targets.export.tree import walk
 EACH_LAW = ["angles", "sharing", "ditc", "paper_mpc_map", "finite_set_2", "edge_mpc"]
 EACH_LAW += ["deadbeat", "pwm_current", "sun_cloud", "sun_cloud_no_sensor"]
 SOURCE = ROOT / "tests" / "firmware" / "fuzz.cpp"
-FLAGS = ["-std=c++20", "-O0", "-ffp-contract=off", "-I.", "-Iinclude"]
-FLAGS += ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"]
+SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"]
+FLAGS = ["-O0", "-I.", "-Iinclude", *SANITIZE]
 
 
 def corrupt_header(tree):
@@ -39,11 +40,8 @@ def test_no_bit_pattern_of_samples_or_parameters_is_undefined_behaviour(name, tm
     folder = firmware(built, tmp_path / "package").folder
     (folder / "corrupt.hpp").write_text(corrupt_header(described(built)))
     program = tmp_path / "fuzz"
-    subprocess.run(
-        ["g++", *FLAGS, str(SOURCE), "controller.cpp", "-o", str(program)],
-        cwd=folder,
-        check=True,
-    )
+    sources = [str(SOURCE), "controller.cpp"]
+    build(sources, program, FLAGS, folder=folder, what="the package", link=SANITIZE)
     done = subprocess.run([str(program), "10000"], capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stdout) == (0, "ok\n"), done.stderr[-2000:]
 
@@ -51,9 +49,6 @@ def test_no_bit_pattern_of_samples_or_parameters_is_undefined_behaviour(name, tm
 def test_the_comparator_in_software_follows_the_gate_drive_of_the_simulation(tmp_path):
     program = tmp_path / "comparator_check"
     source = ROOT / "tests" / "firmware" / "comparator_check.cpp"
-    include = ROOT / "include"
-    subprocess.run(
-        ["g++", "-std=c++20", "-O1", f"-I{include}", str(source), "-o", str(program)], check=True
-    )
+    build([str(source)], program, ["-O1", "-Iinclude"], folder=ROOT, what="the check", link=())
     done = subprocess.run([str(program)], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout) == (0, "0\n")

@@ -16,7 +16,9 @@ from stm32g474 import ADDRESS, INTERRUPT, REGISTER, TIMERS, Hrtim, field, word_o
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base.toolchain import build
 from reluctance.targets.export import firmware
+from reluctance.targets.export.on_desk import SOURCES
 from reluctance.targets.export.target import PHASE
 
 FILE = ROOT / "examples" / "deadbeat_g474.toml"
@@ -43,19 +45,12 @@ class Port:
         self.drive = rl.load(FILE)
         package = firmware(self.drive, folder / "package", port="stm32g474").folder
         self.package = package
-        flags = ["-O1", "-ffp-contract=off", "-fPIC", "-I.", "-Iinclude", "-c"]
-        objects = []
-        for source in ("controller", "run_time", "recorder", "peripherals"):
-            objects.append(f"{source}.o")
-            self._run("g++", "-std=c++20", *flags, f"{source}.cpp", "-o", objects[-1])
         mock = ROOT / "tests" / "firmware" / "mocked_registers.c"
-        warnings = ["-std=c99", "-Wall", "-Wextra", "-Wconversion"]
-        warnings += ["-Wno-sign-conversion", "-Werror"]
-        for source in ("stm32g474/board.c", "stm32g474/drive.c", str(mock)):
-            objects.append(f"{len(objects)}.o")
-            self._run("gcc", *warnings, "-DREGISTERS_MOCKED", *flags, source, "-o", objects[-1])
-        self._run("g++", "-shared", *objects, "-o", "port.so")
-        self.library = ctypes.CDLL(str(package / "port.so"))
+        port = ("stm32g474/board.c", "stm32g474/drive.c", str(mock))
+        warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wno-sign-conversion", "-Werror"]
+        flags = ["-O1", "-DREGISTERS_MOCKED", "-I.", "-Iinclude", *warnings]
+        library = build([*SOURCES, *port], "port.so", flags, folder=package, what="the port")
+        self.library = ctypes.CDLL(str(library))
         self.library.peek.restype = self.library.touched_at.restype = ctypes.c_uint32
         self.library.port_orders.restype = ctypes.c_void_p
         for name in ("peek", "poke"):
@@ -69,9 +64,6 @@ class Port:
         self.ask(enable=0)
         self.advance = self.drive.machine.N_r * self.drive.omega_nominal * self.drive.control.T_s
         self.theta_e = -(TO_RUN + 1) * self.advance
-
-    def _run(self, *command):
-        subprocess.run(list(map(str, command)), cwd=self.package, check=True)
 
     def _write(self, address, word):
         name = REGISTER.get(address, "")

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from c_library import WASM, compiled
+from c_library import compiled_wasm
 from needs import needs
 
 import reluctance as rl
@@ -43,7 +43,7 @@ def site(tmp_path_factory):
     place = tmp_path_factory.mktemp("studio") / "web"
     shutil.copytree(WEB, place)
     if not os.environ.get("STUDIO_BUILT"):
-        compiled(place / "reluctance.wasm", CLANG, [*WASM, *KINDS])
+        compiled_wasm(place / "reluctance.wasm", CLANG, KINDS)
         write_data(place / "data")
     return place
 

@@ -7,29 +7,24 @@ the header, so that the firmware is exported from what was compiled.
 from __future__ import annotations
 
 import json
-import os
 import posixpath
 import re
-import shlex
-import shutil
 import sysconfig
 import tempfile
-from collections.abc import Collection
 from pathlib import Path
-from subprocess import PIPE, STDOUT, Popen, TimeoutExpired
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import check_ending, is_file, write_whole
 from reluctance.base.resources import resources
+from reluctance.base.toolchain import build
 from reluctance.drive.laws.compiled_law import core_fingerprint
 from reluctance.drive.laws.own_code import COMPILED, below
 
 # The firmware's warnings, as errors: what builds here builds for the target.
 FLAGS = (
-    "-std=c++20 -O1 -fPIC -fvisibility=hidden -fno-strict-aliasing -ffp-contract=off -DNDEBUG "
+    "-O1 -fvisibility=hidden -fno-strict-aliasing -DNDEBUG "
     "-Wall -Wextra -Wconversion -Wno-sign-conversion -Wdouble-promotion -Werror"
 ).split()
-LIMIT = 600  # of the compiler; 9 s are usual [s]
 LOCAL = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
 
 
@@ -95,23 +90,7 @@ def local_headers(header: Path) -> dict[str, str]:
     return texts
 
 
-def compiler() -> list[str]:
-    """The command of the C++ compiler: CXX, as in `ccache g++`, else g++ or clang++.
-
-    Raises
-    ------
-    ParameterError
-        If there is none.
-    """
-    given = shlex.split(os.environ.get("CXX", ""))
-    found = given or [p for p in map(shutil.which, ("g++", "clang++")) if p][:1]
-    if not found or shutil.which(found[0]) is None:
-        raise ParameterError("no C++ compiler; on Debian: apt install g++; or set CXX")
-    return found
-
-
 def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
-    compile_with = compiler()
     try:
         import nanobind
     except ImportError:
@@ -125,34 +104,16 @@ def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
     folders = (resources("include"), library, f"{library}/../ext/robin_map/include", python)
     include = [f"-isystem{folder}" for folder in folders]
     with tempfile.TemporaryDirectory() as scratch:
-        unit = Path(scratch) / "own_law.cpp"
-        unit.write_text(_source(header.absolute(), name, texts), "utf-8")
-        units = {f"{scratch}/law.o": str(unit), f"{scratch}/nb.o": f"{source}/nb_combined.cpp"}
-        flags = [*compile_with, *FLAGS, *include, "-c"]
-        _run([[*flags, text, "-o", made] for made, text in units.items()], header, texts)
-        _run([[*compile_with, "-shared", *units, "-o", str(out)]], header, texts)
-
-
-def _run(commands: list[list[str]], header: Path, texts: Collection[str]) -> None:
-    """Commands side by side, until all have ended."""
-    try:
-        running = [Popen(c, stdout=PIPE, stderr=STDOUT, text=True) for c in commands]
-        told = [process.communicate(timeout=LIMIT)[0] for process in running]
-    except (OSError, TimeoutExpired) as fault:
-        raise ParameterError(f"{commands[0][0]}: {fault}") from None
-    for process, text in zip(running, told, strict=True):
-        if process.returncode != 0:
-            raise ParameterError(f"{header.name} does not compile: {first_error(text, texts)}")
-
-
-def first_error(text: str, files: Collection[str]) -> str:
-    """The first error that a compiler has in one of these files, or at all, and how many more."""
-    errors = re.findall(r"^(\S+?:\d+):\d+: (?:fatal )?error: (.*)", text, re.MULTILINE)
-    if not errors:
-        return " ".join(text.split())[:300]
-    place, what = next((e for e in errors if Path(e[0]).name.partition(":")[0] in files), errors[0])
-    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-    return f"{Path(place).name}: {what}{more}"
+        unit = "own_law.cpp"
+        (Path(scratch) / unit).write_text(_source(header.absolute(), name, texts), "utf-8")
+        build(
+            [unit, f"{source}/nb_combined.cpp"],
+            out.absolute(),
+            [*FLAGS, *include],
+            folder=scratch,
+            what=header.name,
+            files=texts,
+        )
 
 
 def _source(header: Path, name: str, texts: dict[str, str]) -> str:

@@ -30,7 +30,9 @@ NEAR = 1.15  # of working torque and voltage: how far powers are measured
 NO_CURRENT = 1e-4
 
 
-def packed(tables: Sequence[Table], quantity: Literal["i", "psi"], R: float) -> _core.ReferenceProfile:
+def packed(
+    tables: Sequence[Table], quantity: Literal["i", "psi"], R: float
+) -> _core.ReferenceProfile:
     """Current [A] or flux linkage [Wb] of tables for rising speeds, as a law takes it; R in ohm."""
     least = NO_CURRENT * float(tables[0].i.max())
     return _core.ReferenceProfile(

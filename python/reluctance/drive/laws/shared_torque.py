@@ -22,7 +22,7 @@ NO_SHARE = 1e-3  # of the torque: less, or as much short of all of it, is no sha
 OVERLAP_PART = 2 / 3
 CURRENTS, ANGLES = 120, 361  # of the flux of a share
 NO_FLUX = 1e-6  # of the torque: a smaller share is none
-LOST = 0.005  # of the mean torque: what feedback would leave alone (control/part/mean_torque_feedback.hpp)
+LOST = 0.005  # of the mean torque: what feedback would leave alone (mean_torque_feedback.hpp)
 FILLS = np.geomspace(0.01, 3, 120)  # tried: what the rise of the flux takes of half a period
 
 

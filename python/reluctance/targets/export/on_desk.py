@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import ctypes
-import subprocess
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reluctance.base.errors import ParameterError
-from reluctance.drive.laws.build import compiler
+from reluctance.base.toolchain import build
 from reluctance.targets.export.dump import record_type
 
-FLAGS = ("-std=c++20", "-O1", "-ffp-contract=off", "-fPIC", "-shared")
+FLAGS = ("-O1", "-I.", "-Iinclude")
 SOURCES = ("controller.cpp", "run_time.cpp", "recorder.cpp", "peripherals.cpp")
 CONTROLLER_WORDS = 256
 
@@ -23,7 +21,8 @@ class DeskPackage:
 
     def __init__(self, folder: Path, n_phases: int) -> None:
         """Compiles the package; it must have the prefix `reluctance`."""
-        self._library = ctypes.CDLL(str(_compiled(folder)))
+        library = build(SOURCES, "package.so", FLAGS, folder=folder, what=folder.name)
+        self._library = ctypes.CDLL(str(library))
         self.state_words = int(self._library.reluctance_state_words())
         self._controller = np.zeros(CONTROLLER_WORDS, np.uint32)
         record = record_type(n_phases)
@@ -58,16 +57,3 @@ class DeskPackage:
         told.restype = ctypes.c_char_p
         text: bytes = told(status)
         return text.decode()
-
-
-def _compiled(folder: Path) -> Path:
-    library = folder / "package.so"
-    done = subprocess.run(
-        [*compiler(), *FLAGS, "-I.", "-Iinclude", *SOURCES, "-o", library.name],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-    )
-    if done.returncode != 0:
-        raise ParameterError(f"{folder} does not compile on the desk: {done.stderr.strip()[-300:]}")
-    return library
