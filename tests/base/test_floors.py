@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from rooms import rooms_and_arrows
 
 import reluctance
 
@@ -152,10 +153,13 @@ def folder(name: str) -> str:
     return name.rpartition("/")[0]
 
 
-FOLDER_INCLUDES = {
-    room: {folder(b) for a, others in INCLUDES.items() if folder(a) == room for b in others} - {room}
-    for room in map(folder, INCLUDES)
+ROOMS = {  # of the core: a package's files are of several folders here, and of one when exported
+    (folder(a), folder(b))
+    for a, others in INCLUDES.items()
+    for b in others
+    if a.startswith("include")
 }
+FOLDER_INCLUDES = {a: {other for room, other in ROOMS if room == a != other} for a, _ in ROOMS}
 
 
 @pytest.mark.parametrize("left", [INCLUDES, FOLDER_INCLUDES], ids=["files", "folders"])
@@ -179,3 +183,9 @@ def test_a_public_part_is_found_without_its_wing(name: str) -> None:
     inner = next(m for m in sorted(MODULES) if m.startswith(f"{wing}.{name}."))
     short = inner.removeprefix(f"{wing}.")
     assert import_module(f"reluctance.{short}") is import_module(f"reluctance.{inner}")
+
+
+def test_a_newcomer_sees_few_rooms_and_few_arrows() -> None:
+    rooms, arrows = rooms_and_arrows()
+    assert {"base", "drive", "include"} <= rooms and ("drive", "machine") in arrows
+    assert len(rooms) <= 20 and len(arrows) <= 60
