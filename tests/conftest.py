@@ -30,7 +30,11 @@ SKIPPED = "reluctance/skipped"
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--shard", default="1/1", help="K/N: the tests whose name's hash is K of N")
     parser.addoption("--skipped", action="store_true", help="the tests that the last run skipped")
-    parser.addoption("--costs", type=Path, help="--costs=FILE: each test's processor time as CSV")
+    parser.addoption(
+        "--costs",
+        type=Path,
+        help="--costs=FILE: processor time of each test, and of each file's set-up, as CSV",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -91,7 +95,9 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     for reports in terminalreporter.stats.values():
         for report in reports:
             if isinstance(report, pytest.TestReport):
-                costs[report.nodeid] += dict(report.user_properties).get(COST, 0.0)
+                place = report.nodeid.partition("::")[0]
+                name = f"{place}::set-up" if report.when == "setup" else report.nodeid
+                costs[name] += dict(report.user_properties).get(COST, 0.0)
     files: dict[str, float] = defaultdict(float)
     for name, cost in costs.items():
         files[name.partition("::")[0]] += cost

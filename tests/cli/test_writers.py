@@ -90,7 +90,6 @@ def flux_map(tmp_path_factory):
 def _quick(tmp_path_factory):
     """Long work is done once: the report's study, the comparison and its guide tables."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
         patch.setattr(report, "study", lambda grid, progress: None)
         patch.setattr(report, "claims", lambda found: [])
         patch.setattr(
@@ -123,14 +122,14 @@ def _once(patch, module, name):
 def _compiled_once(patch, made):
     """The mock-up unit: all of its writers give the same one."""
     module = sys.modules["reluctance.targets.export.fmu"]
-    original = module._compile
+    original = module.build
 
-    def kept(folder, source, library):
+    def kept(sources, library, *arguments, **options):
         if not made.exists():
-            original(folder, source, made)
+            original(sources, made, *arguments, **options)
         library.write_bytes(made.read_bytes())
 
-    patch.setattr(module, "_compile", kept)
+    patch.setattr(module, "build", kept)
 
 
 def arguments(name, place, flux_map):

@@ -44,13 +44,6 @@ def step(drive: rl.Drive, *, rpm: float, tau: float, theta_e: float = 0.3) -> np
     return np.reshape(orders[:-1], (3, -1))
 
 
-@pytest.fixture(autouse=True, scope="module")
-def _own_cache(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-untyped-def]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
 @pytest.fixture
 def tabled(tmp_path: Path) -> rl.Drive:
     file = write(tmp_path / "a.csv", sloped)

@@ -20,13 +20,6 @@ TORQUES = [3.0, 12, 25, 45, 57, 70]
 CYCLE = "t_s,speed_rpm,tau_Nm\n0,1000,20\n10,1000,20\n"
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-untyped-def]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
 @pytest.fixture(scope="module")
 def lossy():  # type: ignore[no-untyped-def]
     """A map with all kinds of losses."""
@@ -44,6 +37,7 @@ def run(drive: rl.Drive, omega: float, tau: float, tau_max: float) -> rl.Kpis:
     return rl.simulate(point, until=length(point, omega), record=None).kpis
 
 
+@pytest.mark.long
 def test_runs_at_random_points_agree_with_the_map(cubic) -> None:  # type: ignore[no-untyped-def]
     chance = np.random.default_rng(5)
     off = []
@@ -88,6 +82,7 @@ def test_what_the_drive_cannot_hold_is_no_point_of_the_map(cubic) -> None:  # ty
     assert not cubic.holds(SPEEDS[0], -5)
 
 
+@pytest.mark.long
 def test_another_dc_voltage_is_another_map(cubic) -> None:  # type: ignore[no-untyped-def]
     low = efficiency(cubic.drive, omega=SPEEDS, tau=TORQUES, u_dc=150)
     assert low.u_dc == 150 and np.all(low.tau_max <= cubic.tau_max)

@@ -65,11 +65,9 @@ def test_speed_reference_takes_the_torque_of_the_load_at_that_speed() -> None:
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Limit, Envelope]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
-        limit = limits.limit(load(RATED))
-        return limit, envelope_of(limit, omega_max=350.0)
+def found() -> tuple[Limit, Envelope]:
+    limit = limits.limit(load(RATED))
+    return limit, envelope_of(limit, omega_max=350.0)
 
 
 def test_files_hold_the_profile_and_the_envelope(

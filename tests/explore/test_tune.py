@@ -22,13 +22,6 @@ UNTIL = 0.03
 BAND = {"control.i_band_A": [0.3, 3.0]}
 
 
-@pytest.fixture(autouse=True, scope="module")
-def _own_cache(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-untyped-def]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
 @pytest.fixture(scope="module")
 def drive() -> rl.Drive:
     return rl.load(CUBIC)

@@ -23,16 +23,16 @@ from reluctance.pumping.weather_file import read_weather, with_minutes
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-@pytest.fixture(scope="module", autouse=True)
-def one_cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
 @pytest.fixture(scope="module")
 def day():
     return pump(load_system(EXAMPLES / "sun_day.toml"))
+
+
+@pytest.fixture(scope="module")
+def village():
+    """Pumped once, so that the loss map is there."""
+    system = load_system(EXAMPLES / "sun_village.toml")
+    return pump(system.with_values({"weather.step_min": 60})).system
 
 
 @pytest.fixture(scope="module")
@@ -345,12 +345,11 @@ def test_the_table_of_the_converter_study_is_what_the_code_gives(day):
         (13.5, 350, 15, True),
     ],
 )
-def test_an_array_that_faces_away_from_the_equator_is_told(latitude, azimuth, tilt, away):
+def test_an_array_that_faces_away_from_the_equator_is_told(village, latitude, azimuth, tilt, away):
     values = {
         "site.latitude_deg": latitude,
         "array.azimuth_deg": azimuth,
         "array.tilt_deg": tilt,
-        "weather.step_min": 60,
     }
-    found = pump(load_system(EXAMPLES / "sun_village.toml").with_values(values))
+    found = pump(village.with_values(values))
     assert away == any("faces away from the equator" in line for line in remarks(found))

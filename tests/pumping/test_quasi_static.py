@@ -13,13 +13,11 @@ STUDY = Path(__file__).parents[2] / "studies" / "sun_static.py"
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
+def study():
     spec = importlib.util.spec_from_file_location("sun_static", STUDY)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RELUCTANCE_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield module
+    return module
 
 
 @pytest.mark.parametrize(("G", "T"), [(1000, 50), (800, 45), (500, 38), (300, 30)])
