@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
 from reluctance.base.key_figures import Kpis
 from reluctance.base.reading import numbers, read_rows, reading
 from reluctance.base.schema import did_you_mean
 from reluctance.base.units import to_si
-
-FloatArray = NDArray[np.float64]
 
 COLUMNS = ("speed_rpm", "torque_Nm", "theta_on_deg", "theta_off_deg")
 NOTE = "note"  # why a node is as it is

@@ -11,8 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from reluctance import _core
+from reluctance.base.arrays import FloatArray
 from reluctance.drive.laws.current_table import Window
-from reluctance.drive.laws.pulses import FloatArray, pulses
+from reluctance.drive.laws.pulses import pulses
 
 FROM = 1 / 8  # of the greatest torque: below, a pulse is not looked at
 JUMP = 0.02  # of the torque, from one current to the next, besides the square of the current

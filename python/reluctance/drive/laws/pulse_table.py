@@ -12,8 +12,9 @@ from itertools import pairwise
 import numpy as np
 
 from reluctance import _core
+from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
-from reluctance.drive.laws.angle_table import AngleTable, FloatArray
+from reluctance.drive.laws.angle_table import AngleTable
 from reluctance.drive.laws.pulses import chopped, pulses
 from reluctance.drive.tables.known import Known
 from reluctance.machine.optimum.magnetics import content

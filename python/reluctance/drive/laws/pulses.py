@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from reluctance import _core
+from reluctance.base.arrays import FloatArray
 from reluctance.base.units import from_si
 from reluctance.drive.tables.known import Known
 from reluctance.drive.tables.load import Load
@@ -23,8 +24,6 @@ from reluctance.drive.tables.over_time import course
 from reluctance.drive.tables.sections import Converter, Sensing
 from reluctance.drive.tables.source import Source
 from reluctance.machine.models import Magnetics
-
-FloatArray = NDArray[np.float64]
 
 STEPS = 72  # of the solver in a period: 360 move the mean torque by less than 1e-4
 SETTLED = 1  # periods before the mean; pulses of up to half a period leave no current ...

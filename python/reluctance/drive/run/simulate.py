@@ -82,7 +82,7 @@ def simulate(
     elif controller is None:
         controller = guarded(drive)
     else:
-        drive = replace(drive, supervision=Supervision.model_validate({}))
+        drive = replace(drive, supervision=Supervision())
     iron = drive.machine.iron is not None  # its loss needs every point, whatever is kept
     watched = iron or record is not None
     loop = closed_loop(drive, controller, -1.0 if not watched else 0.0 if iron else record or 0.0)

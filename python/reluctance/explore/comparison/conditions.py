@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.schema import checked
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.tables.load import Load
@@ -46,12 +45,8 @@ def operating_point(drive: Drive) -> Drive:
     if tau <= 0:
         raise ParameterError(f"torque {tau:g} N m, need > 0 to compare laws at it")
     speed_rpm = drive.load.speed_rpm if drive.load.kind == "locked" else from_si(omega, "rpm")
-    held = {"kind": "locked", "speed_rpm": speed_rpm, "J_kgm2": drive.load.J_kgm2}
-    return replace(
-        drive,
-        load=checked(Load, held, "[load]"),
-        reference=checked(Reference, {"kind": "torque", "tau_Nm": tau}, "[reference]"),
-    )
+    held = Load(kind="locked", speed_rpm=speed_rpm, J_kgm2=drive.load.J_kgm2)
+    return replace(drive, load=held, reference=Reference(kind="torque", tau_Nm=tau))
 
 
 def period(point: Drive) -> float:

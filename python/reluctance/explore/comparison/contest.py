@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.key_figures import Kpis, shown
-from reluctance.base.schema import checked
 from reluctance.drive.drive import Drive
 from reluctance.drive.run.result import Result
 from reluctance.drive.run.simulate import simulate
@@ -70,7 +69,7 @@ def contest(point: Drive, name: str, f_target: float, octaves: tuple[float, ...]
         Further frequencies, as powers of two of the target.
     """
     contender = contender_of(name)
-    as_modelled = point.computed(mismatch=checked(Mismatch, {}, "[mismatch]"))
+    as_modelled = point.computed(mismatch=Mismatch())
     tuner = Tuner(as_modelled, contender, f_target, BUDGET)
     try:
         best = tuner.best()

@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reluctance.base.arrays import FloatArray
-from reluctance.base.schema import checked
 from reluctance.drive.drive import Drive
+from reluctance.drive.tables.load import Load
+from reluctance.drive.tables.sections import Reference
+from reluctance.drive.tables.source import Source
 
 PERIODS = 6  # electrical periods of a run; its second half counts
 SHORTEST = 0.02  # run [s]
@@ -18,11 +20,9 @@ def at(drive: Drive, *, u_dc: float, omega: float, tau: float, tau_max: float) -
     """The drive on a locked shaft at one operating point; its tables reach to tau_max."""
     return drive.computed(
         converter=drive.converter.model_copy(update={"u_dc_V": u_dc}),
-        source=checked(type(drive.source), {}, "[source]"),  # stiff
-        load=checked(
-            type(drive.load), {"kind": "locked", "speed_rpm": omega * 30 / math.pi}, "[load]"
-        ),
-        reference=checked(type(drive.reference), {"kind": "torque", "tau_Nm": tau}, "[reference]"),
+        source=Source(),  # stiff
+        load=Load(kind="locked", speed_rpm=omega * 30 / math.pi),
+        reference=Reference(kind="torque", tau_Nm=tau),
         control=drive.control.model_copy(update={"tau_max_Nm": tau_max}),
     )
 
