@@ -62,6 +62,9 @@ class Kpis:
         Least dc-link voltage [V].
     u_dc_max : float
         Greatest dc-link voltage [V].
+    i_peak_run, u_dc_peak_run, speed_peak_run : float
+        Greatest current of any phase [A], dc-link voltage [V] and speed of either direction [rad/s]
+        over the whole run, its start and every braking included: what the parts must stand.
     tracking : float or None
         Energy from the array over what its maximum power point gives [1]; None without an array.
     Q_mean : float or None
@@ -103,6 +106,9 @@ class Kpis:
     speed_ripple_pp: float | None = unit("")
     u_dc_min: float = unit("V")
     u_dc_max: float = unit("V")
+    i_peak_run: float = unit("A")
+    u_dc_peak_run: float = unit("V")
+    speed_peak_run: float = unit("rpm")
     tracking: float | None = unit("")
     Q_mean: float | None = unit("m3ph")
     p_source: float = unit("W")

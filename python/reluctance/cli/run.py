@@ -22,6 +22,7 @@ from reluctance.drive.drive import Drive
 from reluctance.drive.run import simulate
 from reluctance.drive.run.bounds import MOST_BYTES, waveform_bytes
 from reluctance.drive.run.radial_force import force_orders
+from reluctance.drive.run.safety import exceeded
 
 if TYPE_CHECKING:
     from reluctance.drive.run.energy_loop import EnergyLoop
@@ -110,7 +111,10 @@ def run(
         Console().print(kpi_table(drive.name, result.kpis, devices=drive.converter.has_drops))
         for event in result.events or []:
             print(f"{event.t:8.4f} s  {event}")
-        for remark in result.kpis.remarks(steady=is_steady(drive)):
+        for remark in [
+            *result.kpis.remarks(steady=is_steady(drive)),
+            *exceeded(drive, result.kpis),
+        ]:
             print(f"note: {remark}")
         if drive.machine.coupled:
             print(f"note: {WITHOUT_PAIRS}")
@@ -140,6 +144,7 @@ def kpi_table(name: str, kpis: Kpis, *, devices: bool) -> Table:
         ("switching frequency, mean per switch", f"{k.f_switch / 1e3:.2f} kHz"),
         ("rms phase current", f"{k.i_rms:.2f} A"),
         ("peak phase current", f"{k.i_peak:.2f} A"),
+        ("peaks of the whole run", f"{k.i_peak_run:.2f} A, {k.u_dc_peak_run:.1f} V at the dc link"),
         ("copper loss", f"{k.p_cu:.1f} W"),
         ("device conduction loss", loss(k.p_dev if devices else None, "converter.v_switch_V")),
         ("switching loss", loss(k.p_sw, "converter.E_on_mJ")),

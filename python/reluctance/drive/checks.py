@@ -4,6 +4,7 @@ import numpy as np
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.phases import LETTERS
+from reluctance.base.units import from_si
 from reluctance.drive.all_tables import Tables
 
 
@@ -47,7 +48,10 @@ def check_together(drive: Tables) -> None:
 def _check_edges(drive: Tables) -> None:
     """Whether minimum pulse and blanking leave half of the control period to the edges."""
     for key, taken_us in (
-        ("[converter] min_pulse_us", drive.converter.min_pulse_us),
+        (
+            "[converter] min_pulse_us, the dead time added,",
+            from_si(drive.converter.t_min, "us"),
+        ),
         ("[sensing] blank_us", drive.sensing.blank_us),
     ):
         if taken_us > drive.control.T_s_us / 2:

@@ -30,7 +30,7 @@ def kpis(rows: Rows, drive: Drive, *, p_fe: float | None, wall_s_per_sim_s: floa
     """
     machine = drive.machine
     window, periods = evaluated(rows, machine.N_r)
-    inside = window.between(1, len(window.values))
+    inside, run = window.between(1, len(window.values)), rows.between(1, len(rows.values))
     duration = window.rise("t")
     mean = {name: window.rise(name) / duration for name in MEANS}
     tau_mean = mean["tau"]
@@ -71,6 +71,9 @@ def kpis(rows: Rows, drive: Drive, *, p_fe: float | None, wall_s_per_sim_s: floa
         speed_ripple_pp=_ratio(omega_span, mean["theta_m"]),
         u_dc_min=float(inside["u_min"].min()),
         u_dc_max=float(inside["u_max"].max()),
+        i_peak_run=float(run["i_peak"].max()),
+        u_dc_peak_run=float(run["u_max"].max()),
+        speed_peak_run=float(max(run["omega_max"].max(), -run["omega_min"].min())),
         tracking=_tracking(drive, window),
         Q_mean=_mean_flow(drive, window),
         p_source=mean["E_source"],

@@ -27,7 +27,7 @@ class Converter(SwitchingEnergies):
     R_diode_ohm: float = Field(0.0, ge=0)
     u_rating_V: float | None = Field(None, gt=0)  # that the switches stand, margin included
     dead_time_us: float = Field(0.0, ge=0)  # a switch turns on this much later than ordered
-    min_pulse_us: float = Field(0.0, ge=0)  # no shorter leg state is ordered
+    min_pulse_us: float = Field(0.0, ge=0)  # no switch is on or off for less
 
     def core(self) -> _core.AsymmetricBridge | _core.SharedSwitchBridge:
         """The core's part."""
@@ -53,8 +53,8 @@ class Converter(SwitchingEnergies):
 
     @property
     def t_min(self) -> float:
-        """The shortest leg state that is ordered [s]."""
-        return to_si(self.min_pulse_us, "us")
+        """The shortest leg state that is ordered [s]: a switch is on for less by the dead time."""
+        return to_si(self.min_pulse_us, "us") + self.t_dead if self.min_pulse_us else 0.0
 
 
 class Reference(OverTime):

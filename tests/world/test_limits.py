@@ -1,0 +1,127 @@
+"""Limits of the converter against what happens in the whole run, the start and braking included."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import command
+
+import reluctance as rl
+
+BRAKING = """machine = "generic_1hp_8_6"
+[converter]
+u_dc_V = 300
+u_rating_V = 330
+[source]
+kind = "battery"
+R_ohm = 0.1
+C_uF = 2000
+one_way = true
+[load]
+kind = "torque"
+tau_Nm = 0.0
+J_kgm2 = 0.01
+speed_rpm = 1500
+[reference]
+kind = "torque"
+t_s = [0, 0.1, 0.1, 0.25, 0.25, 1.0]
+values = [-2, -2, 2, 2, 0.3, 0.3]
+[control]
+law = "pwm_current"
+T_s_us = 50
+[protection]
+speed_max_rpm = 1400
+[simulation]
+until_s = 0.8
+"""
+LOW_INDUCTANCE = """[machine]
+name = "low inductance"
+source = "of this test"
+licence = "Apache-2.0"
+model = "lehuy"
+N_s = 6
+N_r = 4
+n_phases = 3
+R_ohm = 0.05
+i_max_A = 40
+J_kgm2 = 0.001
+L_u_H = 30e-6
+L_a_H = 200e-6
+L_sat_H = 29e-6
+i_m_A = 60
+psi_m_Wb = 9e-3
+[converter]
+u_dc_V = 48
+[load]
+kind = "locked"
+speed_rpm = 200
+[reference]
+kind = "none"
+[control]
+law = "angles"
+T_s_us = 50
+theta_on_deg = 10
+theta_off_deg = 150
+i_ref_A = 20
+i_band_A = 0.5
+[sensing]
+comparators = "sampled"
+[simulation]
+until_s = 0.1
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    (folder / "drive.toml").write_text(text)
+    return folder / "drive.toml"
+
+
+def test_the_greatest_bus_voltage_of_braking_is_told_against_what_the_switches_stand(
+    tmp_path: Path,
+) -> None:
+    """By energy: C/2 (u^2 - 300^2) = J/2 (w0^2 - w1^2) less the copper loss gives 340.4 V."""
+    file = written(tmp_path, BRAKING)
+    done = command("run", file, "--json")
+    assert json.loads(done.out)["u_dc_peak_run_V"] == pytest.approx(340.4, abs=0.3)
+    told = command("run", file).out
+    assert "note: the dc link reaches 340.5 V in the run" in told and "u_rating_V = 330" in told
+    assert "above [protection] speed_max_rpm = 1400" in told and "340.5 V at the dc link" in told
+    assert "u_rating_V" not in command("run", file, "--set", "converter.u_rating_V=345").out
+
+
+def test_the_greatest_figures_of_a_run_are_those_of_its_waveforms(tmp_path: Path) -> None:
+    result = rl.simulate(rl.load(written(tmp_path, BRAKING)))
+    k = result.kpis
+    assert k.i_peak_run == pytest.approx(result.i.max()) and k.i_peak_run > 3 * k.i_peak
+    assert k.u_dc_peak_run == pytest.approx(result.u_dc.max())
+    assert k.speed_peak_run == pytest.approx(np.abs(result.omega_m).max())
+
+
+def test_a_current_above_its_limit_is_told(tmp_path: Path) -> None:
+    """48 V over 50 us and 30 uH are 80 A, less the drop and the inductance that rises."""
+    file = written(tmp_path, LOW_INDUCTANCE)
+    told = command("run", file).out
+    assert (
+        "peak current of the run, 74.97 A, is above [machine] i_max_A = 40, and above the" in told
+    )
+    for remedy in ("control.T_s_us=5", "sensing.comparators=analog"):  # as the note proposes
+        assert "note: the peak" not in command("run", file, "--set", remedy).out
+
+
+@pytest.mark.parametrize(("min_us", "dead_us"), [(1, 0), (1, 2), (2, 2), (3, 2)])
+def test_no_switch_is_on_for_less_than_the_minimum_pulse_behind_its_dead_time(
+    tmp_path: Path, min_us: float, dead_us: float
+) -> None:
+    text = BRAKING.partition("[source]")[0].replace("u_rating_V = 330", f"dead_time_us = {dead_us}")
+    text += f"min_pulse_us = {min_us}\n"
+    text += '[load]\nkind = "locked"\nspeed_rpm = 60\n[reference]\nkind = "none"\n'
+    text += '[control]\nlaw = "pwm_current"\nT_s_us = 50\ntheta_on_deg = 20\ntheta_off_deg = 150\n'
+    result = rl.simulate(rl.load(written(tmp_path, text + "i_ref_A = 0.8\n")), until=0.2)
+    on = result.u[0] > 150
+    edges = np.flatnonzero(np.diff(on.astype(int)))
+    lengths = [result.t[b + 1] - result.t[a + 1] for a, b in pairwise(edges)]
+    pulses = [x for x, a in zip(lengths, edges, strict=False) if on[a + 1]]
+    assert len(pulses) > 100
+    assert min(pulses) == pytest.approx(1e-6 * min_us, rel=1e-6)
