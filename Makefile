@@ -14,7 +14,7 @@ PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 C_FOLDERS := include bindings tests examples firmware web bench
 CHECKED := python tests studies bench machines docs examples
 
-.PHONY: run test proofs drawn mutants published lint bench docs wheels c-library wasm studio clean
+.PHONY: run test proofs drawn mutants fuzz published lint bench docs wheels c-library wasm studio clean
 
 run: $(VENV)/installed
 	@mkdir -p out
@@ -42,6 +42,13 @@ drawn: $(VENV)/installed
 # is the second of four parts of a seed.
 mutants: $(VENV)/installed-test
 	$(BIN)/python tests/support/mutants.py --shard $(SHARD) $(if $(SEED),--seed $(SEED))
+
+# Files of every format, changed at random, and the borders of C under sanitizers: SECONDS for each,
+# from a new seed, or SEED=N. FORMATS="pump steel" are these two.
+SECONDS ?= 120
+fuzz: $(VENV)/installed-test
+	$(BIN)/python tests/support/fuzz_files.py $(FORMATS) --seconds $(SECONDS) \
+	  $(if $(SEED),--seed $(SEED))
 
 # Every published and measured case, into docs/published.csv.
 published: $(VENV)/installed

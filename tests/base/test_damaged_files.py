@@ -3,7 +3,6 @@ meets. Most inputs of tests/fuzz were found by coverage-guided fuzzing and made 
 
 import json
 import struct
-import warnings
 import zipfile
 import zlib
 from pathlib import Path
@@ -12,50 +11,25 @@ import numpy as np
 import pytest
 import scipy.io
 from command import refused
+from file_formats import FORMATS, format_of, read_quietly
 
 import reluctance as rl
 from reluctance.base.errors import Note
 from reluctance.base.reading import read_rows, reading
-from reluctance.machine.geometry.steel_file import read_curve
-from reluctance.machine.maps.check import check_map
 from reluctance.machine.maps.importers import read_map
 from reluctance.machine.maps.mat_file import read_arrays
 from reluctance.plant.hydraulics.pump import _from_points
-from reluctance.pumping.site import Site
-from reluctance.pumping.weather_file import WeatherTable, read_weather
-from reluctance.targets.export.dump import read_dump
 
 ROOT = Path(__file__).parents[2]
 FOUND = sorted(path for path in (ROOT / "tests" / "fuzz").glob("*/*"))
 RATED = ROOT / "examples" / "paper_rated.toml"
 DAY = ROOT / "examples" / "sun_day.toml"
-SITE = Site(latitude_deg=36.1, longitude_deg=-79.95, timezone="Etc/GMT+5")
-
-
-def weather(path: Path) -> object:
-    named = path.parent.name.split("_")[1]
-    kind = path.stem if path.stem == "pvgis" else named.replace("everyday", "csv")
-    return read_weather(WeatherTable(kind=kind, file=str(path)), SITE, path.parent)
-
-
-READERS = {
-    "drive": rl.load,
-    "dump": read_dump,
-    "machine": lambda path: rl.load(RATED, [f"machine={path}"]),
-    "map": lambda path: check_map(read_map(path, N_r=4)),
-    "mat": lambda path: check_map(read_map(path)),
-    "pump": lambda path: _from_points(path, 150.0),
-    "steel": read_curve,
-    "weather": weather,
-}
 
 
 @pytest.mark.parametrize("path", FOUND, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_a_damaged_file_is_refused_on_one_line(path: Path) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of pandas, about what it makes of a damaged file
-        with pytest.raises(rl.ParameterError) as told:
-            READERS[path.parent.name.split("_")[0]](path)
+    with pytest.raises(rl.ParameterError) as told:
+        read_quietly(format_of(path.parent.name), path)
     assert str(path) in str(told.value)
     assert "\n" not in str(told.value)
 
@@ -71,27 +45,23 @@ def test_whatever_a_reader_raises_is_an_error_of_the_file(fault: Exception) -> N
 
 
 @pytest.mark.parametrize("text", ["nan", "inf", "-inf", "1e999", "1e300", "9" * 5000])
-@pytest.mark.parametrize("kind", ["map", "steel", "pump", "course", "cycle"])
+@pytest.mark.parametrize("kind", ["map_csv", "steel", "pump", "course", "cycle"])
 def test_a_column_takes_finite_numbers_only(tmp_path: Path, kind: str, text: str) -> None:
-    from reluctance.drive.course import read_course
-    from reluctance.explore.efficiency_map.cycle import read_cycle
-
     H = [0, 100, 500, 1000, 5000, 9000]
     rows = {
-        "map": ["i_A,theta_deg,psi_Wb", *(f"{i},{a},{i * (1 + a)}" for i in H for a in H)],
+        "map_csv": ["i_A,theta_deg,psi_Wb", *(f"{i},{a},{i * (1 + a)}" for i in H for a in H)],
         "steel": ["H_A_per_m,B_T", *(f"{h},{h / 5000}" for h in H)],
         "pump": ["Q_m3ph,H_m,eta", "0,30,0", "10,29,0.3", "20,28,0.5"],
         "course": ["t_s,tau_Nm", "0,1", "1,1"],
         "cycle": ["t_s,speed_rpm,tau_Nm", "0,1,1", "1,1,1"],
     }[kind]
-    read = READERS | {"course": lambda p: read_course(p, "tau_Nm"), "cycle": read_cycle}
     path = tmp_path / "x.csv"
     for place in range(rows[0].count(",") + 1):
         cells = rows[-1].split(",")
         cells[place] = text
         path.write_text("\n".join([*rows[:-1], ",".join(cells)]))
         with pytest.raises(rl.ParameterError, match="is not a finite number below 1e"):
-            read[kind](path)
+            FORMATS[kind].read(path)
 
 
 def test_a_text_may_be_in_any_usual_encoding(tmp_path: Path) -> None:

@@ -1,5 +1,5 @@
 // Random bit patterns into the step and into its parameters, under the address and undefined
-// behaviour sanitizers. Compiled by tests/targets/test_firmware_fuzz.py with a generated
+// behaviour sanitizers. Compiled by tests/support/firmware_fuzz.py with a generated
 // `corrupt.hpp`.
 #include <array>
 #include <cstdint>
@@ -105,6 +105,7 @@ void step_with_corrupt_parameters(int n) {
 
 int main(int argc, char** argv) {
   const int n = argc > 1 ? std::atoi(argv[1]) : 1000;
+  if (argc > 2) state ^= std::strtoull(argv[2], nullptr, 10) << 8;
   step_with_corrupt_parameters(n / 10);
   const int failed = step_through_the_interface(n);
   std::puts(failed ? "a fault did not end in the safe state" : "ok");

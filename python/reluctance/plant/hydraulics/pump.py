@@ -167,14 +167,14 @@ def _parabola(H_0: float, Q_b: float, H_b: float, eta_b: float, omega_ref: float
 def _from_points(path: Path, omega_ref: float) -> Curve:
     table = _columns(path)
     Q, H = table["Q_m3ph"] * M3PH, table["H_m"]
+    if len(Q) < 3 or Q[0] != 0 or not np.all(np.diff(Q) > 0):
+        raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, the first 0")
     for name, most in (("Q_m3ph", MOST_FLOW), ("H_m", MOST_HEAD)):
         if not table[name].max() <= most:
             raise ParameterError(
                 f"{path}: {name} reaches {table[name].max():.3g}, need at most {most:g}; correct "
                 "the unit in the column's name"
             )
-    if len(Q) < 3 or Q[0] != 0 or not np.all(np.diff(Q) > 0):
-        raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, the first 0")
     rising = np.flatnonzero(~(np.diff(H) < 0))
     if len(rising):
         k = int(rising[0])
