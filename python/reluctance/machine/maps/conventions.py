@@ -11,6 +11,7 @@ from reluctance.machine.maps.table import Array, FluxTable
 
 MATCH = 0.01  # how near an angle range must come to a half or whole period, of a half period [1]
 ZERO_OFF = np.pi / 18  # how far the largest flux may be from a zero that is inferred [rad]
+STRAIGHT, BENDS = 0.02, 0.05  # slopes of an inverse table: no saturation, and its opposite
 FALLS = 0.02  # of its rise: what noise and a flat top may take from the flux at an end; at a zero
 # that is 16 deg wrong it is (1 - cos 16 deg)/2
 UNITS = {"deg": np.pi / 180, "rad": 1.0}
@@ -78,6 +79,8 @@ def settled(
     unit, kind = angle_unit or raw.angle_unit, angle_kind or raw.angle_kind
     i, psi, tau = _currents(i, psi, tau, notes)
     angle, psi, tau = _rising(angle, psi, tau, notes)
+    if tau is None and (raw.inverse or _is_inverse(i, psi)):
+        i, psi = _turned(i, psi, notes)
     reading = _angles(angle, N_r, unit, kind, notes)
     if aligned_at is not None:
         theta_e, where = (angle - aligned_at) * reading.factor + np.pi, "unaligned"
@@ -98,6 +101,37 @@ def settled(
     if tau is None and reading.kind == "electrical":
         notes.append(f"N_r = {N_r} as stated: electrical angles without torque cannot tell")
     return FluxTable(N_r, i, theta_e, psi, tau, error, tuple(notes))
+
+
+def _is_inverse(i: Array, psi: Array) -> bool:
+    """Whether a table bends upwards as current over flux linkage does: at no angle is the slope of
+    its last third below that of its first, as it is in every machine that saturates."""
+    third = len(i) // 3
+    if third < 2 or i[0] != 0:
+        return False
+    first = (psi[third] - psi[0]) / (i[third] - i[0])
+    last = (psi[-1] - psi[-1 - third]) / (i[-1] - i[-1 - third])
+    if not (first > 0).all():
+        return False
+    return bool((last / first).min() > 1 - STRAIGHT and (last / first).max() > 1 + BENDS)
+
+
+def _turned(levels: Array, currents: Array, notes: list[str]) -> tuple[Array, Array]:
+    """Flux linkage over current, from current over flux linkage (`currents`, a row a level), up to
+    the current that every angle reaches."""
+    if levels[0] != 0 or not (np.diff(currents, axis=0) > 0).all():
+        raise ParameterError(
+            "current over flux linkage, an inverse table, whose current does not rise from 0 with "
+            "the flux linkage at every angle; mend it, or export flux linkage over current"
+        )
+    top = float(currents[-1].min())
+    i = np.linspace(0, top, len(levels))
+    psi = np.stack([CubicSpline(of_angle, levels)(i) for of_angle in currents.T], axis=1)
+    notes.append(
+        f"an inverse table, current over flux linkage: turned, up to the {top:.4g} A that every "
+        f"angle reaches (of {currents.max():.4g} A; {levels[-1]:.4g} Wb at the most)"
+    )
+    return i, psi
 
 
 def _oriented(

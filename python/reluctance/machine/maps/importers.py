@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.reading import MOST, is_number, numbers, read_text, reading
@@ -177,9 +178,17 @@ def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False)
     }
     i, row = np.unique(data["i"], return_inverse=True)
     theta, place = np.unique(data["theta"], return_inverse=True)
-    count = np.zeros((len(i), len(theta)), dtype=int)
-    np.add.at(count, (row, place), 1)
+    count = _count(row, place)
     if (count != 1).any():
+        levels, level = np.unique(data[value], return_inverse=True)
+        if not torque and (_count(level, place) == 1).all():  # current over even flux linkages
+            over = np.empty((len(levels), len(theta)))
+            over[level, place] = data["i"]
+            angle = found["theta"][1]
+            return replace(
+                RawMap(levels, theta, over, None, "currents_down", None, angle.unit, angle.kind),
+                inverse=True,
+            )
         k, n = np.argwhere(count != 1)[0]
         fault = "is missing" if count[k, n] == 0 else f"appears {count[k, n]} times"
         raise ParameterError(
@@ -196,6 +205,13 @@ def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False)
     flux = grids[value]
     extra = None if torque else tau
     return RawMap(i, theta, flux, extra, "currents_down", None, angle.unit, angle.kind)
+
+
+def _count(row: NDArray[np.intp], place: NDArray[np.intp]) -> NDArray[np.intp]:
+    """How often each pair is there."""
+    count = np.zeros((row.max(initial=-1) + 1, place.max(initial=-1) + 1), dtype=np.intp)
+    np.add.at(count, (row, place), 1)
+    return count
 
 
 def _read_json(text: str, names: dict[str, str]) -> RawMap:
@@ -241,13 +257,22 @@ def _from_arrays(arrays: Mapping[str, Any], names: dict[str, str], what: str) ->
                 f"`{name}` has a value that is not a finite number below {MOST:g}; mend it"
             )
         values[quantity] = found_values * known.factor
-    i, theta = values["i"].ravel(), values["theta"].ravel()
+    i, theta = (_axis(values[q], values["psi"]) for q in ("i", "theta"))
     tau = values.get("tau")
     if tau is not None and tau.shape != values["psi"].shape:
         raise ParameterError(
             f"torque is {_size(tau)}, flux is {_size(values['psi'])}; export both on one grid"
         )
     return _named(i, theta, values["psi"], tau, found["theta"][1])
+
+
+def _axis(values: Array, psi: Array) -> Array:
+    """An axis; also as a matrix like that of the flux, constant along its other axis (meshgrid)."""
+    if values.shape == psi.shape and min(values.shape) > 1:
+        for rows in (values, values.T):
+            if np.allclose(rows, rows[0], rtol=1e-9, atol=0.0):
+                return np.asarray(rows[0])
+    return values.ravel()
 
 
 def _named(i: Array, theta: Array, psi: Array, tau: Array | None, angle: Column) -> RawMap:

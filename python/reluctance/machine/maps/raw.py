@@ -49,6 +49,8 @@ class RawMap:
         "currents_down", "angles_down", or None where the file does not say.
     angle_unit, angle_kind, zero : str or None
         What the file says about its angles.
+    inverse : bool
+        It is current over flux linkage and angle: `psi` has the currents, an axis the flux linkage.
     """
 
     rows: Array
@@ -60,6 +62,7 @@ class RawMap:
     angle_unit: str | None = None
     angle_kind: str | None = None
     zero: str | None = None
+    inverse: bool = False
 
 
 @dataclass(frozen=True)
