@@ -214,7 +214,7 @@ class Copy:
         core = importlib.util.find_spec("reluctance._core")
         assert core is not None and core.origin is not None
         for module in Path(core.origin).parent.glob("_core*.so"):
-            (place / "python" / "reluctance" / module.name).symlink_to(module)
+            shutil.copy2(module, place / "python" / "reluctance")  # it may be built anew meanwhile
         self.environment = os.environ | {
             "PYTHONPATH": str(place / "python"),
             "OPENBLAS_NUM_THREADS": "1",
@@ -247,9 +247,7 @@ class Copy:
         if built.returncode:
             return False
         for module in folder.glob("_core*.so"):
-            link = self.place / "python" / "reluctance" / module.name
-            link.unlink()
-            link.symlink_to(module)
+            shutil.copy2(module, self.place / "python" / "reluctance")
         return True
 
     def failing(self, what: Sequence[str], without: Iterable[str] = ()) -> str | None:
