@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.base.errors import ParameterError
+from reluctance.base.files import make_folder, write_together
 from reluctance.drive.drive import Drive
 from reluctance.drive.run.energy_loop import CURVES_DEG
 from reluctance.explore import limits
@@ -26,20 +29,29 @@ def write_data(folder: str | Path) -> list[Path]:
     Returns
     -------
     list of Path
-        `drives.json` and the blobs.
+        `drives.json` and the blobs: all of them appear, or none does.
+
+    Raises
+    ------
+    ParameterError
+        If the folder cannot be made or written to.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    written, told = [], []
+    folder = make_folder(Path(folder))
+    files: dict[Path, Callable[[Path], object]] = {}
+    told = []
     for start in STARTS:
         drive = start.drive()
-        file = folder / f"{start.name}.srm"
-        file.write_bytes(blob(drive, record=0.0))
+        content = blob(drive, record=0.0)
+        files[folder / f"{start.name}.srm"] = partial(_put, content)
         told.append(about(start, drive))
-        written.append(file)
-    index = folder / "drives.json"
-    index.write_text(json.dumps(told, separators=(",", ":"), ensure_ascii=False), "utf-8")
-    return [index, *written]
+    text = json.dumps(told, separators=(",", ":"), ensure_ascii=False)
+    index = {folder / "drives.json": partial(_put, text.encode())}
+    write_together(index | files)
+    return [*index, *files]
+
+
+def _put(content: bytes, path: Path) -> None:
+    path.write_bytes(content)
 
 
 def about(start: Start, drive: Drive) -> dict[str, Any]:
