@@ -17,12 +17,7 @@ from reluctance.drive.tables.known import Known
 from reluctance.drive.tables.load import Load
 from reluctance.drive.tables.protection import Protection
 from reluctance.drive.tables.pv_control import PvControl
-from reluctance.drive.tables.sections import (
-    Converter,
-    Reference,
-    Sensing,
-    SimulationSettings,
-)
+from reluctance.drive.tables.sections import Converter, Reference, Sensing, SimulationSettings
 from reluctance.drive.tables.source import Source
 from reluctance.drive.tables.supervision import Supervision
 from reluctance.machine.library import machine_from, machine_table

@@ -21,6 +21,7 @@ from reluctance.plant.hydraulics.pump import Curve, Pump, PumpName, pump_from
 COLUMNS = 97  # of the table: torque is off by 1e-6 of itself between them
 FINE = 1001  # of the flow: linear between them, off by 1e-5 of itself
 ROWS = 9  # static heads, where the level moves
+HYDRAULIC = {"pump", "H_static_m", "H_dry_m", "dry_part", "L_m", "D_mm", "roughness_mm", "K"}
 NEVER = 1e9  # a static head that is not reached [m]
 
 
@@ -45,17 +46,7 @@ class Load(OverTime):
 
     @model_validator(mode="after")
     def numbers_belong_to_the_kind(self) -> Load:
-        hydraulic = {
-            "pump",
-            "H_static_m",
-            "H_dry_m",
-            "dry_part",
-            "L_m",
-            "D_mm",
-            "roughness_mm",
-            "K",
-        }
-        for key in sorted(self.model_fields_set & hydraulic):
+        for key in sorted(self.model_fields_set & HYDRAULIC):
             if self.kind != "pump":
                 raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
             if self.pump is None:

@@ -117,17 +117,8 @@ class Sensing(Section):
     blank_us: float = Field(0.0, ge=0)  # before a sample, without edges of timer orders
 
     def core(self, *, T_s: float, N_r: int, angle_offset: float = 0.0) -> _core.Sampling:
-        """The core's part.
-
-        Parameters
-        ----------
-        T_s : float
-            Control period [s].
-        N_r : int
-            Rotor poles.
-        angle_offset : float
-            Of the angle sensor, electrical: shown less true [rad].
-        """
+        """The core's part. T_s: control period [s]; N_r: rotor poles; angle_offset: what the angle
+        sensor shows less the true angle, electrical [rad]."""
         return _core.Sampling(
             T_s=T_s,
             delay=self.delay_samples,
