@@ -142,8 +142,12 @@ def test_points_of_a_curve_do_as_well_as_its_parameters(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("Q_m3ph,H_m,eta\n0,30,0\n10,31,0.3\n20,28,0.5\n30,20,.6", "does not fall from 30 to 31 m"),
-        ("Q_m3ph,H_m,eta\n5,30,0.1\n10,29,0.3\n20,28,0.5", "rising flows, the first 0"),
+        ("Q_m3ph,H_m,eta\n0,30,0\n10,25,0.3\n20,28,0.5\n30,20,.6", "does not fall from 25 to 28 m"),
+        (
+            "Q_m3ph,H_m,eta\n0,30,0\n10,31,0.3\n20,32,0.5\n30,20,.6",
+            "need at least two points behind",
+        ),
+        ("Q_m3ph,H_m,eta\n-5,30,0.1\n10,29,0.3\n20,28,0.5", "rising flows, none below 0"),
         ("Q_m3ph,H_m,eta\n0,30,0\n10,29,30\n20,28,50", "fractions between 0 and 1"),
         ("Q_m3ph,H_m\n0,30\n10,29\n20,28", "need Q_m3ph, H_m and eta or p_shaft_W"),
         ("Q_m3ph,H_m,eta\n0,a,0", "data row 2, H_m: `a` is not a number"),

@@ -34,6 +34,15 @@ def identify(
         list[str] | None,
         typer.Option("--name", metavar="QUANTITY=NAME", help="t, u, i or theta in the files."),
     ] = None,
+    probe: Annotated[
+        float | None,
+        typer.Option(
+            "--probe_A_per_V",
+            metavar="A/V",
+            min=1e-6,
+            help="Of a current probe whose column holds volts: 10 of one with 100 mV/A.",
+        ),
+    ] = None,
     i_max: MaxCurrent = None,
 ) -> None:
     """Make a flux table of voltage pulses, as an oscilloscope or the firmware records them."""
@@ -44,7 +53,7 @@ def identify(
         raise ParameterError(f"--out {out} is one of the recordings; name another file")
     if poles is None:
         raise ParameterError("the recording does not give the rotor poles; pass --N_r")
-    recording = read_pulses(files, angles=angle or (), names=_names(name))
+    recording = read_pulses(files, angles=angle or (), names=_names(name), probe=probe)
     found = identify(
         recording,
         N_r=poles,

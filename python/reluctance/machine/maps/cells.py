@@ -17,6 +17,22 @@ MOST_ROWS, MOST_COLUMNS = 200_000, 1000  # of a spreadsheet
 MOST_UNPACKED = 50_000_000  # bytes: the size of a spreadsheet says little, for it is packed
 
 
+def any_rows(text: str) -> list[list[str]]:
+    """Rows of cells as they are, of any length: of a file with lines above its table.
+
+    Raises
+    ------
+    ParameterError
+        If there are none.
+    """
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    data = [line for line in lines if not line.startswith(COMMENTS)]
+    if not data:
+        raise ParameterError("the file has no data; export it again")
+    separator = next((s for s in ";\t," if s in data[-1]), None)
+    return [cells(line, separator) for line in with_points(data, separator)]
+
+
 def text_rows(text: str) -> list[list[str]]:
     """Rows of cells. A comment above the numbers that names the columns becomes the first row.
 

@@ -3,19 +3,22 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.reading import numbers, read_text, reading
-from reluctance.machine.maps.cells import text_rows
+from reluctance.base.reading import is_number, numbers, read_text, reading
+from reluctance.machine.maps.cells import any_rows
 from reluctance.machine.maps.raw import Column, column, stated_column
 from reluctance.machine.maps.table import Array
 
 MAX_BYTES = 100_000_000  # 31 angles, 8 pulses of 2000 rows, are 20 MB
-TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "": 1.0}
-VOLTAGE = {"v": 1.0, "mv": 1e-3, "kv": 1e3, "": 1.0}
+TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "second": 1.0, "sec": 1.0, "": 1.0}
+VOLTAGE = {"v": 1.0, "mv": 1e-3, "kv": 1e3, "volt": 1.0, "volts": 1.0, "": 1.0}
+MOST_HEAD = 100  # lines of settings that an oscilloscope writes above its table
+U_STEM = "u|v|u_mean|voltage|volt"
 FEWEST_ROWS = 8  # of a pulse
 REST_ROWS = 4  # before a pulse: the fewest whose mean is an offset
 LEFT = 0.03  # of a pulse's top: below this current its end is not used
@@ -70,11 +73,14 @@ def read_pulses(
     *,
     angles: Sequence[float] = (),
     names: Mapping[str, str] | None = None,
+    probe: float | None = None,
 ) -> Recording:
     """The pulses in some CSV files.
 
     A file has the columns `t_s`, `u_V` or `u_mean_V`, `i_A`, and an angle such as `theta_m_deg`. A
-    pulse ends where the time falls back or the angle changes.
+    pulse ends where the time falls back or the angle changes. Lines of settings may stand above the
+    names of the columns and a row of units below, as oscilloscopes write them; start and increment
+    may stand in the place of the times.
 
     Parameters
     ----------
@@ -83,6 +89,8 @@ def read_pulses(
         One for each file, where the files have no column with the angle.
     names : mapping
         Names in the files: keys "t", "u", "i", "theta".
+    probe : float, optional
+        Of the current probe, where its column holds volts [A/V]: 10 of one with 100 mV/A.
 
     Raises
     ------
@@ -97,7 +105,8 @@ def read_pulses(
     turn: Column | None = None
     for place, path in enumerate(map(Path, paths)):
         with reading(path, "a record of pulses", "export it as CSV"):
-            found, turn = _read(path, angles[place] if angles else None, dict(names or {}))
+            angle = angles[place] if angles else None
+            found, turn = _read(path, angle, dict(names or {}), 1.0 if probe is None else probe)
         pulses += found
     return Recording(tuple(pulses), turn.unit if turn else None, turn.kind if turn else None)
 
@@ -141,13 +150,19 @@ def trace(pulse: Pulse) -> Trace:
 
 
 def _read(
-    path: Path, angle: float | None, names: dict[str, str]
+    path: Path, angle: float | None, names: dict[str, str], probe: float
 ) -> tuple[list[Pulse], Column | None]:
-    rows = text_rows(read_text(path, most_bytes=MAX_BYTES))
-    head, needed = rows[0], ("t", "u", "i") if angle is not None else ("t", "u", "i", "theta")
-    found = _columns(head, names, needed)
-    values = {q: numbers(rows[1:], c, head[c]) for q, (c, _) in found.items()}
-    t, u, i = (found[q][1].factor * values[q] for q in ("t", "u", "i"))
+    rows = any_rows(read_text(path, most_bytes=MAX_BYTES))
+    even = _even_times(rows[:MOST_HEAD])
+    needed = ("u", "i") if even else ("t", "u", "i")
+    needed = needed if angle is not None else (*needed, "theta")
+    first, head, found = _table(rows, {q: n for q, n in names.items() if q in needed}, needed)
+    values = {q: numbers(rows[first:], c, head[c], first=first + 1) for q, (c, _) in found.items()}
+    u, i = found["u"][1].factor * values["u"], probe * found["i"][1].factor * values["i"]
+    if even is None:
+        t = found["t"][1].factor * values["t"]
+    else:
+        t = even[0] + even[1] * np.arange(len(u), dtype=np.float64)
     theta = np.full(len(t), angle) if angle is not None else values["theta"]
     new = (np.diff(t) <= 0) | (np.diff(theta) != 0)
     mean = "mean" in head[found["u"][0]].lower()
@@ -155,11 +170,49 @@ def _read(
     for part in np.split(np.arange(len(t)), np.flatnonzero(new) + 1):
         if len(part) < FEWEST_ROWS:
             raise ParameterError(
-                f"data row {part[0] + 2}: the pulse there has {len(part)} rows, need "
+                f"data row {part[0] + first + 1}: the pulse there has {len(part)} rows, need "
                 f"{FEWEST_ROWS} with a time that rises and one angle"
             )
         pulses.append(Pulse(float(theta[part[0]]), t[part], u[part], i[part], mean))
     return pulses, found["theta"][1] if angle is None else None
+
+
+def _table(
+    rows: list[list[str]], names: dict[str, str], needed: Sequence[str]
+) -> tuple[int, list[str], dict[str, tuple[int, Column]]]:
+    """The place of the first row of numbers, the names of the columns, and the quantities. A row of
+    units below the names belongs to them."""
+    heads = [k for k, row in enumerate(rows[:MOST_HEAD]) if not is_number(row[0])]
+    fault = None
+    for k in heads or [0]:
+        units = k + 1 < len(rows) and not any(map(is_number, rows[k + 1][: len(needed)]))
+        of = rows[k + 1] if units else []
+        head = [f"{name} [{unit}]" for name, unit in zip(rows[k], of, strict=False)]
+        for taken, first in ((head, k + 2), (rows[k], k + 1 + units)):
+            known = {
+                q: taken[rows[k].index(n)] for q, n in names.items() if n in rows[k][: len(taken)]
+            }
+            try:
+                return first, taken, _columns(taken, {**names, **known}, needed)
+            except ParameterError as one:
+                fault = one if fault is None or k == heads[-1] else fault
+    assert fault is not None
+    raise fault
+
+
+def _even_times(rows: list[list[str]]) -> tuple[float, float] | None:
+    """Start and increment that stand below these names [s]; None where a file has its times."""
+    for row, below in pairwise(rows):
+        places = {name.strip().lower(): k for k, name in enumerate(row)}
+        if {"start", "increment"} <= set(places):
+            start, step = (
+                float(below[places[key]]) if places[key] < len(below) else np.nan
+                for key in ("start", "increment")
+            )
+            if not step > 0:
+                raise ParameterError("no number below `Increment`; export the record again")
+            return start, step
+    return None
 
 
 def _columns(
@@ -198,10 +251,11 @@ def _known(quantity: str, name: str, stated: bool) -> Column | None:
         except ParameterError:
             return None
         return known if known is not None and known.quantity == quantity else None
-    stem, units = ("t|time", TIME) if quantity == "t" else ("u|v|u_mean|voltage", VOLTAGE)
+    stem, units = ("t|time|second", TIME) if quantity == "t" else (U_STEM, VOLTAGE)
     words = [w for w in re.split(r"[\s_\[\]()./]+", name.strip().lower()) if w]
     unit = words[-1] if len(words) > 1 and words[-1] in units else ""
     base = "_".join(words[:-1] if unit else words)
-    if not stated and not re.fullmatch(stem, base):
+    bracketed = bool(unit) and name.strip()[-1] in "])"
+    if not stated and not bracketed and not re.fullmatch(stem, base):
         return None
     return Column(quantity, units[unit])

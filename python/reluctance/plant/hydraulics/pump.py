@@ -7,6 +7,7 @@ eta_b x (2 - x), x = Q/Q_b, so that P_1 = rho g H_1 Q_b / (eta_b (2 - x)) is fin
 points of the maker's curve in a CSV file, joined by monotone cubics.
 """
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,7 @@ from pydantic import Field, model_validator
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.columns import Quantity, recognised
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import Note, ParameterError
 from reluctance.base.files import is_file, read_toml
 from reluctance.base.reading import numbers, read_rows, reading
 from reluctance.base.schema import FileName, NamesFile, Section, checked, did_you_mean, placed
@@ -28,6 +29,7 @@ RPM = np.pi / 30
 M3PH = 1 / 3600
 # The formula of the efficiency ends at twice the best flow; near it the power has a pole.
 LARGEST_X = 1.8
+DROOP = 1e-3  # of the largest head, by which a flat one falls: less than a curve is read to
 MOST_FLOW, MOST_HEAD = 1e6, 1e4  # of any pump [m^3/h], [m]
 
 
@@ -167,35 +169,64 @@ def _parabola(H_0: float, Q_b: float, H_b: float, eta_b: float, omega_ref: float
 def _from_points(path: Path, omega_ref: float) -> Curve:
     table = _columns(path)
     Q, H = table["Q_m3ph"] * M3PH, table["H_m"]
-    if len(Q) < 3 or Q[0] != 0 or not np.all(np.diff(Q) > 0):
-        raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, the first 0")
+    if len(Q) < 3 or Q[0] < 0 or not np.all(np.diff(Q) > 0):
+        raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, none below 0")
     for name, most in (("Q_m3ph", MOST_FLOW), ("H_m", MOST_HEAD)):
         if not table[name].max() <= most:
             raise ParameterError(
                 f"{path}: {name} reaches {table[name].max():.3g}, need at most {most:g}; correct "
                 "the unit in the column's name"
             )
-    rising = np.flatnonzero(~(np.diff(H) < 0))
-    if len(rising):
-        k = int(rising[0])
-        raise ParameterError(
-            f"{path}: H_m does not fall from {H[k]:g} to {H[k + 1]:g} m at Q_m3ph = "
-            f"{table['Q_m3ph'][k + 1]:g}: such a curve has two flows at one head; leave out the "
-            "rising part"
-        )
+    given, (Q, H) = Q, _falling(Q, H, path)
+    at_work = np.isin(given, Q) & (given > 0)
     if "p_shaft_W" in table:
-        P = table["p_shaft_W"]
+        P = table["p_shaft_W"][np.isin(given, Q)]
     else:
-        eta = table["eta"]
-        if not np.all((eta[1:] > 0) & (eta[1:] < 1)):
+        eta = table["eta"][at_work]
+        if not np.all((eta > 0) & (eta < 1)):
             raise ParameterError(f"{path}: eta needs fractions between 0 and 1 where Q > 0")
-        P = np.append(0.0, RHO * GRAVITY * Q[1:] * H[1:] / eta[1:])
-        P[0] = P[1] - (P[2] - P[1]) / (Q[2] - Q[1]) * Q[1]  # eta says nothing at Q = 0
+        P = RHO * GRAVITY * Q[1:] * H[1:] / eta
+    if len(P) < len(Q):  # eta says nothing at Q = 0, nor does a curve that begins above it
+        P = np.append(P[0] - (P[1] - P[0]) / (Q[2] - Q[1]) * Q[1], P)
     if not (np.all(P > 0) and np.all(H >= 0)):
         raise ParameterError(f"{path}: need shaft powers > 0 and heads >= 0 throughout")
     from scipy.interpolate import PchipInterpolator  # [load] knows what a pump is, without SciPy
 
     return Curve(omega_ref, float(Q[-1]), PchipInterpolator(Q, H), PchipInterpolator(Q, P))
+
+
+def _falling(Q: FloatArray, H: FloatArray, path: Path) -> tuple[FloatArray, FloatArray]:
+    """The curve from shut-off on, its head falling throughout. Where it is flat or rises at low
+    flow, a pump has two flows at one head and works at the larger one: from shut-off to its
+    largest head it falls by DROOP here. A first point above zero flow is continued to shut-off."""
+    top = len(H) - 1 - int(np.argmax(H[::-1]))  # the last of equal ones
+    uneven = np.flatnonzero(~(np.diff(H[top:]) < 0))
+    if len(uneven):
+        k = top + int(uneven[0])
+        raise ParameterError(
+            f"{path}: H_m does not fall from {H[k]:g} to {H[k + 1]:g} m at Q_m3ph = "
+            f"{Q[k + 1] / M3PH:g}, past its largest head; mend one of the two"
+        )
+    if len(H) - top < 3:
+        raise ParameterError(
+            f"{path}: H_m is largest at Q_m3ph = {Q[top] / M3PH:g}; need at least two points "
+            "behind it, where the head falls"
+        )
+    Q, H = Q[top:], H[top:]
+    if Q[0] == 0:
+        return Q, H
+    if top > 0:
+        H_0, what = (1 + DROOP) * H[0], "is flat or rises at low flow: falls here"
+    else:  # the slope flattens to nothing at shut-off, as in a parabola
+        H_0 = H[0] + (H[0] - H[1]) / (Q[1] - Q[0]) * Q[0] / 2
+        what = "begins above zero flow: continued here"
+    warnings.warn(
+        f"{path}: H_m {what} from {H_0:.4g} m at shut-off to {H[0]:g} m at Q_m3ph = "
+        f"{Q[0] / M3PH:g}",
+        Note,
+        stacklevel=2,
+    )
+    return np.append(0.0, Q), np.append(H_0, H)
 
 
 COLUMNS = {

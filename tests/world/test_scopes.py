@@ -1,0 +1,120 @@
+"""Records of five makers' oscilloscopes, in their forms, and a current probe's factor."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import refused
+
+from reluctance import ParameterError
+from reluctance.machine.maps import identify, read_pulses
+
+U, R, I_TOP, I_0 = 24.0, 3.0, 6.0, 4.0
+ANGLES = np.linspace(0, 180, 10)
+Pulse = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def psi(i: np.ndarray, theta: float) -> np.ndarray:
+    L = 8e-3 + 52e-3 * (1 - np.cos(theta)) / 2
+    return np.asarray(6e-3 * i + (L - 6e-3) * I_0 * (1 - np.exp(-i / I_0)))
+
+
+def pulse(theta: float, dt: float = 5e-5) -> Pulse:
+    """Rest, voltage on until the current limit, then off; psi in fine steps."""
+    i_of = np.linspace(0, 1.5 * I_TOP, 4001)
+    curve, linked, on = psi(i_of, theta), 0.0, True
+    t, u, i = [], [], []
+    for n in range(5000):
+        now = float(np.interp(linked, curve, i_of))
+        on = on and now < I_TOP
+        volts = 0.0 if n < 20 else U if on else -U if now > 0 else 0.0
+        t.append(n * dt), u.append(volts), i.append(now)
+        for _ in range(20):
+            linked = max(0.0, linked + dt / 20 * (volts - R * np.interp(linked, curve, i_of)))
+        if n > 20 and not on and linked == 0:
+            break
+    return np.array(t), np.array(u), np.array(i)
+
+
+PULSES = [pulse(np.radians(a)) for a in ANGLES]
+
+
+def keysight(p: Pulse) -> str:
+    rows = [f"{t:+.9E},{u:+.6E},{i:+.6E}" for t, u, i in zip(*p, strict=True)]
+    return "\n".join(["x-axis,1,2", "second,Volt,Ampere", *rows])
+
+
+def digilent(p: Pulse) -> str:
+    rows = [f"{t:.9f},{u:.6f},{i:.6f}" for t, u, i in zip(*p, strict=True)]
+    head = ["#Digilent WaveForms", "", "Time (s),Channel 1 (V),Channel 2 (A)"]
+    return "\n".join([*head, *rows])
+
+
+def rigol(p: Pulse) -> str:
+    t = p[0]
+    head = ["X,CH1,CH2,Start,Increment,", f"Sequence,Volt,Ampere,{t[0]:.6e},{t[1] - t[0]:.6e}"]
+    rows = [f"{k},{u:.4f},{i:.4f},," for k, (u, i) in enumerate(zip(*p[1:], strict=True))]
+    return "\n".join([*head, *rows])
+
+
+def tektronix(p: Pulse) -> str:
+    head = ["Model,MSO44", "Firmware,1.2", "", "Waveform Type,ANALOG", "Sample Interval,5.0e-05"]
+    rows = [f"{t:.9e},{u:.6f},{i:.6f}" for t, u, i in zip(*p, strict=True)]
+    return "\n".join([*head, "", "TIME,CH1,CH2", *rows])
+
+
+def siglent(p: Pulse) -> str:
+    head = ["Record Length,Analog:745", "Vertical Units,V,A", "Second,Volt,Ampere"]
+    return "\n".join([*head, *(f"{t:.9e},{u:.6f},{i:.6f}" for t, u, i in zip(*p, strict=True))])
+
+
+def in_volts(p: Pulse) -> str:
+    """A probe of 100 mV/A."""
+    rows = [f"{t:.9f},{u:.6f},{i / 10:.7f}" for t, u, i in zip(*p, strict=True)]
+    return "\n".join(["TIME,CH1,CH2", *rows])
+
+
+CHANNELS = {"t": "TIME", "u": "CH1", "i": "CH2"}
+
+
+@pytest.mark.parametrize(
+    ("form", "names", "probe"),
+    [
+        (keysight, {}, None),
+        (digilent, {}, None),
+        (rigol, {}, None),
+        (rigol, {"u": "CH1", "i": "CH2"}, None),
+        (tektronix, CHANNELS, None),
+        (siglent, {}, None),
+        (in_volts, CHANNELS, 10.0),
+    ],
+)
+def test_what_an_oscilloscope_saves_becomes_the_table_of_the_winding(
+    tmp_path: Path, form: Callable[[Pulse], str], names: dict[str, str], probe: float | None
+) -> None:
+    files = [tmp_path / f"{n}.csv" for n in range(len(ANGLES))]
+    for file, p in zip(files, PULSES, strict=True):
+        file.write_text(form(p) + "\n")
+    recording = read_pulses(files, angles=list(ANGLES), names=names, probe=probe)
+    table = identify(recording, N_r=6, R=R, angle_unit="deg", angle_kind="electrical").table
+    true = np.stack([psi(table.i, theta) for theta in table.theta_e], axis=1)
+    assert table.i[-1] > 0.95 * I_TOP
+    assert np.abs(table.psi - true).max() < 0.01 * true.max()
+
+
+def test_channels_without_units_are_asked_for_by_name(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text(tektronix(PULSES[0]))
+    said = refused(
+        *("map", "identify", tmp_path / "t.csv", "--angle", 0, "--R_ohm", R, "--N_r", 6),
+        *("--out", tmp_path / "m.csv"),
+    )
+    assert "no column for u" in said and "header has TIME, CH1, CH2" in said
+
+
+def test_an_increment_without_a_number_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text(
+        "X,CH1,CH2,Start,Increment\nSequence,Volt,Ampere,0,0\n0,0,0,,\n"
+    )
+    with pytest.raises(ParameterError, match="no number below `Increment`"):
+        read_pulses([tmp_path / "r.csv"], angles=[0.0])
