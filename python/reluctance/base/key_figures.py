@@ -62,9 +62,13 @@ class Kpis:
         Least dc-link voltage [V].
     u_dc_max : float
         Greatest dc-link voltage [V].
-    i_peak_run, u_dc_peak_run, speed_peak_run : float
-        Greatest current of any phase [A], dc-link voltage [V] and speed of either direction [rad/s]
-        over the whole run, its start and every braking included: what the parts must stand.
+    i_peak_run : float
+        Greatest current of any phase over the whole run, its start and every braking included:
+        what the parts must stand [A].
+    u_dc_peak_run : float
+        Greatest dc-link voltage over the whole run [V].
+    speed_peak_run : float
+        Greatest speed of either direction over the whole run [rad/s].
     tracking : float or None
         Energy from the array over what its maximum power point gives [1]; None without an array.
     Q_mean : float or None

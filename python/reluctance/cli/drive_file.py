@@ -4,7 +4,7 @@ from pathlib import Path
 
 from reluctance.base.files import read_toml
 from reluctance.drive.drive import Drive
-from reluctance.drive.load import is_system, load
+from reluctance.drive.load import drive_of_file, is_system
 from reluctance.drive.overrides import parsed
 
 
@@ -16,10 +16,11 @@ def load_drive(path: Path, overrides: list[str] | None = None, *, trust: bool = 
     ParameterError
         With one line that says what is wrong and what is needed.
     """
-    if not is_system(read_toml(path)):
-        return load(path, overrides, trust=trust)
-    from reluctance.pumping import drive_of, load_system  # pandas and pvlib: a second
-    from reluctance.pumping.system import TABLES
+    data = read_toml(path)
+    if not is_system(data):
+        return drive_of_file(path, data, overrides, trust=trust)
+    from reluctance.pumping import drive_of  # pandas and pvlib: a second
+    from reluctance.pumping.system import TABLES, system_of_file
 
     own: list[str] = []
     others: list[str] = []
@@ -27,5 +28,5 @@ def load_drive(path: Path, overrides: list[str] | None = None, *, trust: bool = 
         name = text.partition("=")[0].strip()
         of_system = name.partition(".")[0] in {*TABLES, "drive", "pump"}
         (own if of_system else others).append(text)
-    drive = drive_of(load_system(path, own))
+    drive = drive_of(system_of_file(path, data, own))
     return drive.with_values(dict(parsed(text) for text in others)) if others else drive

@@ -55,6 +55,18 @@ def load(
         )
     path = Path(path)
     data = read_toml(path)
+    return drive_of_file(path, data, overrides, trust=trust, check_torque=check_torque)
+
+
+def drive_of_file(
+    path: Path,
+    data: dict[str, Any],
+    overrides: Sequence[str] | None = None,
+    *,
+    trust: bool = False,
+    check_torque: bool = True,
+) -> Drive:
+    """A drive from the content of its file, which is changed. Otherwise as `load`."""
     if is_system(data):
         raise ParameterError(
             f"{path} is a pumping system, not a drive file; use `reluctance pump {path}`, or in "

@@ -88,7 +88,9 @@ class MapMachine(FluxMapMachine):
 
     @property
     def pole_force(self) -> PoleForce | None:
-        return None if self.force_map is None else _force(self.force_map, _digest(self.force_map))
+        if self.force_map is None:
+            return None
+        return _force(self.force_map, _digest(self.force_map))
 
     @model_validator(mode="after")
     def force_map_is_one(self) -> MapMachine:
@@ -122,8 +124,17 @@ class MapMachine(FluxMapMachine):
 def _digest(path: str) -> bytes:
     """Of the content; of nothing where there is no file: reading it will say so."""
     file = Path(path)
+    if not is_file(file):
+        return b""
     with reading(file, "a flux map"):
-        return hashlib.sha256(file.read_bytes()).digest() if is_file(file) else b""
+        now = file.stat()
+        return _digest_of(path, now.st_ino, now.st_mtime_ns, now.st_size)
+
+
+@lru_cache(maxsize=64)
+def _digest_of(path: str, inode: int, mtime_ns: int, size: int) -> bytes:
+    """Read again when the file is another one, or has changed."""
+    return hashlib.sha256(Path(path).read_bytes()).digest()
 
 
 @lru_cache(maxsize=32)

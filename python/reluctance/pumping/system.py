@@ -168,8 +168,11 @@ def load_system(path: str | Path, overrides: Sequence[str] = ()) -> System:
     ParameterError
         With one line that says what is wrong and what is needed.
     """
-    path = Path(path)
-    data = read_toml(path)
+    return system_of_file(Path(path), read_toml(Path(path)), overrides)
+
+
+def system_of_file(path: Path, data: dict[str, Any], overrides: Sequence[str] = ()) -> System:
+    """A system from the content of its file, which is changed. Otherwise as `load_system`."""
     with reading(path, "a system file"):
         for text in overrides:
             _put(data, text)
