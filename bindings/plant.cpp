@@ -45,6 +45,14 @@ void bind_plant(nb::module_& m) {
   bind_struct<srm::RotorSensor>(m, "RotorSensor",
                                 "Encoder counts per revolution, whether it has an index and Hall "
                                 "sensors, error of their edges [rad].");
+  nb::enum_<srm::Broken>(m, "Broken", "The list of faults.")
+#define SRM_ONE(name, about) .value(#name, srm::Broken::name, about)
+      SRM_BROKEN(SRM_ONE)
+#undef SRM_ONE
+          ;
+  m.attr("most_faults") = srm::most_faults;
+  m.attr("never_ends") = srm::never_ends;
+  bind_struct<srm::BrokenPart>(m, "BrokenPart", "One fault, and when it is present. SI units.");
   bind_struct<srm::Sampling>(m, "Sampling", "Sensors and timing of the controller.");
   bind_struct<srm::Scale>(m, "Scale", "Currents [A] and voltages [V] that matter.");
   bind_struct<srm::Resolution>(m, "Resolution", "How finely a run is computed and kept.");

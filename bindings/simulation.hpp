@@ -30,6 +30,7 @@ struct SimulationParts {
   const srm::Course& reference;
   double theta_m;
   const srm::Resolution& resolution;
+  const std::vector<srm::BrokenPart>& faults;
 };
 
 class AnySimulation {
@@ -49,6 +50,7 @@ class AnySimulation {
     return row;
   }
   void change_R(double to) { change_R_(to); }
+  std::vector<double> onsets() const { return onsets_(); }
   void record() { record_(*waveforms_); }
   void close_period() { close_period_(*periods_); }
   Table take_waveforms() { return as_table(taken(*waveforms_), waveforms_->columns()); }
@@ -79,6 +81,7 @@ class AnySimulation {
   std::function<void(srm::Rows&)> record_, close_period_;
   std::function<long()> steps_;
   std::function<State()> state_;
+  std::function<std::vector<double>()> onsets_;
   std::function<srm::Learned<double>()> learned_;
   std::function<void(double)> change_R_;
   std::unique_ptr<srm::Rows> waveforms_, periods_;
@@ -94,11 +97,13 @@ void AnySimulation::make(const SimulationParts& given, const M& machine) {
       std::make_unique<srm::Rows>(srm::columns_of(srm::Waveform<N>{}), records ? waveform_rows : 1);
   periods_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Period<N>{}), period_rows);
   const srm::Plant<M, N> plant{machine, given.R, given.source, given.bridge, given.shaft};
-  auto loop = std::make_shared<srm::Simulation<M, N>>(
-      plant, given.t_dead, given.sampling, *step, given.reference, given.theta_m, given.resolution);
+  auto loop = std::make_shared<srm::Simulation<M, N>>(plant, given.t_dead, given.sampling, *step,
+                                                      given.reference, given.theta_m,
+                                                      given.resolution, given.faults);
   advance_ = [loop](double t, srm::Rows& w, srm::Rows& p) { return loop->advance(t, w, p); };
   record_ = [loop](srm::Rows& w) { loop->record(w); };
   steps_ = [loop] { return loop->steps(); };
+  onsets_ = [loop] { return loop->onsets(); };
   learned_ = [loop] { return loop->learned(); };
   change_R_ = [loop](double to) { loop->change([to](auto& changed, auto&) { changed.R = to; }); };
   state_ = [loop] {

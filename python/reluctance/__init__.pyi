@@ -30,6 +30,8 @@ from reluctance.drive.run import simulate as simulate
 from reluctance.drive.run import simulate_all as simulate_all
 from reluctance.explore.sweeps import Sweep as Sweep
 from reluctance.explore.sweeps import sweep as sweep
+from reluctance.drive.tables.faults import Fault as Fault
+from reluctance.drive.tables.faults import Faults as Faults
 from reluctance.drive.tables.known import Known as Known
 from reluctance.drive.tables.protection import Protection as Protection
 from reluctance.drive.tables.supervision import Supervision as Supervision

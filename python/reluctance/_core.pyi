@@ -446,6 +446,72 @@ class RotorSensor:
 
     def __init__(self, *, counts: int, index: bool, hall: bool, hall_error: float) -> None: ...
 
+class Broken(enum.Enum):
+    """The list of faults."""
+
+    open_wire = 0
+    """a wire of the winding is open"""
+
+    upper_open = 1
+    """the upper switch stays off"""
+
+    lower_open = 2
+    """the lower switch stays off"""
+
+    upper_shorted = 3
+    """the upper switch stays on"""
+
+    lower_shorted = 4
+    """the lower switch stays on"""
+
+    diode_shorted = 5
+    """the lower diode conducts both ways, with R"""
+
+    turns_shorted = 6
+    """a part of the turns is bridged by R"""
+
+    winding_to_ground = 7
+    """the upper end of the winding is at the negative rail, with R"""
+
+    sensor_gain = 8
+    """a current channel shows a multiple"""
+
+    sensor_offset = 9
+    """a current channel shows too much"""
+
+    sensor_stuck = 10
+    """a current channel stays at what it showed"""
+
+    sensor_dead = 11
+    """a current channel shows zero"""
+
+    encoder_off = 12
+    """the angle is shown off: a jump, or a wrong zero"""
+
+    encoder_frozen = 13
+    """the angle stays at what it showed"""
+
+    encoder_lost_counts = 14
+    """a part of the counts is lost"""
+
+    encoder_reversed = 15
+    """the angle is shown in the other direction"""
+
+    power_exchanged = 16
+    """two phases drive each other's windings"""
+
+    sensors_exchanged = 17
+    """two phases show each other's currents"""
+
+most_faults: int = 8
+
+never_ends: float = float('inf')
+
+class BrokenPart:
+    """One fault, and when it is present. SI units."""
+
+    def __init__(self, *, kind: Broken, phase: int, other: int, value: float, R: float, start: float, end: float, theta_e: float) -> None: ...
+
 class Sampling:
     """Sensors and timing of the controller."""
 
@@ -472,7 +538,7 @@ def n_switches(bridge: AsymmetricBridge | SharedSwitchBridge, n_phases: int) -> 
 class Simulation:
     """The closed loop. SI units."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, controller: Controller, reference: Course, theta_m: float, resolution: Resolution) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, controller: Controller, reference: Course, theta_m: float, resolution: Resolution, faults: _Sequence[BrokenPart] = []) -> None: ...
 
     def advance(self, t_stop: float) -> float:
         """
@@ -491,6 +557,11 @@ class Simulation:
     def learned(self) -> list[float]:
         """
         What the controller has learned of its machine, with the columns of learned_columns.
+        """
+
+    def onsets(self) -> list[float]:
+        """
+        When the faults of the list have begun [s]; infinity where one has not.
         """
 
     def change_R(self, R: float) -> None:

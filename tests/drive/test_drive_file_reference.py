@@ -10,6 +10,7 @@ import pytest
 import reluctance as rl
 from reluctance.drive.all_tables import TABLES
 from reluctance.drive.laws import LAWS, table_of
+from reluctance.drive.tables.faults import Fault, Faults
 from reluctance.machine.library import model_class
 from reluctance.machine.loss_data import Iron
 
@@ -47,7 +48,8 @@ def documented(part, word=None):
 
 
 SECTIONS = (
-    [(f"[{name}]", None, section) for name, section in TABLES.items()]
+    [(f"[{name}]", None, section) for name, section in TABLES.items() if section is not Faults]
+    + [("[[faults]]", None, Fault)]
     + [("[machine]", name, model_class(name)) for name in ("lehuy", "map")]
     + [("[control]", law, table_of(law)) for law in LAWS]
     + [("[machine.iron]", None, Iron)]

@@ -12,6 +12,12 @@
 
 namespace srm {
 
+/// What flows past a winding in a fault (faults.hpp): by G from its terminals, by G_link from the
+/// dc link, of which its current channel sees G_ground [S]. level: of the leg.
+struct Leak {
+  double G{}, level{}, G_link{}, G_ground{};
+};
+
 /// The circuit of a step: what the legs connect, which phases carry current, and whether the diodes
 /// of the bridge hold the dc link at zero. All are settled before the step, so that a trial which
 /// takes a current or the voltage past zero sees the same equations.
@@ -20,6 +26,8 @@ struct Circuit {
   Paths<N> paths;  // to the flux linkages
   std::array<bool, N> flows{};
   bool shorted{};
+  std::array<Leak, N> leak{};
+  bool leaks{};  // there is one
 };
 
 template <Machine M, int N>
@@ -62,6 +70,28 @@ double sum(const std::array<double, N>& i) {
   return all;
 }
 
+/// Voltage of winding k at its current.
+template <Machine M, int N>
+Moving terminal_voltage(const Plant<M, N>& p, const Circuit<N>& circuit, const Moving& u_dc,
+                        const Moving& i, int k) {
+  const Path& path = circuit.paths.phase[k];
+  return path.level * u_dc - path.v - (path.R - p.R) * i;
+}
+
+/// What the dc link gives past the windings [A].
+template <Machine M, int N>
+Moving leaked(const Plant<M, N>& p, const Circuit<N>& circuit, const Moving& u_dc,
+              const std::type_identity_t<std::array<Moving, N>>& i) {
+  Moving all;
+  for (int k = 0; k < N; ++k) {
+    const Leak& leak = circuit.leak[k];
+    all += leak.level * leak.G * terminal_voltage(p, circuit, u_dc, i[k], k);
+    all += (leak.level - circuit.paths.phase[k].level) * i[k];  // of which G leaves a part
+    all += leak.G_link * u_dc;
+  }
+  return all;
+}
+
 /// Per phase di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di); a blocked phase stays at zero. m: of
 /// the phases that flow.
 template <Machine M, int N>
@@ -85,6 +115,10 @@ void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<J
     r.i_dc += path.level * r.i[k];
     r.tau += {m[k].tau, m[k].psi_theta * i_rate + m[k].tau_theta * x.omega_m};
   }
+  if (circuit.leaks) {  // its rate follows from that of the voltage
+    const Moving i_dc = r.i_dc + leaked(p, circuit, x.u_dc, r.i);
+    r.i_dc += leaked(p, circuit, {x.u_dc, feed(p.source, x.u_dc, i_dc, now).du_dc.now}, r.i);
+  }
   r.source = feed(p.source, x.u_dc, r.i_dc, now);
   if (circuit.shorted) r.source.du_dc = 0;
   r.u_dc = {x.u_dc, r.source.du_dc.now};
@@ -99,10 +133,14 @@ void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<J
 
 /// What the source does at time t, before a step.
 template <Machine M, int N>
-Feed source_now(const Plant<M, N>& p, const std::type_identity_t<AllLegs<N>>& leg,
-                const State<N>& x, double t) {
+Feed source_now(const Plant<M, N>& p, const Circuit<N>& circuit, const State<N>& x, double t) {
   double i_dc = 0;
-  for (int k = 0; k < N; ++k) i_dc += static_cast<int>(leg[k]) * x.i[k];
+  for (int k = 0; k < N; ++k) i_dc += circuit.paths.phase[k].level * x.i[k];
+  if (circuit.leaks) {
+    std::array<Moving, N> i;
+    for (int k = 0; k < N; ++k) i[k] = x.i[k];
+    i_dc += leaked(p, circuit, x.u_dc, i).now;
+  }
   return feed(p.source, x.u_dc, i_dc, {t, t});
 }
 

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "srm/sim/angle_ahead.hpp"
 #include "srm/sim/present_rows.hpp"
@@ -33,15 +34,17 @@ class Simulation {
   using Snapshot = SimulationState<N>;
 
   /// The dc link starts at the voltage of its source. Without a controller, orders come from
-  /// outside (`obey`).
+  /// outside (`obey`). At most `most_faults`.
   Simulation(Plant<M, N> plant, double t_dead, Sampling sampling, Controller<N> controller,
-             Course reference, double theta_m, Resolution resolution)
+             Course reference, double theta_m, Resolution resolution,
+             std::vector<BrokenPart> faults = {})
       : plant_(std::move(plant)),
         t_dead_(t_dead),
         sampling_(sampling),
         controller_(std::move(controller)),
         reference_(std::move(reference)),
-        resolution_(resolution) {
+        resolution_(resolution),
+        faults_(std::move(faults)) {
     if (!(resolution.record_every > 0)) now_.t_record = never<double>;
     at().x.theta_m = theta_m;
     at().x.omega_m = plant_.shaft.omega.at(0);
@@ -56,6 +59,7 @@ class Simulation {
   //
   //   until t_stop
   //     where a course changes     read source and shaft; can the phases step independently?
+  //     where a fault begins       the condition of the drive becomes another one
   //     at a sample                measure, ask the controller, pass its orders to the gates
   //     at an instant to record    add a waveform row
   //     at the end of a period     add the integrals so far to the periods
@@ -116,14 +120,20 @@ class Simulation {
   const Switchings& switchings() const { return now_.switchings; }
   /// What the controller has learned by now.
   const Learned<double>& learned() const { return now_.learned; }
+  /// When the faults of the list have begun, the last time each; infinity where none has [s].
+  std::vector<double> onsets() const {
+    std::vector<double> t(faults_.size());
+    for (std::size_t j = 0; j < t.size(); ++j) t[j] = now_.onset[j].t;
+    return t;
+  }
   /// Integration steps taken so far.
   long steps() const { return now_.steps; }
 
   /// What the sensors show now.
   Measurement<double, N> sense() {
     if (now_.t >= now_.t_course) follow_courses();
-    return measured(plant_, x(), source_now(plant_, now_.legs, x(), now_.t).i.now, sampling_,
-                    now_.samples, now_.rotor);
+    const double i_source = source_now(plant_, now_.circuit, x(), now_.t).i.now;
+    return measured(plant_, shown(), i_source, sampling_, now_.samples, now_.rotor);
   }
 
   /// Orders from outside, at the instant of a sample. Instants within a billionth of a period of a
@@ -145,6 +155,7 @@ class Simulation {
     finish_all();
     how(plant_, reference_);
     now_.circuit.paths = paths(plant_, now_.legs);
+    if (!sound()) connect_all();
     now_.t_course = now_.t;
     now_.rated = false;
   }
@@ -179,17 +190,100 @@ class Simulation {
   Instant<N>& end() { return now_.end(); }
   const State<N>& x() const { return at().x; }
 
+  bool sound() const { return faults_.empty(); }
+
+  /// The faults that are present by now.
+  void follow_faults() {
+    bool changed = false;
+    for (std::size_t j = 0; j < faults_.size(); ++j) {
+      const BrokenPart& part = faults_[j];
+      Onset& onset = now_.onset[j];
+      bool present = now_.t >= part.start && now_.t < part.end;
+      if (now_.awaits(part, j)) {
+        const double gap = to_fault(plant_, now_, part) * plant_.machine.N_r;
+        present = std::min(gap, two_pi<double> - gap) <= 2 * plant_.machine.N_r * angle_tolerance;
+      }
+      if (present == onset.present) continue;
+      changed = true;
+      onset = {present, present ? kept(part) : 0, present ? now_.t : onset.t};
+    }
+    if (!changed) return;
+    finish_all();
+    now_.condition = {};
+    for (std::size_t j = 0; j < faults_.size(); ++j) {
+      if (now_.onset[j].present) now_.condition.add(faults_[j], plant_.R, now_.onset[j].kept);
+    }
+    now_.condition.complete();
+    now_.circuit.leak = {};
+    now_.circuit.leaks = now_.condition.leaks;
+    connect_all();
+    follow_channels();
+    now_.turns = 0;
+  }
+
+  /// What the comparators see. A leak steps with the voltage; their filters hold it over a sample.
+  void follow_channels() {
+    for (int k = 0; k < N; ++k) now_.compared[k] = channel(k);
+  }
+
+  /// What the sensor of a fault shows now.
+  double kept(const BrokenPart& part) const {
+    if (part.kind == Broken::sensor_stuck) {
+      return channel(part.phase).at(x().i[now_.condition.channel[part.phase]]);
+    }
+    return now_.condition.rotor.at(x().theta_m);
+  }
+
+  /// Another fault begins or ends then, at the latest [s].
+  double next_fault() const {
+    double t = never<double>;
+    for (const BrokenPart& part : faults_) {
+      if (part.start > now_.t) t = std::min(t, part.start);
+      if (part.end > now_.t) t = std::min(t, part.end);
+    }
+    return t;
+  }
+
+  /// What the terminals of winding k carry, over its current.
+  Line terminal(int k) const {
+    if (!now_.circuit.leaks) return {};
+    const Leak& leak = now_.circuit.leak[k];
+    const Path& path = now_.circuit.paths.phase[k];
+    const double u_dc = x().u_dc;
+    return {1 - leak.G * (path.R - plant_.R),
+            leak.G * (path.level * u_dc - path.v) + leak.G_ground * u_dc};
+  }
+
+  /// What the current channel of phase k shows, over the current of its winding.
+  Line channel(int k) const {
+    return terminal(now_.condition.channel[k]).then(now_.condition.phase[k].channel);
+  }
+
+  /// The state as the sensors show it.
+  State<N> shown() const {
+    State<N> y = x();
+    if (sound()) return y;
+    const Condition<N>& is = now_.condition;
+    for (int k = 0; k < N; ++k) y.i[k] = channel(k).at(x().i[is.channel[k]]);
+    y.theta_m = is.rotor.at(y.theta_m);
+    y.omega_m *= is.rotor.slope;
+    return y;
+  }
+
   /// Courses over time step, if at all, at their points.
   void follow_courses() {
+    if (!sound()) follow_faults();
     State<N>& x = at().x;
     x.u_dc = forced(plant_.source, x.u_dc, now_.t);
     x.omega_m = forced(plant_.shaft, x.omega_m, now_.t);
-    now_.t_course = std::min(next_change(plant_.source, now_.t), next_change(plant_.shaft, now_.t));
+    now_.t_course = std::min(
+        {next_change(plant_.source, now_.t), next_change(plant_.shaft, now_.t), next_fault()});
     now_.rated = false;
     if (now_.independent) {
       for (int k = 0; k < N; ++k) at().jets[k] = now_.phase_steps[k].end.m;
     }
-    now_.independent = independent(plant_, x, now_.t);
+    const bool apart = !now_.condition.leaks && !now_.condition.crossed;
+    now_.independent = apart && independent(plant_, x, now_.t);
     if (now_.independent) {
       now_.omega_e = plant_.machine.N_r * x.omega_m;
       now_.h_most = std::min(resolution_.dt_max, longest_angle / std::abs(now_.omega_e));
@@ -223,9 +317,13 @@ class Simulation {
       now_.t_sample = sampling_.T_s * static_cast<double>(++now_.samples);
       return;
     }
-    const double i_source = source_now(plant_, now_.legs, x(), now_.t).i.now;
-    take(controller_(measured(plant_, x(), i_source, sampling_, now_.samples, now_.rotor),
-                     reference_.at(now_.t)));
+    Orders<N> orders = controller_(sense(), reference_.at(now_.t));
+    if (!sound()) {
+      follow_channels();
+      const Command<double, N> given = orders.command;
+      for (int k = 0; k < N; ++k) orders.command[k] = given[now_.condition.phase[k].ordered];
+    }
+    take(orders);
   }
 
   void take(const Orders<N>& orders) {
@@ -245,13 +343,22 @@ class Simulation {
 
   void follow_window(int k) {
     if (command()[k].gate == Gate::window) {
-      const double theta_e = electrical_angle(plant_, x().theta_m, k);
+      const Condition<N>& is = now_.condition;
+      const double theta_m = is.rotor.at(x().theta_m);
+      const double theta_e = electrical_angle(plant_, theta_m, is.phase[k].ordered);
       now_.gates.gate[k].inside = sensed().inside(command()[k], theta_e);
     }
     follow(k);
   }
 
-  void follow(int k) { now_.gates.follow(k, now_.t, x().i[k], t_dead_); }
+  void follow(int k) { now_.gates.follow(k, now_.t, compared_current(k), t_dead_); }
+
+  /// What the comparator of winding k is shown.
+  double compared_current(int k) const {
+    if (sound()) return x().i[k];
+    const BrokenPhase& is = now_.condition.phase[k];
+    return now_.compared[is.ordered].at(x().i[is.watched]);
+  }
 
   /// The switches do what they can by now, and the bridge makes of it what the windings see.
   void settle() {
@@ -275,14 +382,61 @@ class Simulation {
 
   template <PhaseByPhase B>
   void settle(const B& bridge, int k) {
-    if (!now_.gates.settle(k, now_.t)) return;
-    const Leg leg = now_.gates.switches[k].leg;
+    if (now_.gates.settle(k, now_.t)) connect(bridge, k);
+  }
+
+  /// What the switches of winding k make of its circuit.
+  template <PhaseByPhase B>
+  void connect(const B& bridge, int k) {
+    const BrokenPhase& is = now_.condition.phase[k];
+    const Leg leg = is.leg(now_.gates.switches[k].leg);
     bridge.count(now_.switchings, now_.legs[k], leg, x().u_dc, x().i[k]);
     now_.legs[k] = leg;
     Path& path = now_.circuit.paths.phase[k];
     path = bridge.path(leg);
+    if (is.open) path = {0, arc_part * x().u_dc, 0};
     path.R += plant_.R;
     now_.rated = false;
+  }
+
+  void connect_all() {
+    const auto each = [&]<class B>(const B& bridge) {
+      if constexpr (PhaseByPhase<B>) {
+        for (int k = 0; k < N; ++k) connect(bridge, k);
+      }
+    };
+    std::visit(each, plant_.bridge);
+  }
+
+  /// The current past winding k. Its diodes can block while it carries current.
+  void divide(int k) {
+    const BrokenPhase& is = now_.condition.phase[k];
+    Leak& leak = now_.circuit.leak[k];
+    Path& path = now_.circuit.paths.phase[k];
+    const auto outer_path = [&]<class B>(const B& bridge) {
+      if constexpr (PhaseByPhase<B>) return bridge.path(now_.legs[k]);
+      return Path{};
+    };
+    const Path outer = std::visit(outer_path, plant_.bridge);
+    const bool upper = is.upper_on(now_.gates.switches[k].leg);
+    leak = {0, outer.level, upper ? is.G_link : 0, upper ? is.G_ground : 0};
+    now_.rated = false;
+    if (!(is.G_turns > 0) || is.open) return;
+    const double part = 1 / (1 + outer.R * is.G_turns);
+    path = {part * outer.level, part * outer.v, part * outer.R + plant_.R};
+    leak.G = is.G_turns;
+    if (now_.legs[k] == Leg::magnetize || x().i[k] > blocks_at(k) + 1e-9 * resolution_.scale.i) {
+      return;
+    }
+    path = {0, 0, 1 / is.G_turns + plant_.R};
+    leak.G = leak.level = 0;
+  }
+
+  /// The current of winding k with which its terminals carry none [A].
+  double blocks_at(int k) const {
+    const Leak& leak = now_.circuit.leak[k];
+    const Path& path = now_.circuit.paths.phase[k];
+    return leak.G * (path.v - path.level * x().u_dc) / (1 - leak.G * (path.R - plant_.R));
   }
 
   /// Of phase k, where the phases are independent.
@@ -297,7 +451,8 @@ class Simulation {
 
   SensedAngle sensed() const {
     const int N_r = plant_.machine.N_r;
-    return {N_r, direction(), N_r * now_.rotor.error + sampling_.angle_offset};
+    const int shown = now_.condition.rotor.slope < 0 ? -direction() : direction();
+    return {N_r, shown, N_r * now_.rotor.error + sampling_.angle_offset};
   }
 
   void begin_period() {
@@ -306,10 +461,23 @@ class Simulation {
     now_.theta_begun = now_.theta_period - (direction() < 0 ? 0 : pitch);
   }
 
+  /// The currents of winding k between which no comparator acts.
+  Span compared_span(int k) const {
+    if (sound()) return awaited(command()[k], now_.gates.gate[k]);
+    const int g = now_.condition.watcher(k);
+    const Line shows = now_.compared[now_.condition.phase[g].ordered];
+    if (!(shows.slope > 0)) return {};
+    const Span s = awaited(command()[g], now_.gates.gate[g]);
+    return {shows.inverse(s.below), shows.inverse(s.above)};
+  }
+
   /// The currents between which nothing happens to phase k.
   Span span(int k) const {
-    Span s = awaited(command()[k], now_.gates.gate[k]);
+    Span s = compared_span(k);
     if (now_.legs[k] != Leg::magnetize) s.below = std::max(s.below, 0.0);
+    if (now_.circuit.leak[k].G > 0 && now_.legs[k] != Leg::magnetize) {
+      s.below = std::max(s.below, blocks_at(k));
+    }
     if constexpr (requires { i_last(plant_.machine); }) {  // the inductance has a kink there
       const double last = i_last(plant_.machine), gap = last - x().i[k];
       if (gap > kink_part * last) s.above = std::min(s.above, last);
@@ -334,8 +502,9 @@ class Simulation {
     Circuit<N>& circuit = now_.circuit;
     for (int k = 0; k < N; ++k) {
       if (conducts(now_.legs[k], x().i[k]) != circuit.flows[k]) flow(k);
+      if (circuit.leaks) divide(k);
     }
-    const bool shorted = x().u_dc <= 0 && source_now(plant_, now_.legs, x(), now_.t).du_dc.now < 0;
+    const bool shorted = x().u_dc <= 0 && source_now(plant_, circuit, x(), now_.t).du_dc.now < 0;
     if (shorted != circuit.shorted) now_.rated = false;
     circuit.shorted = shorted;
     if (!now_.rated) {
@@ -367,7 +536,7 @@ class Simulation {
     for (int k = 0; k < N; ++k) t_limit = std::min(t_limit, now_.gates.next_instant(k));
     const StepStart<N> s = step_start();
     if (now_.turns != direction()) {
-      now_.theta_next = next_angle(plant_, now_, sensed());
+      now_.theta_next = next_angle(plant_, now_, sensed(), faults_);
       now_.turns = direction();
     }
     Spans<N> spans;
@@ -415,6 +584,7 @@ class Simulation {
   void act_on(const Guard& met) {
     if (met.k == Guard::angle) {
       now_.turns = 0;
+      if (!sound()) now_.t_course = now_.t;  // a fault may begin here
       for (int k = 0; k < N; ++k) {
         if (command()[k].gate == Gate::window) follow_window(k);
       }
@@ -429,12 +599,13 @@ class Simulation {
 
   /// A current has met a threshold.
   void compare(const Guard& met) {
-    const PhaseCommand<double>& c = command()[met.k];
-    const GateState& gate = now_.gates.gate[met.k];
-    const Span span = awaited(c, gate);
+    const int k = sound() ? met.k : now_.condition.watcher(met.k);
+    const PhaseCommand<double>& c = command()[k];
+    const GateState& gate = now_.gates.gate[k];
+    const Span span = compared_span(met.k);
     const bool above = met.direction > 0;
     if (met.value != (above ? span.above : span.below)) return;  // no current, or the table's end
-    now_.gates.order(met.k, after(c, gate, above), now_.t + t_dead_);
+    now_.gates.order(k, after(c, gate, above), now_.t + t_dead_);
   }
 
   /// Begins a step of phase k here, or anew where it began; it ends by t_limit.
@@ -494,7 +665,7 @@ class Simulation {
   void step_independent(double t_limit) {
     State<N>& x = at().x;
     if (now_.turns == 0) {
-      now_.theta_next = next_angle(plant_, now_, sensed());
+      now_.theta_next = next_angle(plant_, now_, sensed(), faults_);
       now_.turns = direction();
       now_.t_angle = now_.t + (now_.theta_next - x.theta_m) / x.omega_m;
       now_.extremes.include(x);
@@ -535,6 +706,7 @@ class Simulation {
     }
   }
 
+  static constexpr double arc_part = 2;      // voltage of an arc, of u_dc
   static constexpr double kink_part = 1e-7;  // of the table: a current this near its end is on it
 
   Plant<M, N> plant_;
@@ -543,6 +715,7 @@ class Simulation {
   Controller<N> controller_;
   Course reference_;
   Resolution resolution_;
+  std::vector<BrokenPart> faults_;
   SimulationState<N> now_;
 };
 

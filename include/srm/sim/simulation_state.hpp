@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "srm/plant/faults.hpp"
 #include "srm/sim/controller.hpp"
 #include "srm/sim/gates.hpp"
 #include "srm/sim/independent.hpp"
@@ -11,6 +12,13 @@
 #include "srm/sim/rotor_sensor.hpp"
 
 namespace srm {
+
+/// What has become of a fault of the list.
+struct Onset {
+  bool present = false;
+  double kept = 0;        // what its sensor showed when it began
+  double t = never_ends;  // when that was [s]
+};
 
 /// All that changes from step to step but the state of the controller: a plain value.
 template <int N>
@@ -39,11 +47,18 @@ struct SimulationState {
   Switchings switchings;
   Extremes extremes;
   RotorSensor::State rotor;
+  Condition<N> condition;
+  std::array<Onset, most_faults> onset;
+  std::array<Line, N> compared;  // what the comparators see of the currents
 
   Instant<N>& at() { return instants[here]; }
   const Instant<N>& at() const { return instants[here]; }
   Instant<N>& end() { return instants[1 - here]; }
   const State<N>& x() const { return at().x; }
+  /// True where a fault of the list begins at an angle that is still to come.
+  bool awaits(const BrokenPart& part, std::size_t j) const {
+    return part.theta_e >= 0 && !onset[j].present && t >= part.start && t < part.end;
+  }
   int direction() const { return x().omega_m < 0 ? -1 : 1; }
 
   /// True while a phase is within a step: its current and its integrals are those of its start.

@@ -59,6 +59,11 @@ class Section(BaseModel):
         """The table as errors name it: [converter]."""
         return f"[{cls.called or cls.__name__.lower()}]"
 
+    @classmethod
+    def read(cls, table: object, where: str) -> Self:
+        """Of a file: the table, checked."""
+        return checked(cls, table, where)
+
     @property
     def si(self) -> dict[str, Any]:
         """The values in SI, under their names without the unit: `T_s_us` is `T_s` in seconds."""

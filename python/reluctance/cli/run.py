@@ -105,10 +105,14 @@ def run(
         entered = (
             {} if result.events is None else {"events": [e.with_units() for e in result.events]}
         )
+        faults = [{"t_s": t, "fault": str(fault)} for t, fault in result.faults]
+        planted = {"faults": faults} if faults else {}
         radial = {"radial_force": [x.with_units() for x in force_orders(result)]} if forces else {}
-        print(json.dumps({**result.kpis.with_units(), **learned, **entered, **radial}))
+        print(json.dumps({**result.kpis.with_units(), **learned, **entered, **planted, **radial}))
     else:
         Console().print(kpi_table(drive.name, result.kpis, devices=drive.converter.has_drops))
+        for t, fault in result.faults:
+            print(f"{t:8.4f} s  planted: {fault}")
         for event in result.events or []:
             print(f"{event.t:8.4f} s  {event}")
         for remark in [

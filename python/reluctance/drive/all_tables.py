@@ -11,8 +11,10 @@ import numpy as np
 
 import reluctance.drive.tables.speed_loop as speed_loop
 from reluctance import _core
+from reluctance.base.errors import ParameterError
 from reluctance.base.schema import Section
 from reluctance.drive.tables.control import Control
+from reluctance.drive.tables.faults import Faults
 from reluctance.drive.tables.known import Known
 from reluctance.drive.tables.load import Load
 from reluctance.drive.tables.protection import Protection
@@ -62,6 +64,7 @@ class Tables:
     mismatch: Mismatch = field(default_factory=Mismatch)
     pv_control: PvControl = field(default_factory=PvControl)
     supervision: Supervision = field(default_factory=Supervision)
+    faults: Faults = field(default_factory=Faults)
     check_torque: InitVar[bool] = True
 
     def __post_init__(self, check_torque: bool) -> None:
@@ -80,6 +83,11 @@ class Tables:
     def sections(self) -> dict[str, Section]:
         """The checked tables by their names in a drive file."""
         return {f.name: getattr(self, f.name) for f in fields(self) if f.name != "name"}
+
+    def check_sound(self, what: str) -> None:
+        """Raises ParameterError where the drive has faults, which `what` does not know."""
+        if self.faults.each:
+            raise ParameterError(f"[[faults]] has no form in {what}; remove it")
 
     def known(self) -> Known:
         """What the controller may know of all this when it is set up."""

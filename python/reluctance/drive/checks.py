@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.base.phases import LETTERS
 from reluctance.base.units import from_si
 from reluctance.drive.all_tables import Tables
+from reluctance.drive.tables.faults import OF_THE_POWER_STAGE
 
 
 def check_together(drive: Tables) -> None:
@@ -34,6 +36,7 @@ def check_together(drive: Tables) -> None:
         )
     _check_sensors(drive)
     _check_supervision(drive)
+    _check_faults(drive)
     drive.control.check(drive.known())
     if drive.control.follows_torque != (drive.reference.kind != "none"):
         raise ParameterError(
@@ -88,6 +91,29 @@ def _check_supervision(drive: Tables) -> None:
             else f"[supervision] precharge_ms = {table.precharge_ms:g} has no effect with [source] "
             "kind = 'pv': the array charges the dc link; remove it"
         )
+
+
+def _check_faults(drive: Tables) -> None:
+    """Whether this drive can have its faults."""
+    faults = drive.faults.each
+    if len(faults) > _core.most_faults:
+        raise ParameterError(f"[[faults]] {len(faults)} tables, need at most {_core.most_faults}")
+    for n, fault in enumerate(faults):
+        for key, letter in (("phase", fault.phase), ("other", fault.other)):
+            if letter is not None and LETTERS.index(letter) >= drive.machine.n_phases:
+                raise ParameterError(
+                    f"[faults.{n}] {key} = {letter!r}, need one of the {drive.machine.n_phases} "
+                    "phases of the machine"
+                )
+        if fault.kind in OF_THE_POWER_STAGE and drive.converter.bridge != "asymmetric":
+            raise ParameterError(
+                f"[faults.{n}] kind = {fault.kind!r} needs [converter] bridge = 'asymmetric'"
+            )
+        if fault.kind == "dc_sag" and drive.source.kind == "pv":
+            raise ParameterError(
+                f"[faults.{n}] kind = 'dc_sag' with [source] kind = 'pv': the dc link follows from "
+                "the sun; set poa_global_Wpm2"
+            )
 
 
 def check_torque_in_reach(drive: Tables) -> None:

@@ -28,7 +28,7 @@ class Drive(Tables):
         The machine, its name in the library, or the path of a machine file.
     converter, load, reference, control : Converter, Load, Reference, Control
         A control law is a table too, as `EdgeMpc(T_s_us=20)`.
-    source, sensing, simulation, protection, mismatch, pv_control, supervision : optional
+    source, sensing, simulation, protection, mismatch, pv_control, supervision, faults : optional
         Likewise. What is left out has its defaults.
     name : str
         For titles and files.
@@ -142,7 +142,7 @@ def drive_from(
         if key not in data and key not in kept and key not in OPTIONAL:
             raise ParameterError(f"missing table [{key}]")
     sections: dict[str, Any] = {
-        key: kept.get(key) or checked(section, data.get(key, {}), f"[{key}]")
+        key: kept.get(key) or section.read(data.get(key, {}), f"[{key}]")
         for key, section in TABLES.items()
     }
     sections["machine"] = kept.get("machine") or machine_from(data["machine"])

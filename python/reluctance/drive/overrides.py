@@ -63,14 +63,17 @@ def put(data: dict[str, Any], name: str, value: Any, where: str) -> None:
     if name == "machine" and value is not None:
         data["machine"] = machine_table(value, Path()) if isinstance(value, str) else value
         return
+    if name == "faults":
+        data["faults"] = value or []
+        return
     *path, key = name.split(".")
     if not path or not key:
         raise ParameterError(f"{where}: need section.key=value")
     table, before = data, law_of(data)
     for part in path:
-        table = table.setdefault(part, {})
-        if not isinstance(table, dict):
-            raise ParameterError(f"{where}: `{part}` is not a table")
+        table = _within(table, part, where)
+    if isinstance(table, list):
+        raise ParameterError(f"{where}: need faults.NUMBER.key=value, as faults.0.kind=open_wire")
     if value is not None:
         table[key] = value
     elif key in table:
@@ -81,6 +84,22 @@ def put(data: dict[str, Any], name: str, value: Any, where: str) -> None:
         )
     if law_of(data) != before:
         _keep_keys_of_the_law(data["control"], before)
+
+
+def _within(table: Any, part: str, where: str) -> Any:
+    """The table of this name within a table; in an array of tables a number, from 0 on."""
+    if isinstance(table, dict):
+        inner = table.setdefault(part, [] if part == "faults" else {})
+    else:
+        number = int(part) if part.isdecimal() else -1
+        if not 0 <= number <= len(table):
+            raise ParameterError(f"{where}: `{part}`, need a number from 0 to {len(table)}")
+        if number == len(table):
+            table.append({})
+        inner = table[number]
+    if not isinstance(inner, dict | list):
+        raise ParameterError(f"{where}: `{part}` is not a table")
+    return inner
 
 
 def plain(value: Any) -> Any:

@@ -23,11 +23,14 @@ def drive_text(drive: Tables, *, comment: str = "", folder: Path | None = None) 
     tables = {
         name: renamed(section.filed(), section.given, partial(_seen_from, folder))
         for name, section in drive.sections().items()
+        if name != "faults"
     }
     lines = [f"# {line}" for line in comment.splitlines()]
     for name, table in tables.items():
         if table:
             lines += ["", *_table(name, table)]
+    for fault in drive.faults.given:
+        lines += ["", *_table("[faults]", fault)]
     return "\n".join(lines).lstrip("\n") + "\n"
 
 

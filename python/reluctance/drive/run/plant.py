@@ -18,19 +18,21 @@ def closed_loop(
 ) -> _core.Simulation:
     """The loop at its start. record_every: waveform interval [s]; 0: every point; < 0: none."""
     parts = loop_parts(drive, record_every)
-    return _core.Simulation(n_phases=drive.machine.n_phases, controller=controller, **parts)
+    return _core.Simulation(
+        n_phases=drive.machine.n_phases,
+        controller=controller,
+        faults=drive.faults.core(drive.machine.N_r),
+        **parts,
+    )
 
 
 def loop_parts(drive: Drive, record_every: float) -> dict[str, Any]:
     """All parts of the loop but its controller."""
     machine = drive.machine
-    rises = drive.supervision.precharge_ms > 0
     return {
         "machine": machine.magnetics,
         "R": machine.R,
-        "source": precharged(drive, drive.supervision)
-        if rises
-        else drive.source.core(drive.converter.u_dc_V),
+        "source": _source(drive),
         "bridge": drive.converter.core(),
         "shaft": drive.load.core(J=drive.J, B=machine.B_Nms),
         "t_dead": drive.converter.t_dead,
@@ -49,6 +51,14 @@ def loop_parts(drive: Drive, record_every: float) -> dict[str, Any]:
     }
 
 
+def _source(drive: Drive) -> _core.StiffSource | _core.Battery | _core.PvArray:
+    """What feeds the dc link, with its sags."""
+    if drive.supervision.precharge_ms > 0:
+        return precharged(drive, drive.supervision)
+    u_dc = drive.converter.u_dc_V
+    return drive.faults.sagged(drive.source, u_dc).core(u_dc)
+
+
 def precharged(
     drive: Drive, supervision: Supervision
 ) -> _core.StiffSource | _core.Battery | _core.PvArray:
@@ -56,4 +66,4 @@ def precharged(
     u_dc, start = drive.converter.u_dc_V, supervision.enable_s or 0.0
     end = start + supervision.si["precharge"]
     rise = drive.source.computed(t_s=[start, end], values=[EMPTY * u_dc, u_dc])
-    return rise.core(u_dc)
+    return drive.faults.sagged(rise, u_dc).core(u_dc)

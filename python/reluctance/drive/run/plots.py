@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.figures import save_figure
-from reluctance.base.phases import GREEN, LETTERS, phase_name
+from reluctance.base.phases import GREEN, LETTERS, RED, phase_name
 from reluctance.base.picture import Picture, styled
 from reluctance.base.units import from_si
 from reluctance.drive.run.record import Record
@@ -46,7 +46,8 @@ def time_label(result: Record) -> str:
 
 
 def mark_events(ax: Axes, result: Record) -> Axes:
-    """The states that a supervised drive has entered, as lines with their names."""
+    """The states that a supervised drive has entered and the faults that have begun, as lines with
+    their names."""
     events = result.events or []
     ends = [*(event.t for event in events[1:]), np.inf][: len(events)]
     for event, end in zip(events, ends, strict=True):
@@ -56,6 +57,18 @@ def mark_events(ax: Axes, result: Record) -> Axes:
         at = (event.t * per_second(result), 0.02)
         ax.annotate(
             event.mode, at, xycoords=("data", "axes fraction"), fontsize=7, rotation=90, color="0.3"
+        )
+    for t, fault in result.faults:
+        ax.axvline(t * per_second(result), color=styled(RED, 1), lw=0.9, zorder=0)
+        ax.annotate(
+            str(fault),
+            (t * per_second(result), 0.98),
+            xycoords=("data", "axes fraction"),
+            fontsize=7,
+            rotation=90,
+            va="top",
+            ha="right",
+            color=styled(RED, 1),
         )
     return ax
 

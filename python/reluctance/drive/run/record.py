@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -16,6 +16,7 @@ from reluctance.drive.drive import Drive
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.events import MODES, Event
 from reluctance.drive.run.learned import Learned
+from reluctance.drive.tables.faults import Fault
 
 WAVEFORMS = (
     *("t", "theta_m", "omega_m", "tau", "tau_ref", "u_dc"),  # (n,)
@@ -63,6 +64,8 @@ class Record:
         What the controller has learned of its machine; None where it does not learn.
     events : list of Event or None
         The states that the drive has entered; None where it has no [supervision].
+    faults : list of (float, Fault)
+        The [[faults]] that have begun, and when [s].
     """
 
     drive: Drive
@@ -82,6 +85,7 @@ class Record:
     periods: Rows
     learned: Learned | None = None
     events: list[Event] | None = None
+    faults: list[tuple[float, Fault]] = field(default_factory=list)
 
     def since(self, start: float) -> Self:
         """The rows from `start` [s] on."""

@@ -23,6 +23,7 @@ from reluctance.drive.run.losses import iron_loss
 from reluctance.drive.run.plant import closed_loop
 from reluctance.drive.run.result import Result
 from reluctance.drive.tables.control import NEVER_REACHED
+from reluctance.drive.tables.faults import Fault
 from reluctance.drive.tables.supervision import Supervision
 
 WARMING_STEP = 1e-3  # [s]
@@ -115,7 +116,8 @@ def simulate(
         rows = rows.between(0, 0) if record is None else _on_grid(rows, record)
     figures = kpis(summed, drive, p_fe=p_fe, wall_s_per_sim_s=wall / end)
     beliefs = learned(history, drive.known().R) if drive.control.learns else None
-    return _result(drive, rows, figures, summed, beliefs, events(controller))
+    faults = drive.faults.begun(loop.onsets(), end)
+    return _result(drive, rows, figures, summed, beliefs, events(controller), faults)
 
 
 def checked(drive: object, until: object, record: object) -> float:
@@ -165,6 +167,7 @@ def _result(
     periods: Rows,
     known: Learned | None,
     entered: list[Event] | None,
+    faults: list[tuple[float, Fault]],
 ) -> Result:
     single = {name: rows[name] for name in ("t", "theta_m", "omega_m", "u_dc", "tau", "tau_ref")}
     phases = {name: rows.phases(name) for name in ("i", "i_ref", "leg", "u", "psi", "tau_ph")}
@@ -175,6 +178,7 @@ def _result(
         periods=periods,
         learned=known,
         events=entered,
+        faults=faults,
         **single,
         **phases,
     )

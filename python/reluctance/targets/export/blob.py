@@ -98,6 +98,7 @@ def blob(drive: Drive, *, record: float | None = None) -> bytes:
 
 def kind(drive: Drive) -> Kind:
     """What a library must have been compiled with to run a drive."""
+    drive.check_sound("the C interface, in units and in the studio")
     if drive.control.learns:
         raise ParameterError(
             "[control] learn = true has no form in the C interface, in units and in the studio; "

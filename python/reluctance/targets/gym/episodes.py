@@ -124,6 +124,7 @@ def episodes(
         drive = load(resources("examples") / f"{EXAMPLES[task]}.toml")
     elif not isinstance(drive, Drive):
         drive = load(drive)
+    drive.check_sound("an environment")
     if drive.omega_nominal <= 0:
         raise ParameterError("an environment needs a drive with a working speed; set speed_rpm")
     if task == "speed" and drive.load.kind == "locked":
