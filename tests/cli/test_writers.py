@@ -152,8 +152,10 @@ def arguments(name, place, flux_map):
     return [flux_map if a == "MAP" else a for a in given] + [place]
 
 
-def _any_library(sources, library, *arguments, **options):
-    Path(library).write_bytes(b"x" * 100_000)
+def _any_library(sources, library, *arguments, folder, **options):
+    made = Path(folder) / library
+    made.write_bytes(b"x" * 100_000)
+    return made
 
 
 def everything(folder):

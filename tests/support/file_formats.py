@@ -80,7 +80,7 @@ def machine(path: Path) -> object:
 def geometry(path: Path) -> object:
     """Without the field: a machine may ask for long computations."""
     found = geometry_of(machine_table(path.name, path.parent), "[machine]")
-    return found, found.cross_section(), found.coils()
+    return found, found.cross_section, found.coils
 
 
 def beside(folder: Path) -> None:
@@ -224,7 +224,7 @@ FORMATS = {
     ),
     "machine": Format(".toml", machine, files("machines/*.toml"), finite=False),
     "geometry": Format(".toml", geometry, files("machines/geometry/*.toml"), finite=False),
-    "system": Format(".toml", load_system, files("examples/sun*.toml"), finite=False),
+    "system": Format(".toml", load_system, files("examples/sun_[dvy]*.toml"), finite=False),
     "map_csv": Format(".csv", checked_map, lines(MAP, MAP.replace(",", ";"))),
     "map_json": Format(".json", checked_map, json_maps),
     "mat": Format(".mat", lambda path: check_map(read_map(path)), mats),

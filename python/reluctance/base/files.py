@@ -3,6 +3,7 @@
 import os
 import re
 import secrets
+import signal
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -19,6 +20,7 @@ MOST_DOTS = 100  # in a key: the parser's time and memory rise with the square o
 KEY_ENDS = re.compile(r"[=,\[\]{}]")
 
 _new_folders: list[Path] = []  # the deepest of each first
+unfinished_groups: set[int] = set()  # processes that end with this one, by their leaders
 _unfinished: set[Path] = set()  # what `remove_unfinished` clears away when the process is ended
 
 
@@ -213,10 +215,12 @@ def scratch(folder: Path | None = None) -> Iterator[Path]:
 
 
 def remove_unfinished() -> None:
-    """Clears temporary files and folders away, and new folders that are empty: for a process that
-    is being ended."""
+    """Clears temporary files and folders away, new folders that are empty, and compilers that run:
+    for a process that is being ended."""
     import shutil
 
+    for leader in list(unfinished_groups):
+        end_group(leader)
     for path in list(_unfinished):
         if path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
@@ -225,6 +229,12 @@ def remove_unfinished() -> None:
     for folder in _new_folders:
         with suppress(OSError):  # it holds something
             folder.rmdir()
+
+
+def end_group(leader: int) -> None:
+    """Ends a process and those that it started."""
+    with suppress(ProcessLookupError):
+        os.killpg(leader, signal.SIGKILL)
 
 
 def write_text(path: Path, text: str) -> None:

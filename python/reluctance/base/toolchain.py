@@ -12,6 +12,7 @@ from pathlib import Path
 from subprocess import PIPE, STDOUT, Popen, TimeoutExpired
 
 from reluctance.base.errors import ParameterError
+from reluctance.base.files import end_group, unfinished_groups
 
 EXACT = ("-ffp-contract=off",)  # the same bits on every processor (decision 0003)
 STANDARD = {".c": ("-std=gnu99",), ".cpp": ("-std=c++20",)}
@@ -81,10 +82,11 @@ def build(
         [*compile_with, *_language(source), *EXACT, *position, *flags, "-c", source, "-o", made]
         for source, made in zip(sources, objects, strict=True)
     ]
+    made_in = (Path(folder) / out).parent
     named = files or [Path(source).name for source in sources]
     try:
-        _run(commands, folder, what, named)
-        _run([[*compile_with, *link, *objects, "-o", str(out)]], folder, what, named)
+        _run(commands, folder, made_in, what, named)
+        _run([[*compile_with, *link, *objects, "-o", str(out)]], folder, made_in, what, named)
     finally:
         for made in objects:
             (Path(folder) / made).unlink(missing_ok=True)
@@ -96,13 +98,35 @@ def _language(source: str) -> Sequence[str]:
     return ("-x", "c", *STANDARD[suffix]) if suffix == ".c" else STANDARD[suffix]
 
 
-def _run(commands: list[list[str]], folder: str | Path, what: str, files: Collection[str]) -> None:
-    """Commands side by side, until all have ended."""
+def _run(
+    commands: list[list[str]], folder: str | Path, made_in: Path, what: str, files: Collection[str]
+) -> None:
+    """Commands side by side, until all have ended. Their temporary files go where the result does,
+    and they end with this process."""
+    environment = {**os.environ, "TMPDIR": str(made_in.absolute())}
+    running: list[Popen[str]] = []
     try:
-        running = [Popen(c, stdout=PIPE, stderr=STDOUT, text=True, cwd=folder) for c in commands]
+        for c in commands:
+            running.append(
+                Popen(
+                    c,
+                    stdout=PIPE,
+                    stderr=STDOUT,
+                    text=True,
+                    cwd=folder,
+                    env=environment,
+                    process_group=0,
+                )
+            )
+            unfinished_groups.add(running[-1].pid)
         said = [process.communicate(timeout=LIMIT)[0] for process in running]
     except (OSError, TimeoutExpired) as fault:
         raise ParameterError(f"{commands[0][0]}: {fault}") from None
+    finally:
+        for process in running:
+            if process.poll() is None:
+                end_group(process.pid)
+            unfinished_groups.discard(process.pid)
     for process, text in zip(running, said, strict=True):
         if process.returncode != 0:
             raise ParameterError(f"{what} does not compile: {first_error(text, files)}")

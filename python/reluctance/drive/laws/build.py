@@ -9,12 +9,12 @@ from __future__ import annotations
 import json
 import posixpath
 import re
+import shutil
 import sysconfig
-import tempfile
 from pathlib import Path
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import check_ending, is_file, write_whole
+from reluctance.base.files import check_ending, is_file, scratch, write_whole
 from reluctance.base.resources import resources
 from reluctance.base.toolchain import build
 from reluctance.drive.laws.compiled_law import core_fingerprint
@@ -103,17 +103,18 @@ def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
     source, library = nanobind.source_dir(), nanobind.include_dir()
     folders = (resources("include"), library, f"{library}/../ext/robin_map/include", python)
     include = [f"-isystem{folder}" for folder in folders]
-    with tempfile.TemporaryDirectory() as scratch:
+    with scratch() as place:
         unit = "own_law.cpp"
-        (Path(scratch) / unit).write_text(_source(header.absolute(), name, texts), "utf-8")
-        build(
+        (place / unit).write_text(_source(header.absolute(), name, texts), "utf-8")
+        made = build(
             [unit, f"{source}/nb_combined.cpp"],
-            out.absolute(),
+            "own_law.so",  # its objects lie beside it, not beside what the user asked for
             [*FLAGS, *include],
-            folder=scratch,
+            folder=place,
             what=header.name,
             files=texts,
         )
+        shutil.copyfile(made, out)
 
 
 def _source(header: Path, name: str, texts: dict[str, str]) -> str:
