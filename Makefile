@@ -14,7 +14,7 @@ PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 C_FOLDERS := include bindings tests examples firmware web bench
 CHECKED := python tests studies bench machines docs examples
 
-.PHONY: run test proofs drawn mutants fuzz published lint bench docs wheels c-library wasm studio clean
+.PHONY: run test proofs drawn mutants fuzz published benchmark-faults lint bench docs wheels c-library wasm studio clean
 
 run: $(VENV)/installed
 	@mkdir -p out
@@ -53,6 +53,11 @@ fuzz: $(VENV)/installed-test
 # Every published and measured case, into docs/published.csv.
 published: $(VENV)/installed
 	$(BIN)/python studies/published/all.py
+
+# What the protection finds of every fault at every instant, into bench/faults.csv; the cases and
+# their seeds are in bench/faults.toml.
+benchmark-faults: $(VENV)/installed
+	$(BIN)/python bench/faults.py
 
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check $(CHECKED)

@@ -1,5 +1,7 @@
 """Each fault of the plant against an integration of its circuit that is written here."""
 
+import csv
+import importlib.util
 import json
 import subprocess
 import sys
@@ -16,6 +18,7 @@ from reluctance import _core
 from reluctance.drive.tables.faults import NEEDS, Fault
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+BENCH = Path(__file__).parents[2] / "bench"
 T_S = 20e-6
 UP, FREE, DOWN = rl.Leg.magnetize, rl.Leg.freewheel, rl.Leg.demagnetize
 # Of one phase, in samples: built up, freewheeling, built up again, demagnetized to zero, again.
@@ -464,3 +467,17 @@ def test_the_command_line_marks_them(tmp_path):
     )
     assert json.loads(done.stdout)["faults"] == [{"t_s": 0.01, "fault": "open_wire, phase a"}]
     assert "open_wire, phase a" in (tmp_path / "run.svg").read_text(encoding="utf-8")
+
+
+def test_a_row_of_the_benchmark_is_a_function_of_its_seeds():
+    spec = importlib.util.spec_from_file_location("bench_faults", BENCH / "faults.py")
+    bench = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = bench
+    spec.loader.exec_module(bench)
+    with (BENCH / "faults.csv").open(encoding="utf-8") as file:
+        kept = list(csv.DictReader(file))
+    every = bench.cases(BENCH / "faults.toml")
+    assert len(kept) == len(every)
+    n = next(n for n, row in enumerate(kept) if row["fault"] == "power_exchanged c")
+    row = bench.row(every[n], bench.run(every[n]))
+    assert {key: str(value) for key, value in row.items()} == kept[n]
