@@ -124,3 +124,5 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     left_out = [f"{count} test(s): {why}" for why, count in sorted(reasons.items())]
     if left_out:
         terminalreporter.write_line(f"skipped: {'; '.join(left_out)} (.ci/run installs them)")
+    for report in terminalreporter.stats.get("xfailed", []):
+        terminalreporter.write_line(f"known to fail: {report.nodeid} ({report.wasxfail})")

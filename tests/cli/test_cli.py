@@ -277,3 +277,12 @@ def test_every_command_that_draws_has_the_same_formats(tmp_path):
     for arguments in (("run", RATED), ("limit", RATED), ("compare", RATED)):
         line = refused(*arguments, "--plot", tmp_path / "w.bmp")
         assert "need one of .html, .pdf, .png, .svg" in line
+
+
+def test_a_plot_of_a_result_is_written_where_a_path_is_given(tmp_path):
+    result = rl.simulate(rl.load(ROOT / "examples" / "sharing_cubic.toml"), until=0.01)
+    result.plot(tmp_path / "x.png")
+    result.plot(str(tmp_path / "x.pdf"))
+    assert (tmp_path / "x.png").read_bytes()[1:4] == b"PNG" and (tmp_path / "x.pdf").exists()
+    with pytest.raises(rl.ParameterError, match=r"x\.doc"):
+        result.plot(tmp_path / "x.doc")

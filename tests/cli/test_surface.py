@@ -53,6 +53,13 @@ def test_commands_and_options_are_those_checked_in() -> None:
     assert commands() == json.loads(COMMANDS.read_text())
 
 
+def test_no_summary_in_a_list_of_commands_is_cut_at_80_columns() -> None:
+    for name in {name.rpartition(" ")[0] for name in commands()} - {""}:
+        done = CliRunner().invoke(app, [*name.split()[1:], "--help"], env={"COLUMNS": "80"})
+        listed = done.stdout.partition("Commands:")[2]
+        assert listed and "..." not in listed, listed
+
+
 def test_every_command_prints_its_help() -> None:
     for name in commands():
         done = CliRunner().invoke(app, [*name.split()[1:], "--help"])

@@ -38,7 +38,7 @@ def compare(
         bool, typer.Option("--markdown", help="Print the table as Markdown.")
     ] = False,
 ) -> None:
-    """Control laws side by side, at equal switching frequency and under equal conditions."""
+    """Control laws side by side at equal switching frequency. Conditions are equal, too."""
     f_switch = hertz(at_switching_frequency)
     if out is not None:
         check_folder(out)

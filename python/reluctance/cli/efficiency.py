@@ -42,7 +42,7 @@ def efficiency(
         int | None, typer.Option(metavar="N", help="Threads; by default all cores.")
     ] = None,
 ) -> None:
-    """Map of efficiency, losses, ripple and current over speed and torque; energy of a cycle."""
+    """Efficiency, losses and ripple over speed and torque. Energy of a cycle."""
     import numpy as np
 
     from reluctance.base.figures import check_figure, look

@@ -65,7 +65,7 @@ def emulate(
     cpu: Annotated[str, typer.Option(help="cortex-m4 or cortex-m7, emulated.")] = "cortex-m7",
     as_json: AsJson = False,
 ) -> None:
-    """Take a package into operation on the emulated board, step by step."""
+    """Take a package into operation on the emulated board. Step by step."""
     from reluctance.targets.commission import Wires, emulated, read_wires
     from reluctance.targets.export.target import known_cpu
 

@@ -143,7 +143,7 @@ def fmu(
     trust: Trust = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write a functional mock-up unit for co-simulation (FMI 2.0 or 3.0)."""
+    """Write a functional mock-up unit for co-simulation. FMI 2.0 or 3.0."""
     drive = load_drive(drive_file, overrides, trust=trust)
     with working("compiling the unit, about 20 seconds"):
         made = export.fmu(drive, out, version=version, part=part)  # type: ignore[arg-type]
@@ -163,7 +163,7 @@ def parity(
     trust: Trust = False,
     as_json: AsJson = False,
 ) -> None:
-    """Replay a simulation on the emulated target and compare its commands bit for bit."""
+    """Replay a simulation on the target, bit for bit. It is emulated."""
     found = check_parity(
         load_drive(drive_file, overrides, trust=trust), cpu=known_cpu(cpu), steps=steps
     )
@@ -189,7 +189,7 @@ def pil(
     trust: Trust = False,
     as_json: AsJson = False,
 ) -> None:
-    """Processor in the loop: simulate with every control step on the emulated target."""
+    """Processor in the loop: each control step on the target. It is emulated."""
     drive: Drive = load_drive(drive_file, overrides, trust=trust)
     target, desk = in_the_loop(drive, cpu=known_cpu(cpu), until=until)
     if as_json:

@@ -45,7 +45,7 @@ def limit(
     width: Width = None,
     style: Style = None,
 ) -> None:
-    """What physics allows at the drive's operating point, under any controller."""
+    """What physics allows at the operating point. It holds for any controller."""
     from reluctance.explore.limits import files  # here, because Matplotlib is slow to import
 
     f_switch = None if at_switching_frequency is None else hertz(at_switching_frequency)

@@ -32,7 +32,7 @@ def from_geometry(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Solve the field of a cross-section and write flux map, resistance and inertia."""
+    """Make a machine file from a dimensioned lamination. Solves its field."""
     from reluctance.base.errors import ParameterError
     from reluctance.base.figures import check_figure
     from reluctance.base.files import check_ending

@@ -260,7 +260,7 @@ def fit(
     stated: Stated,
     as_json: AsJson = False,
 ) -> None:
-    """Fit the Le-Huy parameters to a map, and a family with two saturating terms."""
+    """Fit the Le-Huy parameters to a map. And a family with two saturating terms."""
     from reluctance.machine.maps import fit_lehuy, fit_two_term
     from reluctance.machine.maps.report import fit_table
 
@@ -282,7 +282,7 @@ def plot(
     width: Width = None,
     style: Style = None,
 ) -> None:
-    """Magnetisation curves, torque, incremental inductance and co-energy of a map."""
+    """Magnetisation, torque and inductance curves. Co-energy, too."""
     check_figure(out, style, width)
     stated = replace(stated, torque=torque)
     table, _ = _read(file, stated)
@@ -322,7 +322,7 @@ def import_map(
         str | None, typer.Option(metavar="REASON", help="Why a refused map is used all the same.")
     ] = None,
 ) -> None:
-    """Make a machine file of a map, with the map beside it in the project's convention."""
+    """Make a machine file of a map. The map is put beside it in the project's convention."""
     from reluctance.machine.maps import check_map, repair_map, write_map
 
     check_ending(out, {".toml"})

@@ -45,7 +45,7 @@ def identify(
     ] = None,
     i_max: MaxCurrent = None,
 ) -> None:
-    """Make a flux table of voltage pulses, as an oscilloscope or the firmware records them."""
+    """Make a flux table of voltage pulses from a bench. By oscilloscope or firmware."""
     from reluctance.machine.maps import identify, read_pulses, write_map
 
     check_ending(out, {".csv"})

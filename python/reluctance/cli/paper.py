@@ -15,7 +15,7 @@ def paper(
         "out/paper"
     ),
 ) -> None:
-    """The source paper, claim by claim: figures, claims.json, report.html."""
+    """The source paper, claim by claim. Writes figures, claims.json and report.html."""
     from reluctance.paper import write  # figures are needed here alone, and slow to import
     from reluctance.paper.claim import HEADING, line
 

@@ -90,7 +90,7 @@ def size(
         Path | None, typer.Option(metavar="DIR", help="Folder of tables and figures.")
     ] = None,
 ) -> None:
-    """Water over the sizes of a pumping system: array, head, modules in series."""
+    """Water over the sizes of a pumping system. Array, head, modules in series, ..."""
     from reluctance.cli.progress import progress_bar
     from reluctance.pumping import load_system, sizes
     from reluctance.pumping.sizing import Values, meets, parsed, smallest, usual, write_sizes

@@ -25,7 +25,7 @@ def replay(
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute a dump of the firmware's recorder again and compare every bit."""
+    """Compute a dump of the recorder again, bit for bit."""
     drive = load(drive_file, overrides, trust=trust)
     if plot is not None:
         check_figure(plot)

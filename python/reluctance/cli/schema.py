@@ -53,7 +53,7 @@ def schema(
         Path | None, typer.Option(metavar="FILE.json", help="Write it there instead.")
     ] = None,
 ) -> None:
-    """Print the JSON schema of drive files, for completion in an editor."""
+    """Print the JSON schema of drive files, for an editor."""
     text = json.dumps(json_schema(), indent=1)
     if out is None:
         print(text)

@@ -18,7 +18,7 @@ def studio(
         ),
     ] = None,
 ) -> None:
-    """Drives in the browser: change values, and see waveforms and key figures at once."""
+    """Drives in the browser: change values, see waveforms at once."""
     from reluctance.targets.studio import serve, write_data  # the limit takes long to import
 
     if data is not None:

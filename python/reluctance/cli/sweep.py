@@ -67,7 +67,7 @@ def sweep(
         str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler that runs the points.")
     ] = None,
 ) -> None:
-    """Key figures over grids and samples of any values; goes on where it was interrupted."""
+    """Key figures over grids and samples of any values. Goes on where it was interrupted."""
     import reluctance
     from reluctance.base.figures import check_figure, look
     from reluctance.base.files import TABLES, check_ending

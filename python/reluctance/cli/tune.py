@@ -69,7 +69,7 @@ def tune(
         int | None, typer.Option(metavar="N", help="Threads; by default all cores.")
     ] = None,
 ) -> None:
-    """Values for which a figure is best while others keep their bounds; writes the drive file."""
+    """Values for which a figure is best within bounds of others. Writes the drive file."""
     from reluctance.base.errors import ParameterError
     from reluctance.base.figures import check_figure, look
     from reluctance.base.files import TABLES, check_ending

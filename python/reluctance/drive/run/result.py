@@ -30,19 +30,23 @@ class Result(Record):
         """The key figures, for notebooks."""
         return f"<p>{self.drive.name}</p>{self.kpis._repr_html_()}"
 
-    def plot(self) -> Figure:
+    def plot(self, path: str | Path | None = None) -> Figure:
         """An overview of the last electrical periods; a Matplotlib figure that belongs to the
-        caller.
+        caller. With a path it is written there as well; the ending chooses png, svg, pdf or html.
 
         Raises
         ------
         ParameterError
-            If the run kept no waveforms.
+            If the run kept no waveforms, or the ending is unknown.
         """
-        from reluctance.drive.run.plots import overview  # Matplotlib loads when it is used
+        from reluctance.base.figures import check_figure
+        from reluctance.drive.run.plots import overview, save_plot  # Matplotlib: when it is used
 
         if self.t.size == 0:
             raise ParameterError("the run has no waveforms; simulate with record = 0")
+        if path is not None:
+            check_figure(Path(path))
+            save_plot(self, path)
         return overview(self)
 
     def to_dataframe(self) -> Any:
