@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.cli.schema import json_schema
 from reluctance.drive.tables.faults import NEEDS, Fault
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -440,6 +441,13 @@ def test_errors_are_one_line(values, line):
         rl.load(EXAMPLES / "deadbeat.toml").with_values(values)
     assert line in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_an_editor_completes_them():
+    below = json_schema()["$defs"]
+    assert below["Faults"]["items"] == {"$ref": "#/$defs/Fault"}
+    assert below["Faults"]["type"] == "array"
+    assert below["Fault"]["properties"]["kind"]["enum"] == [*NEEDS]
 
 
 def test_the_list_is_that_of_the_core():

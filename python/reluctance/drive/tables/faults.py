@@ -6,7 +6,9 @@ from bisect import bisect_right
 from collections.abc import Iterable
 from typing import Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from reluctance import _core
 from reluctance.base.errors import ParameterError
@@ -45,7 +47,7 @@ POINTS = tuple[list[float], list[float]]
 class Fault(Section):
     """One fault. It is present from `t_s` on, or from where its phase next passes `theta_e_deg`."""
 
-    kind: str  # of NEEDS
+    kind: str = Field(json_schema_extra={"enum": [*NEEDS]})
     phase: Literal["a", "b", "c", "d", "e", "f"] = "a"
     other: Literal["a", "b", "c", "d", "e", "f"] | None = None  # that is exchanged with `phase`
     t_s: float = Field(0.0, ge=0)
@@ -115,6 +117,14 @@ class Faults(Section):
                 for n, one in enumerate(table)
             ]
         )
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """In a file they are an array."""
+        array: JsonSchemaValue = handler.resolve_ref_schema(handler(core_schema))["properties"]
+        return dict(array["each"])
 
     @property
     def given(self) -> Any:
