@@ -55,6 +55,7 @@ class Format:
     seeds: Callable[[], list[bytes]]
     wrap: Callable[[bytes], bytes] = bytes  # what is changed becomes a file, with a CRC or packed
     finite: bool = True  # every number of what is read
+    taken: bool = True  # the seeds; a year or the tables of a machine would be long
 
 
 def files(*patterns: str) -> Callable[[], list[bytes]]:
@@ -81,6 +82,10 @@ def geometry(path: Path) -> object:
     """Without the field: a machine may ask for long computations."""
     found = geometry_of(machine_table(path.name, path.parent), "[machine]")
     return found, found.cross_section, found.coils
+
+
+def pairs(path: Path) -> object:
+    return read_pairs(path, N_r=4, n_phases=3)
 
 
 def beside(folder: Path) -> None:
@@ -231,7 +236,9 @@ FORMATS = {
     "map_xlsx": Format(".xlsx", checked_map, lambda: [workbook()[1]], wrap=with_sheet),
     "map_packed": Format(".xlsx", checked_map, lambda: [workbook()[0]]),
     "force": Format(".csv", read_pole_force, files("machines/emdlab_8_6_force.csv")),
-    "pairs": Format(".csv", lambda path: read_pairs(path, N_r=4, n_phases=3), lines(PAIRS)),
+    "pairs": Format(
+        ".csv", lambda path: read_pairs(path, N_r=4, n_phases=3), lines(PAIRS), taken=False
+    ),
     "steel": Format(".csv", read_curve, lines(STEEL)),
     "pump": Format(".csv", lambda path: _from_points(path, 150.0), lines(PUMP)),
     "angles": Format(".csv", read_angle_table, files("examples/angle_table.csv")),
@@ -240,7 +247,7 @@ FORMATS = {
     "pulses": Format(".csv", lambda path: read_pulses([path]), lines(PULSE)),
     "weather_csv": Format(".csv", weather("csv"), lines(CSV_WEATHER)),
     "weather_epw": Format(".epw", weather("epw"), lines(EPW)),
-    "weather_tmy3": Format(".csv", weather("tmy3"), tmy3),
+    "weather_tmy3": Format(".csv", weather("tmy3"), tmy3, taken=False),
     "weather_pvgis": Format(".csv", weather("pvgis"), lines(TMY, HOURLY)),
     "dump": Format(".dump", read_dump, dumps, wrap=with_crc, finite=False),
     "store": Format(".sqlite", read_store, stores),

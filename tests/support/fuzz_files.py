@@ -62,9 +62,10 @@ def child(name: str, seconds: float, seed: int, folder: Path) -> None:
         form = import_module("file_formats").FORMATS[name]
         path = folder / f"input{form.suffix}"
         for data in form.seeds():  # and what is imported on the way
-            wrong, _ = judged(form, data, path)
-            if wrong:
-                raise RuntimeError(f"{name}: a seed is refused: {wrong}")
+            wrong, taken = judged(form, data, path)
+            if wrong or taken != form.taken:
+                form.read(path)  # says why
+                raise RuntimeError(f"{name}: a seed is not right: {wrong}")
     counts = np.memmap(folder / "counts", np.int64, "r+", shape=(COUNTS,))
 
     def one(data: bytes) -> None:

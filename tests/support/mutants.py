@@ -196,13 +196,12 @@ def folders(file: Path) -> tuple[str, ...]:
 
 
 def judges(mutant: Mutant) -> list[Path]:
-    """The test files of a mutant: the nearest, then the others of its folders."""
+    """The test files of a mutant: those of its folders, the nearest first, and some of all."""
     order = nearest(mutant.names)
     rank = {file: n for n, file in enumerate(order)}
     own = [file for file in tests() if file.relative_to(TESTS).parts[0] in folders(mutant.file)]
-    near = order[:NEAREST]
-    others = sorted(set(own) - set(near), key=lambda file: (rank.get(file, len(rank)), file))
-    return [*near, *others]
+    own.sort(key=lambda file: (rank.get(file, len(rank)), file))
+    return [*own, *[file for file in order[:NEAREST] if file not in own]]
 
 
 class Copy:
@@ -365,8 +364,8 @@ def main() -> None:
                     continue
                 count[room] += 1
                 killed[room] += killer is not None
-                if killer is None:
-                    print(f"survives {mutant}", flush=True)
+                what = f"survives {mutant}" if killer is None else f"killed {mutant} by {killer}"
+                print(what, flush=True)
             rooms = ", ".join(f"{room} {killed[room]}/{count[room]}" for room in sorted(count))
             print(f"{kind}: {killed.total()} of {count.total()} killed: {rooms}", flush=True)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
