@@ -1,10 +1,12 @@
 // The C interface over the commissioning routines: the states of the drive around one of them.
-#include "srm/control/commission/commission.hpp"
-
+// clang-format off: the standard is checked first
+#include "_standard.hpp"
+// clang-format on
 #include "border.hpp"
 #include "commission_parameters.hpp"
 #include "parameters.hpp"
 #include "reluctance_commission.h"
+#include "srm/control/commission/commission.hpp"
 #include "srm/control/guard/supervised.hpp"
 
 namespace {

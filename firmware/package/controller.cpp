@@ -1,4 +1,5 @@
 // The C interface over the core's supervised step.
+#include "_standard.hpp"
 #include "border.hpp"
 #include "reluctance_controller.h"
 #ifdef RELUCTANCE_SELF_TEST

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <new>
 
+#include "_standard.hpp"
 #include "reluctance_controller.h"
 #include "srm/control/frame/timer_ticks.hpp"
 

@@ -10,6 +10,7 @@
 #include <bit>
 #include <cstddef>
 
+#include "_standard.hpp"
 #include "reluctance_recorder.h"
 #include "srm/base/crc32.hpp"
 #include "state.hpp"

@@ -1,6 +1,7 @@
 // The C interface over the parameters that may change at run time: ranges, and the image of a set.
 #include <bit>
 
+#include "_standard.hpp"
 #include "reluctance_parameters.h"
 #include "srm/base/crc32.hpp"
 #include "state.hpp"

@@ -117,3 +117,19 @@ def test_two_packages_in_one_process_keep_their_own_constants(tmp_path):
 def test_a_prefix_that_is_no_name_is_refused(prefix, tmp_path):
     with pytest.raises(rl.ParameterError, match="need a lower-case C name"):
         firmware(drive("sharing"), tmp_path / "package", prefix=prefix)
+
+
+@pytest.mark.parametrize(
+    "name", ["controller", "commission", "peripherals", "recorder", "run_time"]
+)
+def test_an_old_standard_of_the_language_is_one_error_that_names_it(name, package):
+    done = subprocess.run(
+        ["g++", "-std=gnu++17", "-I.", "-Iinclude", "-c", f"{name}.cpp", "-o", "/dev/null"],
+        cwd=package,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    first = done.stderr.splitlines()
+    assert done.returncode != 0 and len(first) < 20
+    assert any("needs C++20" in line for line in first), done.stderr
