@@ -142,9 +142,10 @@ def c_interface(seconds: float, seed: int) -> int:
     """Calls of the C interface; RuntimeError with what a sanitizer says."""
     import c_fuzz
 
-    calls, end = 0, time.monotonic() + seconds
+    calls = 0
     with tempfile.TemporaryDirectory() as place:
         files = c_fuzz.program(Path(place))
+        end = time.monotonic() + seconds
         while time.monotonic() < end:
             calls, seed = calls + c_fuzz.fuzzed(files, 1000, seed)["calls"], seed + 1
     return calls
@@ -155,9 +156,10 @@ def firmware(seconds: float, seed: int) -> int:
     import firmware_tools
     from firmware_fuzz import built, ran
 
-    steps, end = 0, time.monotonic() + seconds
+    steps = 0
     with tempfile.TemporaryDirectory() as place:
         program = built(firmware_tools.drive("deadbeat"), Path(place))
+        end = time.monotonic() + seconds
         while time.monotonic() < end:
             wrong = ran(program, 100_000, seed)
             if wrong:
