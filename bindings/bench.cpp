@@ -4,8 +4,8 @@
 #include <nanobind/stl/array.h>
 
 #include "bind_struct.hpp"
-#include "describe.hpp"
 #include "simulation.hpp"
+#include "trees.hpp"
 
 namespace bound {
 
@@ -102,7 +102,7 @@ void bind_bench(nb::module_& m) {
       [](const srm::Commission<double>& routines) {
         srm::Commission<float> single;
         srm::assign(single, routines);
-        return nb::cast<nb::dict>(described(single));
+        return nb::cast<nb::dict>(tree(single));
       },
       nb::arg("routines"), "In single precision as a tree of names and numbers, for export.");
   nb::class_<AnyBench>(m, "Bench", "A routine between a plant and how somebody has wired it.")

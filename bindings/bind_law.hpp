@@ -5,7 +5,6 @@
 
 #include "bindings.hpp"
 #include "called_machine.hpp"
-#include "describe.hpp"
 #include "srm/control/part/reference_profile.hpp"
 
 namespace bound {
@@ -88,7 +87,9 @@ template <Forms here, srm::Real T, int N, class Make>
     const auto* const law = memory.keep_one(make.template operator()<T, N>(own, memory));
     using Law = std::remove_cvref_t<decltype(*law)>;
     const std::shared_ptr<const Law> held(memory.owner(), law);
-    return {AnyLaw::Any<T>(srm::called(held)), held, &described_field<Law>, machine};
+    return {AnyLaw::Any<T>(srm::called(held)),
+            {held, &show<Law>, with_own_name<T>(type_name(*law), machine)},
+            machine};
   });
 }
 

@@ -5,10 +5,13 @@
 
 namespace bound {
 
-/// An argument of a field's name; a function may be None.
-template <class V>
+/// An argument of a field's name; a function may be None. With defaults it may be left out, and is
+/// what a default struct has.
+template <bool defaults, class V>
 auto argument(const srm::Field<V>& field) {
-  if constexpr (requires(V v) { v(0.0); }) {
+  if constexpr (defaults) {
+    return argument<false>(field) = field.value;
+  } else if constexpr (requires(V v) { v(0.0); }) {
     return nb::arg(field.name).none();
   } else {
     return nb::arg(field.name);
@@ -16,27 +19,14 @@ auto argument(const srm::Field<V>& field) {
 }
 
 /// Python's view of a struct of parameters: a constructor with its fields by name.
-template <class S>
+template <class S, bool defaults = false>
 nb::class_<S> bind_struct(nb::module_& m, const char* name, const char* doc) {
   nb::class_<S> bound(m, name, doc);
   S sample{};
   srm::fields_of(sample, [&]<class... V>(srm::Field<V>... field) {
     bound.def(
         "__init__", [](S* self, const V&... value) { new (self) S{value...}; }, nb::kw_only(),
-        argument(field)...);
-  });
-  return bound;
-}
-
-/// The same for a struct of which a field may be left out: it keeps what a default S has.
-template <class S>
-nb::class_<S> bind_struct_with_defaults(nb::module_& m, const char* name, const char* doc) {
-  nb::class_<S> bound(m, name, doc);
-  S sample{};
-  srm::fields_of(sample, [&]<class... V>(srm::Field<V>... field) {
-    bound.def(
-        "__init__", [](S* self, const V&... value) { new (self) S{value...}; }, nb::kw_only(),
-        (argument(field) = field.value)...);
+        argument<defaults>(field)...);
   });
   return bound;
 }

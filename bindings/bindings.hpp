@@ -25,6 +25,7 @@
 
 #include "arrays.hpp"
 #include "forms.hpp"
+#include "shower.hpp"
 #include "srm/machine/machines.hpp"
 #include "srm/sim/called_law.hpp"
 #include "srm/sim/controller.hpp"
@@ -71,10 +72,16 @@ struct AnyLaw {
                            srm::CalledLaw<T, 5>, srm::CalledLaw<T, 6>>;
 
   std::variant<Any<float>, Any<double>> called;
-  std::shared_ptr<const void> made{};  // the law itself
-  nb::object (*describe)(const void* made) =
-      nullptr;           // for export (describe.hpp); else no such form
+  ShownLaw itself{};
   AnyMachine machine{};  // as the law believes it
+};
+
+/// A controller as it leaves Python.
+struct Exported {
+  ShownLaw law;
+  AnyMachine machine;  // as the law believes it
+  bool single, supervised;
+  std::function<void(srm::Archive&)> control;  // shows it
 };
 
 /// A controller for 2 to 6 phases.
@@ -82,13 +89,14 @@ struct AnyController {
   std::variant<srm::Controller<2>, srm::Controller<3>, srm::Controller<4>, srm::Controller<5>,
                srm::Controller<6>>
       step;
-  std::function<nb::dict()> description{};            // law, frame and machine; empty: no such form
   std::function<std::vector<srm::Event>()> events{};  // of a supervised drive; else empty
+  std::shared_ptr<const Exported> exported{};         // null: it has no such form
 };
 
 void bind_called_law(nb::module_& m);
 void bind_controller(nb::module_& m);
 void bind_enums(nb::module_& m);
+void bind_exported(nb::module_& m);
 void bind_frame(nb::module_& m);
 void bind_guard(nb::module_& m);
 void bind_reference_profile(nb::module_& m);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "bindings.hpp"
-#include "describe.hpp"
 
 namespace bound {
 
@@ -14,10 +13,14 @@ struct CalledMachine {
   int N_r;  // rotor poles
   const void* model;
   srm::Magnetics<T> (*call)(const void* model, T i, T theta_e);
-  nb::object (*tree)(const void* model);
+  void (*show)(const void* model, srm::Archive&);
 
   srm::Magnetics<T> at(T i, T theta_e) const { return call(model, i, theta_e); }
-  nb::object described() const { return tree(model); }
+  /// A walk comes to the model itself.
+  template <class A>
+  void walk(A& shower) const {
+    show(model, shower.archive);
+  }
 };
 
 /// The model in the precision of a controller, kept in the memory.
@@ -42,14 +45,17 @@ auto with_machine(const AnyMachine& machine, const Use& use) {
   }
 }
 
-/// `tree` with the name of the model itself for that of the call in all types.
+/// The name of a type with that of the model itself in the place of the call.
 template <srm::Real T>
-nb::object with_own_name(const nb::object& tree, const AnyMachine& machine) {
-  return std::visit(
-      [&]<template <class> class M>(const srm::Held<M<double>>&) {
-        return renamed(tree, type_text<CalledMachine<T>>(), type_text<M<T>>());
-      },
+std::string with_own_name(std::string type, const AnyMachine& machine) {
+  const std::string call = type_text<CalledMachine<T>>();
+  const std::string own = std::visit(
+      []<template <class> class M>(const srm::Held<M<double>>&) { return type_text<M<T>>(); },
       machine);
+  for (auto at = type.find(call); at != std::string::npos; at = type.find(call)) {
+    type.replace(at, call.size(), own);
+  }
+  return type;
 }
 
 }  // namespace bound

@@ -1,4 +1,4 @@
-// A controller by itself: sampled from Python, made of a Python function, described for export.
+// A controller by itself: sampled from Python, made of a Python function.
 #include "measurement.hpp"
 #include "srm/sim/columns.hpp"
 
@@ -35,12 +35,8 @@ AnyController from_function(int n_phases, nb::callable function) {
       orders.tau_ref = *srm::read_columns(orders.command, rows.data());
       return orders;
     };
-    return {sampled, {}};
+    return {sampled};
   });
-}
-
-nb::object description_of(const AnyController& controller) {
-  return controller.description ? nb::object(controller.description()) : nb::none();
 }
 
 }  // namespace
@@ -53,10 +49,6 @@ void bind_controller(nb::module_& m) {
   m.def("controller_from", &from_function, nb::arg("n_phases"), nb::arg("function"),
         "A controller that calls function(measurement, reference) at every sample and takes the "
         "orders from it, in the form that `step` returns.");
-  m.def("described", &description_of, nb::arg("controller"),
-        nb::sig("def described(controller: Controller) -> dict[str, typing.Any] | None"),
-        "The controller's law, frame and machine as a tree of names and numbers, for export; "
-        "None where it has no such form.");
   m.def("wrap_float", &srm::wrap<float>, nb::arg("theta"),
         "theta [rad] brought into [0, 2 pi), in single precision.");
 }

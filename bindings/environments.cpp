@@ -52,7 +52,7 @@ class BatchOf final : public Batch {
     size = count;
     n_phases = N;
     order_columns = N * srm::columns_of(srm::PhaseCommand<double>{});
-    srm::c_api::add_numbers(episode_, "", numbers_);
+    srm::c_api::add_numbers(episode_, numbers_);
     for (const std::string& name : drawn) {
       const auto found = std::find_if(numbers_.begin(), numbers_.end(),
                                       [&](const auto& number) { return number.name == name; });
@@ -132,21 +132,21 @@ class BatchOf final : public Batch {
   srm::Unread<N> rows_;
 };
 
-std::unique_ptr<Batch> batch(int count, const AnyMachine& machine, int n_phases, double R,
-                             const srm::Source& source, const srm::Bridge& bridge,
-                             const srm::Shaft& shaft, double theta_m, double reference,
+std::unique_ptr<Batch> batch(int count, int n_phases, const SimulationParts& of,
                              const srm::Rules& rules, const std::vector<std::string>& drawn) {
   if (count < 1) throw std::invalid_argument("need at least one drive");
   return std::visit(
       [&]<class M>(const srm::Held<M>& model) {
         return with_phases(n_phases, [&]<int N>() -> std::unique_ptr<Batch> {
           srm::Episode<M, N> episode{
-              {{model.value, model.value.N_r, 1.0}, R, source, bridge, shaft}, theta_m, reference};
+              {{model.value, model.value.N_r, 1.0}, of.R, of.source, of.bridge, of.shaft},
+              of.theta_m,
+              0.0};
           return std::make_unique<BatchOf<M, N>>(count, std::move(episode), rules, drawn,
                                                  model.memory);
         });
       },
-      machine);
+      of.machine);
 }
 
 template <class... Array>
@@ -187,17 +187,15 @@ void obey(Batch& b, const Actions& orders, const Observations& observations, con
 
 }  // namespace
 
-void AnySimulation::make_other(const SimulationParts& given) {
-  with_phases(given.n_phases, [&]<int N>() {
-    if constexpr (!has_form<Forms::usual, double, N>) {
-      std::visit(
-          [&]<class M>(const srm::Held<M>& model) {
-            const srm::Scaled<M> as_it_is{model.value, model.value.N_r, 1.0};
-            make<srm::Scaled<M>, N>(given, as_it_is);
-          },
-          given.machine);
-    }
-  });
+void AnySimulation::make_other(const AnyController& controller, const SimulationParts& given,
+                               const Faults& faults) {
+  std::visit(
+      [&]<int N, class M>(const srm::Controller<N>& step, const srm::Held<M>& model) {
+        if constexpr (!has_form<Forms::usual, double, N>) {
+          make(step, given, srm::Scaled<M>{model.value, model.value.N_r, 1.0}, faults);
+        }
+      },
+      controller.step, given.machine);
 }
 
 void bind_environments(nb::module_& m) {
@@ -238,9 +236,8 @@ void bind_environments(nb::module_& m) {
            "copper loss, mechanical power and power of the dc link; turn-ons.")
       .def("sample", &Batch::sample, nb::arg("drive"),
            "The columns of the last measurement, and the reference.");
-  m.def("batch", &batch, nb::arg("count"), nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"),
-        nb::arg("R"), nb::arg("source"), nb::arg("bridge"), nb::arg("shaft"), nb::arg("theta_m"),
-        nb::arg("reference"), nb::arg("rules"), nb::arg("drawn"),
+  m.def("batch", &batch, nb::arg("count"), nb::arg("n_phases"), nb::arg("loop"), nb::kw_only(),
+        nb::arg("rules"), nb::arg("drawn"),
         "Drives that share all but the numbers named in `drawn`.");
 }
 

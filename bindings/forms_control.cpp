@@ -1,7 +1,6 @@
 // Controllers of any law with its frame, alone and supervised (forms.hpp).
+#include "called_machine.hpp"
 #include "controllers.hpp"
-#include "describe_control.hpp"
-#include "describe_plant.hpp"
 #include "srm/sim/desk.hpp"
 
 namespace bound {
@@ -21,20 +20,30 @@ AnyController with_law(const AnyLaw& law, const Make& make, const Others& others
   return std::visit([&](const auto& any) { return std::visit(of, any); }, law.called);
 }
 
-using Events = std::shared_ptr<std::vector<srm::Event>>;
+/// What leaves Python of a controller with these parameters.
+template <class T, class P>
+std::shared_ptr<const Exported> exported(const AnyLaw& law, const P& parameters,
+                                         std::shared_ptr<const void> memory = {}) {
+  if (law.itself.show == nullptr) return nullptr;
+  constexpr bool supervised = requires { parameters.supervision; };
+  return std::make_shared<const Exported>(
+      Exported{law.itself, law.machine, std::is_same_v<T, float>, supervised,
+               [itself = law.itself, parameters, memory](srm::Archive& archive) {
+                 Shower shower(archive, &itself);
+                 srm::walk(shower, parameters);
+               }});
+}
 
 template <class Drive>
-AnyController sampled(const Drive& drive, const srm::Supervision& plan,
+AnyController sampled(const srm::SupervisedDrive<Drive>& drive,
                       const std::shared_ptr<const void>& memory) {
-  const Events events = std::make_shared<std::vector<srm::Event>>();
+  const auto events = std::make_shared<std::vector<srm::Event>>();
   AnyController made{srm::Controller<Drive::N>(
-      [drive, plan, memory, events, x = srm::SupervisedState<Drive>{}](
+      [drive, memory, events, x = typename srm::SupervisedDrive<Drive>::State{}](
           const srm::Measurement<double, Drive::N>& y, double reference) mutable {
-        srm::Orders<Drive::N> orders = srm::step_supervised(drive, plan, x, y, reference);
-        const auto& law = x.drive.control.law;
-        orders.tau_ref = x.outputs.gate_enable ? double(law.frame.tau_ref) : 0.0;
-        srm::assign(orders.learned, law.law.learned);
-        srm::note(*events, drive, x, plan.T_s);
+        const srm::Orders<Drive::N> orders = step_on_desk(drive, x, y, reference);
+        const srm::Event now = event_of(drive, x);
+        if (events->empty() || events->back().mode != now.mode) events->push_back(now);
         return orders;
       })};
   made.events = [events] { return *events; };
@@ -49,9 +58,7 @@ AnyController controlled<forms_here>(const AnyLaw& law, const srm::Frame<double>
     srm::DriveControl<srm::CalledLaw<T, N>> control{called};
     srm::assign(control.frame, given);
     AnyController made{srm::on_desk(control, nullptr)};
-    if (law.describe != nullptr) {
-      made.description = [law, frame = control.frame] { return described_controller(law, frame); };
-    }
+    made.exported = exported<T>(law, control);
     return made;
   };
   return with_law(law, around, [&] { return controlled<Forms::other>(law, given); });
@@ -67,23 +74,15 @@ AnyController supervised<forms_here>(const AnyLaw& law, const srm::Frame<double>
     if (plan.phase < 0 || plan.phase >= N) throw std::invalid_argument("phase of the trouble");
     const auto guarded = [&]<class M>(const M& known, const srm::Tables& memory) {
       using Control = srm::DriveControl<srm::CalledLaw<T, N>>;
-      srm::Supervised<srm::Guarded<M, Control>> drive{};
+      srm::SupervisedDrive<srm::Supervised<srm::Guarded<M, Control>>> given{{}, plan};
+      auto& drive = given.drive;
       drive.control.machine = known;
       srm::assign(drive.control.protection, protection);
       srm::assign(drive.control.control.frame, frame);
       drive.control.control.law = called;
       srm::assign(drive.sequence, sequence);
-      AnyController made = sampled(drive, plan, memory.owner());
-      if (law.describe != nullptr) {
-        made.description = [law, drive, plan, owner = memory.owner()] {
-          nb::dict tree = described_controller(law, drive.control.control.frame);
-          tree["known"] = described(drive.control.machine);
-          tree["protection"] = described(drive.control.protection);
-          tree["sequence"] = described(drive.sequence);
-          tree["supervision"] = described_part(plan);
-          return tree;
-        };
-      }
+      AnyController made = sampled(given, memory.owner());
+      made.exported = exported<T>(law, given, memory.owner());
       return made;
     };
     return with_machine<forms_here, T>(machine, guarded);

@@ -29,7 +29,7 @@ void bind_frame(nb::module_& m) {
   bind_struct<srm::UserLimits<double>>(m, "UserLimits",
                                        "Of torque [N m] and phase current [A], below what the law "
                                        "is built for.");
-  bind_struct_with_defaults<srm::Frame<double>>(
+  bind_struct<srm::Frame<double>, true>(
       m, "Frame",
       "What stands around a control law: angle tracker, speed or voltage loop, limits, sampled "
       "comparators, dead-time compensation. By default none of them. SI units.");

@@ -1,8 +1,8 @@
 // The protection and the states of a drive, from Python.
 #include "bind_struct.hpp"
-#include "describe.hpp"
 #include "srm/control/guard/protection.hpp"
 #include "srm/control/guard/sequence.hpp"
+#include "trees.hpp"
 
 namespace bound {
 
@@ -32,8 +32,8 @@ nb::dict described_guard(const srm::Protection<double>& protection,
   srm::assign(protects, protection);
   srm::assign(leads, sequence);
   nb::dict nodes;
-  nodes["protection"] = described(protects);
-  nodes["sequence"] = described(leads);
+  nodes["protection"] = tree(protects);
+  nodes["sequence"] = tree(leads);
   return nodes;
 }
 

@@ -21,6 +21,7 @@ NB_MODULE(_core, m) {
   bound::bind_controller(m);
   bound::bind_called_law(m);
   bound::bind_plant(m);
+  bound::bind_exported(m);
   bound::bind_simulation(m);
   bound::bind_step_time(m);
   bound::bind_guard(m);

@@ -1,6 +1,5 @@
 // The exchangeable parts of the plant, and what the loop is told of sensors and resolution.
 #include "bind_struct.hpp"
-#include "describe_plant.hpp"
 #include "srm/sim/simulation.hpp"
 
 namespace bound {
@@ -27,7 +26,7 @@ void bind_plant(nb::module_& m) {
                             "On-state voltages of switches and diodes: thresholds [V], slopes "
                             "[ohm].");
   bind_each(m, srm::Bridge());
-  bind_struct_with_defaults<srm::Pump>(
+  bind_struct<srm::Pump, true>(
       m, "Pump",
       "A pump that lifts water: torque (rows of static heads, columns of "
       "sqrt(omega^2 - omega_0^2)) [N m], static head over time [m]. By default none.")
@@ -37,7 +36,7 @@ void bind_plant(nb::module_& m) {
             return pump.torque(omega_m, {t, t});
           },
           nb::arg("omega_m"), nb::arg("t"), "Torque at a speed [rad/s] and time [s]; [N m].");
-  bind_struct_with_defaults<srm::Shaft>(
+  bind_struct<srm::Shaft, true>(
       m, "Shaft",
       "Inertia J [kg m^2], friction B [N m s], k of a fan or pump [N m s^2], "
       "torque tau_0 [N m] and held speed omega [rad/s] over time, and a "
@@ -56,32 +55,6 @@ void bind_plant(nb::module_& m) {
   bind_struct<srm::Sampling>(m, "Sampling", "Sensors and timing of the controller.");
   bind_struct<srm::Scale>(m, "Scale", "Currents [A] and voltages [V] that matter.");
   bind_struct<srm::Resolution>(m, "Resolution", "How finely a run is computed and kept.");
-  m.def(
-      "described_plant",
-      [](const AnyMachine& machine, double R, const srm::Source& source, const srm::Bridge& bridge,
-         const srm::Shaft& shaft, double t_dead, const srm::Sampling& sampling,
-         const srm::Course& reference, double theta_m,
-         const srm::Resolution& resolution) -> nb::typed<nb::dict, std::string, nb::any> {
-        nb::dict plant, fields, loop, node;
-        std::visit([&](const auto& m) { fields["machine"] = described(m.value); }, machine);
-        fields["R"] = R;
-        fields["source"] = described_part(source);
-        fields["bridge"] = described_part(bridge);
-        fields["shaft"] = described_part(shaft);
-        plant["fields"] = fields;
-        loop["plant"] = plant;
-        loop["t_dead"] = t_dead;
-        loop["sampling"] = described_part(sampling);
-        loop["reference"] = described_part(reference);
-        loop["theta_m"] = theta_m;
-        loop["resolution"] = described_part(resolution);
-        node["fields"] = loop;
-        return node;
-      },
-      nb::kw_only(), nb::arg("machine"), nb::arg("R"), nb::arg("source"), nb::arg("bridge"),
-      nb::arg("shaft"), nb::arg("t_dead"), nb::arg("sampling"), nb::arg("reference"),
-      nb::arg("theta_m"), nb::arg("resolution"),
-      "All but the controller of a closed loop as a tree of names and numbers, for export.");
   m.def(
       "n_switches",
       [](const srm::Bridge& bridge, int n_phases) {

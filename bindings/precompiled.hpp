@@ -10,7 +10,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "arrays.hpp"
-#include "describe.hpp"
+#include "shower.hpp"
 #include "srm/control/frame/learning.hpp"
 #include "srm/control/laws.hpp"
 #include "srm/machine/machines.hpp"

@@ -5,46 +5,36 @@
 
 #include <algorithm>
 
+#include "bind_struct.hpp"
+
 namespace bound {
 
-AnySimulation::AnySimulation(const SimulationParts& given) {
-  with_phases(given.n_phases, [&]<int N>() {
-    std::visit(
-        [&]<class M>(const srm::Held<M>& model) {
-          memory_ = model.memory;
-          if constexpr (has_form<Forms::usual, double, N>) {
-            make<M, N>(given, model.value);
-          } else {
-            make_other(given);
+AnySimulation::AnySimulation(const AnyController& controller, const SimulationParts& given,
+                             const Faults& faults) {
+  if (faults.size() > srm::most_faults) throw std::invalid_argument("too many faults");
+  std::visit(
+      [&]<int N, class M>(const srm::Controller<N>& step, const srm::Held<M>& model) {
+        for (const srm::BrokenPart& part : faults) {
+          if (std::min(part.phase, part.other) < 0 || std::max(part.phase, part.other) >= N) {
+            throw std::invalid_argument("a fault of a phase that is not there");
           }
-        },
-        given.machine);
-  });
+        }
+        memory_ = model.memory;
+        if constexpr (has_form<Forms::usual, double, N>) {
+          make(step, given, model.value, faults);
+        } else {
+          make_other(controller, given, faults);
+        }
+      },
+      controller.step, given.machine);
 }
 
 void bind_simulation(nb::module_& m) {
+  bind_struct<SimulationParts>(m, "SimulationParts",
+                               "All of a closed loop but its controller. SI units.");
   nb::class_<AnySimulation>(m, "Simulation", "The closed loop. SI units.")
-      .def(
-          "__init__",
-          [](AnySimulation* self, const AnyMachine& machine, int n_phases, double R,
-             const srm::Source& source, const srm::Bridge& bridge, const srm::Shaft& shaft,
-             double t_dead, const srm::Sampling& sampling, const AnyController& controller,
-             const srm::Course& reference, double theta_m, const srm::Resolution& resolution,
-             const std::vector<srm::BrokenPart>& faults) {
-            for (const srm::BrokenPart& part : faults) {
-              if (std::min(part.phase, part.other) < 0 ||
-                  std::max(part.phase, part.other) >= n_phases) {
-                throw std::invalid_argument("a fault of a phase that is not there");
-              }
-            }
-            if (faults.size() > srm::most_faults) throw std::invalid_argument("too many faults");
-            new (self) AnySimulation({machine, n_phases, R, source, bridge, shaft, t_dead, sampling,
-                                      controller, reference, theta_m, resolution, faults});
-          },
-          nb::kw_only(), nb::arg("machine"), nb::arg("n_phases"), nb::arg("R"), nb::arg("source"),
-          nb::arg("bridge"), nb::arg("shaft"), nb::arg("t_dead"), nb::arg("sampling"),
-          nb::arg("controller"), nb::arg("reference"), nb::arg("theta_m"), nb::arg("resolution"),
-          nb::arg("faults") = std::vector<srm::BrokenPart>{})
+      .def(nb::init<const AnyController&, const SimulationParts&, const AnySimulation::Faults&>(),
+           nb::arg("controller"), nb::arg("loop"), nb::arg("faults") = AnySimulation::Faults{})
       .def("advance", &AnySimulation::advance, nb::arg("t_stop"),
            nb::call_guard<nb::gil_scoped_release>(),
            "Runs to t_stop [s], or until a table is full or many steps are taken; returns the time "

@@ -16,28 +16,29 @@ inline constexpr int waveform_rows = 20000;
 /// Few, because each of thousands of loops has them: at 40 columns, 20 KB.
 inline constexpr int period_rows = 64;
 
-/// What a loop is made of.
+/// What a loop is made of but its controller.
 struct SimulationParts {
-  const AnyMachine& machine;
-  int n_phases;
+  AnyMachine machine;
   double R;
-  const srm::Source& source;
-  const srm::Bridge& bridge;
-  const srm::Shaft& shaft;
+  srm::Source source;
+  srm::Bridge bridge;
+  srm::Shaft shaft;
   double t_dead;
-  const srm::Sampling& sampling;
-  const AnyController& controller;
-  const srm::Course& reference;
+  srm::Sampling sampling;
+  srm::Course reference;
   double theta_m;
-  const srm::Resolution& resolution;
-  const std::vector<srm::BrokenPart>& faults;
+  srm::Resolution resolution;
+  SRM_FIELDS(machine, R, source, bridge, shaft, t_dead, sampling, reference, theta_m, resolution)
 };
 
 class AnySimulation {
  public:
   using State = std::tuple<std::vector<double>, double, double, double>;
 
-  explicit AnySimulation(const SimulationParts& given);
+  using Faults = std::vector<srm::BrokenPart>;
+
+  AnySimulation(const AnyController& controller, const SimulationParts& given,
+                const Faults& faults);
 
   double advance(double t_stop) { return advance_(t_stop, *waveforms_, *periods_); }
   long steps() const { return steps_(); }
@@ -62,9 +63,11 @@ class AnySimulation {
 
  private:
   /// Of a number of phases that is not usual (forms.hpp), in environments.cpp.
-  void make_other(const SimulationParts& given);
+  void make_other(const AnyController& controller, const SimulationParts& given,
+                  const Faults& faults);
   template <srm::Motor M, int N>
-  void make(const SimulationParts& given, const M& machine);
+  void make(const srm::Controller<N>& step, const SimulationParts& given, const M& machine,
+            const Faults& faults);
 
   static std::vector<double> taken(srm::Rows& rows) {
     std::vector<double> values(rows.data(),
@@ -89,17 +92,16 @@ class AnySimulation {
 };
 
 template <srm::Motor M, int N>
-void AnySimulation::make(const SimulationParts& given, const M& machine) {
-  const auto* step = std::get_if<srm::Controller<N>>(&given.controller.step);
-  if (step == nullptr) throw std::invalid_argument("the controller has another phase count");
+void AnySimulation::make(const srm::Controller<N>& step, const SimulationParts& given,
+                         const M& machine, const Faults& faults) {
   const bool records = given.resolution.record_every >= 0;
   waveforms_ =
       std::make_unique<srm::Rows>(srm::columns_of(srm::Waveform<N>{}), records ? waveform_rows : 1);
   periods_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Period<N>{}), period_rows);
   const srm::Plant<M, N> plant{machine, given.R, given.source, given.bridge, given.shaft};
-  auto loop = std::make_shared<srm::Simulation<M, N>>(plant, given.t_dead, given.sampling, *step,
+  auto loop = std::make_shared<srm::Simulation<M, N>>(plant, given.t_dead, given.sampling, step,
                                                       given.reference, given.theta_m,
-                                                      given.resolution, given.faults);
+                                                      given.resolution, faults);
   advance_ = [loop](double t, srm::Rows& w, srm::Rows& p) { return loop->advance(t, w, p); };
   record_ = [loop](srm::Rows& w) { loop->record(w); };
   steps_ = [loop] { return loop->steps(); };

@@ -257,11 +257,6 @@ def controller_from(n_phases: int, function: Callable) -> Controller:
     A controller that calls function(measurement, reference) at every sample and takes the orders from it, in the form that `step` returns.
     """
 
-def described(controller: Controller) -> dict[str, Any] | None:
-    """
-    The controller's law, frame and machine as a tree of names and numbers, for export; None where it has no such form.
-    """
-
 def wrap_float(theta: float) -> float:
     """theta [rad] brought into [0, 2 pi), in single precision."""
 
@@ -527,18 +522,34 @@ class Resolution:
 
     def __init__(self, *, dt_max: float, scale: Scale, record_every: float) -> None: ...
 
-def described_plant(*, machine: LeHuy | FluxMap, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, reference: Course, theta_m: float, resolution: Resolution) -> dict[str, Any]:
-    """
-    All but the controller of a closed loop as a tree of names and numbers, for export.
-    """
-
 def n_switches(bridge: AsymmetricBridge | SharedSwitchBridge, n_phases: int) -> int:
     """Switches of a bridge."""
+
+def described(controller: Controller) -> dict[str, Any]:
+    """
+    The controller, and its machine, as trees of names and numbers, for export.
+    """
+
+def law_of(controller: Controller) -> str | None:
+    """The struct of a controller's law; None where it has no such form."""
+
+def numbers(controller: Controller | None, loop: SimulationParts) -> dict[str, float | list[float] | tuple[float, ...]]:
+    """
+    Every number of a drive by its name in the C interface: arrays as lists, tables as tuples. Without a controller those of the plant.
+    """
+
+def blob(controller: Controller, loop: SimulationParts) -> bytes:
+    """The parameters of a drive as bytes, for the C interface."""
+
+class SimulationParts:
+    """All of a closed loop but its controller. SI units."""
+
+    def __init__(self, *, machine: LeHuy | FluxMap, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, reference: Course, theta_m: float, resolution: Resolution) -> None: ...
 
 class Simulation:
     """The closed loop. SI units."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, controller: Controller, reference: Course, theta_m: float, resolution: Resolution, faults: _Sequence[BrokenPart] = []) -> None: ...
+    def __init__(self, controller: Controller, loop: SimulationParts, faults: _Sequence[BrokenPart] = []) -> None: ...
 
     def advance(self, t_stop: float) -> float:
         """
@@ -679,7 +690,7 @@ class Batch:
     def sample(self, drive: int) -> list[float]:
         """The columns of the last measurement, and the reference."""
 
-def batch(count: int, *, machine: LeHuy | FluxMap, n_phases: int, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, theta_m: float, reference: float, rules: Rules, drawn: _Sequence[str]) -> Batch:
+def batch(count: int, n_phases: int, loop: SimulationParts, *, rules: Rules, drawn: _Sequence[str]) -> Batch:
     """Drives that share all but the numbers named in `drawn`."""
 
 class Routine(enum.Enum):

@@ -9,23 +9,28 @@ from reluctance.base.toolchain import build
 from reluctance.drive.drive import Drive
 from reluctance.targets.export import firmware
 from reluctance.targets.export.package import described
-from reluctance.targets.export.tree import walk
 
 SOURCE = ROOT / "tests" / "firmware" / "fuzz.cpp"
 SANITIZE = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"]
 FLAGS = ["-O0", "-I.", "-Iinclude", *SANITIZE]
 
 
+def floats(node, path):
+    """Where the floats of a tree are, those of tables left out."""
+    if isinstance(node, float):
+        yield path
+    elif isinstance(node, list):
+        for j, element in enumerate(node):
+            yield from floats(element, f"{path}[{j}]")
+    elif isinstance(node, dict):
+        for name, field in node.get("fields", {}).items():
+            yield from floats(field, f"{path}.{name}")
+
+
 def corrupt_header(tree):
     """A function that hands every float parameter to a visitor."""
-    lines = [
-        f"  visit({path}[{j}]);" if mark == "{}" else f"  visit({path});"
-        for name in ("control", "machine", "protection")
-        for path, mark, numbers in walk(tree[name], name)
-        for j, number in enumerate(numbers)
-        if mark in ("", "{}") and isinstance(number, float)
-    ]
-    body = "\n".join(lines)
+    names = ("control", "machine", "protection")
+    body = "\n".join(f"  visit({path});" for name in names for path in floats(tree[name], name))
     return (
         "template <class Control, class Machine, class Protection, class Visit>\n"
         "void corrupt(Control& control, Machine& machine, Protection& protection, Visit visit) "

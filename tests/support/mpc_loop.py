@@ -131,9 +131,8 @@ def loop(
     """The law on its machine at the speed that a dynamometer holds. reference: times [s] and
     torques [N m]; by default that of the point throughout."""
     t_ref, ref = reference or ([0.0], [point.tau])
-    return _core.Simulation(
+    parts = _core.SimulationParts(
         machine=point.machine,
-        n_phases=point.n_phases,
         R=point.R,
         source=_core.StiffSource(u_dc=_constant(point.u_dc)),
         bridge=_core.AsymmetricBridge(
@@ -156,13 +155,13 @@ def loop(
             ),
             angle_offset=0.0,
         ),
-        controller=law,
         reference=_core.Course(t=t_ref, value=ref),
         theta_m=theta_m,
         resolution=_core.Resolution(
             dt_max=5e-6, scale=_core.Scale(i=100.0, u_dc=point.u_dc), record_every=record_every
         ),
     )
+    return _core.Simulation(law, parts)
 
 
 def _constant(value: float) -> Any:

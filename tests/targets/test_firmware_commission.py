@@ -141,7 +141,7 @@ class Board:
         parts["theta_m"] = np.radians(theta_e_deg) / self.drive.machine.N_r
         parts["shaft"] = rotor(self.drive, clamped=clamped)
         controller = _core.controller_from(n, self.step)
-        loop = _core.Simulation(n_phases=n, controller=controller, **parts)
+        loop = _core.Simulation(controller, _core.SimulationParts(**parts))
         t = 0.0
         while t < until and self.found["finding"][0] <= 1 and self.modes[-1:] != ["fault"]:
             t = loop.advance(t + 0.01)

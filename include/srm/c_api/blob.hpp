@@ -1,4 +1,4 @@
-// A blob: the resolved parameters of one drive, as Python writes them.
+// A blob: the resolved parameters of one drive.
 //
 //   offset  bytes
 //        0      8  "SRMDRIVE"
@@ -8,16 +8,16 @@
 //       40     16  machine model: LeHuy, FluxMap
 //       56      8  precision of the controller: float, double
 //       64      8  around the law: frame, or states (control_part.hpp)
-//       72      8  layout: hash of the names of all fields (unpack.hpp)
+//       72      8  layout: hash of the names of all fields (archive.hpp)
 //       80      8  checksum: FNV-1a over all other bytes
-//       88         parameters, doubles (unpack.hpp)
+//       88         parameters, doubles (archive.hpp)
 #pragma once
 
 #include <cstring>
 #include <string>
 
+#include "srm/c_api/archive.hpp"
 #include "srm/c_api/reluctance.h"
-#include "srm/c_api/unpack.hpp"
 
 namespace srm::c_api {
 
@@ -63,6 +63,29 @@ inline srm_status parse(const unsigned char* bytes, std::size_t size, Blob& blob
   blob.parameters = bytes + blob_header;
   blob.size = size - blob_header;
   return SRM_OK;
+}
+
+/// The bytes of a blob of this kind with these parameters.
+inline std::string written(const Blob& of, const Writer& parameters) {
+  std::string bytes = "SRMDRIVE";
+  const auto add = [&](auto value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  const auto text = [&](const std::string& value, std::size_t length) {
+    bytes.append(value).append(length - value.size(), '\0');
+  };
+  add(blob_version);
+  add(std::int32_t(of.n_phases));
+  text(of.law, 24);
+  text(of.machine, 16);
+  text(of.precision, 8);
+  text(of.around, 8);
+  add(parameters.layout.hash);
+  const std::size_t head = bytes.size();
+  for (const double number : parameters.list) add(number);
+  const std::uint64_t checksum = hashed(hash_start, bytes);
+  bytes.insert(head, reinterpret_cast<const char*>(&checksum), sizeof checksum);
+  return bytes;
 }
 
 }  // namespace srm::c_api

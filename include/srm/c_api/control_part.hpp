@@ -40,8 +40,8 @@ class ControlPart {
  public:
   virtual ~ControlPart() = default;
 
-  virtual void read_parameters(Reader& reader) = 0;
-  virtual void list_numbers(std::vector<Number>& found) = 0;
+  virtual void walk(Reader& reader) = 0;
+  virtual void walk(Names& names) = 0;
   virtual void list_inputs(std::vector<Input>& found) = 0;
   virtual Fault unsound() const = 0;
 
@@ -56,18 +56,65 @@ class ControlPart {
   virtual void restore(const unsigned char* bytes) = 0;
 };
 
-/// What both kinds share: parameters of type P with a law by pointer, and a state of type S.
-template <class P, class S, Real T, int N>
-class ControlWith : public ControlPart<N> {
- public:
-  explicit ControlWith(std::unique_ptr<LawPart<T, N>> law) : law_(std::move(law)) {}
+template <Real T, int N>
+using PointedControl = DriveControl<PointedLaw<T, N>>;
 
-  void read_parameters(Reader& reader) override { reader.read(given_, memory_); }
-  void list_numbers(std::vector<Number>& found) override {
-    add_numbers(given_, "control", found);
-    add_viewed_numbers(given_, "control", found);
+template <Machine M, int N>
+using PointedDrive = SupervisedDrive<Supervised<Guarded<M, PointedControl<typename M::Scalar, N>>>>;
+
+/// The controller with parameters P: a PointedControl or a PointedDrive.
+template <class P>
+class ControlOf final : public ControlPart<P::n_phases> {
+  using T = typename P::Scalar;
+  using State = typename P::State;
+  static constexpr int N = P::n_phases;
+  static constexpr bool with_states = requires(P p) { p.supervision; };
+  static_assert(std::is_trivially_copyable_v<State>, "a state is saved as bytes");
+
+ public:
+  explicit ControlOf(std::unique_ptr<LawPart<T, N>> law) : law_(std::move(law)) {
+    if constexpr (with_states) {
+      given_.drive.control.control.law.part = law_.get();
+    } else {
+      given_.law.part = law_.get();
+    }
   }
+
+  void walk(Reader& reader) override { srm::walk(reader, given_); }
+  void walk(Names& names) override { srm::walk(names, given_); }
+  void list_inputs([[maybe_unused]] std::vector<Input>& found) override {
+    if constexpr (with_states) {
+      list_constant(found, "enable", given_.supervision.enable, true);
+      list_constant(found, "clear", given_.supervision.clear, true);
+    }
+  }
+  Fault unsound() const override {
+    if (const Fault f = law_->unsound()) return f;
+    if constexpr (with_states) {
+      if (const Fault f = given_.drive.control.machine.fault()) return f;
+      if (const Fault f = fault(given_.drive.control.protection)) return f;
+      if (const Fault f = fault(given_.drive.sequence)) return f;
+      return fault<N>(given_.supervision);
+    } else {
+      return nullptr;
+    }
+  }
+
   void reset() override { state_ = {}; }
+  Orders<N> step(const Measurement<double, N>& y, double reference) override {
+    return step_on_desk(given_, state_, y, reference);
+  }
+
+  bool supervised() const override { return with_states; }
+  States states() const override {
+    if constexpr (with_states) {
+      const Outputs& now = state_.outputs;
+      return {event_of(given_, state_), double(now.gate_enable), double(now.precharged),
+              double(now.chopper)};
+    } else {
+      return {};
+    }
+  }
 
   std::size_t state_size() const override { return sizeof state_ + law_->state_size(); }
   void save(unsigned char* bytes) const override {
@@ -79,83 +126,10 @@ class ControlWith : public ControlPart<N> {
     law_->restore(bytes + sizeof state_);
   }
 
- protected:
-  static_assert(std::is_trivially_copyable_v<S>, "a state is saved as bytes");
-  Tables memory_;  // of the tables that the parameters view
+ private:
   std::unique_ptr<LawPart<T, N>> law_;
   P given_{};
-  S state_{};
-};
-
-template <Real T, int N>
-using PointedControl = DriveControl<PointedLaw<T, N>>;
-
-template <Real T, int N>
-class PlainControl final
-    : public ControlWith<PointedControl<T, N>, typename PointedControl<T, N>::State, T, N> {
- public:
-  using Base = ControlWith<PointedControl<T, N>, typename PointedControl<T, N>::State, T, N>;
-  explicit PlainControl(std::unique_ptr<LawPart<T, N>> law) : Base(std::move(law)) {
-    this->given_.law.part = this->law_.get();
-  }
-
-  void list_inputs(std::vector<Input>&) override {}
-  Fault unsound() const override { return this->law_->unsound(); }
-  Orders<N> step(const Measurement<double, N>& y, double reference) override {
-    return step_on_desk(this->given_, this->state_, y, reference);
-  }
-  bool supervised() const override { return false; }
-  States states() const override { return {}; }
-};
-
-/// A drive with its states, and when it is enabled and cleared.
-template <Machine M, int N>
-struct SupervisedParameters {
-  Supervised<Guarded<M, PointedControl<typename M::Scalar, N>>> drive;
-  Supervision supervision;
-  SRM_FIELDS(drive, supervision)
-};
-
-template <Machine M, int N>
-class SupervisedControl final
-    : public ControlWith<SupervisedParameters<M, N>,
-                         SupervisedState<decltype(SupervisedParameters<M, N>::drive)>,
-                         typename M::Scalar, N> {
- public:
-  using P = SupervisedParameters<M, N>;
-  using T = typename M::Scalar;
-  using Base = ControlWith<P, SupervisedState<decltype(P::drive)>, T, N>;
-  explicit SupervisedControl(std::unique_ptr<LawPart<T, N>> law) : Base(std::move(law)) {
-    this->given_.drive.control.control.law.part = this->law_.get();
-  }
-
-  void list_inputs(std::vector<Input>& found) override {
-    list_constant(found, "enable", this->given_.supervision.enable, true);
-    list_constant(found, "clear", this->given_.supervision.clear, true);
-  }
-  Fault unsound() const override {
-    const P& p = this->given_;
-    if (const Fault f = this->law_->unsound()) return f;
-    if (const Fault f = p.drive.control.machine.fault()) return f;
-    if (const Fault f = fault(p.drive.control.protection)) return f;
-    if (const Fault f = fault(p.drive.sequence)) return f;
-    return fault<N>(p.supervision);
-  }
-  Orders<N> step(const Measurement<double, N>& y, double reference) override {
-    const P& p = this->given_;
-    Orders<N> orders = step_supervised(p.drive, p.supervision, this->state_, y, reference);
-    const auto& law = this->state_.drive.control.law;
-    orders.tau_ref = this->state_.outputs.gate_enable ? double(law.frame.tau_ref) : 0.0;
-    return orders;
-  }
-  bool supervised() const override { return true; }
-  States states() const override {
-    const auto& x = this->state_;
-    return {.now = event_of(this->given_.drive, x, this->given_.supervision.T_s),
-            .gate_enable = double(x.outputs.gate_enable),
-            .precharged = double(x.outputs.precharged),
-            .chopper = double(x.outputs.chopper)};
-  }
+  State state_{};
 };
 
 }  // namespace srm::c_api

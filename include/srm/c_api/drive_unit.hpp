@@ -38,8 +38,10 @@ class DriveUnit final : public Unit {
         control_(std::move(control)),
         part_(part),
         identity_(identity) {
-    add_numbers(given_, "", numbers_);
-    control_->list_numbers(numbers_);
+    add_numbers(given_, numbers_);
+    Names names(numbers_, true);
+    names.name("control");
+    control_->walk(names);
     list_inputs();
     for (const Number& n : numbers_) names_[SRM_PARAMETER].push_back(n.name);
     for (const Input& n : inputs_) names_[SRM_INPUT].push_back(n.name);
@@ -406,8 +408,8 @@ class DriveUnit final : public Unit {
     std::vector<Number> places;
     Orders<N> given = orders_;
     Command<double, N>& trial = given.command;
-    for (PhaseCommand<double>& c : trial) add_numbers(c, "", places);
-    if (control_->supervised()) add_numbers(given.at_once, "", places);
+    for (PhaseCommand<double>& c : trial) add_numbers(c, places);
+    if (control_->supervised()) add_numbers(given.at_once, places);
     for (std::size_t j = 0; j < row.size(); ++j) {
       if (!places[j].set(row[j])) return {SRM_BAD_PARAMETER, names_[SRM_ORDER][j]};
     }

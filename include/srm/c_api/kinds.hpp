@@ -97,11 +97,11 @@ template <Machine M, int N>
 Made made(const Blob& blob, srm_part part, std::unique_ptr<ControlPart<N>> control) {
   LoopParameters<M, N> given{};
   Tables memory;
-  Reader reader(blob.parameters, blob.size);
-  reader.read(given, memory);
-  reader.visit("control ");
-  control->read_parameters(reader);
-  if (reader.layout() != blob.layout) return {{SRM_WRONG_VERSION, "fields"}};
+  Reader reader(blob.parameters, blob.size, memory);
+  walk(reader, given);
+  reader.name("control");
+  control->walk(reader);
+  if (reader.hash != blob.layout) return {{SRM_WRONG_VERSION, "fields"}};
   if (!reader.ended()) return {{SRM_NOT_A_BLOB, "numbers"}};
   if (!reader.fault().empty()) return {{SRM_BAD_PARAMETER, reader.fault()}};
   return {{},
@@ -118,9 +118,9 @@ void find_machine(const Blob& blob, srm_part part, Made& found) {
       if (!law) return;
       std::unique_ptr<ControlPart<N>> control;
       if (blob.around == "states") {
-        control = std::make_unique<SupervisedControl<Own, N>>(std::move(law));
+        control = std::make_unique<ControlOf<PointedDrive<Own, N>>>(std::move(law));
       } else if (blob.around == "frame") {
-        control = std::make_unique<PlainControl<T, N>>(std::move(law));
+        control = std::make_unique<ControlOf<PointedControl<T, N>>>(std::move(law));
       }
       if (control) found = made<Plants, N>(blob, part, std::move(control));
     }

@@ -17,9 +17,8 @@ class LawPart {
  public:
   virtual ~LawPart() = default;
 
-  virtual void read(Reader& reader) = 0;
-  virtual void list(std::string& name, std::vector<Number>& found) = 0;
-  virtual void list_viewed(std::string& name, std::vector<Number>& found) = 0;
+  virtual void walk(Reader& reader) = 0;
+  virtual void walk(Names& names) = 0;
   virtual Fault unsound() const = 0;
 
   virtual void reset() = 0;
@@ -38,11 +37,8 @@ class LawOf final : public LawPart<typename Law::Scalar, Law::n_phases> {
   using State = typename Law::State;
   static_assert(std::is_trivially_copyable_v<State>, "a state is saved as bytes");
 
-  void read(Reader& reader) override { reader.read(law_, memory_); }
-  void list(std::string& name, std::vector<Number>& found) override { numbers(law_, name, found); }
-  void list_viewed(std::string& name, std::vector<Number>& found) override {
-    viewed_numbers(law_, name, found);  // they lie in memory_
-  }
+  void walk(Reader& reader) override { srm::walk(reader, law_); }
+  void walk(Names& names) override { srm::walk(names, law_); }
   Fault unsound() const override { return fault_of_law(law_); }
 
   void reset() override { state_ = {}; }
@@ -57,7 +53,6 @@ class LawOf final : public LawPart<typename Law::Scalar, Law::n_phases> {
   }
 
  private:
-  Tables memory_;  // of the tables that the law views
   Law law_{};
   State state_{};
 };
@@ -79,11 +74,10 @@ struct PointedLaw {
     return part->step(y, tau_ref);
   }
 
-  // Its numbers are those of the law.
-  void read(Reader& reader, Tables&) { part->read(reader); }
-  void list(std::string& name, std::vector<Number>& found) { part->list(name, found); }
-  void list_viewed(std::string& name, std::vector<Number>& found) {
-    part->list_viewed(name, found);
+  /// Its numbers are those of the law.
+  template <class A>
+  void walk(A& archive) {
+    part->walk(archive);
   }
 };
 

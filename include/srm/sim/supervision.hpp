@@ -40,6 +40,25 @@ struct Supervision {
   SRM_FIELDS(T_s, enable, clear, troubled, trouble, phase, level)
 };
 
+/// A drive with its states, and when it is enabled and cleared.
+template <class Drive>
+struct SupervisedDrive {
+  using Scalar = typename Drive::T;
+  static constexpr int n_phases = Drive::N;
+
+  Drive drive;
+  Supervision supervision;
+  SRM_FIELDS(drive, supervision)
+
+  /// What changes from sample to sample: a plain value where the state of the law is one.
+  struct State {
+    typename Drive::State drive;
+    Measurement<double, n_phases> shown;  // at the last sample
+    std::uint32_t samples = 0, commands = 0;
+    Outputs outputs{};
+  };
+};
+
 /// The readings of one sample, as they are shown. last: those of the sample before.
 template <int N>
 void spoil(const Supervision& s, Measurement<double, N>& y, const Measurement<double, N>& last) {
@@ -65,22 +84,13 @@ void spoil(const Supervision& s, Measurement<double, N>& y, const Measurement<do
   }
 }
 
-/// What changes in a supervised drive on the desk from sample to sample: a plain value where the
-/// state of the law is one.
-template <class Drive>
-struct SupervisedState {
-  typename Drive::State drive;
-  Measurement<double, Drive::N> shown;  // at the last sample
-  std::uint32_t samples = 0, commands = 0;
-  Outputs outputs{};
-};
-
 /// One sample of a supervised drive on the desk. Measurement and orders change precision here, as
 /// they would at the target's sensors and timers.
 template <class Drive>
-Orders<Drive::N> step_supervised(const Drive& drive, const Supervision& s,
-                                 SupervisedState<Drive>& x, Measurement<double, Drive::N> y,
-                                 double reference) {
+Orders<Drive::N> step_on_desk(const SupervisedDrive<Drive>& given,
+                              typename SupervisedDrive<Drive>::State& x,
+                              Measurement<double, Drive::N> y, double reference) {
+  const auto& [drive, s] = given;
   using T = typename Drive::T;
   constexpr int N = Drive::N;
   const double t = s.T_s * x.samples++;
@@ -103,30 +113,26 @@ Orders<Drive::N> step_supervised(const Drive& drive, const Supervision& s,
   Orders<N> orders;
   assign(orders.command, ordered);
   orders.at_once = !x.outputs.gate_enable;
+  const auto& law = x.drive.control.law;
+  orders.tau_ref = orders.at_once ? 0.0 : double(law.frame.tau_ref);
+  if constexpr (requires { law.law.learned; }) assign(orders.learned, law.law.learned);
   return orders;
 }
 
 /// The state of a drive at its last sample, and its fault.
 template <class Drive>
-Event event_of(const Drive& drive, const SupervisedState<Drive>& x, double T_s) {
-  Event event{.t = x.samples == 0 ? 0.0 : T_s * (x.samples - 1),
+Event event_of(const SupervisedDrive<Drive>& given,
+               const typename SupervisedDrive<Drive>::State& x) {
+  Event event{.t = x.samples == 0 ? 0.0 : given.supervision.T_s * (x.samples - 1),
               .mode = static_cast<double>(x.outputs.mode)};
   if (x.outputs.mode == Mode::fault) {
-    const auto& fault = drive.fault(x.drive);
+    const auto& fault = given.drive.fault(x.drive);
     event.status = static_cast<double>(fault.status);
     event.phase = fault.phase;
     event.value = fault.value;
     event.limit = fault.limit;
   }
   return event;
-}
-
-/// The states that a drive has entered, from the outputs of its samples.
-template <class Drive>
-void note(std::vector<Event>& events, const Drive& drive, const SupervisedState<Drive>& x,
-          double T_s) {
-  const double mode = static_cast<double>(x.outputs.mode);
-  if (events.empty() || events.back().mode != mode) events.push_back(event_of(drive, x, T_s));
 }
 
 }  // namespace srm

@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,7 +62,7 @@ def pulses(law: FixedLaw, theta_on: ArrayLike, theta_off: ArrayLike, i_ref: Arra
     on, off, i = np.broadcast_arrays(*(np.asarray(v, float) for v in (theta_on, theta_off, i_ref)))
     found = np.zeros((2, i.size))
     known, sign = _exact(law.known), -1.0 if law.brakes else 1.0
-    parts = _plant(known, sign)
+    plant = _plant(known, sign)
     runs = _core.Runs(len(os.sched_getaffinity(0)))
     settles: dict[int, int] = {}
 
@@ -85,11 +84,7 @@ def pulses(law: FixedLaw, theta_on: ArrayLike, theta_off: ArrayLike, i_ref: Arra
                 brake_off=2 * np.pi - a,
                 omega_start=0.0,
             )
-            loop = _core.Simulation(
-                n_phases=known.n_phases,
-                controller=law.controller(known, window, float(current)),
-                **parts,
-            )
+            loop = _core.Simulation(law.controller(known, window, float(current)), plant)
             runs.add(n, loop, (settles[n] + law.periods + 0.01) * period(known), WITHIN)
         while runs.unfinished:
             take()
@@ -160,23 +155,23 @@ def _exact(known: Known) -> Known:
     )
 
 
-def _plant(known: Known, tau: float) -> dict[str, Any]:
+def _plant(known: Known, tau: float) -> _core.SimulationParts:
     """What a controller believes in, held at the working speed with this torque reference."""
     held = Load(kind="locked", speed_rpm=from_si(known.omega_m, "rpm"))
     sensing = Sensing(delay_samples=known.delay)
-    return {
-        "machine": known.magnetics,
-        "R": known.R,
-        "source": Source().core(known.u_dc),
-        "bridge": Converter(u_dc_V=known.u_dc).core(),
-        "shaft": held.core(J=known.J, B=0.0),
-        "t_dead": 0.0,
-        "sampling": sensing.core(T_s=known.T_s, N_r=known.N_r),
-        "reference": course(([0.0], [tau])),
-        "theta_m": 0.0,
-        "resolution": _core.Resolution(
+    return _core.SimulationParts(
+        machine=known.magnetics,
+        R=known.R,
+        source=Source().core(known.u_dc),
+        bridge=Converter(u_dc_V=known.u_dc).core(),
+        shaft=held.core(J=known.J, B=0.0),
+        t_dead=0.0,
+        sampling=sensing.core(T_s=known.T_s, N_r=known.N_r),
+        reference=course(([0.0], [tau])),
+        theta_m=0.0,
+        resolution=_core.Resolution(
             dt_max=period(known) / STEPS,
             scale=_core.Scale(i=known.i_max, u_dc=known.u_dc),
             record_every=-1.0,
         ),
-    }
+    )

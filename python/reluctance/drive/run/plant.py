@@ -17,13 +17,8 @@ def closed_loop(
     drive: Drive, controller: _core.Controller, record_every: float
 ) -> _core.Simulation:
     """The loop at its start. record_every: waveform interval [s]; 0: every point; < 0: none."""
-    parts = loop_parts(drive, record_every)
-    return _core.Simulation(
-        n_phases=drive.machine.n_phases,
-        controller=controller,
-        faults=drive.faults.core(drive.machine.N_r),
-        **parts,
-    )
+    parts = _core.SimulationParts(**loop_parts(drive, record_every))
+    return _core.Simulation(controller, parts, drive.faults.core(drive.machine.N_r))
 
 
 def loop_parts(drive: Drive, record_every: float) -> dict[str, Any]:

@@ -175,7 +175,7 @@ def commission(
     held = routine in CLAMPED if clamped is None else clamped
     parts["shaft"] = rotor(drive, clamped=held, friction=friction_Nm)
     parts["theta_m"] = to_si(theta_e_deg, "deg") / drive.machine.N_r
-    loop = _core.Simulation(n_phases=n, controller=bench.controller, **parts)
+    loop = _core.Simulation(bench.controller, _core.SimulationParts(**parts))
     t = 0.0
     while bench.finding == RUNNING:
         t = loop.advance(t + SLICE)

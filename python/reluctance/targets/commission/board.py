@@ -138,7 +138,7 @@ class Board:
         parts["theta_m"] = np.radians(theta_e_deg) / on.drive.machine.N_r
         parts["shaft"] = rotor(on.drive, clamped=clamped)
         controller = _core.controller_from(n, self._step)
-        self._loop = _core.Simulation(n_phases=n, controller=controller, **parts)
+        self._loop = _core.Simulation(controller, _core.SimulationParts(**parts))
         self.t = 0.0
 
     @property

@@ -1,13 +1,10 @@
 """The resolved parameters of a drive as bytes: what the C interface is made from.
 
-The numbers come from the objects that the simulation runs (bindings/describe.hpp,
-bindings/describe_plant.hpp), in the order of their field lists. include/srm/c_api/blob.hpp reads.
+The core writes them from the objects that the simulation runs (include/srm/c_api/archive.hpp).
 """
 
 from __future__ import annotations
 
-import re
-import struct
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,11 +14,6 @@ from reluctance.base.files import check_place, write_whole
 from reluctance.drive.drive import Drive
 from reluctance.drive.guard.supervised import controller
 from reluctance.drive.run.plant import loop_parts
-from reluctance.targets.export.tree import Node, Visit, walk
-
-VERSION = 2  # of the format; include/srm/c_api/blob.hpp has the same
-HASH_START, HASH_PRIME = 14695981039346656037, 1099511628211  # of FNV-1a, 64 bits
-NAME = re.compile(r"srm::DriveControl<(?:\w+::)?(\w+)<(?:(?:\w+::)?(\w+)<)?")
 
 
 @dataclass(frozen=True)
@@ -32,7 +24,6 @@ class Kind:
     machine: str  # struct of the machine model: LeHuy or FluxMap
     n_phases: int
     precision: str  # of the controller: float or double
-    around: str  # the law: frame, or states
 
     def __str__(self) -> str:
         return f"{self.law}, {self.machine}, {self.n_phases} phases, {self.precision}"
@@ -77,79 +68,43 @@ def blob(drive: Drive, *, record: float | None = None) -> bytes:
     ParameterError
         If the law has no form outside Python.
     """
-    of, nodes = kind(drive), described_controller(drive)
-    loop = _core.described_plant(**loop_parts(drive, -1.0 if record is None else record))
-    places = [*walk(loop), Visit("", "control ", ()), *walk(control_tree(nodes))]
-    names = "".join(place.mark for place in places)
-    numbers = [float(number) for place in places for number in place.numbers]
-    head = b"SRMDRIVE" + struct.pack(
-        "<Ii24s16s8s8sQ",
-        VERSION,
-        of.n_phases,
-        of.law.encode(),
-        of.machine.encode(),
-        of.precision.encode(),
-        of.around.encode(),
-        _hashed(HASH_START, names.encode()),
-    )
-    body = struct.pack(f"<{len(numbers)}d", *numbers)
-    return head + struct.pack("<Q", _hashed(HASH_START, head + body)) + body
+    loop = _core.SimulationParts(**loop_parts(drive, -1.0 if record is None else record))
+    return _core.blob(exported_controller(drive), loop)
 
 
 def kind(drive: Drive) -> Kind:
     """What a library must have been compiled with to run a drive."""
-    drive.check_sound("the C interface, in units and in the studio")
-    if drive.control.learns:
-        raise ParameterError(
-            "[control] learn = true has no form in the C interface, in units and in the studio; "
-            "need false there (the firmware package learns)"
-        )
-    nodes = described_controller(drive)
-    found = NAME.match(nodes["control"]["type"])
-    law = found[1] if found else ""
+    law = _core.law_of(exported_controller(drive)) or ""
     machine = type(drive.machine.magnetics).__name__
-    if not law or len(law) > 24:
-        raise ParameterError(
-            f"the law `{law or nodes['control']['type']}` has no name of 1 to 24 letters"
-        )
-    around = "states" if drive.supervision.on else "frame"
-    return Kind(law, machine, drive.machine.n_phases, drive.control.precision, around)
+    return Kind(law, machine, drive.machine.n_phases, drive.control.precision)
 
 
-def control_tree(nodes: dict[str, Node]) -> Node:
-    """The parameters of the controller as srm::c_api::PlainControl or SupervisedControl has them
-    (include/srm/c_api/control_part.hpp)."""
-    if "sequence" not in nodes:
-        return nodes["control"]
-    guarded = {
-        "machine": nodes["known"],
-        "protection": nodes["protection"],
-        "control": nodes["control"],
-    }
-    drive = {"sequence": nodes["sequence"], "control": {"fields": guarded}}
-    return {"fields": {"drive": {"fields": drive}, "supervision": nodes["supervision"]}}
-
-
-def described_controller(drive: Drive) -> dict[str, Node]:
-    """The tree of a drive's controller.
+def exported_controller(drive: Drive) -> _core.Controller:
+    """The controller of a drive, if the C interface can have it.
 
     Raises
     ------
     ParameterError
         If the law has no form outside Python.
     """
-    nodes = _core.described(controller(drive))
-    if nodes is None:
+    drive.check_sound("the C interface, in units and in the studio")
+    if drive.control.learns:
+        raise ParameterError(
+            "[control] learn = true has no form in the C interface, in units and in the studio; "
+            "need false there (the firmware package learns)"
+        )
+    made = exportable(drive, controller(drive))
+    law = _core.law_of(made) or ""
+    if len(law) > 24:
+        raise ParameterError(f"the law `{law}` has no name of 1 to 24 letters")
+    return made
+
+
+def exportable(drive: Drive, made: _core.Controller) -> _core.Controller:
+    """A controller of a drive, if its law has a form outside Python."""
+    if _core.law_of(made) is None:
         raise ParameterError(
             f"[control] law = {drive.control.law!r} cannot be exported; "
             "a law in C++ can (docs/extending.md)"
         )
-    return nodes
-
-
-def _hashed(start: int, content: bytes) -> int:
-    """FNV-1a."""
-    value = start
-    for byte in content:
-        value = (value ^ byte) * HASH_PRIME & 0xFFFFFFFFFFFFFFFF
-    return value
+    return made

@@ -1,4 +1,4 @@
-"""C++ constants from a controller's tree of names and numbers (bindings/describe.hpp).
+"""C++ constants from a controller's tree of names and numbers (bindings/trees.hpp).
 
 Floats are printed with the fewest digits that read back as the same float.
 """
@@ -6,12 +6,13 @@ Floats are printed with the fewest digits that read back as the same float.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from reluctance.base.errors import ParameterError
-from reluctance.targets.export.tree import Node
 
+Node = Any  # number, list, or one of the dicts of bindings/trees.hpp
 BYTES = {"float": 4, "std::uint8_t": 1}  # of a table's element
 DTYPES = {"float": "<f4", "std::uint8_t": "u1"}
 

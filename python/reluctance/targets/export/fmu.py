@@ -20,11 +20,10 @@ from reluctance.base.resources import resources
 from reluctance.base.toolchain import EXACT, SHARED, STANDARD, build
 from reluctance.drive.drive import Drive
 from reluctance.drive.run.plant import loop_parts
-from reluctance.targets.export.blob import Kind, blob, control_tree, described_controller, kind
+from reluctance.targets.export.blob import Kind, blob, exported_controller, kind
 from reluctance.targets.export.fmu_description import description
 from reluctance.targets.export.fmu_variables import PARTS, Part, variables
 from reluctance.targets.export.package import headers
-from reluctance.targets.export.tree import numbers_of
 
 FLAGS = ("-O2", "-fvisibility=hidden", "-I.")
 LINK = "-static-libstdc++ -static-libgcc -s -Wl,-Bsymbolic -Wl,--exclude-libs,ALL".split()
@@ -160,9 +159,9 @@ constexpr char token[] = "{token}";
 
 def _floats(drive: Drive) -> set[str]:
     """The names of the parameters that are real numbers and no table or course."""
-    loop = _core.described_plant(**loop_parts(drive, -1.0))
-    control = control_tree(described_controller(drive))
-    numbers = numbers_of({"": loop, "control": control})
+    numbers = _core.numbers(
+        exported_controller(drive), _core.SimulationParts(**loop_parts(drive, -1.0))
+    )
     return {name for name, n in numbers.items() if isinstance(n, float)} - {NOT_OF_A_UNIT}
 
 

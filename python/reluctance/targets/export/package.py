@@ -24,14 +24,14 @@ from reluctance.drive.guard.sequence_levels import sequence, speed_limit
 from reluctance.drive.guard.trip_levels import protection
 from reluctance.drive.laws.own_code import below
 from reluctance.targets.export.array_text import array_marks
+from reluctance.targets.export.blob import exportable
 from reluctance.targets.export.commission_levels import commission
-from reluctance.targets.export.constants import Tables, constant, literal
+from reluctance.targets.export.constants import Node, Tables, constant, literal
 from reluctance.targets.export.learned_interface import learned_marks
 from reluctance.targets.export.port import port_marks
 from reluctance.targets.export.recording import desk_controller
 from reluctance.targets.export.run_time import marks, run_time_code, run_time_parameters
 from reluctance.targets.export.self_test import STEPS, self_test_data, stored_tables
-from reluctance.targets.export.tree import Node
 
 FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
 PREFIX = "reluctance"
@@ -160,12 +160,7 @@ def described(drive: Drive) -> dict[str, Node]:
             f"[converter] bridge = {drive.converter.bridge!r} cannot be exported: the firmware "
             "orders legs of two switches each; need bridge = 'asymmetric'"
         )
-    nodes = _core.described(desk_controller(drive))
-    if nodes is None:
-        raise ParameterError(
-            f"[control] law = {drive.control.law!r} cannot be exported; "
-            "a law in C++ can (docs/extending.md)"
-        )
+    nodes = _core.described(exportable(drive, desk_controller(drive)))
     if drive.reference.kind != "none":  # what a reference is cut to, at the latest
         limit = nodes["control"]["fields"]["frame"]["fields"]["limits"]["fields"]
         limit["tau"] = min(limit["tau"], drive.tau_max)

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import reduce
 
 from reluctance.base.units import to_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.guard.trip_levels import MOST_SLACK_DEG, angle_step
-from reluctance.targets.export.constants import literal
-from reluctance.targets.export.tree import Node, numbers_of
+from reluctance.targets.export.constants import Node, literal
 
 GAIN_RANGE = 10.0  # of a gain of the speed loop: from none to so many times the built one
 LONGEST = 60.0  # command time-out and wait for the dc link [s]
@@ -128,10 +128,10 @@ ENTRIES = (
 def run_time_parameters(drive: Drive, tree: dict[str, Node]) -> list[RunTime]:
     """Those of a drive, in the order of their numbers."""
     found = []
-    numbers = numbers_of(tree)
     for entry in ENTRIES:
         if entry.serves(drive):
-            built = float(numbers[entry.path])
+            first, *fields = entry.path.split(".")
+            built = float(reduce(lambda node, name: node["fields"][name], fields, tree[first]))
             least, most = entry.range(drive, built)
             if most > least:  # otherwise there is nothing to choose
                 found.append(RunTime(entry.name, entry.unit, entry.path, least, most, built))

@@ -186,15 +186,8 @@ def _rules(drive: Drive, task: Task, action: Action, prices: Prices) -> _core.Ru
 
 def batch_of(drive: Drive, rules: _core.Rules, names: list[str], count: int) -> _core.Batch:
     """Drives in the core."""
-    parts = loop_parts(drive, -1.0)
-    return _core.batch(
-        count,
-        n_phases=drive.machine.n_phases,
-        reference=0.0,
-        rules=rules,
-        drawn=names,
-        **{name: parts[name] for name in ("machine", "R", "source", "bridge", "shaft", "theta_m")},
-    )
+    loop = _core.SimulationParts(**loop_parts(drive, -1.0))
+    return _core.batch(count, drive.machine.n_phases, loop, rules=rules, drawn=names)
 
 
 def _factored(drive: Drive, rules: _core.Rules, randomise: Mapping[str, Range]) -> dict[str, Range]:

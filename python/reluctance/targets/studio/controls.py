@@ -14,11 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.drive.drive import Drive
-from reluctance.targets.studio.parameters import Numbers, control_parameters, plant_parameters
+from reluctance.drive.run.plant import loop_parts
+from reluctance.targets.export.blob import exported_controller
 
 Value = float | int | str
+Numbers = dict[str, float | tuple[float, ...]]
 Tables = dict[str, dict[Value, float | tuple[float, ...]]]
 Values = Callable[[Any], Sequence[Value]]
 
@@ -70,6 +73,7 @@ FAULTS = (
     *("over_current", "dead_current_sensor", "frozen_current_sensor"),
     *("lost_encoder", "no_command", "hardware_trip"),
 )
+SHORT, LONG = 8, 15  # most values that are set by name: of a table of the control, and of the plant
 MANY = 50  # parameters that one control sets at most
 CONTROLS = (
     Control("load.speed_rpm", "Speed", "rpm", around(0.1, 2.0), off_design=True),
@@ -118,7 +122,9 @@ def offered(drive: Drive, control: Control) -> dict[str, Any] | None:
     if law is not None:
         drives = {value: drives[value] for value in law}
     values, elsewhere = sorted(drives), False
-    plant = tables({value: plant_parameters(one) for value, one in drives.items()}, given)
+    plant = tables(
+        {value: parameters(one, of_control=False) for value, one in drives.items()}, given
+    )
     if plant is None or len(values) < 2:
         return None
     changed = None if law is None else tables(law, given)
@@ -142,14 +148,31 @@ def offered(drive: Drive, control: Control) -> dict[str, Any] | None:
 def _of_law(drives: Mapping[Value, Drive], given: Value) -> dict[Value, Numbers] | None:
     """The controller's numbers over the values that it can have; None where a long table differs.
     The first that differs ends the search: such tables take seconds."""
-    found = {given: control_parameters(drives[given])}
+    found = {given: parameters(drives[given], of_control=True)}
     for value, drive in drives.items():
         if value == given:
             continue
         with contextlib.suppress(ParameterError):
-            found[value] = control_parameters(drive)
+            found[value] = parameters(drive, of_control=True)
             if tables(found, given) is None:
                 return None
+    return found
+
+
+def parameters(drive: Drive, *, of_control: bool) -> Numbers:
+    """The numbers of the controller, or else of plant, sensors and reference, by their names in the
+    C interface. A long table is one entry: its values cannot be set by name."""
+    made = exported_controller(drive) if of_control else None
+    found: Numbers = {}
+    for name, given in _core.numbers(made, _core.SimulationParts(**loop_parts(drive, 0.0))).items():
+        if of_control != name.startswith("control."):
+            continue
+        if not isinstance(given, list | tuple):
+            found[name] = float(given)
+        elif isinstance(given, tuple) and len(given) > (SHORT if of_control else LONG):
+            found[name] = given
+        else:
+            found |= {f"{name}_{j}": float(v) for j, v in enumerate(given)}
     return found
 
 

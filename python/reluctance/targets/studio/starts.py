@@ -15,7 +15,7 @@ from reluctance.drive.laws import LAWS
 from reluctance.drive.laws.conduction import ConductionAngles
 from reluctance.drive.laws.shared_torque import SharedTorque
 from reluctance.drive.load import load
-from reluctance.targets.studio.parameters import control_parameters
+from reluctance.targets.studio.controls import parameters
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,8 @@ class Start:
             window = np.degrees(drive.control.window(drive.known()))
             keys = dict(zip(("control.theta_on_deg", "control.theta_off_deg"), window, strict=True))
         elif isinstance(drive.control, SharedTorque) and drive.control.theta_on_deg is None:
-            of = {n.rpartition("law.sharing.")[2]: v for n, v in control_parameters(drive).items()}
+            numbers = parameters(drive, of_control=True)
+            of = {name.rpartition("law.sharing.")[2]: v for name, v in numbers.items()}
             on, overlap = (np.degrees(of[name]) for name in ("theta_on", "theta_ov"))
             keys = {"control.theta_on_deg": on, "control.theta_ov_deg": overlap}
         if drive.sensing.i_range_A == 0:

@@ -1,9 +1,9 @@
-// Parameters of a drive from a flat list of doubles, field by field, checked as they are read.
+// Parameters of a drive as a flat list of doubles: written field by field, and checked as they are
+// read.
 //
-// The list holds the numbers in the order of the field lists (base/fields.hpp). A table is its
-// length and its values, a variant the index of its alternative and its fields. While reading, the
-// names that were visited are hashed: the writer hashes the same names, so a blob of another
-// version of any struct is told apart (python/reluctance/targets/export/blob.py writes).
+// The list holds the numbers in the order of the field lists (sim/walk.hpp). A table is its length
+// and its values, a variant the index of its alternative and its fields. Reader and writer hash the
+// names that they come to, so a blob of another version of any struct is told apart.
 #pragma once
 
 #include <array>
@@ -16,9 +16,7 @@
 #include <variant>
 #include <vector>
 
-#include "srm/base/fields.hpp"
-#include "srm/sim/columns.hpp"
-#include "srm/sim/tables.hpp"
+#include "srm/sim/walk.hpp"
 
 namespace srm::c_api {
 
@@ -66,78 +64,75 @@ bool put(V& to, double value) {
   return true;
 }
 
-/// A function: no number.
-template <class V>
-concept Callable = requires(const V& v) {
-  v(0.0);
+/// Where a walk is, and the hash of all that it came to.
+class Layout : public FieldPath {
+ public:
+  std::uint64_t hash = hash_start;
+
+  void mark(std::string_view what) { hash = hashed(hash, what); }
+  void open(const auto& value) {
+    mark("(");
+    FieldPath::open(value);
+  }
+  void close() {
+    mark(")");
+    FieldPath::close();
+  }
+  void name(const char* field) {
+    mark(field);
+    mark(" ");
+    FieldPath::name(field);
+  }
+  void function(const auto&) { mark("!"); }
 };
 
-/// Bytes of doubles, read one by one. A fault is kept, and zeros follow.
-class Reader {
+/// Bytes of doubles, read one by one. A fault is kept, and zeros follow. Tables go to the memory.
+class Reader : public Layout {
  public:
-  Reader(const unsigned char* bytes, std::size_t size) : at_(bytes), left_(size / 8) {}
-
-  template <class V>
-  void read(V& value, Tables& memory) {
-    if constexpr (Callable<V>) {
-      visit("!");
-    } else if constexpr (requires { value.read(*this, memory); }) {
-      value.read(*this, memory);
-    } else if constexpr (Listed<V>) {
-      visit("(");
-      fields_of(value, [&](auto... field) { (named(field, memory), ...); });
-      visit(")");
-    } else if constexpr (is_view<V>) {
-      visit("[]");
-      std::vector<typename V::Value> table(length());
-      for (auto& element : table) number(element);
-      value = memory.keep<typename V::Value>(table);
-    } else if constexpr (requires { value.push_back(0.0); }) {
-      visit("[]");
-      value.resize(length());
-      for (auto& element : value) number(element);
-    } else if constexpr (Spread<V>) {
-      visit("{");
-      for (auto& element : value) number(element);
-      visit("}");
-    } else {
-      number(value);
-    }
-  }
+  Reader(const unsigned char* bytes, std::size_t size, Tables& memory)
+      : at_(bytes), left_(size / 8), memory_(memory) {}
 
   template <class... Alternative>
-  void read(std::variant<Alternative...>& value, Tables& memory) {
-    visit("<");
+  void choice(std::variant<Alternative...>& value) {
+    mark("<");
     const double index = next();
     std::size_t j = 0;
     const bool found =
         ((index == static_cast<double>(j++)
-              ? (value = Alternative{}, read(std::get<Alternative>(value), memory), true)
+              ? (value = Alternative{}, walk(*this, std::get<Alternative>(value)), true)
               : false) ||
          ...);
     if (!found) faulty();
-    visit(">");
+    mark(">");
   }
 
-  /// Names are hashed as they are visited.
-  void visit(std::string_view what) { layout_ = hashed(layout_, what); }
+  template <class V>
+  void table(V& value) {
+    mark("[]");
+    if constexpr (is_view<V>) {
+      std::vector<typename V::Value> table(length());
+      for (auto& element : table) number(element);
+      value = memory_.keep<typename V::Value>(table);
+    } else {
+      value.resize(length());
+      for (auto& element : value) number(element);
+    }
+  }
+
+  void array(auto& values) {
+    mark("{}");
+    for (auto& element : values) number(element);
+  }
+
+  void number(auto& value) {
+    if (!put(value, next())) faulty();
+  }
 
   bool ended() const { return left_ == 0 && !short_; }
-  std::uint64_t layout() const { return layout_; }
   /// The name of the first field whose number cannot be one; empty where all can.
   const std::string& fault() const { return fault_; }
 
  private:
-  template <class V>
-  void named(Field<V>& field, Tables& memory) {
-    visit(field.name);
-    visit(" ");
-    const std::string outer = name_;
-    name_ += name_.empty() ? field.name : std::string(".") + field.name;
-    read(field.value, memory);
-    name_ = outer;
-  }
-
   double next() {
     double value = 0;
     if (left_ == 0) {
@@ -148,11 +143,6 @@ class Reader {
     at_ += 8;
     --left_;
     return value;
-  }
-
-  template <class V>
-  void number(V& value) {
-    if (!put(value, next())) faulty();
   }
 
   /// Of a table: no more than what is left can hold.
@@ -166,14 +156,40 @@ class Reader {
   }
 
   void faulty() {
-    if (fault_.empty()) fault_ = name_.empty() ? "?" : name_;
+    if (fault_.empty()) fault_ = at.empty() ? "?" : at;
   }
 
   const unsigned char* at_;
   std::size_t left_;
+  Tables& memory_;
   bool short_ = false;
-  std::uint64_t layout_ = hash_start;
-  std::string name_, fault_;
+  std::string fault_;
+};
+
+/// The list of doubles that a reader reads.
+class Writer final : public Archive {
+ public:
+  Layout layout;
+  std::vector<double> list;
+
+  void open(const std::string& type) override { layout.open(type); }
+  void name(const char* field) override { layout.name(field); }
+  void close() override { layout.close(); }
+  void numbers(const Numbers& place) override {
+    using enum Numbers::Form;
+    if (place.form == array) layout.mark("{}");
+    if (place.form == table) {
+      layout.mark("[]");
+      list.push_back(static_cast<double>(place.count));
+    }
+    list.insert(list.end(), place.values, place.values + place.count);
+  }
+  void choose(std::size_t alternative) override {
+    layout.mark("<");
+    list.push_back(static_cast<double>(alternative));
+  }
+  void chosen() override { layout.mark(">"); }
+  void function() override { layout.function(0); }
 };
 
 }  // namespace srm::c_api
