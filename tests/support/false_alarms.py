@@ -10,8 +10,10 @@ minutes.
 import csv
 import ctypes
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from fault_table import LAWS, noisy
@@ -55,7 +57,12 @@ void closed_step(const double* sample, double* row) {
   y.i_source_A = (float)sample[N + 3];
   request.reference = (float)sample[N + 4];
   ++request.sequence;
+#ifdef LAW_ALONE
+  reluctance_step(&controller, &y, request.reference, &orders);
+  outputs.mode = RELUCTANCE_MODE_RUN;
+#else
   reluctance_run(&controller, &y, &request, &orders, &outputs);
+#endif
   const reluctance_status status = reluctance_get_fault(&controller).status;
   if (outputs.mode == RELUCTANCE_MODE_RUN && status != RELUCTANCE_OK) ++alarms.doubts;
   if (outputs.mode == RELUCTANCE_MODE_FAULT) {
@@ -111,11 +118,18 @@ class Alarms:
     reversals: int  # of the rotation
 
 
-def closed(drive: rl.Drive, folder: Path) -> ctypes.CDLL:
-    """The exported package with the function above, as a library of its own."""
+def closed(
+    drive: rl.Drive,
+    folder: Path,
+    change: Callable[[Path], None] = lambda package: None,
+    more: tuple[str, ...] = (),
+) -> ctypes.CDLL:
+    """The exported package, changed, with the function above, as a library of its own. more: flags
+    of the compiler; -DLAW_ALONE leaves states and protection out."""
     package = firmware(drive, folder / "package").folder
+    change(package)
     (package / "closed.c").write_text(CLOSED)
-    flags = ("-O2", "-fno-math-errno", "-I.", "-Iinclude")
+    flags = ("-O2", "-fno-math-errno", "-I.", "-Iinclude", *more)
     units = [*SOURCES, "closed.c"]
     return ctypes.CDLL(
         str(toolchain.build(units, "closed.so", flags, folder=package, what="the package"))
@@ -126,12 +140,17 @@ def watched(drive: rl.Drive, until: float) -> tuple[Alarms, rl.Kpis]:
     """A healthy run, and what the protection said."""
     with tempfile.TemporaryDirectory() as folder:
         library = closed(drive, Path(folder))
-        library.closed_start()
-        step = ctypes.cast(library.closed_step, ctypes.c_void_p).value
-        controller = _core_parts.c_controller(drive.machine.n_phases, step)
-        run = rl.simulate(drive, until=until, record=None, controller=controller)
+        kpis = run_with(library, drive, until=until, record=None).kpis
         counted = (ctypes.c_uint32 * len(fields(Alarms))).in_dll(library, "alarms")
-        return Alarms(*counted), run.kpis
+        return Alarms(*counted), kpis
+
+
+def run_with(library: ctypes.CDLL, drive: rl.Drive, **options: Any) -> rl.Result:
+    """The drive with the compiled controller, from its start."""
+    library.closed_start()
+    step = ctypes.cast(library.closed_step, ctypes.c_void_p).value
+    controller = _core_parts.c_controller(drive.machine.n_phases, step)
+    return rl.simulate(drive, controller=controller, **options)
 
 
 def _steps(rng: np.random.Generator, every: float, most: float) -> dict[str, object]:

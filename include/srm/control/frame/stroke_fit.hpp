@@ -22,6 +22,8 @@
 // counts only when it has ended and its flux linkage was worth it. Then the unknowns move towards
 // the solution by a bounded step. Where no current returns to zero, at standstill, with currents
 // that never end or without any, nothing moves.
+//
+// Tuned numbers, and what they decide: docs/control/tuned_constants.md.
 #pragma once
 
 #include "srm/base/angle.hpp"

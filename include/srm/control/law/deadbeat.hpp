@@ -11,6 +11,8 @@
 // R. Mikail, I. Husain, Y. Sozer, M. S. Islam, T. Sebastian, "A fixed switching frequency
 // predictive current control method for switched reluctance machines", IEEE Trans. Ind. Appl.
 // 50(6), 2014; sharing: sharing.hpp.
+//
+// Tuned numbers, and what they decide: docs/control/tuned_constants.md.
 #pragma once
 
 #include "srm/base/fields.hpp"

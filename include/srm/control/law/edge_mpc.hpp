@@ -17,6 +17,8 @@
 //
 // One law from "2 us, no delay" to "20 us, one sample late": the plan of a short sample almost
 // always has no edge at all.
+//
+// Tuned numbers, and what they decide: docs/control/tuned_constants.md.
 #pragma once
 
 #include "srm/base/fields.hpp"

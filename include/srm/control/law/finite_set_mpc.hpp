@@ -20,6 +20,8 @@
 //
 // Measured with T_s = 2 us, h = 2..6 us, f = 18 kHz: 19 to 23 kHz. A long sample limits it by
 // itself.
+//
+// Tuned numbers, and what they decide: docs/control/tuned_constants.md.
 #pragma once
 
 #include "srm/base/fields.hpp"

@@ -23,6 +23,8 @@
 //
 // Here torque is counted in A, time in pulse periods 2 A/s and flux linkage in the slack. Then w_sw
 // is 2/3, and three times a cost is the integral of 3 (e^2 - 1), 1 a leg level, 3 w_flux away^2.
+//
+// Tuned numbers, and what they decide: docs/control/tuned_constants.md.
 #pragma once
 
 #include "srm/control/part/prediction.hpp"

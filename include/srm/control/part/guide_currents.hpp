@@ -8,6 +8,8 @@
 // A phase that is to be on the guide at the end of the sample needs a mean voltage for it. Where
 // that is most of what there is, the reference lies out of reach, so that the regulator applies all
 // of the voltage throughout the sample. Elsewhere it is the guide's current in the middle.
+//
+// Tuned numbers, and what they decide: docs/control/tuned_constants.md.
 #pragma once
 
 #include <array>

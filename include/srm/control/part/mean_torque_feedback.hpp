@@ -13,6 +13,8 @@
 // no more, and where the voltage suffices the law is as it is without feedback. While the reference
 // moves nothing is integrated: the torque follows a step within about two radians, and what it
 // lacks until then is no error of the mean. Motoring and braking have a part each.
+//
+// Tuned numbers, and what they decide: docs/control/tuned_constants.md.
 #pragma once
 
 #include <array>

@@ -8,6 +8,8 @@
 //
 // The step ends where the torque is there, or after a stroke: what the voltage does not give by
 // then is given by no phase that waits, and would cost current for ever.
+//
+// Tuned numbers, and what they decide: docs/control/tuned_constants.md.
 #pragma once
 
 #include "srm/control/part/conduction.hpp"
