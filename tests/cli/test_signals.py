@@ -1,6 +1,8 @@
 """Signals at random instants, as tests/support/signals.py sends them by the hundred."""
 
+import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -8,7 +10,8 @@ import time
 from pathlib import Path
 
 import pytest
-from signals import LONG, ended
+from command import wait_until_at_work
+from signals import LONG, TOLD, ended
 
 ENDED = """
 import sys
@@ -40,3 +43,51 @@ def test_a_signal_at_any_instant_is_one_line_and_leaves_nothing(name: str) -> No
     draw = random.Random(name)
     found = [ended(name, draw) for _ in range(3)]
     assert [wrong for _, wrong in found] == ["", "", ""]
+
+
+EARLY = """
+import os, signal, sys
+
+class Signal:
+    def find_spec(self, name, path=None, target=None):
+        if name == wanted:
+            os.kill(os.getpid(), signal.SIGINT)
+
+wanted = sys.argv[1]
+sys.meta_path.insert(0, Signal())
+from reluctance.cli import main
+sys.argv[1:] = ["--version"]
+main()
+"""
+
+
+@pytest.mark.parametrize("module", ["typer", "numpy", "reluctance.drive", "reluctance.cli.tune"])
+def test_an_end_while_modules_are_imported_is_one_line(module: str) -> None:
+    done = subprocess.run([sys.executable, "-c", EARLY, module], capture_output=True, text=True)
+    told = f"{TOLD}\n"
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", told)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "terminate"])
+@pytest.mark.parametrize("name", ["run", "limit", "sweep", "compare"])
+def test_a_signal_ends_it_at_once_and_leaves_nothing(
+    name: str, number: int, tmp_path: Path
+) -> None:
+    """128 and its number, as shells have it: 130 for Ctrl-C; at the first press."""
+    done = subprocess.Popen(
+        [sys.executable, "-m", "reluctance.cli", *map(str, LONG[name])],
+        cwd=tmp_path,
+        env={**os.environ, "RELUCTANCE_CACHE": str(tmp_path / "cache")},
+        text=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
+    wait_until_at_work(done)
+    assert done.poll() is None, "ended before the signal: take longer work"
+    done.send_signal(number)
+    lines = done.communicate()[1].splitlines()  # the work would take minutes
+    assert done.returncode == 128 + number
+    # Python 3.11 may add its semaphores
+    assert [x for x in lines if "resource_tracker" not in x and "warnings.warn" not in x] == [TOLD]
+    shutil.rmtree(tmp_path / "cache", ignore_errors=True)
+    assert not list(tmp_path.iterdir())

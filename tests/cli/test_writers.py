@@ -5,7 +5,6 @@ import contextlib
 import ctypes
 import os
 import resource
-import shutil
 import signal
 import subprocess
 import sys
@@ -14,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import command, refused, wait_until_at_work
+from command import command, refused
 
 from reluctance import _core, paper
 from reluctance.paper import report
@@ -295,59 +294,6 @@ def test_a_full_disk_under_the_output_is_one_line(name):
         line = done.communicate(timeout=100)[1]
     assert (done.returncode, line.count("\n")) == (2, 1), line
     assert "No space left" in line
-
-
-LONG = {
-    "run": ("run", RATED, "--until", "60", "--record-us", "1000", "--out", "w.csv"),
-    "optimiser": ("limit", RATED, "--envelope", "w.csv", "--at-switching-frequency", "20kHz"),
-    "sweep": ("sweep", RATED, "--vary", "control.i_band_A=0.5:2:999", "--table", "w.csv"),
-    "pool": ("compare", RATED, "--out", "compared"),
-}
-
-
-EARLY = """
-import os, signal, sys
-
-class Signal:
-    def find_spec(self, name, path=None, target=None):
-        if name == wanted:
-            os.kill(os.getpid(), signal.SIGINT)
-
-wanted = sys.argv[1]
-sys.meta_path.insert(0, Signal())
-from reluctance.cli import main
-sys.argv[1:] = ["--version"]
-main()
-"""
-
-
-@pytest.mark.parametrize("module", ["typer", "numpy", "reluctance.drive", "reluctance.cli.tune"])
-def test_an_end_while_modules_are_imported_is_one_line(module: str) -> None:
-    done = subprocess.run([sys.executable, "-c", EARLY, module], capture_output=True, text=True)
-    told = "interrupted; no file is left half-written\n"
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", told)
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "terminate"])
-@pytest.mark.parametrize("name", LONG)
-def test_a_signal_ends_it_at_once_and_leaves_nothing(name, number, tmp_path):
-    """128 and its number, as shells have it: 130 for Ctrl-C; at the first press."""
-    environment = {**os.environ, "RELUCTANCE_CACHE": str(tmp_path / "cache")}
-    done = process(*LONG[name], cwd=tmp_path, env=environment, stdout=subprocess.DEVNULL)
-    wait_until_at_work(done)
-    assert done.poll() is None, "ended before the signal: take longer work"
-    done.send_signal(number)
-    line = done.communicate()[1]  # the work would take minutes
-    assert done.returncode == 128 + number
-    ours = [
-        x for x in line.splitlines() if "resource_tracker" not in x and "warnings.warn" not in x
-    ]
-    assert ours == [
-        "interrupted; no file is left half-written"
-    ]  # Python 3.11 may add its semaphores
-    shutil.rmtree(tmp_path / "cache", ignore_errors=True)
-    assert everything(tmp_path) == []
-    assert not list(tmp_path.rglob("*.*"))
 
 
 def test_the_list_has_every_option_that_names_a_place():
