@@ -29,9 +29,14 @@ def test_sizing_and_export_refuse_the_same_strings(temp_cold, lengths, expected,
     """Over all lengths of the string, at the same open-circuit voltage, everywhere."""
     limit = 320.0
     system = load_system(VILLAGE, [f"limits.u_max_V={limit}", f"limits.temp_cold_degC={temp_cold}"])
-    table = sizes(system, {"array.n_series": lengths})
+    if expected == {True}:  # no size works: an error, not a table
+        with pytest.raises(rl.ParameterError) as none:
+            sizes(system, {"array.n_series": lengths})
+        reasons = [str(none.value)]
+    else:
+        reasons = list(sizes(system, {"array.n_series": lengths})["why"])
     verdicts = set()
-    for n, why in zip(lengths, table["why"], strict=True):
+    for n, why in zip(lengths, reasons, strict=True):
         options = [f"array.n_series={n}", f"limits.u_max_V={limit}"]
         options += [f"limits.temp_cold_degC={temp_cold}"]
         given = [word for text in options for word in ("--set", text)]

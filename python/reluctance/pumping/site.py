@@ -79,6 +79,21 @@ class Sun:
         """Cosine of the zenith angle, 0 at night [1]."""
         return np.asarray(np.maximum(np.cos(np.radians(self.zenith_deg)), 0.0))
 
+    def height_before(self, minutes: float, latitude_deg: float) -> FloatArray:
+        """The height so long before, the sky turned back about the earth's axis; the declination
+        stays, which moves by 0.02 degrees an hour [1]."""
+        zenith, azimuth = np.radians(self.zenith_deg), np.radians(self.azimuth_deg)
+        east, north, up = (
+            np.sin(zenith) * np.sin(azimuth),
+            np.sin(zenith) * np.cos(azimuth),
+            np.cos(zenith),
+        )
+        turn, latitude = np.radians(minutes / 4), np.radians(latitude_deg)
+        along = np.cos(latitude) * north + np.sin(latitude) * up
+        across = -np.cos(latitude) * east
+        back = np.cos(turn) * up + np.sin(turn) * across
+        return np.asarray(np.maximum(back + (1 - np.cos(turn)) * along * np.sin(latitude), 0.0))
+
 
 def sun_over(site: Site, t: pd.DatetimeIndex) -> Sun:
     """Where the sun stands, with refraction."""

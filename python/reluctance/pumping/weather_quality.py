@@ -17,7 +17,7 @@ from reluctance.base.arrays import FloatArray
 from reluctance.pumping.site import Site, extra_radiation, sun_over
 from reluctance.pumping.weather import Weather
 
-MOST_SAMPLES = 20_000  # every n-th of more
+MOST_SAMPLES = 4_000  # every n-th of more
 LIT = 50.0  # less is not compared [W/m^2], as in QCRad
 HIGH_DEG, LOW_DEG = 75.0, 93.0  # zenith angles of QCRad's closure: within 8 % above, 15 % below
 OFFSETS_MIN = np.arange(-90.0, 91.0, 15.0)
@@ -117,12 +117,13 @@ def _offset_by_closure(
 ) -> float:
     """The offset of the stamps at which ghi = dni cos(zenith) + dhi holds best [min]."""
     misses = np.full(len(OFFSETS_MIN), np.nan)
-    low = 85.0  # below it the mean of an hour is not that of its middle
+    low = np.cos(np.radians(85.0))  # below it the mean of an hour is not that of its middle
+    sun = sun_over(site, t)
     for k, off in enumerate(OFFSETS_MIN):
-        sun = sun_over(site, t - pd.Timedelta(minutes=off))
-        used = (ghi > LIT) & (sun.zenith_deg < low)
+        height = sun.height_before(off, site.latitude_deg)
+        used = (ghi > LIT) & (height > low)
         if used.any() and dni[used].any():
-            misses[k] = np.mean((ghi - dni * sun.height - dhi)[used] ** 2)
+            misses[k] = np.mean((ghi - dni * height - dhi)[used] ** 2)
     bright = np.mean(ghi[ghi > LIT]) if (ghi > LIT).any() else np.inf
     if not misses.min() < (CLOSED * bright) ** 2:  # true of NaN, too: other columns contradict
         return 0.0
