@@ -8,6 +8,7 @@ import subprocess
 import sys
 from dataclasses import fields, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from reluctance.base.units import hertz
 from reluctance.drive.laws.pulses import chopped, pulses
 from reluctance.explore.comparison import CONTENDERS, compare, write
 from reluctance.explore.comparison.conditions import operating_point
-from reluctance.explore.comparison.contest import torque_to_speed_ripple
+from reluctance.explore.comparison.contest import _miss, torque_to_speed_ripple
 from reluctance.explore.comparison.table import as_json, markdown, plain
 from reluctance.explore.comparison.tuning import TOLERANCE, Tuner
 
@@ -318,3 +319,17 @@ def test_laws_over_speed_stay_within_the_limit(tmp_path):
             assert float(at[control]["torque_error_rms"]) > float(at["limit"]["torque_error_rms"])
             capability = float(at[control]["torque_capability_Nm"])
             assert 0 < capability < 1.05 * with_ripple[float(at[control]["speed_rpm"])]
+
+
+@pytest.mark.parametrize(
+    ("ran_out", "off", "told"),
+    [
+        (True, -1.0, "switches at most 7.5 kHz here"),
+        (True, 1.0, "switches at least 7.5 kHz here"),
+        (False, 1.0, "its frequency jumps over the target; the nearest is 7.5 kHz"),
+    ],
+)
+def test_why_a_frequency_is_not_met_is_told_in_kilohertz(ran_out, off, told):
+    target = SimpleNamespace(off=lambda figures: off)
+    tuner = SimpleNamespace(ran_out=ran_out, target=target)
+    assert _miss(tuner, SimpleNamespace(figures={"f_switch_Hz": 7500.0})) == told
