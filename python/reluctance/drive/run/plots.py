@@ -62,13 +62,14 @@ def mark_events(ax: Axes, result: Record) -> Axes:
         ax.axvline(t * per_second(result), color=styled(RED, 1), lw=0.9, zorder=0)
         ax.annotate(
             str(fault),
-            (t * per_second(result), 0.98),
+            (t * per_second(result), 0.5),
             xycoords=("data", "axes fraction"),
             fontsize=7,
             rotation=90,
-            va="top",
+            va="center",
             ha="right",
             color=styled(RED, 1),
+            bbox={"fc": "white", "ec": "none", "pad": 0.5},  # over the curve, and readable
         )
     return ax
 
