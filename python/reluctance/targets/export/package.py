@@ -103,7 +103,7 @@ def firmware(
             f"the tables take {table_bytes / 1024:.1f} KiB of flash, need <= {flash_limit_KiB:g} "
             "KiB (--flash-limit); use fewer table points"
         )
-    law = tree["control"]["fields"]["law"]["type"]
+    law = tree["control"]["type"].removeprefix("srm::DriveControl<").removesuffix(">").rstrip()
     values = _values(drive, law, fingerprint) | marks(at_run_time)
     values["self_test_steps"] = str(STEPS)
     if port is not None:
