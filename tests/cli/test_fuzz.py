@@ -13,7 +13,7 @@ def _cache(tmp_path, monkeypatch):
 
 def test_random_cases_leave_no_user_stranded():
     """Other seeds than those that were run by hand."""
-    failures = fuzz.fuzz(range(10_000_000, 10_000_500))
+    failures = fuzz.fuzz(range(10_000_000, 10_000_300))
     assert not failures, "\n".join(f"{seed}: {text[-500:]}" for seed, text in failures.items())
 
 

@@ -196,6 +196,7 @@ def test_the_drive_that_its_table_was_made_for_runs(tmp_path: Path) -> None:
     assert k.speed_mean == pytest.approx(100 * np.pi, rel=0.01)
 
 
+@pytest.mark.long
 def test_the_command_writes_what_the_law_reads(tmp_path: Path) -> None:
     """80 N m at 3000 rpm is out of reach: its node says so, and has angles all the same."""
     out = tmp_path / "a.csv"

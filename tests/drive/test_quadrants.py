@@ -134,7 +134,7 @@ def test_angles_hold_the_mean_with_few_choppings(
 @pytest.mark.parametrize(
     ("machine", "law"),
     [
-        ("random_2026", "edge_mpc"),
+        pytest.param("random_2026", "edge_mpc", marks=pytest.mark.long),
         pytest.param("generic_60kw_6_4", "finite_set_mpc", marks=pytest.mark.long),
     ],
 )
@@ -315,7 +315,11 @@ def compared(machine: str, laws: list[str], tmp_path: Path, path: Path = TABLE) 
 
 
 @pytest.mark.parametrize(
-    "law", ["angles", "pwm_current", "torque_sharing", "deadbeat", "ditc", "paper_mpc"]
+    "law",
+    [
+        *("pwm_current", "torque_sharing", "deadbeat", "ditc"),
+        *(pytest.param(law, marks=pytest.mark.long) for law in ("angles", "paper_mpc")),
+    ],
 )
 def test_the_table_is_current(law: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(quadrants, "SPEEDS", (1.0, 2.0))

@@ -116,9 +116,8 @@ def test_a_law_that_is_smoother_with_less_switching_is_told(rated):
     assert entry.note.startswith("smoother with less") and entry.note in markdown(out)
 
 
-@pytest.mark.parametrize(
-    "point", ["paper_rated", pytest.param("paper_half", marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("point", ["paper_rated", "paper_half"])
 def test_predictive_edges_halve_ditc_and_third_every_sharing_function_at_equal_sampling(point):
     """At 5 us and just below 20 kHz; with analog comparators no control can
     (docs/control/best_mpc.md). A rival that cannot switch so often has its ripple scaled down."""
@@ -297,6 +296,7 @@ def most_torque(drive: rl.Drive, omega: float) -> float:
     return float(pulses(law, *ends, i[None, :]).tau.max())
 
 
+@pytest.mark.long
 def test_laws_over_speed_stay_within_the_limit(tmp_path):
     done = subprocess.run(
         [sys.executable, ROOT / "studies" / "speed_range.py", "--quick", "--out", tmp_path],

@@ -55,6 +55,7 @@ def test_a_year_prints_its_figures_and_writes_whole_files(tmp_path):
     assert 'src="data:image/png;base64,' in report and 'src="/' not in report
 
 
+@pytest.mark.long
 def test_a_value_is_set_for_both_commands_as_if_the_file_had_it():
     settings = (
         "--set",

@@ -253,10 +253,11 @@ def test_loss_map_is_read_again_from_the_cache(day, monkeypatch):
 @pytest.mark.parametrize(
     ("values", "said", "limit"),
     [
-        (
+        pytest.param(
             {"array.n_series": 1, "array.n_parallel": 42},
             "the voltage is too low: the pump needs",
             "voltage",
+            marks=pytest.mark.long,
         ),
         ({"limits.tau_max_Nm": 6.0}, "the torque limit of 6 N m is too low", "torque"),
         ({"array.n_parallel": 1}, "take more modules or less head", None),

@@ -52,14 +52,19 @@ def test_sizing_and_export_refuse_the_same_strings(temp_cold, lengths, expected,
     assert verdicts == expected
 
 
-def test_the_cold_temperature_is_stated_with_its_voltage():
-    system = load_system(VILLAGE)
-    figures = with_units(pump(system))
+@pytest.fixture(scope="module")
+def village():
+    """Pumped once, with its loss map."""
+    return pump(load_system(VILLAGE))
+
+
+def test_the_cold_temperature_is_stated_with_its_voltage(village):
+    figures = with_units(village)
     assert figures["temp_cold_degC"] == -10
-    assert figures["u_oc_cold_V"] == pytest.approx(system.u_cold)
+    assert figures["u_oc_cold_V"] == pytest.approx(village.system.u_cold)
     assert figures["u_oc_cold_V"] > figures["u_oc_max_V"]
     done = command("pump", VILLAGE)
-    assert "temp_cold_degC" in done.out and f"{system.u_cold:.4g} V" in done.out
+    assert "temp_cold_degC" in done.out and f"{village.system.u_cold:.4g} V" in done.out
 
 
 def test_the_drive_is_that_of_the_system_and_of_the_written_file(tmp_path):

@@ -364,7 +364,7 @@ def test_every_number_of_a_blob_may_be_anything(lib):
     refused = 0
     values = (0.0, -1.0, 0.5, 1e300, -1e300, 7.0, np.nan, np.inf)
     for j in range(88, len(good), 8):
-        for value in np.roll(values, j // 8)[:3]:  # the fuzzer below tries more
+        for value in np.roll(values, j // 8)[:2]:  # the fuzzer below tries more
             content = checksummed(good[:j] + struct.pack("<d", value) + good[j + 8 :])
             status = lib.srm_create(content, len(content), 0, handle.ctypes.data)
             if status == 0:
@@ -373,7 +373,7 @@ def test_every_number_of_a_blob_may_be_anything(lib):
                     lib.srm_advance(handle[0], 1e-4, reached.ctypes.data)
                 assert lib.srm_free(handle[0]) == 0
             refused += status < 0
-    assert refused > 150
+    assert refused > 100
 
 
 def test_wrong_calls_are_told(lib):

@@ -64,6 +64,7 @@ def test_target_and_desk_agree_in_every_bit_within_the_budget(name, packages):
     assert set(spent.outside) <= ALLOWED
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", REQUIRED)
 def test_parity_holds_on_the_smaller_core_and_no_step_trips(name, packages):
     folder, recording = packages(name)
