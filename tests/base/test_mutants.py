@@ -37,6 +37,7 @@ def test_the_same_holds_for_headers(tmp_path, monkeypatch):
     assert "::" in court.killer(planted(law, "(psi_ref - begin)", "(psi_ref + begin)"))
 
 
+@pytest.mark.long
 def test_a_test_that_fails_without_a_fault_is_left_out(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(mutants, "judges", lambda mutant: [PUMP])
     court, pump = Court(tmp_path, 1), PACKAGE / "plant" / "hydraulics" / "pump.py"

@@ -80,6 +80,7 @@ def test_a_table_that_does_not_fit_is_refused(wrong: dict[str, list[float]]) -> 
         _core.PulseTable(**good | wrong)
 
 
+@pytest.mark.long
 def test_the_windows_of_the_law_are_those_of_the_table(tabled: rl.Drive) -> None:
     on, off = WINDOW
     for rpm, tau in ((500, 5), (1500, 20), (2000, 13), (2999, 45), (4000, 45), (1000, 2)):

@@ -132,6 +132,7 @@ def test_compare_refuses_code_without_trust(mine: Path) -> None:
     assert done.returncode == 2 and "say so with --trust" in done.stderr
 
 
+@pytest.mark.long
 def test_example_law_comes_near_linear_sharing_at_equal_switching_frequency(tmp_path: Path) -> None:
     """At no more current, on the paper's machine at its rated point. The flux lead of the built-in
     law, which this one lacks, makes the rest of the error."""

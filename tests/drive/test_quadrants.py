@@ -317,8 +317,11 @@ def compared(machine: str, laws: list[str], tmp_path: Path, path: Path = TABLE) 
 @pytest.mark.parametrize(
     "law",
     [
-        *("pwm_current", "torque_sharing", "deadbeat", "ditc"),
-        *(pytest.param(law, marks=pytest.mark.long) for law in ("angles", "paper_mpc")),
+        *("torque_sharing", "deadbeat", "ditc"),
+        *(
+            pytest.param(law, marks=pytest.mark.long)
+            for law in ("angles", "pwm_current", "paper_mpc")
+        ),
     ],
 )
 def test_the_table_is_current(law: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -337,6 +340,7 @@ def test_the_table_of_other_machines_is_current(tmp_path: Path) -> None:
     assert compared("random_23", LAWS, tmp_path, DRAWN) == 2 * 6 * 3 * len(LAWS)
 
 
+@pytest.mark.long
 def test_a_torque_that_only_the_other_direction_gives_is_refused(tmp_path: Path) -> None:
     """22 samples a period: at i_max a window gives this torque braking, 87 % of it motoring."""
     at = quadrants.bench("random_26", tmp_path)

@@ -140,6 +140,7 @@ def test_a_drive_beyond_its_boundary_without_a_profile_is_refused(made: list[flo
         drive.controller()
 
 
+@pytest.mark.long
 def test_the_table_is_current(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(voltage, "SPEEDS", (0.5, 1.5))
     found = list(voltage.runs(quadrants.bench("paper_6_4", tmp_path)))

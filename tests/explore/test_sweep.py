@@ -289,6 +289,7 @@ def test_a_store_is_nothing_else(tmp_path: Path) -> None:
     assert (tmp_path / "text.sqlite").read_text() == "mine"
 
 
+@pytest.mark.long
 def test_a_cluster_of_two_workers_survives_the_loss_of_one(tmp_path: Path) -> None:
     script = SUPPORT / "cluster_script.py"
     store = tmp_path / "s.sqlite"

@@ -27,6 +27,7 @@ def drive() -> rl.Drive:
     return rl.load(CUBIC)
 
 
+@pytest.mark.long
 def test_the_least_error_at_a_switching_frequency_is_that_of_a_fine_scan(drive: rl.Drive) -> None:
     """The band trades error for frequency: the least error is where the bound is met."""
     found = tune(drive, BAND, "torque_error_rms", keep=["f_switch_Hz<8e3"], until=UNTIL, budget=40)

@@ -323,6 +323,7 @@ def test_a_machine_of_a_geometry_is_copied_and_its_file_fits_the_schema(made, tm
     assert not judge.is_valid(saved)
 
 
+@pytest.mark.long
 def test_a_saved_machine_of_a_geometry_keeps_its_steel_and_is_one_of_a_kind(tmp_path, monkeypatch):
     """The B-H file is found from another folder, and a store of sweeps has all of the geometry: a
     coarser map changes no other key of the machine."""

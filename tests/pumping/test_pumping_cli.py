@@ -73,6 +73,7 @@ def test_a_value_is_set_for_both_commands_as_if_the_file_had_it():
     assert pumped["array_kWp"] == pytest.approx(2.4, rel=1e-2) and pumped["level_end_m3"] <= 9
 
 
+@pytest.mark.long
 def test_sizes_over_series_and_over_head(tmp_path):
     done = reluctance(
         "size", DAY, "--vary", "array.n_series=6:8", "--vary", "pipe.H_static_m=10:20:2", "--json"

@@ -152,6 +152,7 @@ def test_the_speed_balances_the_power_of_the_array_and_of_the_shaft(day):
     assert drawn == pytest.approx(s.p_mp[on], rel=2e-3)
 
 
+@pytest.mark.long
 def test_torque_out_of_reach_is_stored_as_the_greatest_achieved(day):
     """Where the profile is that of the greatest mean torque, 16.1 N m."""
     low = maps.loss_map(
@@ -161,6 +162,7 @@ def test_torque_out_of_reach_is_stored_as_the_greatest_achieved(day):
     assert np.all(np.diff(low.tau_max[:, -1]) >= 0)
 
 
+@pytest.mark.long
 def test_the_time_for_a_year_and_for_the_loss_map(year):
     """Processor time over that of ten stable sorts of a million numbers in the same process, which
     no vector unit makes faster: 0.10 for hours, 0.9 for minutes; 6 for the map, most of

@@ -83,6 +83,7 @@ def test_the_drive_is_that_of_the_system_and_of_the_written_file(tmp_path):
         assert written.omega_nominal == pytest.approx(drive.omega_nominal)
 
 
+@pytest.mark.long
 def test_run_of_a_system_tracks_over_a_cloud(tmp_path):
     """2 % of the available energy at most is left, from start-up and through the cloud."""
     figures = json.loads(command("run", DAY, "--json").out)
