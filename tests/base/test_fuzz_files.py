@@ -1,4 +1,5 @@
-"""The fuzzer of files finds a fault, makes it small and names it; two minutes of each format."""
+"""The fuzzer of files finds a fault, makes it small and names it; twenty seconds of each format
+(`make fuzz` takes two minutes of each, from a new seed)."""
 
 from pathlib import Path
 
@@ -48,10 +49,10 @@ def test_every_format_begins_with_files_that_are_taken(name: str, tmp_path: Path
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", FORMATS)
-def test_two_minutes_of_a_format_find_nothing(name: str) -> None:
-    inputs, _, memory, finds = fuzzed(name, 120.0, 1)
+def test_twenty_seconds_of_a_format_find_nothing(name: str) -> None:
+    inputs, _, memory, finds = fuzzed(name, 20.0, 1)
     assert finds == {}
-    assert inputs > 500
+    assert inputs > 50
     assert memory < fuzz_files.MEMORY
 
 
