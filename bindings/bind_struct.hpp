@@ -5,12 +5,14 @@
 
 namespace bound {
 
-/// An argument of a field's name; a function may be None. With defaults it may be left out, and is
-/// what a default struct has.
+/// An argument of a field's name; a function may be None, and what may be missing is by default.
+/// With defaults it may be left out, and is what a default struct has.
 template <bool defaults, class V>
 auto argument(const srm::Field<V>& field) {
   if constexpr (defaults) {
     return argument<false>(field) = field.value;
+  } else if constexpr (requires(V v) { v.has_value(); }) {
+    return nb::arg(field.name) = nb::none();
   } else if constexpr (requires(V v) { v(0.0); }) {
     return nb::arg(field.name).none();
   } else {

@@ -26,6 +26,7 @@
 #include "arrays.hpp"
 #include "forms.hpp"
 #include "shower.hpp"
+#include "srm/machine/coupling.hpp"
 #include "srm/machine/machines.hpp"
 #include "srm/sim/called_law.hpp"
 #include "srm/sim/controller.hpp"
@@ -45,6 +46,9 @@ using AnyMachine = OneOf<SRM_BUILT_IN_MACHINES>;
 namespace bound {
 
 using srm::AnyMachine;
+
+/// The pairs of a machine, where there are any.
+using AnyCoupling = std::optional<srm::Held<srm::Coupling<double>>>;
 
 /// Calls f.template operator()<N>() for the phase count.
 template <class F>
@@ -95,6 +99,7 @@ struct AnyController {
 
 void bind_called_law(nb::module_& m);
 void bind_controller(nb::module_& m);
+void bind_coupling(nb::module_& m);
 void bind_enums(nb::module_& m);
 void bind_exported(nb::module_& m);
 void bind_frame(nb::module_& m);

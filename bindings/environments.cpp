@@ -138,12 +138,10 @@ std::unique_ptr<Batch> batch(int count, int n_phases, const SimulationParts& of,
   return std::visit(
       [&]<class M>(const srm::Held<M>& model) {
         return with_phases(n_phases, [&]<int N>() -> std::unique_ptr<Batch> {
-          srm::Episode<M, N> episode{
-              {{model.value, model.value.N_r, 1.0}, of.R, of.source, of.bridge, of.shaft},
-              of.theta_m,
-              0.0};
+          const srm::Scaled<M> machine{model.value, model.value.N_r, 1.0};
+          srm::Episode<M, N> episode{of.plant<srm::Scaled<M>, N>(machine), of.theta_m, 0.0};
           return std::make_unique<BatchOf<M, N>>(count, std::move(episode), rules, drawn,
-                                                 model.memory);
+                                                 of.memory());
         });
       },
       of.machine);

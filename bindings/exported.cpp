@@ -20,7 +20,7 @@ void show_drive(const AnyController* controller, const SimulationParts& of, srm:
   std::visit(
       [&]<class M>(const srm::Held<M>& model) {
         using Parameters = srm::c_api::LoopParameters<M, 3>;
-        const Parameters loop{{model.value, of.R, of.source, of.bridge, of.shaft},
+        const Parameters loop{of.plant<M, 3>(model.value),
                               of.t_dead,
                               of.sampling,
                               of.reference,

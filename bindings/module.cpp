@@ -17,6 +17,7 @@ NB_MODULE(_core, m) {
   m.doc() = "Machine, plant and control in C++. SI units and radians throughout.";
   bound::bind_enums(m);
   bound::bind_machine(m);
+  bound::bind_coupling(m);
   bound::bind_frame(m);
   bound::bind_controller(m);
   bound::bind_called_law(m);

@@ -19,7 +19,7 @@ AnySimulation::AnySimulation(const AnyController& controller, const SimulationPa
             throw std::invalid_argument("a fault of a phase that is not there");
           }
         }
-        memory_ = model.memory;
+        memory_ = given.memory();
         if constexpr (has_form<Forms::usual, double, N>) {
           make(step, given, model.value, faults);
         } else {

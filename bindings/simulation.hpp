@@ -23,12 +23,29 @@ struct SimulationParts {
   srm::Source source;
   srm::Bridge bridge;
   srm::Shaft shaft;
+  AnyCoupling coupling;
   double t_dead;
   srm::Sampling sampling;
   srm::Course reference;
   double theta_m;
   srm::Resolution resolution;
-  SRM_FIELDS(machine, R, source, bridge, shaft, t_dead, sampling, reference, theta_m, resolution)
+  SRM_FIELDS(machine, R, source, bridge, shaft, coupling, t_dead, sampling, reference, theta_m,
+             resolution)
+
+  template <srm::Machine M, int N>
+  srm::Plant<M, N> plant(const M& model) const {
+    return {model, R, source, bridge, shaft, pairs()};
+  }
+  srm::Coupling<double> pairs() const {
+    return coupling ? coupling->value : srm::Coupling<double>{};
+  }
+
+  /// Of the tables of machine and pairs.
+  std::shared_ptr<const void> memory() const {
+    using Owners = std::array<std::shared_ptr<const void>, 2>;
+    const auto of_machine = std::visit([](const auto& held) { return held.memory; }, machine);
+    return std::make_shared<Owners>(Owners{of_machine, coupling ? coupling->memory : nullptr});
+  }
 };
 
 class AnySimulation {
@@ -88,7 +105,7 @@ class AnySimulation {
   std::function<srm::Learned<double>()> learned_;
   std::function<void(double)> change_R_;
   std::unique_ptr<srm::Rows> waveforms_, periods_;
-  std::shared_ptr<const void> memory_;  // of the machine's tables
+  std::shared_ptr<const void> memory_;  // of the tables of the plant
 };
 
 template <srm::Motor M, int N>
@@ -98,7 +115,8 @@ void AnySimulation::make(const srm::Controller<N>& step, const SimulationParts& 
   waveforms_ =
       std::make_unique<srm::Rows>(srm::columns_of(srm::Waveform<N>{}), records ? waveform_rows : 1);
   periods_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Period<N>{}), period_rows);
-  const srm::Plant<M, N> plant{machine, given.R, given.source, given.bridge, given.shaft};
+  const srm::Plant<M, N> plant = given.plant<M, N>(machine);
+  if (const char* wrong = plant.coupling.fault(N)) throw std::invalid_argument(wrong);
   auto loop = std::make_shared<srm::Simulation<M, N>>(plant, given.t_dead, given.sampling, step,
                                                       given.reference, given.theta_m,
                                                       given.resolution, faults);

@@ -168,6 +168,24 @@ def magnetics(machine: LeHuy | FluxMap, i: Annotated[NDArray[numpy.float64], dic
     Columns psi [Wb], W_c [J], tau [N m], L_inc [H], psi_theta [Wb/rad], shape (n, 5), at n currents [A] and electrical angles [rad] of one phase.
     """
 
+class Coupling:
+    """Phases that share iron: what two currents at once add."""
+
+    def __init__(self, *, N_r: int, factor: float, pairs: _Sequence[tuple[int, int, int]], behind: _Sequence[float], knots: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], functions: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None, None), order='C', device='cpu', writable=False)], tables: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None, None), order='C', device='cpu', writable=False)]) -> None:
+        """
+        pairs: both phases and the table of each; behind: electrical angle of phase 0 less that of the pair, in [0, 2 pi) [rad]; knots: (n_i) [A]; functions: (n_tables, n_i, rank, 4) powers of the current above its knot; tables: (n_tables, n_phi + 3, rank, rank) of half a period [J].
+        """
+
+    def at(self, pair: int, a: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], b: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+        """
+        Columns W_c [J], tau [N m], psi of the first and of the second phase [Wb], their incremental inductances and the mutual one [H], dpsi/dtheta of both [Wb/rad], shape (n, 9), at n currents of both [A] and electrical angles of phase 0 [rad].
+        """
+
+    def torque(self, i: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], theta_e: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+        """
+        Torque of all pairs (n) [N m] at currents (n, n_phases) [A] and electrical angles of phase 0 (n) [rad].
+        """
+
 class LimitedPi:
     """Output per error, and per error and control period."""
 
@@ -242,8 +260,10 @@ class Law:
 class Controller:
     """A complete controller, ready to be sampled."""
 
-    def __init__(self, law: Law, frame: Frame) -> None:
-        """A law with its frame, and their state."""
+    def __init__(self, law: Law, frame: Frame, coupling: Coupling | None = None) -> None:
+        """
+        A law with its frame and the pairs of phases that it knows, and their state.
+        """
 
 ORDER_COLUMNS: list = ...
 
@@ -544,7 +564,7 @@ def blob(controller: Controller, loop: SimulationParts) -> bytes:
 class SimulationParts:
     """All of a closed loop but its controller. SI units."""
 
-    def __init__(self, *, machine: LeHuy | FluxMap, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, t_dead: float, sampling: Sampling, reference: Course, theta_m: float, resolution: Resolution) -> None: ...
+    def __init__(self, *, machine: LeHuy | FluxMap, R: float, source: StiffSource | Battery | PvArray, bridge: AsymmetricBridge | SharedSwitchBridge, shaft: Shaft, coupling: Coupling | None = None, t_dead: float, sampling: Sampling, reference: Course, theta_m: float, resolution: Resolution) -> None: ...
 
 class Simulation:
     """The closed loop. SI units."""
@@ -899,7 +919,7 @@ class Supervision:
 
     def __init__(self, *, T_s: float, enable: Course, clear: Course, troubled: Course, trouble: Trouble, phase: int, level: float) -> None: ...
 
-def supervised(law: Law, frame: Frame, *, machine: LeHuy | FluxMap, protection: Protection, sequence: Sequence, supervision: Supervision) -> Controller:
+def supervised(law: Law, frame: Frame, *, machine: LeHuy | FluxMap, protection: Protection, sequence: Sequence, supervision: Supervision, coupling: Coupling | None = None) -> Controller:
     """
     A law with its frame, protection and states, and their state: the step of a target, on the desk. machine: as the protection knows it.
     """

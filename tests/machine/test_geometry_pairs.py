@@ -149,9 +149,11 @@ def test_a_table_holds_its_nodes_and_mirrors():
     phi, a, b = np.meshgrid(samples.phi, samples.i, samples.i, indexing="ij")
     x, mirrored = table.at(phi, a, b), table.at(-phi, b, a)
     np.testing.assert_allclose(x.energy, samples.energy, atol=1e-5 * np.abs(samples.energy).max())
-    np.testing.assert_allclose(x.tau, samples.tau, atol=5e-4 * np.abs(samples.tau).max())
+    # The spline over cells of 5 deg goes through the values, and near the slopes.
+    np.testing.assert_allclose(x.tau, samples.tau, atol=2e-3 * np.abs(samples.tau).max())
+    assert np.sqrt(np.mean((x.tau - samples.tau) ** 2)) < 1e-3 * np.abs(samples.tau).max()
     np.testing.assert_allclose(mirrored.energy, x.energy, atol=1e-5 * np.abs(x.energy).max())
-    np.testing.assert_allclose(mirrored.tau, -x.tau, atol=5e-4 * np.abs(x.tau).max())
+    np.testing.assert_allclose(mirrored.tau, -x.tau, atol=1e-9 * np.abs(x.tau).max())
     assert reasons(samples, 6) == []
 
 
@@ -201,7 +203,7 @@ def test_a_table_of_another_machine_is_refused():
     table = pair_table(samples, 4)
     magnetics = surface(solved(geometry(map__angles=13, map__currents=6)).table(4))
     check_pairs(Coupling(3, (Neighbours(0, 2, table),)), magnetics, 15.0)
-    strange = replace(table, C=6 * table.C, slope=6 * table.slope)
+    strange = replace(table, C=6 * table.C)
     with pytest.raises(ParameterError, match="take flux map and pair table from the same source"):
         check_pairs(Coupling(3, (Neighbours(0, 2, strange),)), magnetics, 15.0)
 
@@ -249,15 +251,20 @@ def test_a_machine_file_and_its_geometry_have_the_same_pairs(made, tmp_path):
     np.testing.assert_allclose(of_file.coupling.tau(i, theta_e), tau, atol=2e-3 * np.abs(tau).max())
 
 
-def test_a_run_says_that_it_leaves_the_pairs_out(made, tmp_path):
-    for path in made[:2]:
-        done = command("run", drive_file(tmp_path, path))
-        assert done.code == 0, done.error
-        notes = [line for line in done.out.splitlines() if "leaves out what neighbouring" in line]
-        assert len(notes) == 1
-    without = drive_file(tmp_path, made[0])
-    done = command("run", without, "--set", "machine.map.coupling=none")
-    assert "neighbouring phases" not in done.out
+def test_a_run_has_the_pairs_of_its_machine(made, tmp_path):
+    """A geometry and its machine file give one run; without the pairs, and where the controller
+    does not know them, it is another one."""
+    given = rl.load(drive_file(tmp_path, made[1]))
+    drives = {
+        "geometry": rl.load(drive_file(tmp_path, made[0])),
+        "file": given,
+        "blind": given.with_values({"control.pair_torque": False}),
+        "none": given.with_values({"machine.pair_factor": 0.0}),
+    }
+    found = {name: rl.simulate(each, record=None).kpis for name, each in drives.items()}
+    assert found["geometry"].i_rms == pytest.approx(found["file"].i_rms, rel=2e-3)
+    assert abs(found["none"].i_rms - found["file"].i_rms) > 1e-3 * found["file"].i_rms
+    assert abs(found["blind"].tau_mean - found["file"].tau_mean) > 1e-3 * found["file"].tau_mean
 
 
 def rewritten(made, tmp_path, change):

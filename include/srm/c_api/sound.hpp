@@ -67,6 +67,7 @@ inline Fault fault(const Shaft& s) {
 template <Machine M, int N>
 Fault fault(const Plant<M, N>& p) {
   if (const Fault f = p.machine.fault()) return f;
+  if (const Fault f = p.coupling.fault(N)) return f;
   if (!(p.R >= 0)) return "R";
   if (const Fault f = fault(p.shaft)) return f;
   return std::visit([](const auto& source) { return fault(source); }, p.source);

@@ -6,6 +6,7 @@
 
 #include "srm/machine/magnetics.hpp"
 #include "srm/plant/bridge.hpp"
+#include "srm/plant/coupled.hpp"
 #include "srm/plant/shaft.hpp"
 #include "srm/plant/source.hpp"
 #include "srm/plant/state.hpp"
@@ -37,12 +38,9 @@ struct Plant {
   Source source;
   Bridge bridge;
   Shaft shaft;
-  SRM_FIELDS(machine, R, source, bridge, shaft)
+  Coupling<double> coupling{};  // by default none
+  SRM_FIELDS(machine, R, source, bridge, shaft, coupling)
 };
-
-/// The magnetics of the phases that carry current.
-template <int N>
-using Jets = std::array<Jet<double>, N>;
 
 /// How the state changes. A phase that does not flow has neither current nor voltage.
 template <int N>
@@ -92,15 +90,29 @@ Moving leaked(const Plant<M, N>& p, const Circuit<N>& circuit, const Moving& u_d
   return all;
 }
 
-/// Per phase di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di); a blocked phase stays at zero. m: of
-/// the phases that flow.
+/// The magnetics of the phases that flow.
+template <Machine M, int N>
+void evaluate(const Plant<M, N>& p, const State<N>& x,
+              const std::type_identity_t<std::array<bool, N>>& flows,
+              std::type_identity_t<Jets<N>>& jets, Links<N>& links) {
+  const double theta_e = wrap(p.machine.N_r * x.theta_m);
+  for (int k = 0; k < N; ++k) {
+    if (flows[k]) jets[k] = p.machine.jet(x.i[k], phase_angle<N>(theta_e, k));
+  }
+  if (p.coupling.any()) add_pairs<N>(p.coupling, flows, x.i, theta_e, jets, links);
+}
+
+/// Per phase di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di), of phases that couple with the matrix
+/// of their inductances; a blocked phase stays at zero. m, links: of the phases that flow.
 template <Machine M, int N>
 void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<Jets<N>>& m,
-           const Circuit<N>& circuit, Moment now, Rates<N>& r) {
+           const std::type_identity_t<Links<N>>& links, const Circuit<N>& circuit, Moment now,
+           Rates<N>& r) {
   const double R_shared = circuit.paths.R_shared;
   const double v_shared = R_shared == 0 ? 0 : R_shared * sum<N>(x.i);
   double i_sum_rate = 0;
   r.tau = r.i_dc = {};
+  std::array<double, N> i_rates{};
   for (int k = 0; k < N; ++k) {
     if (!circuit.flows[k]) {
       r.i[k] = r.v[k] = {};
@@ -108,9 +120,15 @@ void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<J
     }
     const Path& path = circuit.paths.phase[k];
     const double v = path.level * x.u_dc - path.v - v_shared - path.R * x.i[k];
-    const double i_rate = (v - x.omega_m * m[k].psi_theta) / m[k].L_inc;
-    i_sum_rate += i_rate;
     r.v[k].now = v;
+    i_rates[k] = v - x.omega_m * m[k].psi_theta;
+  }
+  if (p.coupling.any()) i_rates = solved<N>(circuit.flows, m, links, {}, i_rates);
+  for (int k = 0; k < N; ++k) {
+    if (!circuit.flows[k]) continue;
+    const Path& path = circuit.paths.phase[k];
+    const double i_rate = p.coupling.any() ? i_rates[k] : i_rates[k] / m[k].L_inc;
+    i_sum_rate += i_rate;
     r.i[k] = {x.i[k], i_rate};
     r.i_dc += path.level * r.i[k];
     r.tau += {m[k].tau, m[k].psi_theta * i_rate + m[k].tau_theta * x.omega_m};
@@ -172,6 +190,11 @@ double field_energy(const Plant<M, N>& p, const State<N>& x) {
   for (int k = 0; k < N; ++k) {
     const Magnetics<double> m = p.machine.at(x.i[k], electrical_angle(p, x.theta_m, k));
     W_f += m.psi * x.i[k] - m.W_c;
+  }
+  for (int n = 0; n < p.coupling.n_pairs(); ++n) {
+    const double a = x.i[p.coupling.first[n]], b = x.i[p.coupling.second[n]];
+    const auto m = p.coupling.at(n, a, b, electrical_angle(p, x.theta_m, 0));
+    W_f += m.psi_first * a + m.psi_second * b - m.W_c;
   }
   return W_f;
 }

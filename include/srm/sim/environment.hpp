@@ -101,7 +101,9 @@ class Environment {
   static constexpr double most_observed = 2;  // in parts of what counts as one
 
   void start(const Episode<M, N>& episode, const Rules& rules) {
-    loop_.emplace(episode.plant, rules.t_dead, rules.sampling, Controller<N>(), Course(),
+    Plant<Scaled<M>, N> plant = episode.plant;
+    plant.coupling.factor *= plant.machine.flux_factor;
+    loop_.emplace(std::move(plant), rules.t_dead, rules.sampling, Controller<N>(), Course(),
                   episode.theta_m, rules.resolution);
     reference_ = episode.reference;
     R_ = episode.plant.R;

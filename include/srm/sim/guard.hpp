@@ -85,12 +85,8 @@ template <Machine M, int N>
   predict(start, s, h, end.x);
   std::array<double, N> off{};
   for (int round = 0; round < 8; ++round) {
-    const double theta_e = wrap(p.machine.N_r * end.x.theta_m);
-    for (int k = 0; k < N; ++k) {
-      if (!s.circuit.flows[k]) continue;
-      end.jets[k] = p.machine.jet(end.x.i[k], phase_angle<N>(theta_e, k));
-    }
-    std::array<double, N> d = corrections(start, end, s, y.h, off);
+    evaluate(p, end.x, s.circuit.flows, end.jets, end.links);
+    std::array<double, N> d = corrections(start, end, s, y.h, off, p.coupling.any());
     double most = 0, dh = 0;
     for (int k = 0; k < N; ++k) {
       most = max(most, abs(d[k]));
@@ -123,15 +119,19 @@ template <Machine M, int N>
     for (int k = 0; k < N; ++k) {
       if (!s.circuit.flows[k]) continue;
       end.x.i[k] += d[k];
-      if (y.fine) move(end.jets[k], d[k], dh * end.x.omega_m);
+      if (y.fine && !p.coupling.any()) move(end.jets[k], d[k], dh * end.x.omega_m);
     }
-    if (y.fine) break;
+    if (!y.fine) continue;
+    if (p.coupling.any()) {
+      move_all<N>(s.circuit.flows, end.jets, end.links, d, dh * end.x.omega_m);
+    }
+    break;
   }
   if (!y.fine) return y;
   if (g.direction != 0) watched(g, end.x) = g.value;
   // What leaks discharges the dc link faster than its prediction knows: there once more.
   for (int passes = s.circuit.leaks ? 2 : 1; passes > 0; --passes) {
-    rates(p, end.x, end.jets, s.circuit, {s.t + y.h, s.t}, end.rates);
+    rates(p, end.x, end.jets, end.links, s.circuit, {s.t + y.h, s.t}, end.rates);
     close(p, start, end, s, y.h);
   }
   y.landed = g.direction != 0;

@@ -194,13 +194,13 @@ void add(Integrals<N>& q, const PhaseStep& phase, int k, double u, double R) {
   q.E_source += E_dc;
 }
 
-/// True where speed and dc-link voltage are held and the bridge lets each phase be by itself.
+/// True where speed and dc-link voltage are held, and bridge and iron let each phase be by itself.
 template <Machine M, int N>
 bool independent(const Plant<M, N>& p, const State<N>& x, double t) {
   const StiffSource* source = std::get_if<StiffSource>(&p.source);
   return source && source->u_dc.rate(t) == 0 && x.u_dc > 0 &&
          p.shaft.rotation == Rotation::locked && p.shaft.omega.rate(t) == 0 &&
-         is_phase_by_phase(p.bridge);
+         is_phase_by_phase(p.bridge) && !p.coupling.any();
 }
 
 }  // namespace srm

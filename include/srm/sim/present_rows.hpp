@@ -31,6 +31,16 @@ Waveform<N> waveform(const Plant<M, N>& plant, const SimulationState<N>& now) {
     row.tau_ph[k] = m.tau;
     row.tau += m.tau;
   }
+  for (int n = 0; n < plant.coupling.n_pairs(); ++n) {
+    const int a = plant.coupling.first[n], b = plant.coupling.second[n];
+    const double theta_e = electrical_angle(plant, x.theta_m, 0);
+    const PairMagnetics<double> m = plant.coupling.at(n, x.i[a], x.i[b], theta_e);
+    row.psi[a] += m.psi_first;
+    row.psi[b] += m.psi_second;
+    row.tau_ph[a] += m.tau / 2;
+    row.tau_ph[b] += m.tau / 2;
+    row.tau += m.tau;
+  }
   return row;
 }
 

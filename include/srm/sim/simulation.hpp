@@ -474,15 +474,19 @@ class Simulation {
   /// The currents between which nothing happens to phase k.
   Span span(int k) const {
     Span s = compared_span(k);
-    if (now_.legs[k] != Leg::magnetize) s.below = std::max(s.below, 0.0);
+    const bool diodes = now_.legs[k] != Leg::magnetize || plant_.coupling.any();
+    if (diodes) s.below = std::max(s.below, 0.0);
     if (now_.circuit.leak[k].G > 0 && now_.legs[k] != Leg::magnetize) {
       s.below = std::max(s.below, blocks_at(k));
     }
-    if constexpr (requires { i_last(plant_.machine); }) {  // the inductance has a kink there
-      const double last = i_last(plant_.machine), gap = last - x().i[k];
+    const auto meet = [&](double last) {
+      const double gap = last - x().i[k];
       if (gap > kink_part * last) s.above = std::min(s.above, last);
       if (-gap > kink_part * last) s.below = std::max(s.below, last);
-    }
+    };
+    // The inductance has a kink there.
+    if constexpr (requires { i_last(plant_.machine); }) meet(i_last(plant_.machine));
+    if (plant_.coupling.any()) meet(i_last(plant_.coupling));
     return s;
   }
 
@@ -493,26 +497,103 @@ class Simulation {
     if (flows) {
       const double theta_e = electrical_angle(plant_, x().theta_m, k);
       now_.phase_steps[k].end.m = at().jets[k] = plant_.machine.jet(x().i[k], theta_e);
+      if (plant_.coupling.any()) join(k);
     }
     now_.rated = false;
+  }
+
+  /// The magnetics of all phases once more, now that phase k flows. The flux linkages of the others
+  /// stay what they were integrated to: a phase without current adds nothing to them.
+  void join(int k) {
+    const Jets<N> before = at().jets;
+    evaluate(plant_, x(), now_.circuit.flows, at().jets, at().links);
+    for (int l = 0; l < N; ++l) {
+      if (l != k) at().jets[l].psi = before[l].psi;
+    }
+  }
+
+  void rate_here() {
+    rates(plant_, x(), at().jets, at().links, now_.circuit, {now_.t, now_.t}, at().rates);
+    now_.rated = true;
+  }
+
+  /// What drives a current through a phase that has none, less what the others induce in it [V].
+  double opening(const Instant<N>& now, int k) const {
+    const Circuit<N>& circuit = now_.circuit;
+    const Path& path = circuit.paths.phase[k];
+    const double shared = circuit.paths.R_shared * sum<N>(now.x.i);
+    const double theta_e = electrical_angle(plant_, now.x.theta_m, 0);
+    return path.level * now.x.u_dc - path.v - shared -
+           induced<N>(plant_.coupling, circuit.flows, now.rates.i, theta_e, now.x.omega_m, k);
+  }
+
+  /// Which phases flow, where they couple: those with current, and those where the voltage of the
+  /// leg and of the others would drive one through the diodes or the switches.
+  void flow_together() {
+    for (int k = 0; k < N; ++k) {
+      if ((x().i[k] > 0) != now_.circuit.flows[k]) flow(k);
+      if (now_.circuit.leaks) divide(k);
+    }
+    for (bool more = true; more;) {  // one that opens may open another
+      if (!now_.rated) rate_here();
+      std::array<bool, N> opens{};
+      for (int k = 0; k < N; ++k) opens[k] = !now_.circuit.flows[k] && opening(at(), k) > 0;
+      more = false;
+      for (int k = 0; k < N; ++k) {
+        if (opens[k]) flow(k);
+        more = more || opens[k];
+      }
+    }
+  }
+
+  /// Where a phase without current begins to conduct within a step, ends the step there. True
+  /// where one does.
+  bool ends_on_opening(const StepStart<N>& s, Trial& y) {
+    const auto opened = [&](const Instant<N>& now) {
+      double most = -std::numeric_limits<double>::infinity();
+      for (int k = 0; k < N; ++k) {
+        if (!s.circuit.flows[k]) most = std::max(most, opening(now, k));
+      }
+      return most;
+    };
+    double after = opened(end());
+    if (!(after > 0)) return false;
+    double lower = 0, upper = y.h, before = opened(at());
+    for (int round = 0; round < 60 && after > 1e-9 * resolution_.scale.u_dc; ++round) {
+      // Regula falsi, every third time the middle.
+      const double part = round % 3 == 2 ? 0.5 : std::clamp(before / (before - after), 0.02, 0.98);
+      const double h = lower + part * (upper - lower);
+      if (!(h > lower && h < upper)) break;
+      y = srm::step(plant_, at(), s, resolution_.scale, h, Guard{}, h, end());
+      const double now = opened(end());
+      (now > 0 ? after : before) = now;
+      (now > 0 ? upper : lower) = h;
+    }
+    if (y.h != upper) {
+      y = srm::step(plant_, at(), s, resolution_.scale, upper, Guard{}, upper, end());
+    }
+    return true;
   }
 
   /// Magnetics and rates at the start of a step.
   StepStart<N> step_start() {
     Circuit<N>& circuit = now_.circuit;
-    for (int k = 0; k < N; ++k) {
+    const bool coupled = plant_.coupling.any();
+    if (coupled) flow_together();
+    for (int k = 0; k < N && !coupled; ++k) {
       if (conducts(now_.legs[k], x().i[k]) != circuit.flows[k]) flow(k);
       if (circuit.leaks) divide(k);
     }
     const bool shorted = x().u_dc <= 0 && source_now(plant_, circuit, x(), now_.t).du_dc.now < 0;
     if (shorted != circuit.shorted) now_.rated = false;
     circuit.shorted = shorted;
-    if (!now_.rated) {
-      rates(plant_, x(), at().jets, circuit, {now_.t, now_.t}, at().rates);
-      now_.rated = true;
-    }
+    if (!now_.rated) rate_here();
     StepStart<N> s{.circuit = circuit, .t = now_.t, .d2i = {}};
     const Rates<N>& r = at().rates;
+    if (coupled) {
+      s.d2i = bends<N>(circuit.flows, at().jets, at().links, r.i, r.v, r.omega_m);
+      return s;
+    }
     for (int k = 0; k < N; ++k) {
       if (circuit.flows[k]) s.d2i[k] = bend(at().jets[k], r.i[k], r.v[k], r.omega_m);
     }
@@ -567,10 +648,16 @@ class Simulation {
       locate(plant_, at(), s, scale, g, guess, y, end());
       landed = g;
     }
+    if (plant_.coupling.any() && ends_on_opening(s, y)) landed = {};
 
     const bool whole = landed.direction == 0 && y.h == t_limit - now_.t;
     now_.extremes.include(at().rates, end().rates, y.h);
     add(now_.sums, at().rates, end().rates, plant_.R, now_.tau_ref, y.h);
+    if (plant_.coupling.any()) {
+      int on = 0;
+      for (const bool flows : s.circuit.flows) on += flows;
+      if (on > 2) now_.sums.three_on += y.h;
+    }
     now_.here = 1 - now_.here;
     now_.t = whole ? t_limit : now_.t + y.h;
     now_.prepared = false;

@@ -29,8 +29,9 @@ struct Integrals {
   double tau_ref{};                   // [N m s]
   double error_squared{};             // of (tau - tau_ref) [N^2 m^2 s]
   std::array<double, N> i_squared{};  // [A^2 s]
+  double three_on{};                  // time with three phases on or more, where they couple [s]
   SRM_FIELDS(E_source, E_loss, E_dc, E_winding, E_mech, tau, tau_squared, tau_ref, error_squared,
-             i_squared)
+             i_squared, three_on)
 };
 
 /// Adds what the torque does in a step of length h; returns its integral.
@@ -76,6 +77,7 @@ template <int N>
 struct Instant {
   State<N> x;
   Jets<N> jets;
+  Links<N> links;
   Rates<N> rates;
 };
 
@@ -130,11 +132,12 @@ void predict(const Instant<N>& from, const StepStart<N>& s, double h, State<N>& 
 }
 
 /// What the flux linkages ask the currents to change by, of a trial `end` at time h; so far they
-/// have been changed by `off` since their prediction.
+/// have been changed by `off` since their prediction. coupled: the phases are.
 template <int N>
 std::array<double, N> corrections(const Instant<N>& start, const Instant<N>& end,
                                   const StepStart<N>& s, double h,
-                                  const std::type_identity_t<std::array<double, N>>& off) {
+                                  const std::type_identity_t<std::array<double, N>>& off,
+                                  bool coupled) {
   const Rates<N>& r = start.rates;
   const Paths<N>& paths = s.circuit.paths;
   const Moving du{end.x.u_dc - start.x.u_dc, h * r.source.du_dc.rate};
@@ -142,15 +145,17 @@ std::array<double, N> corrections(const Instant<N>& start, const Instant<N>& end
   if (paths.R_shared != 0) {
     shared = paths.R_shared * Moving{sum<N>(end.x.i) - sum<N>(start.x.i), h * sum<N>(s.d2i)};
   }
-  std::array<double, N> d{};
+  std::array<double, N> d{}, more{};
   for (int k = 0; k < N; ++k) {
     if (!s.circuit.flows[k]) continue;
     const double R = paths.phase[k].R;
     const Moving di{end.x.i[k] - start.x.i[k], h * s.d2i[k] + 3 / h * off[k]};
     const Moving v = r.v[k] + paths.phase[k].level * du - R * di - shared;
     const double left = start.jets[k].psi + integral(r.v[k], v, h) - end.jets[k].psi;
-    d[k] = correction(end.jets[k], left, h, R);
+    d[k] = coupled ? left : correction(end.jets[k], left, h, R);
+    more[k] = h / 4 * R;
   }
+  if (coupled) return joint_corrections<N>(s.circuit.flows, end.jets, end.links, more, d);
   return d;
 }
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from reluctance import _core
 from reluctance.base.errors import ParameterError
-from reluctance.machine.maps.pairs import Array, PairTable, apart
+from reluctance.machine.maps.pairs import Array, PairState, PairTable, apart
 from reluctance.machine.models import Magnetics
 
 LETTERS = "abcdef"
@@ -36,6 +37,16 @@ class Coupling:
 
     n_phases: int
     pairs: tuple[Neighbours, ...]
+    factor: float = 1.0  # on the co-energy of all pairs
+
+    def times(self, factor: float) -> Coupling:
+        """With so much of all that the pairs add."""
+        return self if factor == 1 else replace(self, factor=self.factor * factor)
+
+    def behind(self, pair: Neighbours) -> float:
+        """The electrical angle of phase a less that of a pair, in [0, 2 pi) [rad]."""
+        delta = apart(pair.first, pair.second, self.n_phases)
+        return float((2 * np.pi * pair.first / self.n_phases + delta / 2) % (2 * np.pi))
 
     def tau(self, i: ArrayLike, theta_e: ArrayLike) -> Array:
         """Torque that the pairs add [N m].
@@ -50,10 +61,64 @@ class Coupling:
         i, theta_e = np.asarray(i, dtype=np.float64), np.asarray(theta_e, dtype=np.float64)
         total = np.zeros(np.broadcast_shapes(i.shape[:-1], theta_e.shape))
         for pair in self.pairs:
-            theta_first = theta_e - 2 * np.pi * pair.first / self.n_phases
-            phi = theta_first - apart(pair.first, pair.second, self.n_phases) / 2
-            total = total + pair.table.at(phi, i[..., pair.first], i[..., pair.second]).tau
-        return total
+            total = total + self._of(pair, i, theta_e).tau
+        return self.factor * total
+
+    def inductance(self, magnetics: Magnetics, i: Array, theta_e: Array) -> Array:
+        """Incremental inductance matrix of a machine whose phases alone are `magnetics`
+        (..., n_phases, n_phases) [H]. i, theta_e: as in `tau`."""
+        theta_e = np.broadcast_to(theta_e, i.shape[:-1])
+        L = np.zeros((*i.shape, self.n_phases))
+        for k in range(self.n_phases):
+            turned = theta_e - 2 * np.pi * k / self.n_phases
+            L[..., k, k] = _L_inc(magnetics, i[..., k], turned)
+        for pair in self.pairs:
+            m, n, x = pair.first, pair.second, self._of(pair, i, theta_e)
+            L[..., m, m] += self.factor * x.L_first
+            L[..., n, n] += self.factor * x.L_second
+            L[..., m, n] += self.factor * x.L_mutual
+            L[..., n, m] += self.factor * x.L_mutual
+        return L
+
+    def _of(self, pair: Neighbours, i: Array, theta_e: Array) -> PairState:
+        """Without the factor."""
+        phi = theta_e - self.behind(pair)
+        return pair.table.at(phi, i[..., pair.first], i[..., pair.second])
+
+    @property
+    def core(self) -> _core.Coupling:
+        """The pairs as simulation and control have them."""
+        return _core_of(self)
+
+    def _made(self) -> _core.Coupling:
+        tables = list(dict.fromkeys(pair.table for pair in self.pairs))
+        knots = np.unique(np.concatenate([table.i for table in tables]))
+        rank = max(table.rank for table in tables)
+        cells = {len(table.phi) for table in tables}
+        if len(cells) > 1 or len({float(table.i[-1]) for table in tables}) > 1:
+            raise ParameterError(
+                "the tables of the pairs differ in their angles or in their last current; need "
+                "the same for all"
+            )
+
+        def padded(x: Array, *axes: int) -> Array:
+            more = [(0, rank - n if axis in axes else 0) for axis, n in enumerate(x.shape)]
+            return np.pad(x, more)
+
+        return _core.Coupling(
+            N_r=tables[0].N_r,
+            factor=self.factor,
+            pairs=[(pair.first, pair.second, tables.index(pair.table)) for pair in self.pairs],
+            behind=[self.behind(pair) for pair in self.pairs],
+            knots=knots,
+            functions=np.stack([padded(t.current_coefficients(knots), 1) for t in tables]),
+            tables=np.stack([padded(t.angle_coefficients, 1, 2) for t in tables]),
+        )
+
+
+@lru_cache(maxsize=32)  # thousands of drives of a sweep have the same machine
+def _core_of(coupling: Coupling) -> _core.Coupling:
+    return coupling._made()
 
 
 def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
@@ -63,8 +128,8 @@ def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
     Raises
     ------
     ParameterError
-        Where a table ends below i_max [A], or the inductance matrix of a pair is not positive
-        definite up to it.
+        Where a table ends below i_max [A], or the incremental inductance matrix with two phases
+        on is not positive definite up to it.
     """
     for pair in coupling.pairs:
         if pair.table.i[-1] < i_max * (1 - 1e-9):
@@ -72,20 +137,21 @@ def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
                 f"pair of phases {pair.letters}: the table ends at {pair.table.i[-1]:.4g} A, below "
                 f"i_max_A = {i_max:.4g}; extend it or lower i_max_A"
             )
-    phi, a, b = np.meshgrid(
-        np.linspace(-np.pi, np.pi, 61), *(np.linspace(0, i_max, 13),) * 2, indexing="ij"
+    theta_e, a, b = np.meshgrid(
+        np.linspace(0, 2 * np.pi, 61), *(np.linspace(0, i_max, 13),) * 2, indexing="ij"
     )
     for pair in coupling.pairs:
-        x, delta = pair.table.at(phi, a, b), apart(pair.first, pair.second, coupling.n_phases)
-        L_a = _L_inc(magnetics, a, phi + delta / 2) + x.L_first
-        L_b = _L_inc(magnetics, b, phi - delta / 2) + x.L_second
-        wrong = (L_a <= 0) | (L_a * L_b <= x.L_mutual**2)
-        if wrong.any():
-            n = np.unravel_index(np.argmax(wrong), wrong.shape)
+        i = np.zeros((*a.shape, coupling.n_phases))
+        i[..., pair.first], i[..., pair.second] = a, b
+        least = np.linalg.eigvalsh(coupling.inductance(magnetics, i, theta_e))[..., 0]
+        n = np.unravel_index(np.argmin(least), least.shape)
+        if least[n] <= 0:
+            phi = np.mod(theta_e[n] - coupling.behind(pair) + np.pi, 2 * np.pi) - np.pi
             raise ParameterError(
-                f"pair of phases {pair.letters}: no positive inductance at {a[n]:.3g} A and "
-                f"{b[n]:.3g} A, {np.degrees(phi[n]):.3g} deg; take flux map and pair table from "
-                "the same source"
+                f"pair of phases {pair.letters}: the least eigenvalue of the incremental "
+                f"inductance matrix is {1e3 * least[n]:.3g} mH at {a[n]:.3g} A and {b[n]:.3g} A, "
+                f"{np.degrees(phi):.3g} deg, need > 0; take flux map and pair table from the same "
+                "source"
             )
 
 

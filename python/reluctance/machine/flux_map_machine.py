@@ -6,6 +6,7 @@ import hashlib
 from typing import Any
 
 import numpy as np
+from pydantic import Field
 
 from reluctance import _core
 from reluctance.base.arrays import FloatArray
@@ -17,6 +18,8 @@ class FluxMapMachine(MachineFile):
     """A table of flux linkage and torque over current and angle, wherever it is from."""
 
     core = _core.FluxMap
+
+    pair_factor: float = Field(1.0, ge=0)  # on what pairs of phases add
 
     @staticmethod
     def symbolic(machine: _core.FluxMap) -> PhaseMagnetics:

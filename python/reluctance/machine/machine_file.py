@@ -90,6 +90,12 @@ class MachineFile(Section):
         return None
 
     @property
+    def pair_tables(self) -> _core.Coupling | None:
+        """`coupling` as simulation and control have it."""
+        coupling = self.coupling
+        return None if coupling is None else coupling.core
+
+    @property
     def coupled(self) -> bool:
         """Whether `coupling` is known; asks for no solution of a field."""
         return False

@@ -80,7 +80,8 @@ class MapMachine(FluxMapMachine):
         """What neighbouring phases add to each other; None where the file names no `pairs`."""
         if self.pairs is None:
             return None
-        return _coupling(self.pairs, _digest(self.pairs), self.N_r, self.n_phases)
+        coupling = _coupling(self.pairs, _digest(self.pairs), self.N_r, self.n_phases)
+        return coupling.times(self.psi_factor * self.pair_factor)
 
     @property
     def coupled(self) -> bool:

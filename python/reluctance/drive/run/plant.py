@@ -30,6 +30,7 @@ def loop_parts(drive: Drive, record_every: float) -> dict[str, Any]:
         "source": _source(drive),
         "bridge": drive.converter.core(),
         "shaft": drive.load.core(J=drive.J, B=machine.B_Nms),
+        "coupling": machine.pair_tables,
         "t_dead": drive.converter.t_dead,
         "sampling": drive.sensing.core(
             T_s=drive.control.T_s,

@@ -13,7 +13,7 @@ from pydantic import Field
 from reluctance import _core
 from reluctance.base.files import is_file
 from reluctance.base.schema import Section, checked
-from reluctance.machine.coupling import Coupling
+from reluctance.machine.coupling import Coupling, check_pairs
 from reluctance.machine.flux_map_machine import FluxMapMachine
 from reluctance.machine.geometry.coupling_of import coupling_of
 from reluctance.machine.geometry.file import Geometry
@@ -66,7 +66,8 @@ class GeometryMachine(FluxMapMachine):
     @property
     def coupling(self) -> Coupling | None:
         """What neighbouring phases add to each other; None with [map] coupling = "none"."""
-        return _coupling(*self._key)
+        coupling = _coupling(*self._key, self.N_r, self.i_max_A)
+        return None if coupling is None else coupling.times(self.psi_factor * self.pair_factor)
 
     @property
     def coupled(self) -> bool:
@@ -136,6 +137,10 @@ def _magnetics(geometry: str, steel: bytes, N_r: int, psi_factor: float) -> _cor
 
 
 @lru_cache(maxsize=32)
-def _coupling(geometry: str, steel: bytes) -> Coupling | None:
+def _coupling(geometry: str, steel: bytes, N_r: int, i_max: float) -> Coupling | None:
     checked_file = Geometry.model_validate_json(geometry)
-    return coupling_of(checked_file) if checked_file.map.coupling == "pairs" else None
+    if checked_file.map.coupling != "pairs":
+        return None
+    coupling = coupling_of(checked_file)
+    check_pairs(coupling, _magnetics(geometry, steel, N_r, 1.0), i_max)
+    return coupling

@@ -5,19 +5,27 @@ second at phi - delta/2, delta apart as their poles stand,
 
     dW'(phi, a, b) = sum over p, q of C_pq(phi) f_p(a) f_q(b),
 
-f cubic splines over the current, C cubic in the angle between nodes, through values and slopes. A
-cross-section is its own mirror image, so dW'(phi, a, b) = dW'(-phi, b, a): half a period is enough,
-and both phases have the same f. Torque and flux linkages are derivatives of the one co-energy.
+f cubic splines over the current, C cubic splines over the angle (include/srm/machine/coupling.hpp,
+which simulation and control evaluate). A cross-section is its own mirror image, so dW'(phi, a, b) =
+dW'(-phi, b, a): half a period is enough, and both phases have the same f. Torque and flux linkages
+are derivatives of the one co-energy.
+
+Samples have values and slopes at a few angles. C goes through the polynomials of degree 5 between
+them, whose bend is that of a spline through the slopes, at CELLS equal cells of half a period or
+more: there it has two continuous derivatives, as the integrator of a simulation needs.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import ceil, factorial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
+from scipy.interpolate import BPoly, CubicSpline, PPoly
+
+from reluctance.machine.maps.surface import angle_coefficients
 
 Array = NDArray[np.float64]
 # What a rank may leave of the torque at the nodes, rms over the greatest change of torque: as much
@@ -26,6 +34,10 @@ TOLERANCE = 0.002
 # Columns of one co-energy differ by what splines over the nodes leave, some 2 %; a wrong unit or
 # sign by 40 % and more [1].
 WRONG = 0.1
+# Cells of half a period, 5 deg each, a third of those of the samples of a geometry. With them the
+# torque is within 0.1 % rms of its greatest value of the polynomials that the spline goes through;
+# with 24 cells 0.34 % on the 6/4 machine of the library, NN.
+CELLS = 36
 
 
 def apart(first: int, second: int, n_phases: int) -> float:
@@ -52,9 +64,8 @@ class PairTable:
     N_r: int  # rotor poles
     i: Array  # (n_i) nodes of the currents, from 0 [A]
     f: Array  # (rank, n_i) at them
-    phi: Array  # (n_phi) nodes of the angle, from -pi to pi [rad]
-    C: Array  # (n_phi, rank, rank) [J]
-    slope: Array  # its derivative in phi [J/rad]
+    phi: Array  # (n_phi) equally spaced nodes of the angle, from -pi to pi [rad]
+    C: Array  # (n_phi, rank, rank) at them [J]
 
     @property
     def rank(self) -> int:
@@ -63,9 +74,25 @@ class PairTable:
 
     @property
     def numbers(self) -> int:
-        """That a controller has to keep: half of the angles, values and slopes, and f."""
-        half = (len(self.phi) + 1) // 2
-        return 2 * half * self.rank**2 + self.f.size
+        """That a controller has to keep."""
+        return self.angle_coefficients.size + self.current_coefficients(self.i).size
+
+    @property
+    def angle_coefficients(self) -> Array:
+        """B-spline coefficients of C over half a period, (cells + 3, rank, rank) [J]."""
+        half = len(self.phi) // 2
+        flat = self.C.reshape(len(self.phi), -1)
+        columns = angle_coefficients(flat.T, half=False).T[half:]
+        return np.ascontiguousarray(columns.reshape(-1, self.rank, self.rank))
+
+    def current_coefficients(self, knots: Array) -> Array:
+        """Powers 0 to 3 of the current above each knot, (n_knots, rank, 4). The nodes are among the
+        knots; past the last one f is a straight line."""
+        spline = self._over_current
+        powers = [spline(knots, p) / factorial(p) for p in range(4)]
+        coefficients = np.stack([np.asarray(x).T for x in powers], axis=-1)
+        coefficients[-1, :, 2:] = 0.0
+        return np.ascontiguousarray(coefficients)
 
     def at(self, phi: ArrayLike, a: ArrayLike, b: ArrayLike) -> PairState:
         """Angle [rad] and currents of the first and the second phase [A], broadcast."""
@@ -90,8 +117,8 @@ class PairTable:
         )
 
     @cached_property
-    def _over_angle(self) -> CubicHermiteSpline:
-        return CubicHermiteSpline(self.phi, self.C, self.slope)
+    def _over_angle(self) -> CubicSpline:
+        return CubicSpline(self.phi, self.C, bc_type="periodic")
 
     @cached_property
     def _over_current(self) -> CubicSpline:
@@ -144,14 +171,30 @@ def pair_table(
         rank = fits[0] if fits else len(samples.i)
     U = basis[:, : min(rank, len(samples.i))]
     C, slope = kept(energy, U), kept(tau, U) / N_r
-    mirror = slice(None, 0, -1)  # all but phi = 0, from pi down
+    over_angle = _smooth(samples.phi, C, slope)
+    given = len(samples.phi) - 1
+    cells = given * max(1, ceil(CELLS / given))
+    half = np.linspace(0, np.pi, cells + 1)
+    C = over_angle(half)
+    C[[0, -1]] = (C[[0, -1]] + C[[0, -1]].transpose(0, 2, 1)) / 2  # where both phases are alike
     return PairTable(
         N_r=N_r,
         i=np.append(0.0, samples.i),
         f=np.insert(U.T, 0, 0.0, axis=1),
-        phi=np.concatenate([-samples.phi[mirror], samples.phi]),
-        C=np.concatenate([C[mirror].transpose(0, 2, 1), C]),
-        slope=np.concatenate([-slope[mirror].transpose(0, 2, 1), slope]),
+        phi=np.concatenate([-half[:0:-1], half]),
+        C=np.concatenate([C[:0:-1].transpose(0, 2, 1), C]),
+    )
+
+
+def _smooth(phi: Array, C: Array, slope: Array) -> PPoly:
+    """Polynomials of degree 5 over half a period through values and slopes; their bend at the nodes
+    is that of a spline through the slopes."""
+    whole = np.concatenate([-phi[:0:-1], phi])
+    slopes = np.concatenate([-slope[:0:-1].transpose(0, 2, 1), slope])
+    slopes[0] = slopes[-1] = (slopes[0] + slopes[-1]) / 2  # the same angle twice
+    bend = CubicSpline(whole, slopes, bc_type="periodic").derivative()(phi)
+    return PPoly.from_bernstein_basis(
+        BPoly.from_derivatives(phi, np.stack([C, slope, bend], axis=1))
     )
 
 

@@ -50,6 +50,7 @@ MEANINGS = {
     "i_source": ("A", "current of the source into the dc link"),
     "i_sat": ("A", "current scale of saturation"),
     "i_squared": ("A2.s", "integral of the squared phase current"),
+    "three_on": ("s", "time with three phases on, where phases couple"),
     "u": ("V", "winding voltage"),
     "u_dc": ("V", "dc-link voltage"),
     "u_source": ("V", "voltage of the source of the dc link"),

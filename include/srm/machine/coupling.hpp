@@ -1,0 +1,282 @@
+// Phases that share iron: what two currents at once add to the co-energy of each alone.
+//
+// With currents a and b of the first and the second phase, the first at the electrical angle
+// phi + delta/2 and the second at phi - delta/2, delta apart as they follow each other,
+//
+//   W_c(phi, a, b) = sum over p, q of C_pq(phi) f_p(a) f_q(b),    W_c(phi, a, b) = W_c(-phi, b, a).
+//
+// f are cubics on pieces of the current, with two continuous derivatives; past i_max they are
+// straight lines. C are cubic B-splines on equal cells of half a period (C2), as in flux_map.hpp.
+// All outputs are exact derivatives of the one function, so a pair keeps the energy.
+//
+// A winding has pairs of one or two kinds, poles of like and of opposite polarity, with a table
+// each. All tables have the same cells, pieces and number of functions. A default Coupling has no
+// pairs: the phases do not couple.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "srm/base/fields.hpp"
+#include "srm/base/view.hpp"
+#include "srm/machine/magnetics.hpp"
+
+namespace srm {
+
+/// What a pair adds to its two phases. Angle derivatives are per mechanical radian.
+template <Real T>
+struct PairMagnetics {
+  T W_c{};                                  // co-energy [J]
+  T tau{};                                  // torque [N m]
+  T psi_first{}, psi_second{};              // flux linkages [Wb]
+  T L_first{}, L_second{}, L_mutual{};      // incremental inductances [H]
+  T psi_theta_first{}, psi_theta_second{};  // [Wb/rad]
+};
+
+/// The same, and how it changes: what the plant needs besides (magnetics.hpp, Jet).
+template <Real T>
+struct PairJet {
+  PairMagnetics<T> at{};
+  T tau_theta{};                                          // [N m/rad]
+  T psi_theta_2_first{}, psi_theta_2_second{};            // d2psi/dtheta_m2 [Wb/rad^2]
+  T L_theta_first{}, L_theta_second{}, L_theta_mutual{};  // dL/dtheta_m [H/rad]
+  // Third derivatives of the co-energy: the first current thrice, and so on [H/A].
+  T W_aaa{}, W_aab{}, W_abb{}, W_bbb{};
+};
+
+/// A view of tables that live elsewhere.
+template <Real T>
+struct Coupling {
+  using Scalar = T;
+  static constexpr int most_functions = 8;
+  static constexpr int n_power = 4;  // powers 0..3 of the current
+
+  int N_r{};                               // rotor poles
+  int n_i{};                               // current pieces, the open last one included
+  int n_phi{};                             // angle cells of half a period
+  int rank{};                              // functions of one current
+  T factor = T(1);                         // on all of it [1]
+  T cells_per_rad{};                       // n_phi / pi
+  View<std::uint8_t> first, second, kind;  // (n_pairs) phases, and the table of each pair
+  View<T> behind;  // (n_pairs) electrical angle of phase 0 less phi, in [0, 2 pi) [rad]
+  View<T> knot;    // (n_i) current at the start of each piece; 0 first, i_max last [A]
+  View<T> f;       // (n_kinds, n_i, rank, n_power), powers of the current above the knot
+  View<T> C;       // (n_kinds, n_phi + 3, rank, rank) [J]
+  SRM_FIELDS(N_r, n_i, n_phi, rank, factor, cells_per_rad, first, second, kind, behind, knot, f, C)
+
+  constexpr int n_pairs() const { return first.size; }
+  /// True where they add something.
+  constexpr bool any() const { return n_pairs() > 0 && factor != T(0); }
+
+  /// Torque of all pairs [N m]. i: of N phases >= 0 [A]; theta_e: of phase 0 in [0, 2 pi).
+  template <class Currents>
+  constexpr T torque(const Currents& i, T theta_e) const {
+    T tau = T(0);
+    for (int n = 0; n < n_pairs(); ++n) {
+      const T a = i[first[n]], b = i[second[n]];
+      if (a > T(0) && b > T(0)) tau = tau + torque(n, a, b, theta_e);
+    }
+    return tau;
+  }
+
+  /// Torque of pair n at currents of its phases [N m].
+  constexpr T torque(int n, T a, T b, T theta_e) const {
+    const Place at = place(n, theta_e);
+    const T x = at.mirrored ? b : a, y = at.mirrored ? a : b;
+    const T v = at.v, v2 = v * v, rest = T(1) - v;
+    const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
+    const T d2 = -(d0 + d1 + d3);
+    T fx[most_functions], fy[most_functions];
+    values(n, x, fx);
+    values(n, y, fy);
+    const int next = rank * rank;
+    const T* c = at.C;
+    T tau = T(0);
+    for (int p = 0; p < rank; ++p) {
+      T row = T(0);
+      for (int q = 0; q < rank; ++q, ++c) {
+        row = row + (c[0] * d0 + c[next] * d1 + c[2 * next] * d2 + c[3 * next] * d3) * fy[q];
+      }
+      tau = tau + row * fx[p];
+    }
+    return at.slope * tau;
+  }
+
+  /// Pair n at currents of its phases >= 0 [A] and the electrical angle of phase 0 in [0, 2 pi).
+  constexpr PairMagnetics<T> at(int n, T a, T b, T theta_e) const {
+    return evaluate<false>(n, a, b, theta_e).at;
+  }
+  constexpr PairJet<T> jet(int n, T a, T b, T theta_e) const {
+    return evaluate<true>(n, a, b, theta_e);
+  }
+
+  /// The name of what is wrong, for N phases; null where nothing is.
+  constexpr const char* fault(int N) const {
+    if (n_pairs() == 0) return nullptr;
+    const bool sizes = N_r >= 1 && n_i >= 2 && n_i <= 255 && n_phi >= 2 && n_phi <= 10000 &&
+                       rank >= 1 && rank <= most_functions && second.size == n_pairs() &&
+                       kind.size == n_pairs() && behind.size == n_pairs() && knot.size == n_i;
+    if (!sizes) return "sizes of the pairs";
+    int kinds = 0;
+    for (int n = 0; n < n_pairs(); ++n) {
+      if (first[n] >= N || second[n] >= N || first[n] == second[n]) return "phases of the pairs";
+      if (!(behind[n] >= T(0) && behind[n] < two_pi<T>)) return "angles of the pairs";
+      if (kind[n] >= kinds) kinds = kind[n] + 1;
+    }
+    if (f.size != kinds * n_i * rank * n_power) return "functions of the pairs";
+    if (C.size != kinds * (n_phi + 3) * rank * rank) return "tables of the pairs";
+    for (int j = 1; j < n_i; ++j) {
+      if (!(knot[j] > knot[j - 1])) return "currents of the pairs";
+    }
+    return is_positive(cells_per_rad) ? nullptr : "cells of the pairs";
+  }
+
+ private:
+  /// Where an angle is in the table of a pair.
+  struct Place {
+    bool mirrored;  // the other half of the period: the two currents change places
+    T slope;        // d(cell coordinate)/dtheta_m, with the factor on all
+    T v;            // within the cell
+    const T* C;     // of the first of its four B-splines
+  };
+
+  constexpr Place place(int n, T theta_e) const {
+    T phi = theta_e - behind[n];
+    if (phi < T(0)) phi = phi + two_pi<T>;
+    const bool mirrored = phi > pi<T>;
+    if (mirrored) phi = two_pi<T> - phi;
+    const T y = phi * cells_per_rad;
+    const int m = static_cast<int>(clamp(y, T(0), T(n_phi - 1)));
+    const T slope = factor * static_cast<T>(N_r) * cells_per_rad;
+    return {mirrored, mirrored ? -slope : slope, y - static_cast<T>(m),
+            C.data + (kind[n] * (n_phi + 3) + m) * rank * rank};
+  }
+
+  /// The polynomials of the piece that holds a current, which becomes the one above its knot.
+  constexpr const T* piece(int n, T& i) const {
+    int j = 0;
+    while (j + 1 < n_i && i >= knot[j + 1]) ++j;
+    i = i - knot[j];
+    return f.data + (kind[n] * n_i + j) * rank * n_power;
+  }
+
+  constexpr void values(int n, T i, T* to) const {
+    const T* c = piece(n, i);
+    for (int p = 0; p < rank; ++p, c += n_power) {
+      to[p] = c[0] + i * (c[1] + i * (c[2] + i * c[3]));
+    }
+  }
+
+  /// Functions of a current and their derivatives.
+  struct Functions {
+    T f[4][most_functions];
+  };
+  constexpr Functions functions(int n, T i) const {
+    Functions g;
+    const T* c = piece(n, i);
+    for (int p = 0; p < rank; ++p, c += n_power) {
+      g.f[0][p] = c[0] + i * (c[1] + i * (c[2] + i * c[3]));
+      g.f[1][p] = c[1] + i * (T(2) * c[2] + i * (T(3) * c[3]));
+      g.f[2][p] = T(2) * c[2] + i * (T(6) * c[3]);
+      g.f[3][p] = T(6) * c[3];
+    }
+    return g;
+  }
+
+  using Matrix = T[most_functions * most_functions];
+
+  /// The matrix of the four B-splines with weights w.
+  constexpr void weighted(const Place& at, const T (&w)[4], Matrix& to) const {
+    const int next = rank * rank;
+    const T* c = at.C;
+    for (int pq = 0; pq < next; ++pq, ++c) {
+      to[pq] = c[0] * w[0] + c[next] * w[1] + c[2 * next] * w[2] + c[3 * next] * w[3];
+    }
+  }
+
+  constexpr void times(const Matrix& M, const T* x, T* to) const {
+    const T* m = M;
+    for (int p = 0; p < rank; ++p) {
+      T sum = T(0);
+      for (int q = 0; q < rank; ++q, ++m) sum = sum + *m * x[q];
+      to[p] = sum;
+    }
+  }
+
+  constexpr T dot(const T* x, const T* y) const {
+    T sum = T(0);
+    for (int p = 0; p < rank; ++p) sum = sum + x[p] * y[p];
+    return sum;
+  }
+
+  template <bool moving>
+  constexpr PairJet<T> evaluate(int n, T a, T b, T theta_e) const {
+    const Place here = place(n, theta_e);
+    const Functions x = functions(n, here.mirrored ? b : a);
+    const Functions y = functions(n, here.mirrored ? a : b);
+    const T v = here.v, v2 = v * v, rest = T(1) - v;
+    const T b0 = rest * rest * rest * T(1.0 / 6), b3 = v2 * v * T(1.0 / 6);
+    const T b1 = T(2.0 / 3) - v2 + v2 * v * T(0.5);
+    const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
+    Matrix M;
+    T u[4][most_functions];
+    PairJet<T> g{};
+    PairMagnetics<T>& m = g.at;
+    weighted(here, {b0, b1, T(1) - b0 - b1 - b3, b3}, M);
+    for (int p = 0; p < (moving ? 4 : 3); ++p) times(M, y.f[p], u[p]);
+    m.W_c = factor * dot(x.f[0], u[0]);
+    m.psi_first = factor * dot(x.f[1], u[0]);
+    m.psi_second = factor * dot(x.f[0], u[1]);
+    m.L_first = factor * dot(x.f[2], u[0]);
+    m.L_second = factor * dot(x.f[0], u[2]);
+    m.L_mutual = factor * dot(x.f[1], u[1]);
+    if constexpr (moving) {
+      g.W_aaa = factor * dot(x.f[3], u[0]);
+      g.W_aab = factor * dot(x.f[2], u[1]);
+      g.W_abb = factor * dot(x.f[1], u[2]);
+      g.W_bbb = factor * dot(x.f[0], u[3]);
+    }
+    weighted(here, {d0, d1, -(d0 + d1 + d3), d3}, M);
+    for (int p = 0; p < (moving ? 3 : 2); ++p) times(M, y.f[p], u[p]);
+    m.tau = here.slope * dot(x.f[0], u[0]);
+    m.psi_theta_first = here.slope * dot(x.f[1], u[0]);
+    m.psi_theta_second = here.slope * dot(x.f[0], u[1]);
+    if constexpr (moving) {
+      g.L_theta_first = here.slope * dot(x.f[2], u[0]);
+      g.L_theta_second = here.slope * dot(x.f[0], u[2]);
+      g.L_theta_mutual = here.slope * dot(x.f[1], u[1]);
+      const T per_rad = T(N_r) * cells_per_rad, bend = factor * per_rad * per_rad;
+      weighted(here, {rest, T(3) * v - T(2), T(1) - T(3) * v, v}, M);
+      for (int p = 0; p < 2; ++p) times(M, y.f[p], u[p]);
+      g.tau_theta = bend * dot(x.f[0], u[0]);
+      g.psi_theta_2_first = bend * dot(x.f[1], u[0]);
+      g.psi_theta_2_second = bend * dot(x.f[0], u[1]);
+    }
+    if (here.mirrored) exchange(g);
+    return g;
+  }
+
+  /// The phases change places.
+  static constexpr void exchange(PairJet<T>& g) {
+    const auto both = [](T& one, T& other) {
+      const T kept = one;
+      one = other;
+      other = kept;
+    };
+    both(g.at.psi_first, g.at.psi_second);
+    both(g.at.L_first, g.at.L_second);
+    both(g.at.psi_theta_first, g.at.psi_theta_second);
+    both(g.psi_theta_2_first, g.psi_theta_2_second);
+    both(g.L_theta_first, g.L_theta_second);
+    both(g.W_aaa, g.W_bbb);
+    both(g.W_aab, g.W_abb);
+  }
+};
+
+/// Last current of the tables [A].
+template <Real T>
+constexpr T i_last(const Coupling<T>& coupling) {
+  return coupling.knot[coupling.n_i - 1];
+}
+
+}  // namespace srm
