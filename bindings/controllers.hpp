@@ -10,12 +10,14 @@ namespace bound {
 
 /// A law with its frame.
 template <Forms here>
-AnyController controlled(const AnyLaw& law, const srm::Frame<double>& frame);
+AnyController controlled(const AnyLaw& law, const srm::Frame<double>& frame,
+                         const AnyCoupling& coupling);
 
 /// With protection and states around them. machine: as the protection knows it.
 template <Forms here>
 AnyController supervised(const AnyLaw& law, const srm::Frame<double>& frame,
                          const AnyMachine& machine, const srm::Protection<double>& protection,
-                         const srm::Sequence<double>& sequence, const srm::Supervision& plan);
+                         const srm::Sequence<double>& sequence, const srm::Supervision& plan,
+                         const AnyCoupling& coupling);
 
 }  // namespace bound

@@ -20,6 +20,16 @@ AnyController with_law(const AnyLaw& law, const Make& make, const Others& others
   return std::visit([&](const auto& any) { return std::visit(of, any); }, law.called);
 }
 
+/// The pairs that a control knows, their tables kept in the memory.
+template <class Control>
+void know(Control& control, const AnyCoupling& coupling, srm::Tables& memory) {
+  if (!coupling) return;
+  srm::assign(control.coupling, coupling->value, memory);
+  if (const char* wrong = control.coupling.fault(Control::n_phases)) {
+    throw std::invalid_argument(wrong);
+  }
+}
+
 /// What leaves Python of a controller with these parameters.
 template <class T, class P>
 std::shared_ptr<const Exported> exported(const AnyLaw& law, const P& parameters,
@@ -53,15 +63,18 @@ AnyController sampled(const srm::SupervisedDrive<Drive>& drive,
 }  // namespace
 
 template <>
-AnyController controlled<forms_here>(const AnyLaw& law, const srm::Frame<double>& given) {
+AnyController controlled<forms_here>(const AnyLaw& law, const srm::Frame<double>& given,
+                                     const AnyCoupling& coupling) {
   const auto around = [&]<class T, int N>(const srm::CalledLaw<T, N>& called) {
     srm::DriveControl<srm::CalledLaw<T, N>> control{called};
+    srm::Tables memory;
     srm::assign(control.frame, given);
-    AnyController made{srm::on_desk(control, nullptr)};
-    made.exported = exported<T>(law, control);
+    know(control, coupling, memory);
+    AnyController made{srm::on_desk(control, memory.owner())};
+    made.exported = exported<T>(law, control, memory.owner());
     return made;
   };
-  return with_law(law, around, [&] { return controlled<Forms::other>(law, given); });
+  return with_law(law, around, [&] { return controlled<Forms::other>(law, given, coupling); });
 }
 
 template <>
@@ -69,10 +82,10 @@ AnyController supervised<forms_here>(const AnyLaw& law, const srm::Frame<double>
                                      const AnyMachine& machine,
                                      const srm::Protection<double>& protection,
                                      const srm::Sequence<double>& sequence,
-                                     const srm::Supervision& plan) {
+                                     const srm::Supervision& plan, const AnyCoupling& coupling) {
   const auto around = [&]<class T, int N>(const srm::CalledLaw<T, N>& called) {
     if (plan.phase < 0 || plan.phase >= N) throw std::invalid_argument("phase of the trouble");
-    const auto guarded = [&]<class M>(const M& known, const srm::Tables& memory) {
+    const auto guarded = [&]<class M>(const M& known, srm::Tables& memory) {
       using Control = srm::DriveControl<srm::CalledLaw<T, N>>;
       srm::SupervisedDrive<srm::Supervised<srm::Guarded<M, Control>>> given{{}, plan};
       auto& drive = given.drive;
@@ -80,6 +93,7 @@ AnyController supervised<forms_here>(const AnyLaw& law, const srm::Frame<double>
       srm::assign(drive.control.protection, protection);
       srm::assign(drive.control.control.frame, frame);
       drive.control.control.law = called;
+      know(drive.control.control, coupling, memory);
       srm::assign(drive.sequence, sequence);
       AnyController made = sampled(given, memory.owner());
       made.exported = exported<T>(law, given, memory.owner());
@@ -88,7 +102,7 @@ AnyController supervised<forms_here>(const AnyLaw& law, const srm::Frame<double>
     return with_machine<forms_here, T>(machine, guarded);
   };
   const auto others = [&] {
-    return supervised<Forms::other>(law, frame, machine, protection, sequence, plan);
+    return supervised<Forms::other>(law, frame, machine, protection, sequence, plan, coupling);
   };
   return with_law(law, around, others);
 }

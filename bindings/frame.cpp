@@ -36,7 +36,8 @@ void bind_frame(nb::module_& m) {
   nb::class_<AnyLaw>(m, "Law", "A control law of the core, or a function that stands for one.");
   nb::class_<AnyController>(m, "Controller", "A complete controller, ready to be sampled.")
       .def(nb::new_(&controlled<Forms::usual>), nb::arg("law"), nb::arg("frame"),
-           "A law with its frame, and their state.");
+           nb::arg("coupling") = nb::none(),
+           "A law with its frame and the pairs of phases that it knows, and their state.");
 }
 
 }  // namespace bound

@@ -31,7 +31,7 @@ struct OnTarget : Guarded {
     std::array<float, n_run_time> parameter = built_parameters();
   };
   struct Tuning {};
-  static constexpr srm::Uses used = reluctance::control.frame.uses();
+  static constexpr srm::Uses used = reluctance::control.uses();
   static constexpr Guarded::Tuning tuning_of(const State& x) {
     return {trip_levels_of(x.parameter), control_of(x.parameter)};
   }

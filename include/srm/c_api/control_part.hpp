@@ -92,11 +92,12 @@ class ControlOf final : public ControlPart<P::n_phases> {
     if (const Fault f = law_->unsound()) return f;
     if constexpr (with_states) {
       if (const Fault f = given_.drive.control.machine.fault()) return f;
+      if (const Fault f = given_.drive.control.control.coupling.fault(N)) return f;
       if (const Fault f = fault(given_.drive.control.protection)) return f;
       if (const Fault f = fault(given_.drive.sequence)) return f;
       return fault<N>(given_.supervision);
     } else {
-      return nullptr;
+      return given_.coupling.fault(N);
     }
   }
 

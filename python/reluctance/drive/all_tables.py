@@ -176,7 +176,12 @@ class Tables:
         """The control law with all that stands around it and its state, ready to be sampled.
         known: in the place of what the drive file lets it know."""
         known = known or self.known()
-        return _core.Controller(self.control.core(known), self.frame(known))
+        return _core.Controller(self.control.core(known), self.frame(known), self.pairs(known))
+
+    def pairs(self, known: Known) -> _core.Coupling | None:
+        """The pairs of phases whose torque the controller takes off what it asks of its law; None
+        where it does not."""
+        return known.machine.pair_tables if self.control.pair_torque else None
 
     def at(self, omega_m: float) -> OperatingPoint:
         """The plant at a speed [rad/s]: its machine as it is, not as the control believes."""

@@ -1,7 +1,12 @@
 // The whole controller: a control law, and the frame around it.
+//
+// Where the phases couple, the law knows them alone. The torque that their pairs add, at the
+// currents and the angle of the sample, is taken off what is asked of the law: so much the phases
+// alone have to give. A reference keeps its sign, and zero stays zero.
 #pragma once
 
 #include "srm/control/frame/frame.hpp"
+#include "srm/machine/coupling.hpp"
 
 namespace srm {
 
@@ -13,12 +18,20 @@ struct DriveControl {
 
   Law law;
   Frame<T> frame{};
-  SRM_FIELDS(law, frame)
+  Coupling<T> coupling{};  // as the controller knows it; by default none
+  SRM_FIELDS(law, frame, coupling)
 
   struct State {
     typename Law::State law;
     typename Frame<T>::template State<n_phases> frame;
   };
+
+  /// What these parameters use.
+  constexpr Uses uses() const {
+    Uses used = frame.uses();
+    used.pairs = coupling.any() && frame.outer != Outer::none;
+    return used;
+  }
 
   /// reference: as `frame.outer` says; torque [N m] or speed [rad/s].
   template <Uses used = Uses{}>
@@ -30,10 +43,18 @@ struct DriveControl {
   template <Uses used = Uses{}>
   Command<T, n_phases> step(State& state, Measurement<T, n_phases> y, T reference,
                             const Tuning<T>& tuned) const {
-    const T asked = frame.template before<used, n_phases>(state.frame, y, reference, tuned);
+    T asked = frame.template before<used, n_phases>(state.frame, y, reference, tuned);
+    if constexpr (used.pairs) asked = of_phases_alone(asked, y);
     Command<T, n_phases> orders = law.step(state.law, y, asked);
     frame.template after<used, n_phases>(state.frame, y, orders, tuned);
     return orders;
+  }
+
+ private:
+  T of_phases_alone(T asked, const Measurement<T, n_phases>& y) const {
+    if (!coupling.any() || frame.outer == Outer::none || asked == T(0)) return asked;
+    const T left = asked - coupling.torque(y.i, y.theta_e);
+    return asked > T(0) ? max(left, T(0)) : min(left, T(0));
   }
 };
 

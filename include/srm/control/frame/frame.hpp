@@ -27,7 +27,7 @@ enum class LoadTorque : std::int8_t { integral, observer };
 
 /// What a controller uses; what it does not is left out of a target's code.
 struct Uses {
-  bool pv = true, speed = true, observer = true;
+  bool pv = true, speed = true, observer = true, pairs = true;
 };
 
 /// What may be another one from step to step (firmware: parameters at run time).
@@ -73,7 +73,8 @@ struct Frame {
   constexpr Uses uses() const {
     return {.pv = outer == Outer::pv,
             .speed = outer == Outer::speed,
-            .observer = motion == Motion::tracked || load == LoadTorque::observer};
+            .observer = motion == Motion::tracked || load == LoadTorque::observer,
+            .pairs = false};
   }
 
   constexpr Tuning<T> tuning() const { return {speed, ramp, limits}; }

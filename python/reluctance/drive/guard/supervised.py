@@ -27,7 +27,7 @@ def controller(drive: Drive, law: _core.Law | None = None) -> _core.Controller:
     law = drive.control.core(known) if law is None else law
     frame = drive.frame(known)
     if not drive.supervision.on:
-        return _core.Controller(law, frame)
+        return _core.Controller(law, frame, drive.pairs(known))
     guard = protection(drive)
     return _core.supervised(
         law,
@@ -36,6 +36,7 @@ def controller(drive: Drive, law: _core.Law | None = None) -> _core.Controller:
         protection=guard,
         sequence=sequence(drive, guard),
         supervision=supervision(drive, guard),
+        coupling=drive.pairs(known),
     )
 
 

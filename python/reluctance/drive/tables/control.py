@@ -41,6 +41,7 @@ class Control(Section):
     speed_rate_rpmps: float | None = Field(None, gt=0)  # greatest, of the speed reference
     torque_limit_Nm: float | None = Field(None, ge=0)  # below what the law is built for
     current_limit_A: float | None = Field(None, gt=0)  # likewise, in the frame (user_limits.hpp)
+    pair_torque: bool = True  # what pairs of phases add is taken off what the law is asked for
 
     def model_post_init(self, context: Any) -> None:
         """A table made in Python need not repeat the name of its law: it counts as given."""
@@ -88,6 +89,11 @@ class Control(Section):
             raise ParameterError(
                 f"[control] i_band_A = {self.current_band:g}, need less than [machine] i_max_A = "
                 f"{known.i_max:g}"
+            )
+        if self.learns and known.machine.coupled and getattr(known.machine, "pair_factor", 1) != 0:
+            raise ParameterError(
+                "[control] learn = true fits the flux linkage of phases alone, and those of this "
+                "machine couple; remove learn, or the pairs"
             )
 
     def core(self, known: Known) -> _core.Law:
