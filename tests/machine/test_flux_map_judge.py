@@ -67,6 +67,25 @@ def test_one_angle_scaled_by_three_percent_is_refused(n, torque):
     assert any(f"row at {angle:g} deg el." in reason for reason in report.reasons)
 
 
+@pytest.mark.parametrize("at", [60.0, 57.0, 62.5])
+@pytest.mark.parametrize("step", [3.0, 6.0, 12.0])
+def test_a_corner_of_the_flux_is_no_row_of_another_run(at, step):
+    """Poles with a short gap that begin to overlap: inductance rises in a straight line from
+    there, and is rounded over a degree. A scaled row of it is found."""
+    theta = np.radians(np.arange(0.0, 180.1, step))
+    past = np.degrees(theta) - at
+    L = 0.002 + 7e-4 * (past + np.hypot(past, 1.0)) / 2
+    L -= 0.0002 * np.cos(theta)
+    i = np.linspace(0, 10, 11)
+    table = FluxTable(4, i, theta, i[:, None] * L)
+    assert check_map(table).row_error < 0.01
+    n = len(theta) // 2 + 1
+    wrong = check_map(scaled_angle(table, n, 1.03))
+    assert wrong.verdict == "refused"
+    if step < 12:
+        assert f"row at {np.degrees(theta[n]):g} deg el." in wrong.reasons[0]
+
+
 def test_one_current_scaled_by_three_percent_is_refused():
     report = check_map(scaled_current(GOOD, 20, 1.03))
     assert report.verdict == "refused"

@@ -313,6 +313,17 @@ def _residuals(x: Array, values: Array) -> Array:
     return np.asarray(rows).reshape(-1, values.shape[1])
 
 
+def _from_one_side(x: Array, values: Array, side: int) -> Array:
+    """Each row minus the parabola through the three rows before it (side -1) or behind it (1), of
+    the row; three at each end are left out."""
+    rows = []
+    for n in range(3, len(x) - 3):
+        near = [n + side * k for k in (1, 2, 3)]
+        weights = [np.prod([(x[n] - x[b]) / (x[a] - x[b]) for b in near if b != a]) for a in near]
+        rows.append(1 - np.asarray(weights) @ values[near] / values[n])
+    return np.asarray(rows)
+
+
 def _noise(table: FluxTable) -> float:
     """Random part of flux [of its maximum]: the smaller of the estimates along angle and current.
 
@@ -335,6 +346,10 @@ def _row_error(table: FluxTable, noise: float) -> tuple[float, str]:
     A row off by d leaves d in its own residual and -2/3 d in the next; the second difference of the
     residuals lifts that pattern by 5/3 above the smooth misfit of a coarse grid. A row counts where
     it stands out four times from the other rows and from the noise.
+
+    A corner of the flux linkage, as where the poles of a machine with a short gap begin to overlap,
+    leaves nearly the same pattern. But the rows of one side of it continue to it, and a row that is
+    off by d is off by d, or half of it at least, from both sides.
     """
     worst, name = 0.0, ""
     inner = table.psi[1:]
@@ -347,7 +362,10 @@ def _row_error(table: FluxTable, noise: float) -> tuple[float, str]:
             continue
         relative = _residuals(x, values) * np.sqrt(1 + 34 / 36) / values[2:-2]
         pattern = (relative[1:-1] - (relative[2:] + relative[:-2]) / 2) * 3 / 5
-        score = np.abs(np.median(pattern, axis=1))
+        sides = [np.median(_from_one_side(x, values, side), axis=1) for side in (-1, 1)]
+        off = np.median(pattern, axis=1)
+        both = np.all([side * np.sign(off) > np.abs(off) / 2 for side in sides], axis=0)
+        score = np.where(both, np.abs(off), 0.0)
         n = int(score.argmax())
         others = np.delete(score, range(max(0, n - 3), min(len(score), n + 4)))
         scatter = noise * table.psi.max() / np.median(values[n + 3]) / np.sqrt(values.shape[1])
