@@ -23,8 +23,9 @@ from reluctance.base.files import read_toml
 from reluctance.base.schema import checked
 from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
+from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle, sample
-from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.solve import solve
 from reluctance.machine.geometry.solved import system_of
 from reluctance.machine.geometry.steel import Array
 from reluctance.machine.geometry.system import System

@@ -43,27 +43,29 @@ def torque(theta_e: np.ndarray, i: np.ndarray) -> np.ndarray:
     return np.asarray(N_R * PSI_M * slope * (i - (1 - np.exp(-K * i)) / K))
 
 
-def machine_file(folder: Path, *, B_Nms: float = 0.0) -> Path:
-    """Writes machine file and map; 121 angles and 61 currents."""
+def machine_file(folder: Path, *, B_Nms: float = 0.0, N_r: int = N_R) -> Path:
+    """Writes machine file and map; 121 angles and 61 currents. The source's 8/6 machine has the
+    same flux linkage over the electrical angle."""
+    name = f"closed_form_{N_r + 2}_{N_r}"
     i = np.linspace(0, I_TOP, 61)
     theta_e = np.linspace(0, np.pi, 121)
-    table = FluxTable(N_R, i, theta_e, flux(theta_e[None, :], i[:, None]))
-    write_map(table, folder / "closed_form_6_4.csv")
-    path = folder / "closed_form_6_4.toml"
+    table = FluxTable(N_r, i, theta_e, flux(theta_e[None, :], i[:, None]))
+    write_map(table, folder / f"{name}.csv")
+    path = folder / f"{name}.toml"
     path.write_text(
         f"""[machine]
-name = "6/4 in closed form"
+name = "{N_r + 2}/{N_r} in closed form"
 source = "github.com/demidofa/SRM_PINN @ f4dd7deb"
 licence = "none: numbers only"
-N_s = 6
-N_r = {N_R}
-n_phases = 3
+N_s = {N_r + 2}
+N_r = {N_r}
+n_phases = {N_r // 2 + 1}
 R_ohm = {R}
 i_max_A = {I_TOP}
 J_kgm2 = {J}
 B_Nms = {B_Nms}
 model = "map"
-map = "closed_form_6_4.csv"
+map = "{name}.csv"
 angle_kind = "electrical"
 """,
         encoding="utf-8",
@@ -71,9 +73,9 @@ angle_kind = "electrical"
     return path
 
 
-def drive(*, B_Nms: float = 0.0, **tables: dict[str, Any]) -> Drive:
+def drive(*, B_Nms: float = 0.0, N_r: int = N_R, **tables: dict[str, Any]) -> Drive:
     """A drive with this machine on 540 V. The map is read later, so it stays in out/."""
     OUT.mkdir(parents=True, exist_ok=True)
-    machine = machine_table(str(machine_file(OUT, B_Nms=B_Nms)), OUT)
+    machine = machine_table(str(machine_file(OUT, B_Nms=B_Nms, N_r=N_r)), OUT)
     data = {"machine": machine, "converter": {"u_dc_V": U_DC}, **tables}
-    return drive_from(data, name="closed form 6/4")
+    return drive_from(data, name=f"closed form {N_r + 2}/{N_r}")

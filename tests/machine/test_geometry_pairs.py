@@ -17,8 +17,9 @@ from reluctance.machine.coupling import Coupling, Neighbours, check_pairs
 from reluctance.machine.geometry import pairs
 from reluctance.machine.geometry.coupling_of import phase_of
 from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
+from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle, sample
-from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.solve import solve
 from reluctance.machine.geometry.solved import solved, system_of
 from reluctance.machine.maps.pairs import apart, pair_table, reasons
 from reluctance.machine.maps.surface import surface

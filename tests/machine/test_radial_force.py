@@ -10,8 +10,9 @@ from test_geometry_files import changed, drive, geometry, write
 import reluctance as rl
 from reluctance.drive.run.radial_force import force_orders, pole_forces, spatial_orders
 from reluctance.machine.geometry.force import stress
+from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle
-from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.solve import solve
 from reluctance.machine.geometry.solved import solved, system_of
 from reluctance.machine.maps.pole_force import read_pole_force, write_pole_force
 

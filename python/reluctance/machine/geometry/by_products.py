@@ -10,6 +10,7 @@ from scipy.constants import mu_0
 from reluctance.machine.copper import COPPER_COEFFICIENT, COPPER_RESISTIVITY
 from reluctance.machine.geometry.elements import Elements
 from reluctance.machine.geometry.mesh import STEEL, Mesh
+from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.system import System
 
 COPPER_DENSITY = 8960.0  # [kg/m^3]
@@ -49,20 +50,21 @@ def by_products(
     circles with half the thickness of the coil around its corners.
     """
     section, winding = system.section, system.winding
+    aligned = at_angle(system, 0.0)
     n_coils = len(winding.polarity) // winding.n_phases  # of a phase
     coil = winding.coil
     height = section.h_s if coil is None else coil.height
-    thickness = system.coil_area / height
+    thickness = aligned.coil_area / height
     end = 2 * section.half_width_s + np.pi / 2 * thickness
     turn = 2 * (stack + end)
-    area = slot_fill * system.coil_area / winding.turns
+    area = slot_fill * aligned.coil_area / winding.turns
     rho = COPPER_RESISTIVITY * (1 + COPPER_COEFFICIENT * (temperature_degC - 20.0))
     R_coil = rho * winding.turns * turn / area
     per_path = n_coils / winding.parallel_paths
     L_coil = END_PERMEANCE * mu_0 * winding.turns**2 * 2 * end
     sheet = SHEET_DENSITY * stacking_factor * system.length
     inertia = SHAFT_DENSITY * stack * np.pi / 2 * section.r_shaft**4
-    rotor, stator = system.rotor, system.stator
+    rotor, stator = aligned.rotor, aligned.stator
     return ByProducts(
         R_ohm=R_coil * per_path / winding.parallel_paths,
         L_end_H=L_coil * per_path / winding.parallel_paths if L_end_H is None else L_end_H,

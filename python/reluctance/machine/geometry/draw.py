@@ -9,9 +9,10 @@ from matplotlib.collections import PolyCollection
 
 from reluctance.base.picture import Picture
 from reluctance.machine.geometry.mesh import COIL, STEEL
+from reluctance.machine.geometry.position import Side, at_angle
 from reluctance.machine.geometry.solve import Field
 from reluctance.machine.geometry.steel import Array
-from reluctance.machine.geometry.system import Side, System
+from reluctance.machine.geometry.system import System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,10 +28,11 @@ def draw(system: System, *, alpha: float = 0.0, axes: Axes | None = None) -> Axe
     Lengths in mm."""
     axes = Picture(6, 6).add_subplot() if axes is None else axes
     n_phases = system.winding.n_phases
-    for side, turn in ((system.rotor, alpha), (system.stator, 0.0)):
+    position = at_angle(system, alpha)
+    for side, turn in ((position.rotor, alpha), (position.stator, 0.0)):
         region = side.mesh.region
         for copy in range(_copies(system)):
-            outline = _outlines(side, turn + copy * system.gap.sector)
+            outline = _outlines(side, turn + copy * position.gap.sector)
             _fill(axes, outline[region == STEEL], STEEL_COLOUR)
             first = copy * system.section.N_s // _copies(system)
             for k in range(n_phases):
@@ -43,12 +45,16 @@ def draw_field(field: Field, *, axes: Axes | None = None) -> Axes:
     """|B| in colours, and lines of the vector potential, along which the field runs; over the
     sector that was solved. Lengths in mm."""
     axes = Picture(6.5, 5.5).add_subplot() if axes is None else axes
-    system = field.position.system
+    position = field.position
+    system = position.system
     potential = np.append(field.A, 0.0)
     levels = np.linspace(potential.min(), potential.max(), N_LINES + 2)[1:-1]
     drawn = None
-    for side, turn in ((system.rotor, field.position.alpha), (system.stator, 0.0)):
-        of_elements = potential[side.of_elements]
+    for side, numbers, turn in (
+        (position.rotor, system.rotor, position.alpha),
+        (position.stator, system.stator, 0.0),
+    ):
+        of_elements = potential[numbers.of_elements]
         B = np.einsum("eqdi,ei->eqd", side.elements.gradient, of_elements)
         drawn = PolyCollection(list(_outlines(side, turn)), rasterized=True, linewidths=0.4)
         drawn.set_array(np.hypot(B[..., 0], B[..., 1]).mean(axis=1))
@@ -56,7 +62,7 @@ def draw_field(field: Field, *, axes: Axes | None = None) -> Axes:
         drawn.set_clim(0, B_SHOWN)
         axes.add_collection(drawn)
         x, y = _places(side, turn)
-        nodes = potential[side.unknown] * side.mesh.sign
+        nodes = potential[numbers.unknown] * side.mesh.sign
         axes.contour(x, y, nodes, levels=levels, colors="white", linewidths=0.6, linestyles="solid")
     if drawn is not None:
         axes.figure.colorbar(drawn, ax=axes, label="|B| [T]", shrink=0.8)
@@ -65,7 +71,7 @@ def draw_field(field: Field, *, axes: Axes | None = None) -> Axes:
 
 def _copies(system: System) -> int:
     """Sectors in the machine."""
-    return round(2 * np.pi / system.gap.sector)
+    return system.section.n_sectors if system.odd else 1
 
 
 def _places(side: Side, turn: float) -> tuple[Array, Array]:

@@ -63,7 +63,7 @@ def _along(theta: Array, orders: Array, B: Complex) -> Array:
 def stress(field: Field, *, at: float = 0.5) -> Stress:
     """The stress at a share `at` of the way from rotor to stator."""
     system = field.position.system
-    gap = system.gap
+    gap = field.position.gap
     r = gap.r_rotor + at * (gap.r_stator - gap.r_rotor)
     B_r, B_theta = gap.field(*field.rings, field.position.alpha, r)
     theta = (np.arange(N_POINTS) + 0.5) * gap.sector / N_POINTS

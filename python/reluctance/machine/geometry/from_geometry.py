@@ -17,8 +17,9 @@ from reluctance.machine.coupling import Coupling, check_pairs
 from reluctance.machine.geometry.coupling_of import coupling_of
 from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.geometry_machine import geometry_of
+from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle
-from reluctance.machine.geometry.solve import at_angle, solve
+from reluctance.machine.geometry.solve import solve
 from reluctance.machine.geometry.solved import Solution, solved, system_of
 from reluctance.machine.geometry.write_geometry import write_machine
 from reluctance.machine.library import flattened, is_geometry, placed_machine

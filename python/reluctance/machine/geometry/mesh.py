@@ -12,7 +12,7 @@ Nodes lie on the doubled grid of cell corners and their midpoints.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,26 +28,19 @@ AIR, STEEL, COIL = 0, 1, 2  # regions; COIL + 2 k after and COIL + 2 k + 1 befor
 class Grid:
     """How fine the mesh is.
 
-    The numbers are a compromise of a search over 27 grids on the 8/6 and 12/8 machines of the
-    tests: with the same unknowns spread evenly over rows and columns the error of torque is four
-    times as large. Cells across pole and slot decide it, since the field changes at the corners.
+    The field changes over a gap at the corners of the poles, of both sides, and ever less away from
+    them. A cell at a distance d from the nearest corner may have the length
+
+        h(d) = cell gap + growth d
     """
 
-    pole: int = 12  # cells across a pole, even
-    slot: int = 12  # across a slot, even
-    rotor_pole: int = 6  # along a rotor pole
-    stator_pole: int = 6  # along a stator pole
-    yoke: int = 2
-    growth: float = 10.0  # largest over smallest cell along a pole,
-    growth_pole: float = 4.0  # across a pole,
-    growth_slot: float = 15.0  # across a slot
+    cell: float = 1.0  # at a corner, in gaps
+    growth: float = 0.7
+    yoke: int = 3  # cells across a yoke
 
     def doubled(self) -> Grid:
         """Twice as many cells in both directions."""
-        return replace(self, **{name: 2 * getattr(self, name) for name in COUNTS})
-
-
-COUNTS = ("pole", "slot", "rotor_pole", "stator_pole", "yoke")
+        return Grid(self.cell / 2, self.growth / 2, 2 * self.yoke)
 
 
 @dataclass(frozen=True)
@@ -74,42 +67,27 @@ class Mesh:
         return self.unknown[self.gap_row, :-1]
 
 
-def graded(n: int, growth: float, *, ends: str) -> Array:
-    """n cells on 0..1, the largest `growth` times the smallest; small at `both` ends, `first`,
-    `last`, or equal at `none`."""
-    x = np.linspace(0, 1, n + 1)
-    d = np.arccosh(np.sqrt(growth))
-    if ends == "none" or d == 0:
-        return x
-    if ends == "both":
-        return np.asarray((1 + np.tanh(d * (2 * x - 1)) / np.tanh(d)) / 2)
-    if ends == "first":
-        return np.asarray(1 + np.tanh(d * (x - 1)) / np.tanh(d))
-    return np.asarray(np.tanh(d * x) / np.tanh(d))
-
-
 def with_middles(x: Array) -> Array:
-    """Cell edges and the middles between them."""
-    both = np.empty(2 * len(x) - 1)
-    both[::2], both[1::2] = x, (x[1:] + x[:-1]) / 2
+    """Cell edges and the middles between them, along the last axis."""
+    both = np.empty((*x.shape[:-1], 2 * x.shape[-1] - 1))
+    both[..., ::2], both[..., 1::2] = x, (x[..., 1:] + x[..., :-1]) / 2
     return both
 
 
-def pole_columns(grid: Grid) -> tuple[Array, Array]:
-    """Columns of nodes over one pole pitch, its end left out: place across the pole, -1..1, and
-    across the slot after it, 0..1."""
-    pole = 2 * with_middles(graded(grid.pole, grid.growth_pole, ends="both")) - 1
-    slot = with_middles(graded(grid.slot, grid.growth_slot, ends="both"))[1:-1]
-    return pole, slot
+def angles(half_pole: Array, columns: tuple[Array, Array], pitch: float) -> Array:
+    """Angles of all nodes of rows with these half pole angles, (n_rows, n_columns).
 
-
-def angles(half_pole: Array, columns: tuple[Array, Array], pitch: float, n_poles: int) -> Array:
-    """Angles of all nodes of rows with these half pole angles, (n_rows, n_columns)."""
+    columns: places (n_poles, n_nodes) across each pole, -1..1, and across the slot after it, 0..1,
+    without its ends.
+    """
     across_pole, across_slot = columns
+    n_poles = len(across_pole)
     half = half_pole[:, None]
-    one = np.hstack([half * across_pole, half + (pitch - 2 * half) * across_slot])
-    rows = np.hstack([one + k * pitch for k in range(n_poles)])
-    return np.hstack([rows, rows[:, :1] + n_poles * pitch])
+    rows = [
+        k * pitch + np.hstack([half * across_pole[k], half + (pitch - 2 * half) * across_slot[k]])
+        for k in range(n_poles)
+    ]
+    return np.hstack([*rows, rows[0][:, :1] + n_poles * pitch])
 
 
 def mapped(

@@ -13,15 +13,17 @@ import numpy as np
 
 from reluctance.base.cache import cached
 from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.mesh import Grid
+from reluctance.machine.geometry.position import Position, at_angle
 from reluctance.machine.geometry.samples import TOLERANCE, rotor_angle
-from reluctance.machine.geometry.solve import Field, Position, at_angle, solve
-from reluctance.machine.geometry.solved import content, grid_of, system_of
+from reluctance.machine.geometry.solve import Field, solve
+from reluctance.machine.geometry.solved import content, system_of
 from reluctance.machine.geometry.steel import Array
 from reluctance.machine.geometry.system import System
 from reluctance.machine.maps.pairs import PairSamples, apart
 
 ANGLES, CURRENTS = 13, 7  # nodes over half a period, and above zero (docs/geometry.md)
-ALGORITHM = 1  # raised whenever the same geometry gives other numbers
+ALGORITHM = 2  # raised whenever the same geometry gives other numbers
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ def pairs_solved(
     geometry: Geometry, poles: list[int], *, told: Callable[[float], None] | None = None
 ) -> PairsSolved:
     """The phases of each of these stator poles and of the next one."""
-    inputs = [*content(geometry, grid_of(geometry)), poles, ANGLES, CURRENTS]
+    inputs = [*content(geometry, Grid()), poles, ANGLES, CURRENTS]
     return cached(PairsSolved, inputs, lambda: _solve(geometry, poles, told), algorithm=ALGORITHM)
 
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reluctance.machine.geometry.solve import Field, at_angle, solve
+from reluctance.machine.geometry.position import at_angle
+from reluctance.machine.geometry.solve import Field, solve
 from reluctance.machine.geometry.steel import Array
 from reluctance.machine.geometry.system import System
 

@@ -8,42 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from reluctance.base.errors import ParameterError
+from reluctance.machine.geometry.position import Position
 from reluctance.machine.geometry.steel import Array
-from reluctance.machine.geometry.system import System
 
 TOLERANCE = 1e-8  # residual of the field equations, of their right-hand side: rounding is 1e-11
 MOST_STEPS = 60  # 7 to 14 are usual from zero, 2 from a predicted potential
 DESCENT = 1e-4  # share of the linear fall that a step must keep (Armijo)
 SHORTEST = 1e-3  # step length at which rounding, not the model, decides
-
-
-@dataclass(frozen=True)
-class Position:
-    """The system at one rotor angle."""
-
-    system: System
-    alpha: float  # rotor angle from aligned poles 0 [rad]
-    linear: Array  # non-zeros of K(alpha)
-    slope: Array  # (n_ring_r, n_ring_s) of the coupling over the gap [per rad]
-
-    @cached_property
-    def matrix(self) -> sp.csc_matrix:
-        """K(alpha)."""
-        return self.system.sparsity.matrix(self.linear)
-
-
-def at_angle(system: System, alpha: float) -> Position:
-    """The system with the rotor turned by alpha from where poles 0 are aligned [rad]."""
-    coupling, slope = system.gap.coupling(alpha)
-    linear = system.linear + sum(system.sparsity.sum(place, coupling) for place in system.place_gap)
-    return Position(system=system, alpha=alpha, linear=linear, slope=slope)
 
 
 @dataclass(frozen=True)
@@ -64,7 +40,7 @@ class Field:
     @property
     def psi(self) -> Array:
         """Flux linkages of the phases (n_phases) [Wb]."""
-        return np.asarray(self._scale * (self.position.system.coils.T @ self.A))
+        return np.asarray(self._scale * (self.position.coils.T @ self.A))
 
     @property
     def coenergy(self) -> float:
@@ -86,11 +62,12 @@ class Field:
     def tangent(self, k: int) -> tuple[Array, Array, float]:
         """Derivatives in the current of phase k: of A, of psi (n_phases) and of the torque."""
         system = self.position.system
-        dA = self.solve(np.ascontiguousarray(system.coils[:, k]))
+        coils = self.position.coils
+        dA = self.solve(np.ascontiguousarray(coils[:, k]))
         rotor, stator = self.rings
         slope = self.position.slope
         dtau = (rotor @ slope) @ dA[system.stator.ring] + dA[system.rotor.ring] @ (slope @ stator)
-        return dA, self._scale * (system.coils.T @ dA), float(-self._scale * dtau)
+        return dA, self._scale * (coils.T @ dA), float(-self._scale * dtau)
 
 
 def solve(
@@ -105,7 +82,7 @@ def solve(
     """
     system = position.system
     i = np.asarray(i, dtype=np.float64)
-    drive = system.coils @ i
+    drive = position.coils @ i
     A = np.zeros(system.n) if start is None else start
     energy, force, iron = _state(position, A)
     residual, steps = force - drive, 0
@@ -149,28 +126,29 @@ class _IronState:
 
 def _state(position: Position, A: Array) -> tuple[float, Array, _IronState]:
     """Energy, its gradient in A, and what the tangent matrix needs."""
-    system, iron = position.system, position.system.iron
-    of_elements = np.append(A, 0.0)[iron.unknown]
-    B = (iron.gradient @ of_elements[:, :, None]).reshape(-1, 3, 2)
+    system = position.system
+    unknown = system.iron
+    of_elements = np.append(A, 0.0)[unknown]
+    B = (position.gradient @ of_elements[:, :, None]).reshape(-1, 3, 2)
     size = np.hypot(B[..., 0], B[..., 1])
     nu, slope, density = system.steel.reluctivity(size)
-    H = (B * (iron.weight * nu)[..., None]).reshape(-1, 1, 6)
-    force = np.bincount(iron.unknown.ravel(), (H @ iron.gradient).ravel(), system.n + 1)[:-1]
+    H = (B * (position.weight * nu)[..., None]).reshape(-1, 1, 6)
+    force = np.bincount(unknown.ravel(), (H @ position.gradient).ravel(), system.n + 1)[:-1]
     linear = position.matrix @ A
-    energy = float(A @ linear / 2 + (iron.weight * density).sum())
+    energy = float(A @ linear / 2 + (position.weight * density).sum())
     return energy, force + linear, _IronState(B=B, size=size, nu=nu, slope=slope)
 
 
 def _inverse(position: Position, state: _IronState) -> Callable[[Array], Array]:
     """Solves with the tangent matrix, the second derivative of the energy."""
-    system, iron = position.system, position.system.iron
-    along = iron.weight * (state.slope - state.nu) / np.maximum(state.size, 1e-12) ** 2
+    system = position.system
+    along = position.weight * (state.slope - state.nu) / np.maximum(state.size, 1e-12) ** 2
     tensor = along[..., None, None] * state.B[..., :, None] * state.B[..., None, :]
-    tensor[..., [0, 1], [0, 1]] += (iron.weight * state.nu)[..., None]
-    left = iron.gradient.reshape(-1, 3, 2, 6)
+    tensor[..., [0, 1], [0, 1]] += (position.weight * state.nu)[..., None]
+    left = position.gradient.reshape(-1, 3, 2, 6)
     H = (tensor @ left).reshape(-1, 6, 6)
-    blocks = iron.gradient.transpose(0, 2, 1) @ H
-    data = position.linear + system.sparsity.sum(iron.place, blocks)
+    blocks = position.gradient.transpose(0, 2, 1) @ H
+    data = position.linear + system.sparsity.sum(system.place.steel, blocks)
     # The matrix is symmetric and positive definite: no pivoting, and the numbering is the order.
     factors = splu(
         system.sparsity.matrix(data),

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import lru_cache
-from math import ceil
 from typing import Any
 
 import numpy as np
@@ -24,14 +23,9 @@ from reluctance.machine.geometry.system import System, assemble
 from reluctance.machine.maps.pole_force import PoleForce
 from reluctance.machine.maps.table import FluxTable
 
+CHECKED = 5  # angles of `convergence`
 N_ORDERS = 9  # spatial orders of the radial stress that are kept
-# A 6/4 machine with nearly linear steel whose poles are 120 gaps wide: torque over the angle is -60
-# to +41 % off the closed form with the usual 12 cells across a pole, -4 to -1 % with these 48; the
-# iron itself takes 2.5 %. At 57 gaps 12 cells leave 1.2 % of the torque at rated current.
-USUAL_WIDTH = 80.0  # of a pole, in gaps: up to here the usual mesh
-CELLS = 0.4  # across a pole beyond it, in each gap of its width
-EVEN = 1.5  # largest over smallest of these cells
-ALGORITHM = 2  # raised whenever the same geometry gives other numbers
+ALGORITHM = 3  # raised whenever the same geometry gives other numbers
 
 
 @dataclass(frozen=True)
@@ -98,18 +92,6 @@ class Solution:
         return FluxTable(N_r, self.i, theta_e, psi(theta_e), tau + 0.0)
 
 
-def grid_of(geometry: Geometry) -> Grid:
-    """The usual mesh, or a finer one across the poles where the gap is short against them.
-
-    The corner of a pole has a field as wide as the gap, and where it passes over cells that are
-    much wider the torque goes up and down with them.
-    """
-    wide = geometry.cross_section.pole_over_gap
-    if wide <= USUAL_WIDTH:
-        return Grid()
-    return replace(Grid(), pole=2 * ceil(CELLS * wide / 2), growth_pole=EVEN)
-
-
 def system_of(geometry: Geometry, grid: Grid | None = None) -> System:
     """The field problem of a geometry file."""
     lamination = geometry.lamination
@@ -122,7 +104,7 @@ def system_of(geometry: Geometry, grid: Grid | None = None) -> System:
         ),
         geometry.coils,
         stack=lamination.stack_length_mm * MM,
-        grid=grid or grid_of(geometry),
+        grid=grid or Grid(),
     )
 
 
@@ -141,7 +123,7 @@ def solved(
     ParameterError
         For a B-H curve that is none.
     """
-    grid = grid or grid_of(geometry)
+    grid = grid or Grid()
     inputs = [*content(geometry, grid), geometry.map.angles, geometry.map.currents]
     return cached(Solution, inputs, lambda: _solve(geometry, grid, progress), algorithm=ALGORITHM)
 
@@ -221,33 +203,43 @@ def _solve(geometry: Geometry, grid: Grid, progress: Callable[[float], None] | N
     )
 
 
-def convergence(geometry: Geometry) -> list[dict[str, float]]:
-    """Flux linkage and torque at three points on the mesh and on one with twice as many cells.
+TURN = 1e-3  # of a pole arc: to either side for the slope of the co-energy
 
-    At half of the largest current: unaligned, in the middle of the stroke, aligned. Errors are of
-    the aligned flux linkage and of the greatest torque of the three points [1].
+
+def convergence(geometry: Geometry) -> list[dict[str, float]]:
+    """Whether the mesh is fine enough, at five angles and half of the largest current.
+
+    Changes of flux linkage and torque on a mesh with twice as many cells; and roughness, the torque
+    minus the slope of the co-energy, whose mesh is another one a little to either side. Of the
+    greatest flux linkage and torque of the five angles [1].
     """
+    from reluctance.machine.geometry.position import at_angle
     from reluctance.machine.geometry.samples import rotor_angle
-    from reluctance.machine.geometry.solve import at_angle, solve
+    from reluctance.machine.geometry.solve import solve
 
     i = np.eye(geometry.phases)[0] * geometry.map.current_max_A / 2
-    angles = np.array([0.0, np.pi / 2, np.pi])
-    values = []
-    usual = grid_of(geometry)
-    for grid in (usual, usual.doubled()):
-        system = system_of(geometry, grid)
-        fields = [solve(at_angle(system, rotor_angle(system, x)), i) for x in angles]
-        values.append([(float(f.psi[0]), f.tau) for f in fields])
-    coarse, fine = np.array(values)
-    scale = np.abs(fine).max(axis=0)
-    change = (coarse - fine) / scale
+    angles = np.linspace(0, np.pi, CHECKED)
+    usual, doubled = (system_of(geometry, grid) for grid in (Grid(), Grid().doubled()))
+
+    def at(system: System, theta_e: float, turn: float = 0.0) -> Field:
+        return solve(at_angle(system, rotor_angle(system, theta_e) + turn), i)
+
+    coarse, fine = (
+        np.array([(x.psi[0], x.tau) for x in (at(system, angle) for angle in angles)])
+        for system in (usual, doubled)
+    )
+    turn = TURN * min(usual.section.beta_s, usual.section.beta_r)
+    behind, ahead = ([at(usual, x, way).coenergy for x in angles] for way in (-turn, turn))
+    slope = np.subtract(ahead, behind) / (2 * turn)
+    psi_most, tau_most = np.abs(fine).max(axis=0)
     return [
         dict(
             theta_e_deg=float(np.degrees(angle)),
-            psi_Wb=float(at[0]),
-            tau_Nm=float(at[1]),
-            psi_change=float(by[0]),
-            tau_change=float(by[1]),
+            psi_Wb=float(psi),
+            tau_Nm=float(tau),
+            psi_change=float((was[0] - psi) / psi_most),
+            tau_change=float((was[1] - tau) / tau_most),
+            tau_rough=float((was[1] - own) / tau_most),
         )
-        for angle, at, by in zip(angles, fine, change, strict=True)
+        for angle, (psi, tau), was, own in zip(angles, fine, coarse, slope, strict=True)
     ]

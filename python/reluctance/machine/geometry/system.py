@@ -16,68 +16,65 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import mu_0
+from numpy.typing import NDArray
 
-from reluctance.machine.geometry.air_gap import AirGap, air_gap
 from reluctance.machine.geometry.cross_section import CrossSection, rotor_mesh, stator_mesh
-from reluctance.machine.geometry.elements import Elements, elements
-from reluctance.machine.geometry.mesh import COIL, STEEL, Grid, Integers, Mesh
+from reluctance.machine.geometry.mesh import STEEL, Grid, Integers, Mesh
 from reluctance.machine.geometry.sparsity import Sparsity, elimination_order, pairs, sparsity
-from reluctance.machine.geometry.steel import Array, Steel
+from reluctance.machine.geometry.steel import Steel
 from reluctance.machine.geometry.winding import Winding
 
 
 @dataclass(frozen=True)
-class Side:
-    """Stator or rotor: its mesh, and the unknown of each node (n where A = 0)."""
+class Numbers:
+    """The unknowns of one side, numbered in the order in which they are eliminated (n where A = 0),
+    and the places of its elements and of its ring among the non-zeros."""
 
-    mesh: Mesh
-    elements: Elements
     unknown: Integers  # (n_rows, n_columns)
-
-    @property
-    def ring(self) -> Integers:
-        """Unknowns on the gap."""
-        return self.unknown[self.mesh.gap_row, :-1]
-
-    @property
-    def of_elements(self) -> Integers:
-        """Unknowns of the elements, (n_e, 6)."""
-        return np.asarray(self.unknown.ravel()[self.mesh.elements])
+    of_elements: Integers  # (n_e, 6)
+    ring: Integers  # on the gap
 
 
 @dataclass(frozen=True)
-class Iron:
-    """The elements of steel, of both sides."""
+class Places:
+    """Of matrices among the non-zeros of the whole one."""
 
-    unknown: Integers  # (n_e, 6)
-    gradient: Array  # (n_e, 6, 6): rows are Gauss point and direction
-    weight: Array  # (n_e, 3) [m^2]
-    place: Integers  # (36 n_e) of the elements' matrices in the whole one
+    air: Integers  # of the elements without steel
+    steel: Integers
+    rings: tuple[Integers, Integers]  # rotor, stator
+    gap: tuple[Integers, Integers]  # of the coupling over the gap, and of its transpose
 
 
 @dataclass(frozen=True)
 class System:
-    """Matrices and numbering. Unknowns are numbered in the order in which they are eliminated."""
+    """The machine and the numbering, the same at every angle."""
 
     section: CrossSection
     steel: Steel
     winding: Winding
-    rotor: Side
-    stator: Side
-    gap: AirGap
-    iron: Iron
+    grid: Grid
+    odd: bool  # one sector, the next has the opposite sign; else the whole machine
+    rotor: Numbers
+    stator: Numbers
+    is_steel: NDArray[np.bool_]  # (n_e) of both sides
+    iron: Integers  # (n_iron, 6) unknowns of the elements of steel
     sparsity: Sparsity
-    linear: Array  # non-zeros from slots and from both edges of the gap
-    place_gap: tuple[Integers, Integers]  # of the coupling over the gap, and of its transpose
-    coils: Array  # (n, n_phases): C [1]
-    coil_area: float  # of one coil side [m^2]
+    place: Places
     length: float  # stack length times number of sectors [m]
 
     @property
     def n(self) -> int:
         """Number of unknowns."""
         return self.sparsity.n
+
+    def meshes(self, alpha: float) -> tuple[Mesh, Mesh]:
+        """Rotor and stator, with the rotor turned by alpha [rad]."""
+        return _meshes(self.section, self.grid, alpha, odd=self.odd)
+
+
+def _meshes(section: CrossSection, grid: Grid, alpha: float, *, odd: bool) -> tuple[Mesh, Mesh]:
+    rotor = rotor_mesh(section, grid, alpha, odd=odd)
+    return rotor, stator_mesh(section, grid, alpha, odd=odd)
 
 
 def assemble(
@@ -86,101 +83,57 @@ def assemble(
     """The field problem on one sector where the polarity of the coils reverses from each to the
     next, else on the whole machine. `stack` is the stack length [m]."""
     odd = winding.reverses(section.n_sectors)
-    rotor, stator = rotor_mesh(section, grid, odd=odd), stator_mesh(section, grid, odd=odd)
-    gap = air_gap(rotor, stator, section.r_rotor, section.r_ring_s, odd=odd)
-    sides, pattern = _numbered(rotor, stator)
-    r, s = sides
-
-    of_elements = np.concatenate([side.of_elements for side in sides])
-    gradient = np.concatenate([side.elements.gradient for side in sides])
-    weight = np.concatenate([side.elements.weight for side in sides])
-    steel_here = np.concatenate([side.mesh.region for side in sides]) == STEEL
-    air = of_elements[~steel_here]
-    scaled = gradient[~steel_here] * np.sqrt(weight[~steel_here] / mu_0)[:, :, None, None]
-    flat = scaled.reshape(-1, 6, 6)
-    own_r, own_s = gap.stiffness()
-    linear = (
-        pattern.sum(pattern.place(*pairs(air, air)), flat.transpose(0, 2, 1) @ flat)
-        + pattern.sum(pattern.place(*pairs(r.ring, r.ring)), own_r)
-        + pattern.sum(pattern.place(*pairs(s.ring, s.ring)), own_s)
-    )
-    of_iron = of_elements[steel_here]
-    coils, coil_area = _coils(section, winding, s, pattern.n, odd=odd)
+    rotor, stator = _meshes(section, grid, 0.0, odd=odd)
+    (r, s), pattern = _numbered(rotor, stator)
+    of_elements = np.concatenate([r.of_elements, s.of_elements])
+    is_steel = np.concatenate([rotor.region, stator.region]) == STEEL
+    air, iron = of_elements[~is_steel], of_elements[is_steel]
     return System(
         section=section,
         steel=steel,
         winding=winding,
+        grid=grid,
+        odd=odd,
         rotor=r,
         stator=s,
-        gap=gap,
-        iron=Iron(
-            unknown=of_iron,
-            gradient=gradient[steel_here].reshape(-1, 6, 6),
-            weight=weight[steel_here],
-            place=pattern.place(*pairs(of_iron, of_iron)),
-        ),
+        is_steel=is_steel,
+        iron=iron,
         sparsity=pattern,
-        linear=linear,
-        place_gap=(
-            pattern.place(*pairs(r.ring, s.ring)),
-            pattern.place(*pairs(r.ring, s.ring)[::-1]),
+        place=Places(
+            air=pattern.place(*pairs(air, air)),
+            steel=pattern.place(*pairs(iron, iron)),
+            rings=(
+                pattern.place(*pairs(r.ring, r.ring)),
+                pattern.place(*pairs(s.ring, s.ring)),
+            ),
+            gap=(
+                pattern.place(*pairs(r.ring, s.ring)),
+                pattern.place(*pairs(r.ring, s.ring)[::-1]),
+            ),
         ),
-        coils=coils,
-        coil_area=coil_area,
         length=stack * (section.n_sectors if odd else 1),
     )
 
 
-def _numbered(rotor: Mesh, stator: Mesh) -> tuple[tuple[Side, Side], Sparsity]:
+def _numbered(rotor: Mesh, stator: Mesh) -> tuple[tuple[Numbers, Numbers], Sparsity]:
     """Both sides numbered together in an order of elimination with little fill."""
     n = rotor.n_unknowns + stator.n_unknowns
     numbers = (
         np.where(rotor.unknown < 0, n, rotor.unknown),
         np.where(stator.unknown < 0, n, stator.unknown + rotor.n_unknowns),
     )
-    of_elements = elements(rotor), elements(stator)
 
-    def numbered(order: Integers) -> tuple[tuple[Side, Side], Sparsity]:
-        r = Side(rotor, of_elements[0], order[numbers[0]])
-        s = Side(stator, of_elements[1], order[numbers[1]])
+    def numbered(order: Integers) -> tuple[tuple[Numbers, Numbers], Sparsity]:
+        r, s = (
+            Numbers(
+                unknown=order[number],
+                of_elements=order[number].ravel()[mesh.elements],
+                ring=order[number][mesh.gap_row, :-1],
+            )
+            for mesh, number in zip((rotor, stator), numbers, strict=True)
+        )
         around = np.concatenate([r.ring, s.ring])
         return (r, s), sparsity(n, [r.of_elements, s.of_elements, around])
 
     _, pattern = numbered(np.arange(n + 1))
     return numbered(np.append(elimination_order(pattern), n))
-
-
-def _coils(
-    section: CrossSection, winding: Winding, stator: Side, n: int, *, odd: bool
-) -> tuple[Array, float]:
-    """C with psi = C' A per length of one sector, and the area of a coil side.
-
-    A uniform current density in each coil side: +1 after the pole, -1 before it. Of pole 0 the side
-    before it lies at the end of the sector, where the potential has the other sign if odd.
-    """
-    mesh, of = stator.mesh, stator.elements
-    n_poles = section.N_s // (section.n_sectors if odd else 1)
-    pitch = 2 * np.pi / section.N_s
-    coils = np.zeros((n + 1, winding.n_phases))
-    areas = []
-    for k in range(n_poles):
-        for before in (0, 1):
-            here = mesh.region == COIL + 2 * k + before
-            inside = np.ones_like(of.weight[here])
-            if winding.coil is not None:
-                middle = (n_poles if before and k == 0 else k) * pitch
-                along = of.r[here] * np.cos(of.theta[here] - middle)
-                across = np.abs(of.r[here] * np.sin(of.theta[here] - middle))
-                inside = winding.coil.covers(along, across)
-            weight = of.weight[here] * inside
-            areas.append(float(weight.sum()))
-            wrapped = odd and before and k == 0
-            sign = winding.polarity[k] * (-1 if before else 1) * (-1 if wrapped else 1)
-            density = sign * winding.turns_of_flux / areas[-1]
-            load = density * np.einsum("eqi,eq->ei", of.shape[here], weight)
-            phase = coils[:, k % winding.n_phases]
-            np.add.at(phase, stator.of_elements[here], load)
-    coil = winding.coil
-    # The edges of a stated coil cut through elements: the sum over their points is only for the
-    # density, which then has all ampere-turns.
-    return coils[:n], float(np.mean(areas)) if coil is None else coil.width * coil.height
