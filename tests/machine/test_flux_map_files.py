@@ -221,3 +221,16 @@ def refused(path, words, **said):
         read_map(path, **said)
     assert "\n" not in str(fault.value)
     assert str(fault.value).removeprefix("cannot read ").startswith(str(path))
+
+
+@pytest.mark.parametrize("name", ["ta_Nm", "tau_mN", "torqe"])
+def test_a_mistyped_name_of_the_torque_does_not_leave_it_out(tmp_path, name):
+    path = tmp_path / "m.csv"
+    lines = [
+        f"{i},{a},{i * (2 - np.cos(np.radians(a)))},{i * i}"
+        for i in (0, 1, 2)
+        for a in (0, 90, 180)
+    ]
+    path.write_text("\n".join([f"i_A,theta_e_deg,psi_Wb,{name}", *lines]))
+    with pytest.raises(ParameterError, match=f"column '{name}' is not known; .* write `tau_Nm`"):
+        read_map(path, N_r=4)

@@ -2,6 +2,7 @@
 tables and bytes."""
 
 import json
+from datetime import date
 
 from reluctance.base.files import read_toml
 from reluctance.cli.examples import example_files
@@ -129,6 +130,8 @@ def toml(data):
 def inline(value):
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, date):
+        return value.isoformat()
     if isinstance(value, dict):
         pairs = (f"{json.dumps(str(k))} = {inline(v)}" for k, v in value.items() if v is not None)
         return "{" + ", ".join(pairs) + "}"

@@ -86,11 +86,12 @@ def _voltages(drive: Tables) -> None:
             "check the unit: a resistance in milliohm is a thousand times less"
         )
     most = _fluxes(machine.magnetics, machine.i_max_A)[0] / SHORTEST_RISE
-    for u in (drive.converter.u_dc_V, *drive.source.values):
+    given = [("[converter] u_dc_V", drive.converter.u_dc_V)]
+    for name, u in given + [("[source] values", u) for u in drive.source.values]:
         if u > most:
             raise ParameterError(
-                f"dc-link voltage {u:g} V, need at most {most:.3g}: it would take a phase to "
-                f"i_max_A = {machine.i_max_A:g} within {SHORTEST_RISE * 1e6:g} us; check the unit"
+                f"{name} = {u:g}, need at most {most:.3g}: it would take a phase to i_max_A = "
+                f"{machine.i_max_A:g} within {SHORTEST_RISE * 1e6:g} us; check the unit"
             )
 
 

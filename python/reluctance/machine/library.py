@@ -54,6 +54,9 @@ def placed_machine(table: dict[str, Any], folder: Path) -> dict[str, Any]:
     return placed(kind.filed(), table, folder)
 
 
+GEOMETRY = ("machine", "lamination", "stator", "rotor", "air_gap", "winding", "map")
+
+
 def is_geometry(data: dict[str, Any]) -> bool:
     """Whether these are the tables of a geometry file."""
     return "stator" in data or "lamination" in data or "air_gap" in data
@@ -61,6 +64,9 @@ def is_geometry(data: dict[str, Any]) -> bool:
 
 def flattened(data: dict[str, Any]) -> dict[str, Any]:
     """The tables of a geometry file as one [machine] table, as a drive holds it."""
+    for key in data:
+        if key not in GEOMETRY:
+            raise ParameterError(f"unknown table `{key}`{did_you_mean(key, GEOMETRY)}")
     head = data.get("machine")
     rest = {key: value for key, value in data.items() if key != "machine"}
     return {**(head if isinstance(head, dict) else {}), **rest, "model": "geometry"}

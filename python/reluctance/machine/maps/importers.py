@@ -172,6 +172,8 @@ def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False)
     head = rows[0]
     value = "tau" if torque else "psi"
     found = chosen(head, names, "the header", (value, "i", "theta"))
+    if "tau" not in found:
+        _check_torque_name(head, {name for name, _ in found.values()})
     data = {
         q: numbers(rows[1:], head.index(name), f"column {head.index(name) + 1}") * c.factor
         for q, (name, c) in found.items()
@@ -205,6 +207,17 @@ def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False)
     flux = grids[value]
     extra = None if torque else tau
     return RawMap(i, theta, flux, extra, "currents_down", None, angle.unit, angle.kind)
+
+
+def _check_torque_name(head: list[str], read: set[str]) -> None:
+    """A mistyped name of the torque would leave it out without a word."""
+    from difflib import get_close_matches  # for mistakes only
+
+    for name in head:
+        if name not in read and get_close_matches(name.lower(), ("tau_nm", "torque_nm", "torque")):
+            raise ParameterError(
+                f"column {name!r} is not known; for the torque write `tau_Nm`, else remove it"
+            )
 
 
 def _count(row: NDArray[np.intp], place: NDArray[np.intp]) -> NDArray[np.intp]:
