@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import MISSING, InitVar, dataclass, field, fields
+from dataclasses import MISSING, InitVar, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -185,7 +185,8 @@ class Tables:
 
     def at(self, omega_m: float) -> OperatingPoint:
         """The plant at a speed [rad/s]: its machine as it is, not as the control believes."""
-        return self.machine.at(u_dc=self.converter.u_dc_V, omega_m=omega_m)
+        alone = self.machine.at(u_dc=self.converter.u_dc_V, omega_m=omega_m)
+        return replace(alone, coupling=self.machine.coupling)
 
     @property
     def J(self) -> float:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,6 +50,17 @@ class Coupling:
         delta = apart(pair.first, pair.second, self.n_phases)
         return float((2 * np.pi * pair.first / self.n_phases + delta / 2) % (2 * np.pi))
 
+    @property
+    def content(self) -> list[Any]:
+        """All that results depend on, for a cache key."""
+        found: list[Any] = ["pairs", self.factor]
+        for pair in self.pairs:
+            table = pair.table
+            numbers = (table.i, table.f, table.phi, table.C)
+            digest = hashlib.sha256(b"".join(part.tobytes() for part in numbers)).hexdigest()
+            found += [pair.first, pair.second, digest]
+        return found
+
     def tau(self, i: ArrayLike, theta_e: ArrayLike) -> Array:
         """Torque that the pairs add [N m].
 
@@ -63,6 +76,15 @@ class Coupling:
         for pair in self.pairs:
             total = total + self._of(pair, i, theta_e).tau
         return self.factor * total
+
+    def tau_i(self, i: Array, theta_e: Array) -> Array:
+        """What the pairs add to the torque per current of each phase (..., n_phases) [N m/A]."""
+        added = np.zeros(i.shape)
+        for pair in self.pairs:
+            x = self._of(pair, i, theta_e)
+            added[..., pair.first] += self.factor * x.tau_first
+            added[..., pair.second] += self.factor * x.tau_second
+        return added
 
     def inductance(self, magnetics: Magnetics, i: Array, theta_e: Array) -> Array:
         """Incremental inductance matrix of a machine whose phases alone are `magnetics`

@@ -111,7 +111,7 @@ class MachineFile(Section):
         return _greatest_torque(self.magnetics, self.n_phases, self.i_max_A)
 
     def at(self, *, u_dc: float, omega_m: float) -> OperatingPoint:
-        """This machine on a dc link [V] at a speed [rad/s]."""
+        """This machine on a dc link [V] at a speed [rad/s], each phase as if it were alone."""
         return OperatingPoint(
             magnetics=self.magnetics,
             n_phases=self.n_phases,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 from reluctance.base.errors import need
+from reluctance.machine.coupling import Coupling
 from reluctance.machine.models import Magnetics
 
 
@@ -19,6 +20,7 @@ class OperatingPoint:
     i_max: float  # greatest phase current [A]
     u_dc: float  # dc-link voltage [V]
     omega_m: float  # speed, of either sign [rad/s]
+    coupling: Coupling | None = None  # of the phases; None where they are independent
 
     def __post_init__(self) -> None:
         need(self.n_phases >= 2, "n_phases", self.n_phases, "at least 2 phases")

@@ -1,6 +1,7 @@
 """The limit over the speeds of an efficiency map."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,7 +30,7 @@ def envelope_over(
             "that share no switch; add --no-envelope"
         )
     return torque_speed_envelope(
-        drive.machine.at(u_dc=found.u_dc, omega_m=0.0),
+        replace(drive.at(0.0), u_dc=found.u_dc),
         np.linspace(found.omega[0], found.omega[-1], SPEEDS),
         n_points=POINTS_PER_PHASE * drive.machine.n_phases,
         direction=1 if found.tau[0] > 0 else -1,

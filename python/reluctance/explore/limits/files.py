@@ -6,11 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from reluctance import _core
 from reluctance.base import figures
 from reluctance.base.arrays import FloatArray
 from reluctance.base.files import write_table
-from reluctance.base.phases import COLOURS, phase_name
+from reluctance.base.phases import COLOURS, LETTERS, phase_name
 from reluctance.base.picture import Picture, styled
 from reluctance.base.units import from_si
 from reluctance.explore.limits.report import Limit
@@ -18,15 +17,16 @@ from reluctance.machine.optimum.envelope import Envelope
 
 
 def save_profile(limit: Limit, path: str | Path) -> None:
-    """Writes one electrical period of one phase; the ending chooses csv, npz, parquet or mat."""
+    """Writes one electrical period of one phase; the ending chooses csv, npz, parquet or mat. Where
+    the profiles of the phases differ, all of them, each over its own angle: i_a_A, i_b_A, ..."""
     best = limit.least_copper
-    table = {
-        "theta_e_deg": np.degrees(best.theta_e),
-        "i_A": best.i,
-        "psi_Wb": best.psi,
-        "u_V": best.u,
-        "tau_ph_Nm": _phase_torque(limit),
-    }
+    table = {"theta_e_deg": np.degrees(best.theta_e)}
+    quantities = {"i": best.i, "psi": best.psi, "u": best.u, "tau_ph": _phase_torque(limit)}
+    units = {"i": "A", "psi": "Wb", "u": "V", "tau_ph": "Nm"}
+    for name, values in quantities.items():
+        for k, row in enumerate(np.atleast_2d(values)):
+            of = f"{name}_{LETTERS[k]}" if values.ndim > 1 else name
+            table[f"{of}_{units[name]}"] = row
     _save(path, table)
 
 
@@ -57,8 +57,14 @@ def plot_torque(ax: Axes, limit: Limit) -> Axes:
     """Torque of every phase and their sum."""
     best, tau = limit.least_copper, _phase_torque(limit)
     _plot_phases(ax, limit, tau)
-    total = sum(_shifted(limit, tau, k) for k in range(limit.drive.machine.n_phases))
-    ax.plot(*_closed(limit, np.asarray(total)), "k", lw=2, label="sum")
+    n_phases, coupling = limit.drive.machine.n_phases, limit.drive.machine.coupling
+    total = np.sum([_shifted(limit, tau, k) for k in range(n_phases)], axis=0)
+    if coupling is not None:
+        i = np.stack([_shifted(limit, best.i, k) for k in range(n_phases)], axis=-1)
+        pairs = coupling.tau(i, best.theta_e)
+        ax.plot(*_closed(limit, pairs), "k", lw=1, ls="-.", label="pairs")
+        total = total + pairs
+    ax.plot(*_closed(limit, total), "k", lw=2, label="sum")
     ax.axhline(best.tau_ref, color="k", lw=0.8, ls=":", label="reference")
     error = f"error {best.tau_error_max:.3g} N m at most, {best.tau_error_rms:.3g} rms"
     ax.set(title="no ripple" if limit.ripple_free else error, ylabel="torque (N m)")
@@ -68,15 +74,16 @@ def plot_torque(ax: Axes, limit: Limit) -> Axes:
 def plot_voltage(ax: Axes, limit: Limit) -> Axes:
     """Voltage of the first phase within the dc link, and its flux; both zeros at one height."""
     best = limit.least_copper
-    ax.step(*_closed(limit, best.u), where="post", color=styled(COLOURS[0], 0))
+    u, psi = (_shifted(limit, values, 0) for values in (best.u, best.psi))
+    ax.step(*_closed(limit, u), where="post", color=styled(COLOURS[0], 0))
     ax.axhspan(-best.u_dc, best.u_dc, color="k", alpha=0.06, lw=0)
     ax.set(title="phase a: voltage, within the dc link's, and flux linkage", ylabel="voltage (V)")
     ax.yaxis.label.set_color(styled(COLOURS[0], 0))
     ax.set_ylim(-1.1 * best.u_dc, 1.1 * best.u_dc)
     flux = ax.twinx()
-    flux.plot(*_closed(limit, best.psi), color="k", ls="--")
+    flux.plot(*_closed(limit, psi), color="k", ls="--")
     flux.set_ylabel("flux linkage, dashed (Wb)", loc="top")
-    top = 1.1 * float(best.psi.max()) or 1.0
+    top = 1.1 * float(psi.max()) or 1.0
     flux.set_yticks([tick for tick in flux.get_yticks() if tick >= 0])
     flux.set_ylim(-top, top)
     return ax
@@ -153,9 +160,12 @@ def _closed(limit: Limit, values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _shifted(limit: Limit, values: FloatArray, k: int) -> FloatArray:
-    return np.roll(values, k * len(values) // limit.drive.machine.n_phases)
+    """What phase k does, over the angle of the first."""
+    own = np.atleast_2d(values)
+    return np.roll(own[k % len(own)], k * own.shape[1] // limit.drive.machine.n_phases)
 
 
 def _phase_torque(limit: Limit) -> FloatArray:
+    """Of each phase alone."""
     best = limit.least_copper
-    return np.asarray(_core.magnetics(limit.drive.machine.magnetics, best.i, best.theta_e)[:, 2])
+    return limit.drive.machine.tau(best.i, best.theta_e)

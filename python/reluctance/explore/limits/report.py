@@ -31,7 +31,7 @@ class Limit:
     least_copper: Profile  # least greatest torque error, then least copper
     tau_max: float  # greatest ripple-free torque at this speed, of the reference's sign [N m]
     floor: RippleFloor | None  # at the switching frequency asked for
-    step: TorqueStep | None  # from no current to the torque; None where it is zero
+    step: TorqueStep | None  # from no current to the torque; None where it is zero, or phases couple
 
     def __repr__(self) -> str:
         best = self.least_copper
@@ -110,7 +110,9 @@ def limit(
         floor=None
         if F is None
         else floor_of(drive, tau_ref=tau_ref, omega_m=omega_m, switching_frequency=F),
-        step=None if tau_ref == 0 else step_of(drive, tau_ref=tau_ref, omega_m=omega_m),
+        step=None
+        if tau_ref == 0 or drive.machine.coupled
+        else step_of(drive, tau_ref=tau_ref, omega_m=omega_m),
     )
 
 
@@ -118,7 +120,7 @@ def step_of(
     drive: Drive, *, tau_ref: float, omega_m: float, start: Profile | None = None
 ) -> TorqueStep:
     """The least time of a torque step to tau_ref [N m] at a speed [rad/s], from the currents of a
-    profile; by default from none."""
+    profile; by default from none. Phases that couple have none that is proven."""
     return fastest_torque_step(drive.at(omega_m), tau_ref, start=start)
 
 

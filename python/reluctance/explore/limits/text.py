@@ -53,6 +53,17 @@ def rows(limit: Limit) -> list[tuple[str, str]]:
     return lines
 
 
+PAIRS = (
+    "Neighbouring phases couple, and the limit has what they add to each other; no least time of a "
+    "torque step is known for such a machine."
+)
+
+
 def basis(limit: Limit) -> str:
     """What is proven and what is the best known."""
-    return PROFILE if limit.floor is None else f"{PROFILE}\n{FLOOR}"
+    parts = [PROFILE]
+    if limit.floor is not None:
+        parts.append(FLOOR)
+    if limit.drive.machine.coupled:
+        parts.append(PAIRS)
+    return "\n".join(parts)

@@ -97,8 +97,7 @@ class PairTable:
     def at(self, phi: ArrayLike, a: ArrayLike, b: ArrayLike) -> PairState:
         """Angle [rad] and currents of the first and the second phase [A], broadcast."""
         phi, a, b = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (phi, a, b)))
-        turned = np.mod(phi + np.pi, 2 * np.pi) - np.pi
-        C, rate = self._over_angle(turned), self._over_angle.derivative()(turned)
+        C, rate = self.matrices(phi)
         fa, fb = (np.moveaxis(self._over_current(x), 0, -1) for x in (a, b))
         da, db = (np.moveaxis(self._over_current(x, 1), 0, -1) for x in (a, b))
         d2a, d2b = (np.moveaxis(self._over_current(x, 2), 0, -1) for x in (a, b))
@@ -114,7 +113,14 @@ class PairTable:
             L_first=joined(d2a, C, fb),
             L_second=joined(fa, C, d2b),
             L_mutual=joined(da, C, db),
+            tau_first=self.N_r * joined(da, rate, fb),
+            tau_second=self.N_r * joined(fa, rate, db),
         )
+
+    def matrices(self, phi: Array) -> tuple[Array, Array]:
+        """C [J] and its derivative in phi [J/rad] at angles (...) [rad]; (..., rank, rank) each."""
+        turned = np.mod(phi + np.pi, 2 * np.pi) - np.pi
+        return self._over_angle(turned), self._over_angle.derivative()(turned)
 
     @cached_property
     def _over_angle(self) -> CubicSpline:
@@ -136,6 +142,8 @@ class PairState:
     L_first: Array  # incremental inductance [H]
     L_second: Array
     L_mutual: Array
+    tau_first: Array  # torque per current [N m/A]: flux linkage per rotor angle
+    tau_second: Array
 
 
 def pair_table(

@@ -13,7 +13,11 @@ from reluctance.machine.optimum.programme import ALGORITHM, Norm, Programme, che
 
 @dataclass(frozen=True)
 class Profile:
-    """One periodic phase current and what it does. Phase k lags phase 0 by 2 pi k/n_phases."""
+    """One periodic phase current and what it does. Phase k lags phase 0 by 2 pi k/n_phases.
+
+    Where phases couple and not all have neighbours of the same kinds, i, psi and u are
+    (n_phases, n): of each phase, over its own angle.
+    """
 
     theta_e: FloatArray  # (n,) electrical angle [rad], 0 unaligned
     i: FloatArray  # (n,) phase current [A]
@@ -69,8 +73,9 @@ def best_profile(
 
 
 def profile_of(programme: Programme, tau_ref: float, i: FloatArray) -> Profile:
-    """A current (n,) with all that it does."""
+    """A current (n,), or those of all phases, with all that it does."""
     psi, u, tau = programme.waveforms(i)
+    i, psi, u = (_of_phases(programme, values) for values in (i, psi, u))
     error = tau - tau_ref
     i_rms = float(np.sqrt(np.mean(i * i)))
     return Profile(
@@ -89,14 +94,19 @@ def profile_of(programme: Programme, tau_ref: float, i: FloatArray) -> Profile:
     )
 
 
+def _of_phases(programme: Programme, values: FloatArray) -> FloatArray:
+    n_currents = programme.n_currents
+    return values if n_currents == 1 else values.reshape(n_currents, -1)
+
+
 def _turned(profile: Profile) -> Profile:
     """The same currents at -theta_e: torque and speed of the other sign, the same voltages."""
-    j = np.arange(len(profile.i))
+    j = np.arange(len(profile.theta_e))
     return replace(
         profile,
-        i=profile.i[-j],
-        psi=profile.psi[-j],
-        u=profile.u[-j - 1],  # the interval after -theta_e is the one before theta_e
+        i=profile.i[..., -j],
+        psi=profile.psi[..., -j],
+        u=profile.u[..., -j - 1],  # the interval after -theta_e is the one before theta_e
         tau_ref=-profile.tau_ref,
         omega_m=-profile.omega_m,
     )

@@ -9,7 +9,10 @@ a grid of n points, with theta_e the electrical angle and omega_e = N_r omega_m,
                 0 <= i <= i_max.
 
 The voltage is exact for the mean over an interval: flux difference over angle difference, and the
-trapezoid of R i. Written with omega_e, not with dt, it holds at standstill as well. Where no
+trapezoid of R i. Written with omega_e, not with dt, it holds at standstill as well. Phases that
+couple add the torque and the flux linkages of their pairs (coupling.py). Where the neighbours of
+all phases are alike, all carry the same current; else each has its own, and the torque is held over
+the whole period. Where no
 profile without ripple exists, the least torque error comes first and the copper after it.
 
 Where a profile without ripple has a current that never ends, it may take ten times the current of
@@ -17,6 +20,9 @@ one with a few percent of ripple. There a weight w trades one for the other,
 
     minimise    log(mean(i^2)) + w mean(error^2)/tau_ref^2
     subject to  mean(error) = 0 and the bounds above,    error = sum_k tau(i_k, theta_k) - tau_ref.
+
+With pairs there are more optima. So their strength grows from none to all in steps, each from the
+optimum of the one before.
 
 IPOPT's tolerances are absolute. So that every torque of every machine has the same accuracy, the
 programme is in relative units: torques over tau_ref, voltages over u_dc, currents over about the
@@ -26,6 +32,7 @@ A nonlinear programme for IPOPT (A. Waechter, L. T. Biegler, Math. Programming 1
 through CasADi (J. Andersson et al., Math. Prog. Comp. 11, 2019, 1-36).
 """
 
+from collections.abc import Callable, Iterable
 from itertools import product
 from typing import Any, Literal
 
@@ -33,7 +40,9 @@ import numpy as np
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import need
+from reluctance.machine.maps.pairs import apart
 from reluctance.machine.operating_point import OperatingPoint
+from reluctance.machine.optimum.coupled import added, alike
 from reluctance.machine.optimum.magnetics import content, phase_magnetics
 
 Norm = Literal["max", "rms"]
@@ -47,6 +56,7 @@ SLACK = 1e-4  # share of the least error given back before copper is minimised a
 MORE_SLACK = ((SLACK, 0.0), (10 * SLACK, 0.0), (100 * SLACK, 0.0), (0.0, 1e-3))
 NO_COPPER = 1e-9  # of the squared unit of current: less is no mean squared current
 REST = 1e-4  # of i_max: less is none; the interior point stays up to 3e-5 above zero
+STRENGTHS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # of the pairs, one after the other
 FEASIBLE = 1e-6  # error relative to tau_ref below which a profile counts as free of ripple
 
 _IPOPT: dict[str, Any] = {
@@ -74,7 +84,8 @@ def checked_inputs(point: OperatingPoint, n_points: int, smoothing: float) -> li
     grid = f"a multiple of n_phases = {N}, at least {12 * N}; try {60 * N}"
     need(fits, "n_points", n_points, grid)
     numbers = [point.n_phases, point.R, point.u_dc, point.i_max, n_points, smoothing]
-    return [*content(point.magnetics), *numbers]
+    pairs = [] if point.coupling is None else point.coupling.content
+    return [*content(point.magnetics), *numbers, *pairs]
 
 
 class Programme:
@@ -97,22 +108,48 @@ class Programme:
         import casadi as ca  # here: it is slow to import, and a cached result does without
 
         n, n_phases, R = n_points, point.n_phases, point.R
-        j = np.arange(n)
+        j, m = np.arange(n), n // n_phases  # a stroke has m points
         self.theta_e: FloatArray = 2 * np.pi * j / n
         self.point = point
-        x, s = ca.MX.sym("x", n), ca.MX.sym("s")
-        tau_ref, i_unit = ca.MX.sym("tau_ref"), ca.MX.sym("i_unit")
+        self._pairs = () if point.coupling is None else point.coupling.pairs
+        # Currents that differ: one, of which phase k does what phase 0 did k m points earlier, or
+        # one of each phase; all over the angle of their own phase.
+        self.n_currents = 1 if point.coupling is None or alike(point.coupling) else n_phases
+        self._n = n * self.n_currents
+        x, s = ca.MX.sym("x", self._n), ca.MX.sym("s")
+        tau_ref, i_unit, strength = (ca.MX.sym(name) for name in ("tau_ref", "i_unit", "strength"))
         i = i_unit * x
         step = 2 * np.pi / n
-        psi, tau_ph = phase_magnetics(point.magnetics)(i, self.theta_e[direction * j])
+        theta_e = self.theta_e[direction * j]
+        psi, tau_ph = phase_magnetics(point.magnetics)(i, np.tile(theta_e, self.n_currents))
         tau_ph = direction * tau_ph
-        u = R * (i + _next(i)) / 2 + point.N_r * point.omega_m * (_next(psi) - psi) / step
-        m = n // n_phases  # one stroke: phase k does what phase 0 did k m points earlier
-        tau = sum(tau_ph[k * m : (k + 1) * m] for k in range(n_phases))
+        self._tau_ph = ca.Function("tau_ph", [x, i_unit], [tau_ph])
+        if self._pairs:
+            of_pairs = [[0.0, 0.0] for _ in range(self.n_currents)]  # psi and tau of a current
+            for pair in self._pairs:
+                p, q = (k if self.n_currents > 1 else 0 for k in (pair.first, pair.second))
+                if pair.first != p:
+                    continue  # does what the pair of phase 0 does
+                behind = direction * m * (pair.second - pair.first)
+                phi = theta_e - apart(pair.first, pair.second, n_phases) / 2
+                both = added(pair.table, phi, i[p * n + j], i[q * n + (j - behind) % n])
+                of_pairs[p][0] += both.psi_first
+                of_pairs[p][1] += direction * both.tau
+                of_pairs[q][0] += both.psi_second[(j + behind) % n]
+            psi_pairs, tau_pairs = (ca.vertcat(*parts) for parts in zip(*of_pairs, strict=True))
+            share = strength * point.coupling.factor
+            psi, tau_ph = psi + share * psi_pairs, tau_ph + share * tau_pairs
+        u = R * (i + _next(i, n)) / 2 + point.N_r * point.omega_m * (_next(psi, n) - psi) / step
+        if self.n_currents == 1:
+            tau = sum(tau_ph[k * m : (k + 1) * m] for k in range(n_phases))
+        else:
+            tau = sum(tau_ph[k * n + (j - direction * k * m) % n] for k in range(n_phases))
+        instants = tau.numel()
         error = tau / tau_ref - 1
-        self._unknowns, self._given, self._u = ca.vertcat(x, s), ca.vertcat(tau_ref, i_unit), u
-        copper = (ca.sumsqr(x) + smoothing * ca.sumsqr((_next(x) - x) / step)) / n
-        ripple = ca.sumsqr(error) / m
+        self._unknowns, self._u = ca.vertcat(x, s), u
+        self._given = ca.vertcat(tau_ref, i_unit, strength)
+        copper = (ca.sumsqr(x) + smoothing * ca.sumsqr((_next(x, n) - x) / step)) / self._n
+        ripple = ca.sumsqr(error) / instants
         self._objectives: dict[Objective, Any] = {
             "copper": copper,
             "weighted": ca.log(s) + ripple_weight * ripple,
@@ -122,23 +159,26 @@ class Programme:
         self._constraints: dict[Constraint, tuple[Any, float]] = {  # 0 <= value <= bound
             "none": (error, 0.0),
             "max": (ca.vertcat(s - error, s + error), np.inf),
-            "rms": (s * s - ca.sumsqr(error) / m, np.inf),
+            "rms": (s * s - ca.sumsqr(error) / instants, np.inf),
             "constant": (tau / tau_ref - s, 0.0),
-            "mean": (ca.vertcat(ca.sum1(error) / m, s - copper), 0.0),
-            "held": (ca.sum1(tau) / m / tau_ref - s, 0.0),
+            "mean": (ca.vertcat(ca.sum1(error) / instants, s - copper), 0.0),
+            "held": (ca.sum1(tau) / instants / tau_ref - s, 0.0),
         }
         cost = ca.log(copper) + ripple_weight * ripple
         self._weighed = ca.Function("weighed", [x, self._given], [copper, cost])
         self._solvers: dict[tuple[Objective, Constraint], Any] = {}
-        self._ripples_from = np.inf  # of the last torque, if that was not free of ripple [N m]
-        self._tau_ph = ca.Function("tau_ph", [x, i_unit], [tau_ph])
-        self._waveforms = ca.Function("waveforms", [x, i_unit], [psi, u, tau])
-        at_most = self._tau_ph(np.full(n, point.i_max), 1.0)
+        self._strength = STRENGTHS[-1]  # of the pairs
+        # The last torque of a strength, if that was not free of ripple [N m].
+        self._ripples_from = dict.fromkeys(STRENGTHS, np.inf)
+        self._waveforms = ca.Function("waveforms", [x, i_unit, strength], [psi, u, tau])
+        at_most = self._tau_ph(np.full(self._n, point.i_max), 1.0)
         self._tau_most = float(_array(at_most).max())  # of one phase [N m]
 
     def waveforms(self, i: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Flux linkage (n,) [Wb], voltage (n,) [V] and torque of one stroke (n/n_phases,) [N m]."""
-        psi, u, tau = (_array(v) for v in self._waveforms(i, 1.0))
+        """Flux linkage (n,) [Wb], voltage (n,) [V] and torque of one stroke (n/n_phases,) [N m];
+        where each phase has a current, (n_phases n,) of all in turn, and torque of a period (n,).
+        """
+        psi, u, tau = (_array(v) for v in self._waveforms(i, 1.0, STRENGTHS[-1]))
         return psi, u, tau
 
     def best(self, tau_ref: float, norm: Norm, *starts: FloatArray) -> FloatArray:
@@ -152,9 +192,34 @@ class Programme:
         RuntimeError : IPOPT found no optimum.
         """
         if tau_ref == 0:
-            return np.zeros_like(self.theta_e)
-        tried = [*starts, *self.starts(tau_ref)]
-        if tau_ref < self._ripples_from:
+            return np.zeros(self._n)
+        return self._grown(
+            lambda tried: self._best(tau_ref, norm, tried), starts, self.starts(tau_ref)
+        )
+
+    def _grown(
+        self,
+        search: Callable[[list[FloatArray]], FloatArray],
+        starts: Iterable[FloatArray],
+        own: list[FloatArray],
+    ) -> FloatArray:
+        """What a search finds from starts and its own; of pairs, from the optimum of weaker ones
+        and from starts."""
+        if not self._pairs:
+            return search([*starts, *own])
+        tried = own
+        for strength in STRENGTHS[:-1]:
+            self._strength = strength
+            try:
+                tried = [search(tried)]
+            except RuntimeError:  # perhaps stronger pairs have one
+                continue
+        self._strength = STRENGTHS[-1]
+        return search([*tried, *starts])
+
+    def _best(self, tau_ref: float, norm: Norm, tried: list[FloatArray]) -> FloatArray:
+        """At one strength of the pairs."""
+        if tau_ref < self._ripples_from[self._strength]:
             free = self._free_of_ripple(tau_ref, tried)
             if free is not None:
                 return free
@@ -174,18 +239,21 @@ class Programme:
             given = e * (1 + of_error) + of_torque * tau_ref
             i, _, found = self._solve("copper", norm, i_0, tau_ref=tau_ref, s=(given, given))
             if found:
-                self._ripples_from = tau_ref
+                self._ripples_from[self._strength] = tau_ref
                 return i
         raise RuntimeError(f"no optimum found at tau_ref = {tau_ref} N m; change n_points")
 
     def _free_of_ripple(self, tau_ref: float, starts: list[FloatArray]) -> FloatArray | None:
-        """The first optimum (n,) without ripple from these starts."""
+        """The first optimum (n,) without ripple from these starts; of pairs the best one."""
+        optima = []
         for i_0 in starts:
             i, _, found = self._solve("copper", "none", i_0, tau_ref=tau_ref)
             if found:
-                self._ripples_from = np.inf
-                return i
-        return None
+                self._ripples_from[self._strength] = np.inf
+                optima.append(i)
+                if not self._pairs or self._strength < STRENGTHS[-1]:
+                    break
+        return min(optima, key=lambda i: float(i @ i)) if optima else None
 
     def ends(self, i: FloatArray) -> bool:
         """True of a current that is none somewhere in the period."""
@@ -198,14 +266,22 @@ class Programme:
         Pulses take twice the iterations and led to no better one at any of 289 levels of 24 drawn
         machines with 3 to 5 phases at 1 to 3.5 times base speed.
         """
-        tried = [*starts, *self.constant()]
-        given = self._parameters(tau_ref)
-        tries: list[tuple[float, int, FloatArray]] = []
-        for i_0 in tried:
-            i, _, found = self._solve("weighted", "mean", i_0, tau_ref=tau_ref)
-            if found:
-                tries.append((float(self._weighed(i / given[1], given)[1]), len(tries), i))
-        return min(tries)[-1] if tries else None
+
+        def search(tried: list[FloatArray]) -> FloatArray:
+            given = self._parameters(tau_ref)
+            tries: list[tuple[float, int, FloatArray]] = []
+            for i_0 in tried:
+                i, _, found = self._solve("weighted", "mean", i_0, tau_ref=tau_ref)
+                if found:
+                    tries.append((float(self._weighed(i / given[1], given)[1]), len(tries), i))
+            if not tries:
+                raise RuntimeError(f"a mean of {tau_ref} N m is out of reach")
+            return min(tries)[-1]
+
+        try:
+            return self._grown(search, starts, self.constant())
+        except RuntimeError:
+            return None
 
     def greatest_mean(self, tau_ref: float, *starts: FloatArray) -> FloatArray:
         """The current (n,) of the greatest mean torque, for a torque beyond it: best of all starts.
@@ -214,35 +290,52 @@ class Programme:
         ------
         RuntimeError : none was found.
         """
-        tried = [*starts, *self.starts(tau_ref)]
-        any_torque = (0.0, np.inf)
-        tries = [self._solve("torque", "held", i, tau_ref=tau_ref, s=any_torque) for i in tried]
-        found = [(tau, n) for n, (_, tau, ok) in enumerate(tries) if ok]
-        if not found:
+        i = self._greatest("held", tau_ref, starts, self.starts(tau_ref))
+        if i is None:
             raise RuntimeError(f"no greatest mean found below {tau_ref} N m; change n_points")
-        return tries[max(found)[1]][0]
+        return i
 
     def greatest_torque(self, *starts: FloatArray) -> tuple[float, FloatArray]:
         """The greatest constant torque [N m] and its current (n,): best of all starts."""
         full = self._tau_most
-        flat = np.full_like(self.theta_e, self.point.i_max / 8)
-        tried = [*starts, self.start(full / 2), self.start(full / 100), flat]
-        tries = [
-            self._solve("torque", "constant", i_0, tau_ref=full / 2, s=(0.0, np.inf))
-            for i_0 in tried
-        ]
-        torques = [(tau, i) for i, tau, found in tries if found]
-        if not torques:
+        own = [self.start(full / 2), self.start(full / 100), np.full(self._n, self.point.i_max / 8)]
+        i = self._greatest("constant", full / 2, starts, own)
+        if i is None:
             raise RuntimeError(
                 f"no greatest torque found at {self.point.omega_m} rad/s; change n_points"
             )
-        return max(torques, key=lambda t: t[0])
+        return float(self.waveforms(i)[2].mean()), i
+
+    def _greatest(
+        self,
+        held: Literal["constant", "held"],
+        tau_unit: float,
+        starts: Iterable[FloatArray],
+        own: list[FloatArray],
+    ) -> FloatArray | None:
+        """The current of the greatest torque, or of the greatest mean; none if none was found."""
+
+        def search(tried: list[FloatArray]) -> FloatArray:
+            solved = (
+                self._solve("torque", held, i_0, tau_ref=tau_unit, s=(0.0, np.inf))
+                for i_0 in tried
+            )
+            tries = [(tau, n, i) for n, (i, tau, found) in enumerate(solved) if found]
+            if not tries:
+                raise RuntimeError
+            return max(tries)[-1]
+
+        try:
+            return self._grown(search, starts, own)
+        except RuntimeError:
+            return None
 
     def start(self, tau_ref: float) -> FloatArray:
         """Each phase takes a share ~ max(sin theta_e, 0) of the torque; no voltage limit; (n,)."""
         weight = np.maximum(np.sin(self.theta_e), 0.0)
         total = weight.reshape(self.point.n_phases, -1).sum(axis=0)
         share = weight / np.tile(np.maximum(total, 1e-9), self.point.n_phases)
+        weight, share = np.tile(weight, self.n_currents), np.tile(share, self.n_currents)
         low, high = np.zeros_like(weight), np.full_like(weight, self.point.i_max)
         for _ in range(30):  # bisection: torque rises with current
             i = (low + high) / 2
@@ -261,12 +354,14 @@ class Programme:
 
     def constant(self) -> list[FloatArray]:
         """Currents (n,) that never return to zero."""
-        flat = np.full_like(self.theta_e, self.point.i_max)
+        flat = np.full(self._n, self.point.i_max)
         return [flat / 8, flat / 2]
 
-    def _parameters(self, tau_ref: float) -> tuple[float, float]:
-        """The units of torque [N m] and of current [A]: about the one that makes this torque."""
-        return tau_ref, self.point.i_max * (tau_ref / self._tau_most) ** 0.5
+    def _parameters(self, tau_ref: float) -> tuple[float, float, float]:
+        """The units of torque [N m] and of current [A], about the one that makes this torque, and
+        the strength of the pairs [1]."""
+        i_unit = self.point.i_max * (tau_ref / self._tau_most) ** 0.5
+        return tau_ref, i_unit, self._strength
 
     def _solve(
         self,
@@ -313,11 +408,12 @@ class Programme:
         return i_unit * x[:-1], unit * float(x[-1]), found
 
 
-def _next(v: Any) -> Any:
-    """The value at the next grid point of a periodic quantity."""
+def _next(v: Any, n: int) -> Any:
+    """The values at the next grid point of quantities with a period of n points."""
     import casadi as ca
 
-    return ca.vertcat(v[1:], v[0])
+    periods = (v[k : k + n] for k in range(0, v.numel(), n))
+    return ca.vertcat(*(part for period in periods for part in (period[1:], period[0])))
 
 
 def _array(v: Any) -> FloatArray:

@@ -67,7 +67,7 @@ def ripple_floor(
     ------
     ParameterError : the frequency is not positive, or the phases are not the profile's.
     """
-    F, n, n_phases = switching_frequency, len(profile.i), point.n_phases
+    F, n, n_phases = switching_frequency, len(profile.theta_e), point.n_phases
     if not F > 0:
         raise ParameterError(f"switching_frequency = {F} Hz, need > 0")
     if n % n_phases:
@@ -96,11 +96,36 @@ def ripple_floor(
 def _local(
     point: OperatingPoint, profile: Profile
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Voltage [V], torque per flux [N m/Wb] and where current flows, on each interval, (n,)."""
-    i = (profile.i + np.roll(profile.i, -1)) / 2
-    at = _core.magnetics(point.magnetics, i, profile.theta_e + profile.theta_e[1] / 2)
+    """Voltage [V], torque per flux [N m/Wb] and where current flows, on each interval, (n,); where
+    each phase has a profile, (n_phases n,): all phases in turn, over the angle of the first."""
+    i = (profile.i + np.roll(profile.i, -1, axis=-1)) / 2
+    theta_e = profile.theta_e + profile.theta_e[1] / 2
     flows = i > AT_REST * profile.i_peak
-    return np.where(flows, profile.u, 0.0), np.where(flows, at[:, 4] / at[:, 3], 0.0), flows
+    u = np.where(flows, profile.u, 0.0)
+    at = _core.magnetics(point.magnetics, i.ravel(), np.tile(theta_e, i.size // len(theta_e)))
+    L, tau_i = (at[:, column].reshape(i.shape) for column in (3, 4))
+    if point.coupling is None:
+        return u, np.where(flows, tau_i / L, 0.0), flows
+    n_phases = point.n_phases
+    i, tau_i = _at_once(i, n_phases), _at_once(tau_i, n_phases)
+    u_all, flow = _at_once(u, n_phases), _at_once(flows, n_phases)
+    tau_pairs = point.coupling.tau_i(i, theta_e)
+    L_all = point.coupling.inductance(point.magnetics, i, theta_e)
+    free = flow[:, :, None] & flow[:, None, :]  # the others keep no current
+    gain = np.linalg.solve(
+        np.where(free, L_all, np.eye(n_phases)),
+        np.where(flow, tau_i + tau_pairs, 0.0)[..., None],
+    )[..., 0]
+    if profile.i.ndim == 1:
+        return u, gain[:, 0], flows
+    return u_all.T.ravel(), gain.T.ravel(), flow.T.ravel()
+
+
+def _at_once(values: NDArray[Any], n_phases: int) -> NDArray[Any]:
+    """Of every phase over the angle of the first, (n, n_phases), of one or all over their own."""
+    n = values.shape[-1]
+    own = np.broadcast_to(values, (n_phases, n))
+    return np.stack([np.roll(own[k], k * n // n_phases) for k in range(n_phases)], axis=-1)
 
 
 def _least(u: FloatArray, gain: FloatArray, u_dc: float) -> list[float]:

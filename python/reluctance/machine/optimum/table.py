@@ -8,6 +8,7 @@ from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
 from reluctance.base.errors import need
 from reluctance.machine.operating_point import OperatingPoint
+from reluctance.machine.optimum.coupled import alike
 from reluctance.machine.optimum.profile import Profile, profile_of
 from reluctance.machine.optimum.programme import (
     ALGORITHM,
@@ -65,6 +66,8 @@ def profile_table(
     need(tau_max > 0, "tau_max", tau_max, "a torque > 0 N m")
     need(n_levels >= 2, "n_levels", n_levels, "at least 2: zero and tau_max")
     need(norm in ("max", "rms"), "norm", norm, "'max' or 'rms'")
+    one = point.coupling is None or alike(point.coupling)
+    need(one, "coupling", "with kinds of neighbours", "one profile for all phases")
     weight = 0.0 if ripple_weight is None else ripple_weight
     need(weight >= 0, "ripple_weight", ripple_weight, "a weight >= 0")
 

@@ -1,6 +1,6 @@
-"""The fastest torque step of any controller, at every rotor angle.
+"""The fastest torque step of any controller, at every rotor angle, of phases that do not couple.
 
-On a stiff dc link the phases do not act on one another. The current of a phase obeys a scalar
+On a stiff dc link such phases do not act on one another. The current of a phase obeys a scalar
 differential equation, in which more voltage never means less current later; so full voltage, held
 at i_max where it gets there, leads to the greatest current that can be reached at each instant, and
 the opposite voltage to the least. At an angle torque rises or falls with the current throughout. So
@@ -69,6 +69,8 @@ def fastest_torque_step(
     ------
     ParameterError : a parameter out of range.
     """
+    alone = "a machine without: pairs of phases break the argument"
+    need(point.coupling is None, "coupling", "of pairs", alone)
     tau_from = 0.0 if start is None else start.tau_ref
     need(tau_ref != tau_from, "tau_ref", tau_ref, "another torque than that of `start`")
     need(0 < share <= 1, "share", share, "a share in (0, 1]")
