@@ -31,7 +31,9 @@ class Limit:
     least_copper: Profile  # least greatest torque error, then least copper
     tau_max: float  # greatest ripple-free torque at this speed, of the reference's sign [N m]
     floor: RippleFloor | None  # at the switching frequency asked for
-    step: TorqueStep | None  # from no current to the torque; None where it is zero, or phases couple
+    step: (
+        TorqueStep | None
+    )  # from no current to the torque; None where it is zero, or phases couple
 
     def __repr__(self) -> str:
         best = self.least_copper

@@ -317,8 +317,7 @@ class Programme:
 
         def search(tried: list[FloatArray]) -> FloatArray:
             solved = (
-                self._solve("torque", held, i_0, tau_ref=tau_unit, s=(0.0, np.inf))
-                for i_0 in tried
+                self._solve("torque", held, i_0, tau_ref=tau_unit, s=(0.0, np.inf)) for i_0 in tried
             )
             tries = [(tau, n, i) for n, (i, tau, found) in enumerate(solved) if found]
             if not tries:
