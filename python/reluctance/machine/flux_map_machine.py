@@ -35,7 +35,7 @@ class FluxMapMachine(MachineFile):
             for knot, width in zip(knots, widths(knots), strict=True):
                 i, angle = np.meshgrid(knot + nodes * width, theta_e, indexing="ij")
                 values = _core.magnetics(machine, i.ravel(), angle.ravel())[:, column]
-                found.append((from_samples @ values.reshape(i.shape))[:most])
+                found.append(np.asarray(from_samples @ values.reshape(i.shape))[:most])
             return found
 
         def magnetics(i: Any, theta_e: FloatArray) -> tuple[Any, Any]:

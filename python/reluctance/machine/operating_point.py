@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
+from typing import TYPE_CHECKING
 
 from reluctance.base.errors import need
-from reluctance.machine.coupling import Coupling
 from reluctance.machine.models import Magnetics
+
+if TYPE_CHECKING:
+    from reluctance.machine.coupling import Coupling
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ A piece adds what it rises by from its own knot to the current, or to its end: x
 piece below the current, is 0 before the piece and 1 past it. The last piece has no end.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,7 @@ def parts(i: Any, knots: FloatArray) -> list[Any]:
     return found
 
 
-def risen(x: Sequence[Any], coefficients: Sequence[Any]) -> Any:
+def risen(x: Iterable[Any], coefficients: Iterable[Any]) -> Any:
     """The sum of all pieces: coefficients[k] of piece k, of the powers 1, 2, ... of x[k]."""
     total = 0.0
     for part, powers in zip(x, coefficients, strict=True):

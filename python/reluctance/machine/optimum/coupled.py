@@ -7,7 +7,7 @@ import numpy as np
 
 from reluctance.base.arrays import FloatArray
 from reluctance.machine.coupling import Coupling
-from reluctance.machine.maps.pairs import PairTable, apart
+from reluctance.machine.maps.pairs import PairTable
 from reluctance.machine.piecewise import parts, risen, widths
 
 
@@ -21,7 +21,8 @@ class Added:
 
 
 def added(table: PairTable, phi: FloatArray, first: Any, second: Any) -> Added:
-    """Without the factor, of a pair at angles phi (n,) [rad], numbers, with currents (n,) [A], CasADi vectors."""
+    """Without the factor, of a pair at angles phi (n,) [rad], numbers; currents (n,) [A] are CasADi
+    vectors."""
     C, rate = table.matrices(phi)
     f, g = (_functions(table, i) for i in (first, second))
     ranks = range(table.rank)

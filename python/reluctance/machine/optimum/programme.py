@@ -124,7 +124,7 @@ class Programme:
         psi, tau_ph = phase_magnetics(point.magnetics)(i, np.tile(theta_e, self.n_currents))
         tau_ph = direction * tau_ph
         self._tau_ph = ca.Function("tau_ph", [x, i_unit], [tau_ph])
-        if self._pairs:
+        if point.coupling is not None:
             of_pairs = [[0.0, 0.0] for _ in range(self.n_currents)]  # psi and tau of a current
             for pair in self._pairs:
                 p, q = (k if self.n_currents > 1 else 0 for k in (pair.first, pair.second))
