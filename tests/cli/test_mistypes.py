@@ -80,6 +80,8 @@ SLIPS = {
 
 def misspelt(r, word):
     """A word with one letter too many, too few, in the wrong place, or a missing unit."""
+    if len(word) == 1:
+        return 2 * word
     letters = [n for n, c in enumerate(word) if c.isalpha()]
     n = r.choice(letters[:-1])
     ways = [
@@ -111,7 +113,7 @@ def having(data, names):
 def mistyped(r, kind, data):
     """The file with one mistake, and what it is."""
     data = copy.deepcopy(data)
-    ways = ["key", "table", "text", "comma", "list", "slip"]
+    ways = ["key", "table", "text", "comma", "list", "slip", "moved", "truth"]
     ways += ["word"] if (words := choices(data)) else []
     ways += ["missing", "sign"] if kind != "drive" or "u_dc_V" in data["converter"] else []
     choice = r.choice(ways)
@@ -125,11 +127,15 @@ def mistyped(r, kind, data):
     elif choice == "word":
         table, key = r.choice(words)
         data[table][key] = misspelt(r, data[table][key])
-    elif choice in ("text", "comma", "list"):
+    elif choice == "moved":
+        others = [t for t, x in data.items() if isinstance(x, dict) and key not in x]
+        data[r.choice(others)][key] = data[table].pop(key)
+    elif choice in ("text", "comma", "list", "truth"):
         numbers = [(t, k) for t, k in places(data) if type(data[t][k]) in (int, float)]
         table, key = r.choice(numbers)
         value = data[table][key]
         wrong = {"text": str(value), "comma": f"{float(value)}".replace(".", ","), "list": [value]}
+        wrong |= {"truth": True}
         data[table][key] = wrong[choice]
     elif choice == "missing":
         table, key = r.choice(having(data, NEEDED[kind]))
@@ -151,6 +157,10 @@ def followed(line, data, meant):
         old, table, new = found.groups()
         table = table.removeprefix("machine.")  # a drive holds the tables of a geometry there
         data[table] = {new if k == old else k: v for k, v in data[table].items()}
+        return data
+    if found := re.search(r"unknown key `(.+?)` in \[(.+?)\]; known:", line):
+        key, table = found.groups()
+        del data[table.removeprefix("machine.")][key]
         return data
     if found := re.search(r"unknown table `(.+?)`; did you mean `(.+?)`", line):
         old, new = found.groups()

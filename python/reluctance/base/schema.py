@@ -190,6 +190,9 @@ def _error(fault: ValidationError, section: type[Section], where: str) -> Parame
     return ParameterError(_line(dict(errors[0]), section, where) + more)
 
 
+NEAR = 0.65  # likeness of words: `lwa` and `law` have 0.67, `kind` and `K_i_Nm` 0.6
+
+
 def did_you_mean(word: str, words: Iterable[str]) -> str:
     """The ending of an error about a mistyped word: the nearest known one, or all of them."""
     from difflib import get_close_matches  # for mistakes only
@@ -198,7 +201,8 @@ def did_you_mean(word: str, words: Iterable[str]) -> str:
     longer = [w for low, w in known.items() if low.startswith(word.lower() + "_")]
     parts = set(word.lower().split("_"))  # H_m has both parts of H_static_m
     between = [w for low, w in known.items() if len(parts) > 1 and parts < set(low.split("_"))]
-    near = longer or between or [known[m] for m in get_close_matches(word.lower(), known, n=1)]
+    close = get_close_matches(word.lower(), known, n=1, cutoff=NEAR)
+    near = longer or between or [known[m] for m in close]
     if near:
         return f"; did you mean `{near[0]}`?"
     return f"; known: {', '.join(f'`{w}`' for w in known.values())}"
