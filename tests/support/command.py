@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import math
 import os
 import shlex
 import subprocess
@@ -9,8 +10,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from reluctance.cli import app
+from reluctance.cli import app, progress
 from reluctance.cli.ended import exit_code
+
+progress.EVERY_S = math.inf  # no clock decides what a test sees
 
 
 @dataclass(frozen=True)
