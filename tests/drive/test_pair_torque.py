@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from coupled import I_MAX, coupling, machine_file
+from coupled import I_MAX, machine_file
 
 import reluctance as rl
 from reluctance import _core
@@ -55,7 +55,7 @@ def asked(given, i, theta_e, reference):
 
 def test_the_law_is_asked_for_the_rest(file):
     given = rl.load(file, WORKING)
-    pairs = coupling()
+    pairs = given.machine.coupling
     random = np.random.default_rng(3)
     cut = 0
     for reference in (2.0, -2.0, 0.1, -0.1):
@@ -80,7 +80,7 @@ def test_zero_stays_zero_and_the_key_turns_it_off(file):
 def test_a_wrong_belief_takes_off_what_it_believes(file):
     given = rl.load(file, WORKING)
     i, theta_e = [9.0, 11.0, 4.0], 2.0
-    tau = float(coupling().tau(i, theta_e))
+    tau = float(given.machine.coupling.tau(i, theta_e))
     assert abs(tau) > 0.05
     for changed, part in (
         ({"mismatch.pair_factor": 0.8}, 0.8),

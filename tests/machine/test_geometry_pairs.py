@@ -354,4 +354,4 @@ def test_a_pair_table_is_written_and_read_back(tmp_path):
     again = read_pairs(tmp_path / "p.csv", N_r=4, n_phases=3)
     assert [pair.letters for pair in again.pairs] == ["ac", "cb", "ba"]
     i, theta_e = np.array([7.0, 0.0, 4.0]), 1.1
-    assert again.tau(i, theta_e) == pytest.approx(coupling.tau(i, theta_e), rel=5e-3)
+    assert again.tau(i, theta_e) == pytest.approx(coupling.tau(i, theta_e), rel=1e-6)

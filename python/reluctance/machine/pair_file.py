@@ -23,7 +23,7 @@ AS_IT_IS = 1e-6  # of the torque: what a file holds was kept on purpose [1]
 
 
 def write_pairs(coupling: Coupling, path: Path) -> None:
-    """Writes the tables at their nodes, one after the other."""
+    """Writes the tables at the angles and currents of their samples, one after the other."""
     of: dict[PairTable, list[str]] = {}
     for pair in coupling.pairs:
         of.setdefault(pair.table, []).append(pair.letters)
@@ -31,12 +31,13 @@ def write_pairs(coupling: Coupling, path: Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         for table, names in of.items():
-            for row in np.stack(_nodes(table.phi[table.phi >= 0], table.i[1:]), axis=-1):
-                x = table.at(*row)
-                figures = (x.energy, x.tau, x.psi_first, x.psi_second)
-                angle = round(float(np.degrees(row[0])), 10)
-                numbers = [angle, *map(float, row[1:]), *map(float, figures)]
-                writer.writerow([" ".join(names), *map(repr, numbers)])
+            s = table.samples()
+            nodes = _nodes(np.degrees(s.phi).round(10), s.i)
+            figures = (x.ravel() for x in (s.energy, s.tau, s.psi_first, s.psi_second))
+            for row in zip(*nodes, *figures, strict=True):
+                places, values = row[:3], row[3:]
+                texts = [*(repr(float(x)) for x in places), *(f"{x:.10g}" for x in values)]
+                writer.writerow([" ".join(names), *texts])
 
 
 def read_pairs(path: Path, *, N_r: int, n_phases: int) -> Coupling:

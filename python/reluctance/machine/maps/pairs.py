@@ -66,6 +66,8 @@ class PairTable:
     f: Array  # (rank, n_i) at them
     phi: Array  # (n_phi) equally spaced nodes of the angle, from -pi to pi [rad]
     C: Array  # (n_phi, rank, rank) at them [J]
+    given: Array  # angles of the samples that it was made of, from 0 to pi [rad]
+    slope: Array  # of theirs, (n_given, rank, rank) [J/rad]
 
     @property
     def rank(self) -> int:
@@ -121,6 +123,14 @@ class PairTable:
         """C [J] and its derivative in phi [J/rad] at angles (...) [rad]; (..., rank, rank) each."""
         turned = np.mod(phi + np.pi, 2 * np.pi) - np.pi
         return self._over_angle(turned), self._over_angle.derivative()(turned)
+
+    def samples(self) -> PairSamples:
+        """That give this table again."""
+        i = self.i[1:]
+        x = self.at(*np.meshgrid(self.given, i, i, indexing="ij"))
+        f = self.f[:, 1:]
+        tau = self.N_r * np.einsum("npq,pa,qb->nab", self.slope, f, f)
+        return PairSamples(self.given, i, x.energy, tau, x.psi_first, x.psi_second)
 
     @cached_property
     def _over_angle(self) -> CubicSpline:
@@ -191,6 +201,8 @@ def pair_table(
         f=np.insert(U.T, 0, 0.0, axis=1),
         phi=np.concatenate([-half[:0:-1], half]),
         C=np.concatenate([C[:0:-1].transpose(0, 2, 1), C]),
+        given=samples.phi,
+        slope=slope,
     )
 
 
