@@ -1,9 +1,13 @@
 """What the firmware tests share: which tools they need, and drives short enough to replay often."""
 
+import atexit
 import ctypes
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
+from coupled import machine_file
 from needs import needs
 
 import reluctance as rl
@@ -17,6 +21,9 @@ ROOT = Path(__file__).parents[2]
 TOOLS = ("arm-none-eabi-g++", "qemu-system-arm", "make")
 
 needs_target = needs(*TOOLS)
+
+# On the machine of `coupled`, two or three phases of which conduct.
+COUPLED = ["converter.u_dc_V=160", "reference.tau_Nm=2.5"]
 
 # Name, drive file, overrides: what the budget and the parity tests run.
 DRIVES = {
@@ -80,12 +87,23 @@ DRIVES = {
         ],
     ),
     "five_phases": ("five_phases_losses", []),
+    "deadbeat_pairs": ("deadbeat", COUPLED),
 }
 
 
 def drive(name):
     file, overrides = DRIVES[name]
+    if overrides is COUPLED:
+        overrides = [f"machine={coupled_machine()}", *COUPLED]
     return rl.load(ROOT / "examples" / f"{file}.toml", overrides)
+
+
+@cache
+def coupled_machine():
+    """The file of the machine of `coupled`, for as long as the tests run."""
+    folder = TemporaryDirectory()
+    atexit.register(folder.cleanup)
+    return machine_file(Path(folder.name))
 
 
 class Fault(ctypes.Structure):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from c_library import SENSORS, TABLES, Unit, compiled, library
 from command import command
+from firmware_tools import coupled_machine
 
 import reluctance as rl
 from reluctance import _core
@@ -52,6 +53,10 @@ DRIVES = {
         {"control.law": "torque_sharing", "control.precision": "float", **STATES}
     ),
     "angle table": rl.load(EXAMPLES / "angle_table.toml", TURNING),
+    "pairs": rl.load(
+        EXAMPLES / "sharing_cubic.toml",
+        [f"machine={coupled_machine()}", "converter.u_dc_V=160", "reference.tau_Nm=2.5"],
+    ),
 }
 
 

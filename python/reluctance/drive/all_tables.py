@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import MISSING, InitVar, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -176,7 +177,15 @@ class Tables:
         """The control law with all that stands around it and its state, ready to be sampled.
         known: in the place of what the drive file lets it know."""
         known = known or self.known()
-        return _core.Controller(self.control.core(known), self.frame(known), self.pairs(known))
+        return _core.Controller(self.law(known), self.frame(known), self.pairs(known))
+
+    def law(self, known: Known) -> _core.Law:
+        """The control law. Its tables reach as much further as pairs of phases take from the
+        greatest torque, where phases alone can give that."""
+        if self.pairs(known) is not None and self.control.follows_torque:
+            with suppress(RuntimeError, ParameterError):
+                return self.control.core(replace(known, tau_max=known.tau_of_phases))
+        return self.control.core(known)
 
     def pairs(self, known: Known) -> _core.Coupling | None:
         """The pairs of phases whose torque the controller takes off what it asks of its law; None

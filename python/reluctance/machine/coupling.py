@@ -16,6 +16,7 @@ from reluctance.machine.maps.pairs import Array, PairState, PairTable, apart
 from reluctance.machine.models import Magnetics
 
 LETTERS = "abcdef"
+CURRENTS, ANGLES, SHARES = 61, 61, 11  # of `greatest_taken`: off by less than a tenth of it
 
 
 @dataclass(frozen=True)
@@ -143,6 +144,36 @@ def _core_of(coupling: Coupling) -> _core.Coupling:
     return coupling._made()
 
 
+@lru_cache(maxsize=256)
+def greatest_taken(coupling: Coupling, magnetics: Magnetics, i_max: float, tau: float) -> float:
+    """The most that pairs take, at any angle, from a torque that two phases share with the least
+    copper loss up to i_max [N m]: so much more the phases alone have to give.
+
+    What is taken has to be given in addition, and takes more again: two rounds.
+    """
+    i = np.linspace(0, i_max, CURRENTS)
+    theta_e = np.linspace(0, np.pi, ANGLES)
+    alone = np.array([_tau(magnetics, i, np.full(CURRENTS, angle)) for angle in theta_e])
+    share = np.linspace(0, 1, SHARES)
+    most = 0.0
+    for _ in range(2):
+        wanted = share * (tau + most)
+        # Of one phase, (ANGLES, SHARES); infinite where it cannot give its share.
+        needed = np.array([np.interp(wanted, row, i, left=0.0, right=np.inf) for row in alone])
+        for pair in coupling.pairs:
+            delta = apart(pair.first, pair.second, coupling.n_phases)
+            for n, angle in enumerate(theta_e):
+                other = round((angle - delta) / (theta_e[1] - theta_e[0]))
+                if not 0 <= other < ANGLES:
+                    continue  # the second phase would brake
+                a, b = needed[n], needed[other, ::-1]
+                best = int(np.argmin(a**2 + b**2))
+                if np.isfinite(a[best] + b[best]):
+                    x = pair.table.at(angle - delta / 2, a[best], b[best])
+                    most = max(most, -coupling.factor * float(x.tau))
+    return most
+
+
 def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
     """Refuses tables with which two currents up to i_max [A] would have no inductance: of a machine
     that is none. magnetics: of one phase alone.
@@ -177,8 +208,17 @@ def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
             )
 
 
+def _tau(magnetics: Magnetics, i: Array, theta_e: Array) -> Array:
+    """Torque of one phase [N m]."""
+    return _column(magnetics, 2, i, theta_e)
+
+
 def _L_inc(magnetics: Magnetics, i: Array, theta_e: Array) -> Array:
     """Incremental inductance of one phase [H]."""
+    return _column(magnetics, 3, i, theta_e)
+
+
+def _column(magnetics: Magnetics, column: int, i: Array, theta_e: Array) -> Array:
     turned = np.mod(theta_e, 2 * np.pi)
     flat = _core.magnetics(magnetics, i.ravel().copy(), turned.ravel().copy())
-    return np.asarray(flat[:, 3]).reshape(i.shape)
+    return np.asarray(flat[:, column]).reshape(i.shape)

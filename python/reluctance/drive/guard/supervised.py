@@ -24,7 +24,7 @@ def controller(drive: Drive, law: _core.Law | None = None) -> _core.Controller:
     if law is None and not drive.supervision.on:
         return drive.controller()
     known = drive.known()
-    law = drive.control.core(known) if law is None else law
+    law = drive.law(known) if law is None else law
     frame = drive.frame(known)
     if not drive.supervision.on:
         return _core.Controller(law, frame, drive.pairs(known))
