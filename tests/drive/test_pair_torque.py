@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -150,16 +151,14 @@ def test_the_tables_of_a_law_reach_what_phases_alone_have_to_give(file, tmp_path
     machine, pairs = known.machine, known.machine.coupling
     grid = np.linspace(0, I_MAX, 121)
     worst = 0.0
-    for theta_e in np.linspace(0, 2 * np.pi, 121):
+    for tau, theta_e in product((known.tau_max, known.tau_of_phases), np.radians(range(0, 360, 3))):
         angles = theta_e - 2 * np.pi * np.arange(3) / 3
         alone = np.array([machine.tau(grid, angle) for angle in angles])
         for pair in pairs.pairs:
             first, second = alone[pair.first], alone[pair.second]
-            if min(first[-1], second[-1]) <= 0:
-                continue
-            left = known.tau_of_phases - first
+            left = tau - first
             possible = (left >= 0) & (left <= second[-1])
-            if not possible.any():
+            if min(first[-1], second[-1]) <= 0 or not possible.any():
                 continue
             b = np.interp(left, second, grid)
             best = np.argmin(np.where(possible, grid**2 + b**2, np.inf))
@@ -167,4 +166,5 @@ def test_the_tables_of_a_law_reach_what_phases_alone_have_to_give(file, tmp_path
             i[pair.first], i[pair.second] = grid[best], b[best]
             worst = max(worst, -float(pairs.tau(i, theta_e)))
     assert worst > 0.02
-    assert known.tau_of_phases - known.tau_max == pytest.approx(worst, rel=0.25)
+    # The shares of least copper loss jump where a phase can give no more.
+    assert known.tau_of_phases - known.tau_max == pytest.approx(worst, rel=0.4)

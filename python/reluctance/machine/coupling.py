@@ -16,7 +16,7 @@ from reluctance.machine.maps.pairs import Array, PairState, PairTable, apart
 from reluctance.machine.models import Magnetics
 
 LETTERS = "abcdef"
-CURRENTS, ANGLES, SHARES = 61, 61, 11  # of `greatest_taken`: off by less than a tenth of it
+CURRENTS, ANGLES = 121, 61  # of `greatest_taken`
 
 
 @dataclass(frozen=True)
@@ -154,23 +154,22 @@ def greatest_taken(coupling: Coupling, magnetics: Magnetics, i_max: float, tau: 
     i = np.linspace(0, i_max, CURRENTS)
     theta_e = np.linspace(0, np.pi, ANGLES)
     alone = np.array([_tau(magnetics, i, np.full(CURRENTS, angle)) for angle in theta_e])
-    share = np.linspace(0, 1, SHARES)
     most = 0.0
     for _ in range(2):
-        wanted = share * (tau + most)
-        # Of one phase, (ANGLES, SHARES); infinite where it cannot give its share.
-        needed = np.array([np.interp(wanted, row, i, left=0.0, right=np.inf) for row in alone])
         for pair in coupling.pairs:
             delta = apart(pair.first, pair.second, coupling.n_phases)
             for n, angle in enumerate(theta_e):
                 other = round((angle - delta) / (theta_e[1] - theta_e[0]))
                 if not 0 <= other < ANGLES:
                     continue  # the second phase would brake
-                a, b = needed[n], needed[other, ::-1]
-                best = int(np.argmin(a**2 + b**2))
-                if np.isfinite(a[best] + b[best]):
-                    x = pair.table.at(angle - delta / 2, a[best], b[best])
-                    most = max(most, -coupling.factor * float(x.tau))
+                left = tau + most - alone[n]  # for the second phase, over currents of the first
+                given = (left >= 0) & (left <= alone[other, -1])
+                if not given.any():
+                    continue
+                b = np.interp(left, alone[other], i)
+                best = int(np.argmin(np.where(given, i**2 + b**2, np.inf)))
+                x = pair.table.at(angle - delta / 2, i[best], b[best])
+                most = max(most, -coupling.factor * float(x.tau))
     return most
 
 
