@@ -3,6 +3,7 @@
 
 #include "bindings.hpp"
 #include "srm/control/frame/frame.hpp"
+#include "srm/control/guard/diagnosis.hpp"
 #include "srm/control/guard/supervised.hpp"
 #include "srm/sim/supervision.hpp"
 
@@ -18,6 +19,7 @@ template <Forms here>
 AnyController supervised(const AnyLaw& law, const srm::Frame<double>& frame,
                          const AnyMachine& machine, const srm::Protection<double>& protection,
                          const srm::Sequence<double>& sequence, const srm::Supervision& plan,
-                         const AnyCoupling& coupling);
+                         const AnyCoupling& coupling,
+                         const std::optional<srm::Diagnosis<double>>& diagnosis);
 
 }  // namespace bound

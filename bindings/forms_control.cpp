@@ -82,27 +82,38 @@ AnyController supervised<forms_here>(const AnyLaw& law, const srm::Frame<double>
                                      const AnyMachine& machine,
                                      const srm::Protection<double>& protection,
                                      const srm::Sequence<double>& sequence,
-                                     const srm::Supervision& plan, const AnyCoupling& coupling) {
+                                     const srm::Supervision& plan, const AnyCoupling& coupling,
+                                     const std::optional<srm::Diagnosis<double>>& diagnosis) {
   const auto around = [&]<class T, int N>(const srm::CalledLaw<T, N>& called) {
     if (plan.phase < 0 || plan.phase >= N) throw std::invalid_argument("phase of the trouble");
     const auto guarded = [&]<class M>(const M& known, srm::Tables& memory) {
-      using Control = srm::DriveControl<srm::CalledLaw<T, N>>;
-      srm::SupervisedDrive<srm::Supervised<srm::Guarded<M, Control>>> given{{}, plan};
-      auto& drive = given.drive;
-      drive.control.machine = known;
-      srm::assign(drive.control.protection, protection);
-      srm::assign(drive.control.control.frame, frame);
-      drive.control.control.law = called;
-      know(drive.control.control, coupling, memory);
-      srm::assign(drive.sequence, sequence);
-      AnyController made = sampled(given, memory.owner());
-      made.exported = exported<T>(law, given, memory.owner());
-      return made;
+      using Guarded = srm::Guarded<M, srm::DriveControl<srm::CalledLaw<T, N>>>;
+      Guarded guarded;
+      guarded.machine = known;
+      srm::assign(guarded.protection, protection);
+      srm::assign(guarded.control.frame, frame);
+      guarded.control.law = called;
+      know(guarded.control, coupling, memory);
+      const auto made = [&]<class Control>(const Control& control) {
+        srm::SupervisedDrive<srm::Supervised<Control>> given{{{}, control}, plan};
+        srm::assign(given.drive.sequence, sequence);
+        return given;
+      };
+      if (diagnosis) {
+        srm::Diagnosed<Guarded> names{guarded, {}};
+        srm::assign(names.diagnosis, *diagnosis);
+        return sampled(made(names), memory.owner());
+      }
+      const auto given = made(guarded);
+      AnyController plain = sampled(given, memory.owner());
+      plain.exported = exported<T>(law, given, memory.owner());
+      return plain;
     };
     return with_machine<forms_here, T>(machine, guarded);
   };
   const auto others = [&] {
-    return supervised<Forms::other>(law, frame, machine, protection, sequence, plan, coupling);
+    return supervised<Forms::other>(law, frame, machine, protection, sequence, plan, coupling,
+                                    diagnosis);
   };
   return with_law(law, around, others);
 }

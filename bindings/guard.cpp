@@ -1,6 +1,6 @@
 // The protection and the states of a drive, from Python.
 #include "bind_struct.hpp"
-#include "srm/control/guard/protection.hpp"
+#include "srm/control/guard/diagnosis.hpp"
 #include "srm/control/guard/sequence.hpp"
 #include "trees.hpp"
 
@@ -26,7 +26,8 @@ void bind_readable(nb::module_& m, const char* name, const char* doc) {
 
 /// In single precision, as on the target.
 nb::dict described_guard(const srm::Protection<double>& protection,
-                         const srm::Sequence<double>& sequence) {
+                         const srm::Sequence<double>& sequence,
+                         const std::optional<srm::Diagnosis<double>>& diagnosis) {
   srm::Protection<float> protects;
   srm::Sequence<float> leads;
   srm::assign(protects, protection);
@@ -34,21 +35,31 @@ nb::dict described_guard(const srm::Protection<double>& protection,
   nb::dict nodes;
   nodes["protection"] = tree(protects);
   nodes["sequence"] = tree(leads);
+  if (diagnosis) {
+    srm::Diagnosis<float> names;
+    srm::assign(names, *diagnosis);
+    nodes["diagnosis"] = tree(names);
+  }
   return nodes;
 }
 
 }  // namespace
 
 void bind_guard(nb::module_& m) {
+  bind_struct<srm::Drops<double>>(m, "Drops",
+                                  "Dead time [s] and threshold voltages [V] of the converter.");
   bind_readable<srm::FluxBounds<double>>(
       m, "FluxBounds", "What a current reading may be wrong by, and the voltage. SI units.");
   bind_readable<srm::TripLevels<double>>(m, "TripLevels", "Levels of the readings. SI units.");
   bind_readable<srm::Protection<double>>(
       m, "Protection", "The checks of every sample before the control law sees it. SI units.");
+  bind_readable<srm::Diagnosis<double>>(
+      m, "Diagnosis", "What the flux linkages may be wrong by in a sound drive. SI units.");
   bind_readable<srm::Sequence<double>>(
       m, "Sequence", "The states of a drive, from precharge to a fault and back. SI units.");
   m.def("described_guard", &described_guard, nb::arg("protection"), nb::arg("sequence"),
-        "Both in single precision as trees of names and numbers, for export.");
+        nb::arg("diagnosis") = nb::none(),
+        "All in single precision as trees of names and numbers, for export.");
 }
 
 }  // namespace bound

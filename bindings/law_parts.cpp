@@ -28,8 +28,6 @@ void bind_law_parts(nb::module_& m) {
                                      "Greatest omega_e/u_dc [rad/Wb] at which the voltage "
                                      "suffices for a law's own references: 9 values for the "
                                      "torques 0..tau_max, motoring and braking.");
-  bind_struct<srm::Drops<double>>(m, "Drops",
-                                  "Dead time [s] and threshold voltages [V] of the converter.");
   bind_struct<srm::StrokeFit<double>>(m, "StrokeFit",
                                       "Resistance and flux map from the strokes of the phases: "
                                       "unaligned inductance [H], currents [A], period [s].");

@@ -77,11 +77,11 @@ reluctance_fault reluctance_get_fault(const reluctance_controller* controller) {
 }
 
 reluctance_status reluctance_get_status(const reluctance_controller* controller) {
-  return static_cast<reluctance_status>(state_of(controller).control.guard.fault.status);
+  return static_cast<reluctance_status>(drive.control.fault(state_of(controller).control).status);
 }
 
 float reluctance_torque_reference(const reluctance_controller* controller) {
-  return state_of(controller).control.law.frame.tau_ref;
+  return drive.control.law(state_of(controller).control).frame.tau_ref;
 }
 
 // Of a law that learns: what it has learned.@learned_code@

@@ -8,7 +8,7 @@
 
 #include "parameters.hpp"
 #include "reluctance_controller.h"
-#include "srm/control/guard/guarded.hpp"
+#include "srm/control/guard/@guarded_header@.hpp"
 #include "srm/control/guard/supervised.hpp"
 
 namespace reluctance {
@@ -23,7 +23,8 @@ constexpr std::array<float, n_run_time> built_parameters() {
 
 template <class V>
 using Plain = std::remove_const_t<V>;
-using Guarded = srm::Guarded<Plain<decltype(machine)>, Plain<decltype(control)>>;
+using Undiagnosed = srm::Guarded<Plain<decltype(machine)>, Plain<decltype(control)>>;
+using Guarded = @guarded@;
 
 /// The same with the parameters that may change at run time: what the states of the drive call.
 struct OnTarget : Guarded {
@@ -48,7 +49,7 @@ struct OnTarget : Guarded {
   }
 };
 using Drive = srm::Supervised<OnTarget>;
-constexpr Drive drive{sequence, {{machine, protection, control}}};
+constexpr Drive drive{sequence, {@guarded_values@}};
 
 struct State : Drive::State {
   std::uint32_t changes = 0;  // one more with each call that changes the state

@@ -787,6 +787,11 @@ def step_time(controller: Controller, samples: Annotated[NDArray[numpy.float64],
     Wall time of a control step [s], the least mean of `repeats` passes. samples: (n, n_phases + 5) the columns of a measurement, and the reference [N m or rad/s].
     """
 
+class Drops:
+    """Dead time [s] and threshold voltages [V] of the converter."""
+
+    def __init__(self, *, t_dead: float, v_switch: float, v_diode: float) -> None: ...
+
 class FluxBounds:
     """What a current reading may be wrong by, and the voltage. SI units."""
 
@@ -850,6 +855,41 @@ class Protection:
     @property
     def frozen(self) -> int: ...
 
+class Diagnosis:
+    """What the flux linkages may be wrong by in a sound drive. SI units."""
+
+    def __init__(self, *, drops: Drops, R_error: float, u_error: float, i_gain: float, map_error: float, psi_error: float, psi_zero: float, theta_error: float, i_max: float, patience: int) -> None: ...
+
+    @property
+    def drops(self) -> Drops: ...
+
+    @property
+    def R_error(self) -> float: ...
+
+    @property
+    def u_error(self) -> float: ...
+
+    @property
+    def i_gain(self) -> float: ...
+
+    @property
+    def map_error(self) -> float: ...
+
+    @property
+    def psi_error(self) -> float: ...
+
+    @property
+    def psi_zero(self) -> float: ...
+
+    @property
+    def theta_error(self) -> float: ...
+
+    @property
+    def i_max(self) -> float: ...
+
+    @property
+    def patience(self) -> int: ...
+
 class Sequence:
     """The states of a drive, from precharge to a fault and back. SI units."""
 
@@ -888,8 +928,8 @@ class Sequence:
     @property
     def omega_none(self) -> float: ...
 
-def described_guard(protection: Protection, sequence: Sequence) -> dict:
-    """Both in single precision as trees of names and numbers, for export."""
+def described_guard(protection: Protection, sequence: Sequence, diagnosis: Diagnosis | None = None) -> dict:
+    """All in single precision as trees of names and numbers, for export."""
 
 class Trouble(enum.Enum):
     """What goes wrong with a supervised drive."""
@@ -919,7 +959,7 @@ class Supervision:
 
     def __init__(self, *, T_s: float, enable: Course, clear: Course, troubled: Course, trouble: Trouble, phase: int, level: float) -> None: ...
 
-def supervised(law: Law, frame: Frame, *, machine: LeHuy | FluxMap, protection: Protection, sequence: Sequence, supervision: Supervision, coupling: Coupling | None = None) -> Controller:
+def supervised(law: Law, frame: Frame, *, machine: LeHuy | FluxMap, protection: Protection, sequence: Sequence, supervision: Supervision, coupling: Coupling | None = None, diagnosis: Diagnosis | None = None) -> Controller:
     """
     A law with its frame, protection and states, and their state: the step of a target, on the desk. machine: as the protection knows it.
     """
@@ -986,11 +1026,6 @@ class Feasible:
     """
 
     def __init__(self, *, tau_max: float, motoring: _Sequence[float], braking: _Sequence[float]) -> None: ...
-
-class Drops:
-    """Dead time [s] and threshold voltages [V] of the converter."""
-
-    def __init__(self, *, t_dead: float, v_switch: float, v_diode: float) -> None: ...
 
 class StrokeFit:
     """

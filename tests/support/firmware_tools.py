@@ -58,6 +58,7 @@ DRIVES = {
         ["control.i_ref_A=", "reference.kind=torque", "reference.tau_Nm=-20"],
     ),
     "angles_table": ("angle_table", []),
+    "deadbeat_diagnosis": ("deadbeat", ["protection.diagnosis=true"]),
     "deadbeat_dead_time": ("deadbeat", ["converter.dead_time_us=1"]),
     "edge_mpc_learning": ("edge_mpc_learning", []),
     "edge_mpc_learning_map": (

@@ -113,7 +113,7 @@ Orders<Drive::N> step_on_desk(const SupervisedDrive<Drive>& given,
   Orders<N> orders;
   assign(orders.command, ordered);
   orders.at_once = !x.outputs.gate_enable;
-  const auto& law = x.drive.control.law;
+  const auto& law = drive.control.law(x.drive.control);
   orders.tau_ref = orders.at_once ? 0.0 : double(law.frame.tau_ref);
   if constexpr (requires { law.law.learned; }) assign(orders.learned, law.law.learned);
   return orders;

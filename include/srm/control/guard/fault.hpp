@@ -24,7 +24,11 @@ enum class Status : std::int8_t {
   precharge_timeout = 12,
   calibration_failed = 13,
   command_timeout = 14,
-  hardware_trip = 15
+  hardware_trip = 15,
+  angle_off = 16,
+  angle_reversed = 17,
+  phases_exchanged = 18,
+  angle_lost = 19
 };
 
 constexpr const char* describe(Status status) {
@@ -61,6 +65,14 @@ constexpr const char* describe(Status status) {
       return "no command came in time";
     case Status::hardware_trip:
       return "the board tripped by itself";
+    case Status::angle_off:
+      return "the flux linkages belong to another angle: its zero is off, or at rest its direction";
+    case Status::angle_reversed:
+      return "the angle runs against the flux linkages: encoder reversed, or two phases exchanged";
+    case Status::phases_exchanged:
+      return "a phase carries the current of another: windings or current sensors are exchanged";
+    case Status::angle_lost:
+      return "the angle does not follow the flux linkages: encoder frozen, or counts lost";
   }
   return "unknown";
 }

@@ -27,6 +27,11 @@ void start(const DriveControl<Law>&, typename DriveControl<Law>::State& x) {
   x.frame.tracker = tracker;
 }
 
+/// Nothing is asked besides the protection.
+struct Undiagnosed {
+  static constexpr bool on = false;
+};
+
 /// A control law and its frame under the protection.
 template <Machine M, class Control>
 struct Guarded {
@@ -58,16 +63,23 @@ struct Guarded {
   }
 
   /// Protection, then the law; all legs off where the protection does not admit the sample.
-  template <Uses used = Uses{}>
+  /// diagnose: what holds the currents against the voltage instead of the protection.
+  template <Uses used = Uses{}, class Diagnose = Undiagnosed>
   [[gnu::always_inline]] Status step(State& x, const Measurement<T, N>& y, T reference,
-                                     Command<T, N>& orders, const Tuning& at) const {
+                                     Command<T, N>& orders, const Tuning& at,
+                                     [[maybe_unused]] const Diagnose& diagnose = {}) const {
     const Measurement<T, N> seen = judged<used>(control, x.law, y);
-    if (protection.admits(x.guard, machine, seen, reference, at.levels)) {
+    bool good =
+        protection.template admits<!Diagnose::on>(x.guard, machine, seen, reference, at.levels);
+    if constexpr (Diagnose::on) good = good && !diagnose.finds(seen);
+    if (good) {
       ::new (&orders)  // in place: a copy would cost as much as an angle law's arithmetic
           Command<T, N>(control.template step<used>(x.law, y, reference, at.control));
       protection.remember(x.guard, machine.N_r, seen, orders, at.levels);
+      if constexpr (Diagnose::on) diagnose.remember(orders);
     } else {
       orders = {};
+      if constexpr (Diagnose::on) diagnose.explain();
     }
     return x.guard.fault.status;
   }
@@ -91,6 +103,7 @@ struct Guarded {
   /// The fault of the last sample; `latched` where it stays.
   const Fault<T>& fault(const State& x) const { return x.guard.fault; }
   bool latched(const State& x) const { return x.guard.latched; }
+  const auto& law(const State& x) const { return x.law; }
 };
 
 }  // namespace srm

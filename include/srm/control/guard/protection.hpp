@@ -71,8 +71,8 @@ struct Protection {
   };
 
   /// True where the law may run on this sample. machine: as the controller knows it; at: the
-  /// levels, its own or others.
-  template <Machine M, int N>
+  /// levels, its own or others. by_flux: the currents are held against the voltage.
+  template <bool by_flux = true, Machine M, int N>
   constexpr bool admits(State<N>& x, const M& machine, const Measurement<T, N>& y, T reference,
                         const TripLevels<T>& at) const {
     if (x.latched) {
@@ -88,7 +88,8 @@ struct Protection {
     }
     if (x.doubt > 0) --x.doubt;
     x.fault.status = Status::ok;
-    if (x.has_last && !(follows(x, machine.N_r, y, at.angle_slack) && plausible(x, machine, y))) {
+    if (x.has_last &&
+        !(follows(x, machine.N_r, y, at.angle_slack) && plausible<by_flux>(x, machine, y))) {
       x.latched = true;
       return false;
     }
@@ -172,19 +173,21 @@ struct Protection {
     return false;
   }
 
-  template <Machine M, int N>
+  template <bool by_flux, Machine M, int N>
   constexpr bool plausible(State<N>& x, const M& machine, const Measurement<T, N>& y) const {
     for (int k = 0; k < N; ++k) {
       typename FluxBounds<T>::State& bounds = x.flux[k];
       const T i = y.i[k];
-      flux.advance(bounds, x.acting[k], x.i[k], i, y.u_dc);
+      if constexpr (by_flux) flux.advance(bounds, x.acting[k], x.i[k], i, y.u_dc);
       if (i > i_zero) {
         if (frozen > 0) x.off[k] = 0;
-        const T psi = machine.at(i, phase_angle_in_turn<N>(y.theta_e, k)).psi;
-        const int side = flux.narrow(bounds, i, psi);
-        if (side < 0) x.fault = {Status::current_too_low, std::int8_t(k), psi, bounds.least};
-        if (side > 0) x.fault = {Status::current_too_high, std::int8_t(k), psi, bounds.most};
-        if (side != 0) return false;
+        if constexpr (by_flux) {
+          const T psi = machine.at(i, phase_angle_in_turn<N>(y.theta_e, k)).psi;
+          const int side = flux.narrow(bounds, i, psi);
+          if (side < 0) x.fault = {Status::current_too_low, std::int8_t(k), psi, bounds.least};
+          if (side > 0) x.fault = {Status::current_too_high, std::int8_t(k), psi, bounds.most};
+          if (side != 0) return false;
+        }
         x.same[k] = i == x.i[k] ? static_cast<std::uint8_t>(x.same[k] + 1) : std::uint8_t(0);
         if (frozen > 0 && x.noisy[k] && x.same[k] >= frozen) {
           x.fault = {Status::frozen_current_sensor, std::int8_t(k), i, static_cast<T>(frozen)};
@@ -192,7 +195,7 @@ struct Protection {
         }
       } else {
         if (frozen > 0) listen(x, k, i);
-        if (!(bounds.least > T(0))) continue;
+        if (!by_flux || !(bounds.least > T(0))) continue;
         const T most = machine.at(i_zero + flux.i_error, phase_angle_in_turn<N>(y.theta_e, k)).psi;
         if (bounds.least > most) {
           x.fault = {Status::dead_current_sensor, std::int8_t(k), bounds.least, most};

@@ -27,6 +27,9 @@ SMALLEST_SLACK_DEG = 0.1  # electrical; for an ideal sensor
 LAG_MARGIN = 1.25  # on what the observer lags at the greatest acceleration
 MEMORY = 64  # samples over which the slip is summed (protection.hpp)
 MOST_SLACK_DEG = 170.0  # electrical; beyond, an angle looks like one the other way round
+MUTUAL = 0.01  # of the greatest flux linkage: what the other phases may add to one
+NOISE_AHEAD = 2.0  # n samples of noise of the dc link add up to sqrt(n) <= 2 + n/8 of one
+PATIENCE = 0.2  # a fault is named after so long, whatever explains it [s]
 SETTLE = 8.0  # time constants of the angle tracker: e^-8 of a wrong first speed is left
 
 
@@ -108,6 +111,49 @@ def protection(drive: Drive) -> _core.Protection:
     )
 
 
+def diagnosis(drive: Drive) -> _core.Diagnosis | None:
+    """What tells the faults of a drive apart, where its [protection] asks for it.
+
+    Raises
+    ------
+    ParameterError
+        If the phases of the machine couple.
+    """
+    table, sensing, machine = drive.protection, drive.sensing, drive.machine
+    if not table.diagnosis:
+        return None
+    if machine.coupled:
+        raise ParameterError(
+            "[protection] diagnosis = true does not know the flux linkage that phases add to each "
+            "other; remove it, or the pairs of the machine"
+        )
+    guard = protection(drive)
+    u_noise = NOISE_PEAK * sensing.u_dc_noise_V
+    parts = {name: table.si[name] for name in ("map_error", "R_error", "u_error")}
+
+    def aligned(i: float) -> float:
+        return float(_core.magnetics(machine.magnetics, np.array([i]), np.array([np.pi]))[0, 0])
+
+    reads_zero = aligned(guard.i_zero + guard.flux.i_error)
+    psi_error = MUTUAL * aligned(machine.i_max_A) + u_noise * NOISE_AHEAD * drive.control.T_s
+    return _core.Diagnosis(
+        drops=_core.Drops(
+            t_dead=drive.converter.t_dead,
+            v_switch=drive.converter.v_switch_V,
+            v_diode=drive.converter.v_diode_V,
+        ),
+        R_error=parts["R_error"],
+        u_error=parts["u_error"] + u_noise / (4 * NOISE_AHEAD * drive.converter.u_dc_V),
+        i_gain=_gain_error(drive),
+        map_error=parts["map_error"],
+        psi_error=psi_error,
+        psi_zero=(1 + parts["map_error"]) * reads_zero + psi_error,
+        theta_error=_angle_error(drive, angle_step(drive)) + table.si["zero_error"],
+        i_max=machine.i_max_A,
+        patience=int(np.ceil(PATIENCE / drive.control.T_s)),
+    )
+
+
 def current_error(drive: Drive) -> float:
     """The greatest error of a current reading, its gain aside: noise, offset, one step [A]."""
     sensing = drive.sensing
@@ -159,12 +205,18 @@ def _model_error(drive: Drive, step: float) -> float:
     i = np.full_like(theta_e, ZERO_CURRENT * drive.machine.i_max_A)
     psi = _core.magnetics(drive.machine.magnetics, i, theta_e)[:, 0]
     steepest = float(np.max(np.abs(np.gradient(psi, theta_e)) / psi))  # per rad
-    sensing = drive.sensing
-    gain = max((abs(g - 1) for g in sensing.i_gain), default=0.0)
-    wrong = np.radians(step / 2 + abs(sensing.hall_error_deg))
-    if sensing.encoder_index:
-        wrong += np.pi / 2 / drive.machine.n_phases
-    return MODEL_ERROR + gain + steepest * float(wrong)
+    return MODEL_ERROR + _gain_error(drive) + steepest * _angle_error(drive, step)
+
+
+def _gain_error(drive: Drive) -> float:
+    """Of the current readings [1]."""
+    return max((abs(g - 1) for g in drive.sensing.i_gain), default=0.0)
+
+
+def _angle_error(drive: Drive, step: float) -> float:
+    """How wrong the angle may be, electrical [rad]. step: of its sensor [deg]."""
+    wrong = float(np.radians(step / 2 + abs(drive.sensing.hall_error_deg)))
+    return wrong + np.pi / 2 / drive.machine.n_phases * drive.sensing.encoder_index
 
 
 def _frozen(drive: Drive) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from reluctance.base.schema import Section
 
@@ -22,3 +22,16 @@ class Protection(Section):
     u_ready_V: float | None = Field(None, gt=0)  # from here on the dc link is charged
     precharge_max_s: float = Field(5.0, gt=0)  # longest wait for it
     command_timeout_ms: float = Field(100.0, gt=0)  # longest time without a command
+    diagnosis: bool = False  # says what broke, see control/guard/diagnosis.hpp
+    map_error_pct: float = Field(10.0, ge=0, lt=100)  # of the flux linkage, at most
+    R_error_pct: float = Field(20.0, ge=0, lt=100)  # of the resistance
+    u_error_pct: float = Field(2.0, ge=0, lt=100)  # of the voltage that the winding sees, of u_dc
+    zero_error_deg: float = Field(2.0, ge=0, le=45)  # electrical: of the zero of the angle
+
+    @model_validator(mode="after")
+    def errors_are_asked_for(self) -> Protection:
+        errors = {"map_error_pct", "R_error_pct", "u_error_pct", "zero_error_deg"}
+        if not self.diagnosis:
+            for key in sorted(self.model_fields_set & errors):
+                raise ValueError(f"{key} has no effect without diagnosis = true; remove it")
+        return self

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 MEMORY = "uint32_t word[256];"
+DIAGNOSED_MEMORY = "uint32_t word[512];"
 # The law in the units of its belief, with pointers to its tables, is in it too.
 LEARNING_MEMORY = "union {\n    uint32_t word[1024];\n    const void* aligned;\n  } content;"
 
@@ -24,15 +25,17 @@ reluctance_learned reluctance_get_learned(const reluctance_controller* controlle
 
 CODE = """
 reluctance_learned reluctance_get_learned(const reluctance_controller* controller) {
-  const auto& x = reluctance::control.law.learned(state_of(controller).control.law.law);
-  return {x.R, x.unaligned, x.aligned, x.saturated, x.strokes, x.asked, x.t_since};
+  const auto& x = drive.control.law(state_of(controller).control).law;
+  const auto& now = reluctance::control.law.learned(x);
+  return {now.R, now.unaligned, now.aligned, now.saturated,
+          now.strokes, now.asked, now.t_since};
 }"""
 
 
-def learned_marks(learns: bool) -> dict[str, str]:
+def learned_marks(learns: bool, diagnoses: bool) -> dict[str, str]:
     """What the templates name in @marks@."""
     return {
-        "memory": LEARNING_MEMORY if learns else MEMORY,
+        "memory": LEARNING_MEMORY if learns else DIAGNOSED_MEMORY if diagnoses else MEMORY,
         "learned_interface": INTERFACE if learns else "",
         "learned_code": CODE if learns else "",
     }

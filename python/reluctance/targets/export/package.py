@@ -21,7 +21,7 @@ from reluctance.base.resources import resources
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.guard.sequence_levels import sequence, speed_limit
-from reluctance.drive.guard.trip_levels import protection
+from reluctance.drive.guard.trip_levels import diagnosis, protection
 from reluctance.drive.laws.own_code import below
 from reluctance.targets.export.array_text import array_marks
 from reluctance.targets.export.blob import exportable
@@ -39,6 +39,16 @@ NAME = re.compile(r"[a-z][a-z0-9_]{0,30}")
 PHASES = range(3, 6)
 UNSAFE = re.compile(r"[^\w .,()/+%-]")  # of a name from a file, in Markdown and in C comments
 MARK = re.compile(r"@(\w+)@")
+UNDIAGNOSED = {
+    "guarded": "Undiagnosed",
+    "guarded_values": "{machine, protection, control}",
+    "guarded_header": "guarded",
+}
+DIAGNOSED = {
+    "guarded": "srm::Diagnosed<Undiagnosed>",
+    "guarded_values": "{{machine, protection, control}, diagnosis}",
+    "guarded_header": "diagnosis",
+}
 INCLUDE = re.compile(r'#include "(srm/[^"]+)"')
 
 
@@ -165,7 +175,7 @@ def described(drive: Drive) -> dict[str, Node]:
         limit = nodes["control"]["fields"]["frame"]["fields"]["limits"]["fields"]
         limit["tau"] = min(limit["tau"], drive.tau_max)
     guard = protection(drive)
-    return {**nodes, **_core.described_guard(guard, sequence(drive, guard))}
+    return {**nodes, **_core.described_guard(guard, sequence(drive, guard), diagnosis(drive))}
 
 
 def parameters(
@@ -269,8 +279,9 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
     }
     gates = gates_of(drive)
     return {
-        **learned_marks(drive.control.learns),
+        **learned_marks(drive.control.learns, drive.protection.diagnosis),
         **array_marks(drive),
+        **(DIAGNOSED if drive.protection.diagnosis else UNDIAGNOSED),
         "phases": str(drive.machine.n_phases),
         "straight": ", ".join(map(str, range(drive.machine.n_phases))),
         "positive": ", ".join(["1"] * drive.machine.n_phases),

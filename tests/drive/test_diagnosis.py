@@ -1,0 +1,144 @@
+"""What broke is named: wrong wiring from the start, and no sound drive is contradicted."""
+
+import importlib.util
+import re
+import sys
+import tomllib
+
+import pytest
+from firmware_tools import ROOT, Native
+
+import reluctance as rl
+from reluctance import _core
+from reluctance.drive.guard.supervised import controller
+from reluctance.drive.guard.trip_levels import diagnosis
+from reluctance.targets.export import blob
+
+spec = importlib.util.spec_from_file_location("bench_faults", ROOT / "bench" / "faults.py")
+bench = importlib.util.module_from_spec(spec)
+sys.modules["bench_faults"] = bench
+spec.loader.exec_module(bench)
+GIVEN = tomllib.loads((ROOT / "bench" / "faults.toml").read_text())
+OFF, REVERSED, EXCHANGED = 16, 17, 18
+
+
+def start(*faults, theta_deg=0.0, machine="6_4/deadbeat", **values):
+    """A supervised start from rest to 300 rpm."""
+    drive = bench.drive_of(machine, 0.0, GIVEN)
+    torque = {"reference.tau_Nm": None, "control.tau_max_Nm": drive.reference.tau_Nm}
+    more = {"faults": list(faults), "simulation.theta_start_deg": theta_deg}
+    return drive.with_values({**GIVEN["starts"]["values"], **torque, **more, **values})
+
+
+def ended(drive, until=0.37):
+    """Status and time in `run` of the fault, with the greatest current over i_max."""
+    result = rl.simulate(drive, until=until, record=drive.control.T_s)
+    began = next(event.t for event in result.events if event.mode == "run")
+    fault = [event for event in result.events if event.mode == "fault"]
+    i_peak = result.i.max() / drive.machine.i_max_A
+    return (fault[0].status, fault[0].t - began, i_peak) if fault else (0, None, i_peak)
+
+
+@pytest.mark.parametrize(
+    ("faults", "names"),
+    [
+        ([{"kind": "encoder_off", "angle_deg": 90.0}], {OFF}),
+        ([{"kind": "encoder_off", "angle_deg": 30.0}], {OFF}),
+        ([{"kind": "encoder_reversed"}], {OFF, REVERSED}),
+        ([{"kind": "power_exchanged", "phase": "b", "other": "c"}], {EXCHANGED}),
+        ([{"kind": "sensors_exchanged", "phase": "b", "other": "c"}], {EXCHANGED}),
+    ],
+)
+def test_wrong_wiring_is_named_within_300_ms_and_below_the_greatest_current(faults, names):
+    for theta_deg in (11.0, 66.0):
+        status, t, i_peak = ended(start(*faults, theta_deg=theta_deg))
+        assert status in names
+        assert t < 0.3
+        assert i_peak < 1.0
+
+
+@pytest.mark.parametrize("machine", ["6_4/deadbeat", "12_8/edge_mpc"])
+def test_a_sound_drive_starts_without_doubt(machine):
+    assert ended(start(theta_deg=22.0, machine=machine))[0] == 0
+
+
+def test_sensors_at_the_edge_of_their_stated_errors_are_no_fault():
+    """Gain and offset of the currents, dead time, drops, R and flux linkage of the model."""
+    wrong = {
+        "sensing.i_gain": [1.02, 0.98, 1.0],
+        "sensing.i_offset_A": [1.0, -1.0, 0.5],
+        "converter.dead_time_us": 1.0,
+        "mismatch.R_factor": 0.85,
+        "mismatch.flux_factor": 0.92,
+        "mismatch.angle_offset_deg": 1.5,
+    }
+    assert ended(start(theta_deg=44.0, **wrong))[0] == 0
+
+
+def test_a_broken_phase_is_named_and_no_angle():
+    late = {"phase": "b", "t_s": 0.1}
+    drive = bench.drive_of("6_4/deadbeat", 1500.0, GIVEN)
+    for kind, status in (("open_wire", (8, 9)), ("sensor_gain", (9,)), ("lower_shorted", (10,))):
+        more = {"gain": 0.7} if kind == "sensor_gain" else {}
+        broken = drive.with_values({"faults": [{"kind": kind, **late, **more}]})
+        result = rl.simulate(broken, until=0.13, record=None)
+        event = result.events[-1]
+        assert event.status in status
+        assert re.search(r"phase 1", event.text)
+
+
+def test_the_exported_step_names_the_same_in_the_same_sample(tmp_path):
+    """In single precision on the desk, and the package's own step."""
+    faults = [{"kind": "encoder_off", "angle_deg": 90.0}]
+    drive = start(*faults, theta_deg=22.0)
+    single = drive.with_values({"control.precision": "float"})
+    desk = rl.simulate(single, until=0.2, record=None).events
+    target = Native(drive, tmp_path)
+    recorded = []
+
+    inner = controller(single)
+
+    def step(y, reference):
+        sample = (y.i, _core.wrap_float(y.theta_e), y.omega_m, y.u_dc, y.i_source)
+        out = target.run(sample, (1, 0, 0, len(recorded) + 1, reference))
+        recorded.append(int(out["mode"]))
+        return _core.step(inner, y, reference)
+
+    rl.simulate(single, until=0.2, record=None, controller=_core.controller_from(3, step))
+    fault = next(event for event in desk if event.mode == "fault")
+    n = recorded.index(5)
+    assert n == round(fault.t / drive.control.T_s)
+    assert (target.fault().status, target.fault().phase) == (fault.status, -1)
+
+
+def test_a_drive_without_it_pays_nothing():
+    drive = rl.load(ROOT / "examples" / "deadbeat.toml")
+    assert diagnosis(drive) is None
+
+
+def test_errors_need_the_diagnosis():
+    drive = rl.load(ROOT / "examples" / "deadbeat.toml")
+    with pytest.raises(rl.ParameterError, match="no effect without diagnosis"):
+        drive.with_values({"protection.map_error_pct": 5.0})
+
+
+def test_what_has_no_form_elsewhere_is_refused():
+    drive = start()
+    with pytest.raises(rl.ParameterError, match="diagnosis"):
+        blob(drive)
+
+
+def test_phases_that_couple_are_refused():
+    drive = start(machine="6_4/deadbeat")
+    assert not drive.machine.coupled
+
+    class Coupled:
+        def __getattr__(self, name):
+            return True if name == "coupled" else getattr(drive, name)
+
+        @property
+        def machine(self):
+            return self
+
+    with pytest.raises(rl.ParameterError, match="add to each other"):
+        diagnosis(Coupled())
