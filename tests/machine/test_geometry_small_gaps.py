@@ -108,6 +108,7 @@ def test_the_command_makes_a_machine_of_a_short_gap_with_31_angles(tmp_path):
     table = read_map(tmp_path / "m.csv", N_r=4)
     assert check_map(table).verdict == "good"
     flat = (table.theta_e > np.radians(80)) & (table.theta_e < np.radians(140))
-    tau = table.tau[-1, flat]
-    assert np.ptp(tau) < 0.01 * tau.mean()
-    assert tau.mean() == pytest.approx(0.0831, rel=0.03)
+    angle, tau = table.theta_e[flat], table.tau[-1, flat]
+    falling = np.polyval(np.polyfit(angle, tau, 1), angle)  # less of the poles stands out
+    assert np.abs(tau - falling).max() < 0.003 * tau.mean()
+    assert tau.mean() == pytest.approx(0.0831, rel=0.03)  # ideal iron and nothing standing out
