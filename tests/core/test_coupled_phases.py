@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.cli.run import crowded
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COLUMNS = ("energy", "tau", "psi_first", "psi_second", "L_first", "L_second", "L_mutual")
@@ -287,3 +288,16 @@ def test_without_the_pairs_a_run_has_the_bits_of_the_machine_without_them(file, 
     assert none.t.tobytes() == without.t.tobytes()
     assert none.i.tobytes() == without.i.tobytes()
     assert none.tau.tobytes() == without.tau.tobytes()
+
+
+def test_three_phases_on_at_once_are_told(file):
+    """For as long as three currents flow; pairs leave out what the third adds."""
+    result = rl.simulate(rl.load(file, PULSES), until=0.0125)
+    three = (result.i > 0).sum(axis=0) > 2
+    wanted = np.diff(result.t)[three[:-1] | three[1:]].sum()
+    assert result.periods.rise("three_on") == pytest.approx(wanted, rel=0.02)
+    assert wanted > 0.05 * result.t[-1]
+    (note,) = crowded(result.periods)
+    assert "three phases or more conduct at once for" in note
+    alone = rl.simulate(rl.load(file, [*PULSES, "machine.pair_factor=0.0"]), until=0.0125)
+    assert crowded(alone.periods) == []
