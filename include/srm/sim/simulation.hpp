@@ -534,6 +534,7 @@ class Simulation {
       if ((x().i[k] > 0) != now_.circuit.flows[k]) flow(k);
       if (now_.circuit.leaks) divide(k);
     }
+    if (now_.rated) return;  // none opened by the end of the last step, and nothing has changed
     for (bool more = true; more;) {  // one that opens may open another
       if (!now_.rated) rate_here();
       std::array<bool, N> opens{};
@@ -648,7 +649,8 @@ class Simulation {
       locate(plant_, at(), s, scale, g, guess, y, end());
       landed = g;
     }
-    if (plant_.coupling.any() && ends_on_opening(s, y)) landed = {};
+    const bool opens = plant_.coupling.any() && ends_on_opening(s, y);
+    if (opens) landed = {};
 
     const bool whole = landed.direction == 0 && y.h == t_limit - now_.t;
     now_.extremes.include(at().rates, end().rates, y.h);
@@ -659,6 +661,7 @@ class Simulation {
       if (on > 2) now_.sums.three_on += y.h;
     }
     now_.here = 1 - now_.here;
+    if (opens) now_.rated = false;
     now_.t = whole ? t_limit : now_.t + y.h;
     now_.prepared = false;
     if (landed.direction != 0) act_on(landed);
