@@ -27,4 +27,7 @@ int main() {
   print(reluctance::machine);
   print(reluctance::protection);
   print(reluctance::sequence);
+#if __has_include("srm/control/guard/diagnosis.hpp")
+  print(reluctance::diagnosis);
+#endif
 }

@@ -52,7 +52,7 @@ def test_ripple_of_one_phase_is_that_of_a_triangle(
     )
     monkeypatch.setattr(ripple, "returning_mean", lambda *_, **__: 0.0)
     point: Any = SimpleNamespace(n_phases=1)
-    profile: Any = SimpleNamespace(u_dc=u_dc, i=np.ones(n), tau_error_rms=0.0)
+    profile: Any = SimpleNamespace(u_dc=u_dc, theta_e=np.ones(n), tau_error_rms=0.0)
     found = ripple.ripple_floor(point, profile, switching_frequency=F)
     pp, rms = triangle(gain * u_dc * (1 - d) / (2 * F), gain * u_dc * d / (2 * F))
     assert found.pulse_width_rms == pytest.approx(rms, rel=1e-6)
