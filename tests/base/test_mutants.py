@@ -17,6 +17,7 @@ def planted(file, before="", after=""):
     return Mutant(file, 1, before, after, text.replace(before, after, 1), (file.stem,))
 
 
+@pytest.mark.long
 def test_an_unchanged_file_survives_and_a_planted_fault_dies(tmp_path, monkeypatch):
     monkeypatch.setattr(mutants, "judges", lambda mutant: [PUMP])
     court, pump = Court(tmp_path, 1), PACKAGE / "plant" / "hydraulics" / "pump.py"

@@ -17,6 +17,7 @@ def test_random_cases_leave_no_user_stranded():
     assert not failures, "\n".join(f"{seed}: {text[-500:]}" for seed, text in failures.items())
 
 
+@pytest.mark.long
 def test_the_same_holds_for_processes():
     as_process = partial(fuzz.judged, run=fuzz.as_process)
     failures = fuzz.fuzz(range(20_000_000, 20_000_006), as_process)

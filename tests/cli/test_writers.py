@@ -161,7 +161,10 @@ def everything(folder):
     return sorted(str(p.relative_to(folder)) for p in folder.rglob("*"))
 
 
-@each_writer
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.long] * (name == "fmu")) for name in WRITERS],
+)
 def test_it_writes(name, tmp_path, flux_map):
     """So that the refusals below are of the disk's making."""
     done = command(*arguments(name, tmp_path / WRITERS[name][1], flux_map))

@@ -54,6 +54,7 @@ def works(line):
     assert done.code == 0, f"{line}: {done.error}"
 
 
+@pytest.mark.long
 def test_the_commands_of_the_page_work_as_printed():
     for line in lines():
         if SLOW not in line:

@@ -113,7 +113,10 @@ def test_the_table_of_the_page_keeps_the_gate():
         assert float(row["tau_rank4_rms_pct"]) < 0.5 < float(row["tau_none_rms_pct"])
 
 
-@pytest.mark.parametrize("name", ["6/4 NS", "8/6 NN", "12/8 NS"])
+@pytest.mark.parametrize(
+    "name",
+    ["6/4 NS", *(pytest.param(name, marks=pytest.mark.long) for name in ("8/6 NN", "12/8 NS"))],
+)
 def test_both_phases_of_a_pair_mirror_each_other(name):
     """dW'(phi, a, b) = dW'(-phi, b, a), by fields."""
     system, _, pole, _ = coarse(name)

@@ -122,6 +122,7 @@ def test_a_fault_is_one_line_and_exit_code_2(arguments, message):
     assert message in done.stderr
 
 
+@pytest.mark.long
 def test_an_example_is_copied_with_the_files_that_it_names(tmp_path):
     for name in ("sun_day", "sun_village", "sun_year"):  # the first has the third's drive already
         assert reluctance("examples", name, "--copy", str(tmp_path)).returncode == 0
