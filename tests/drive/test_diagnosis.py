@@ -5,8 +5,10 @@ import importlib.util
 import re
 import sys
 import tomllib
+from dataclasses import replace
 
 import pytest
+from coupled import machine_file
 from firmware_tools import ROOT, Native
 
 import reluctance as rl
@@ -119,7 +121,7 @@ def test_the_exported_step_names_the_same_in_the_same_sample(tmp_path):
     assert (target.fault().status, target.fault().phase) == (fault.status, -1)
 
 
-def test_a_drive_without_it_pays_nothing():
+def test_a_drive_without_the_key_has_none():
     drive = rl.load(ROOT / "examples" / "deadbeat.toml")
     assert diagnosis(drive) is None
 
@@ -136,20 +138,14 @@ def test_what_has_no_form_elsewhere_is_refused():
         blob(drive)
 
 
-def test_phases_that_couple_are_refused():
+def test_phases_that_couple_are_refused(tmp_path):
     drive = start(machine="6_4/deadbeat")
-    assert not drive.machine.coupled
-
-    class Coupled:
-        def __getattr__(self, name):
-            return True if name == "coupled" else getattr(drive, name)
-
-        @property
-        def machine(self):
-            return self
-
+    coupled = rl.load(
+        ROOT / "examples" / "finite_set_mpc.toml",
+        [f"machine={machine_file(tmp_path)}", "reference.tau_Nm=2.5"],
+    )
     with pytest.raises(rl.ParameterError, match="add to each other"):
-        diagnosis(Coupled())
+        diagnosis(replace(coupled, protection=drive.protection))
 
 
 def test_a_sample_of_the_campaign_has_no_false_alarm():

@@ -1,40 +1,55 @@
 """What neighbouring phases add to each other, as functions that CasADi can differentiate."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from reluctance.base.arrays import FloatArray
 from reluctance.machine.coupling import Coupling
-from reluctance.machine.maps.pairs import PairTable
+from reluctance.machine.maps.pairs import PairTable, apart
 from reluctance.machine.piecewise import parts, risen, widths
 
 
-@dataclass(frozen=True)
-class Added:
-    """Over the points of a pair; CasADi vectors (n,)."""
+def of_pairs(
+    coupling: Coupling, i: Any, theta_e: FloatArray, direction: int, n_currents: int
+) -> tuple[Any, Any]:
+    """Flux linkage [Wb] and torque [N m] that pairs add to currents, of the same shape as these.
 
-    psi_first: Any  # [Wb]
-    psi_second: Any
-    tau: Any  # [N m]
+    Parameters
+    ----------
+    i : CasADi vector (n_currents n,)
+        One current of all phases, or those of all, each over the angle of its own phase [A].
+    theta_e : (n,)
+        These angles, numbers [rad].
+    direction :
+        -1 where they fall from one point to the next; torque has the other sign then.
+
+    The torque of a pair counts to its first phase.
+    """
+    import casadi as ca
+
+    n = len(theta_e)
+    j, stroke = np.arange(n), n // coupling.n_phases
+    psi, tau = [0.0] * n_currents, [0.0] * n_currents
+    for pair in coupling.pairs:
+        first, second = (k if n_currents > 1 else 0 for k in (pair.first, pair.second))
+        if pair.first != first:
+            continue  # does what the pair of phase 0 does
+        behind = direction * stroke * (pair.second - pair.first)
+        phi = theta_e - apart(pair.first, pair.second, coupling.n_phases) / 2
+        C, rate = (coupling.factor * matrix for matrix in pair.table.matrices(phi))
+        f, f_slope = _functions(pair.table, i[first * n + j])
+        g, g_slope = _functions(pair.table, i[second * n + (j - behind) % n])
+        psi[first] += _joined(f_slope, C, g)
+        psi[second] += _joined(f, C, g_slope)[(j + behind) % n]
+        tau[first] += direction * pair.table.N_r * _joined(f, rate, g)
+    return ca.vertcat(*psi), ca.vertcat(*tau)
 
 
-def added(table: PairTable, phi: FloatArray, first: Any, second: Any) -> Added:
-    """Without the factor, of a pair at angles phi (n,) [rad], numbers; currents (n,) [A] are CasADi
-    vectors."""
-    C, rate = table.matrices(phi)
-    f, g = (_functions(table, i) for i in (first, second))
-    ranks = range(table.rank)
-
-    def joined(left: list[Any], matrix: FloatArray, right: list[Any]) -> Any:
-        return sum(left[p] * sum(matrix[:, p, q] * right[q] for q in ranks) for p in ranks)
-
-    return Added(
-        psi_first=joined(f[1], C, g[0]),
-        psi_second=joined(f[0], C, g[1]),
-        tau=table.N_r * joined(f[0], rate, g[0]),
-    )
+def _joined(left: list[Any], matrix: FloatArray, right: list[Any]) -> Any:
+    """sum over p, q of left_p matrix_pq right_q, at each point."""
+    ranks = range(len(left))
+    return sum(left[p] * sum(matrix[:, p, q] * right[q] for q in ranks) for p in ranks)
 
 
 def _functions(table: PairTable, i: Any) -> tuple[list[Any], list[Any]]:

@@ -40,9 +40,8 @@ import numpy as np
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import need
-from reluctance.machine.maps.pairs import apart
 from reluctance.machine.operating_point import OperatingPoint
-from reluctance.machine.optimum.coupled import added, alike
+from reluctance.machine.optimum.coupled import alike, of_pairs
 from reluctance.machine.optimum.magnetics import content, phase_magnetics
 
 Norm = Literal["max", "rms"]
@@ -125,20 +124,8 @@ class Programme:
         tau_ph = direction * tau_ph
         self._tau_ph = ca.Function("tau_ph", [x, i_unit], [tau_ph])
         if point.coupling is not None:
-            of_pairs = [[0.0, 0.0] for _ in range(self.n_currents)]  # psi and tau of a current
-            for pair in self._pairs:
-                p, q = (k if self.n_currents > 1 else 0 for k in (pair.first, pair.second))
-                if pair.first != p:
-                    continue  # does what the pair of phase 0 does
-                behind = direction * m * (pair.second - pair.first)
-                phi = theta_e - apart(pair.first, pair.second, n_phases) / 2
-                both = added(pair.table, phi, i[p * n + j], i[q * n + (j - behind) % n])
-                of_pairs[p][0] += both.psi_first
-                of_pairs[p][1] += direction * both.tau
-                of_pairs[q][0] += both.psi_second[(j + behind) % n]
-            psi_pairs, tau_pairs = (ca.vertcat(*parts) for parts in zip(*of_pairs, strict=True))
-            share = strength * point.coupling.factor
-            psi, tau_ph = psi + share * psi_pairs, tau_ph + share * tau_pairs
+            psi_pairs, tau_pairs = of_pairs(point.coupling, i, theta_e, direction, self.n_currents)
+            psi, tau_ph = psi + strength * psi_pairs, tau_ph + strength * tau_pairs
         u = R * (i + _next(i, n)) / 2 + point.N_r * point.omega_m * (_next(psi, n) - psi) / step
         if self.n_currents == 1:
             tau = sum(tau_ph[k * m : (k + 1) * m] for k in range(n_phases))

@@ -6,7 +6,7 @@ import numpy as np
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
-from reluctance.base.errors import need
+from reluctance.base.errors import ParameterError, need
 from reluctance.machine.operating_point import OperatingPoint
 from reluctance.machine.optimum.coupled import alike
 from reluctance.machine.optimum.profile import Profile, profile_of
@@ -66,8 +66,11 @@ def profile_table(
     need(tau_max > 0, "tau_max", tau_max, "a torque > 0 N m")
     need(n_levels >= 2, "n_levels", n_levels, "at least 2: zero and tau_max")
     need(norm in ("max", "rms"), "norm", norm, "'max' or 'rms'")
-    one = point.coupling is None or alike(point.coupling)
-    need(one, "coupling", "with kinds of neighbours", "one profile for all phases")
+    if point.coupling is not None and not alike(point.coupling):
+        raise ParameterError(
+            "the neighbours of the phases differ, so that each phase has a profile of its own, and "
+            "a table holds one for all; leave the coupling of the operating point out"
+        )
     weight = 0.0 if ripple_weight is None else ripple_weight
     need(weight >= 0, "ripple_weight", ripple_weight, "a weight >= 0")
 

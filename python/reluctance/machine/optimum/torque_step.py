@@ -17,7 +17,7 @@ import numpy as np
 
 from reluctance import _core
 from reluctance.base.arrays import FloatArray
-from reluctance.base.errors import need
+from reluctance.base.errors import ParameterError, need
 from reluctance.machine.operating_point import OperatingPoint
 from reluctance.machine.optimum.profile import Profile
 
@@ -67,10 +67,13 @@ def fastest_torque_step(
 
     Raises
     ------
-    ParameterError : a parameter out of range.
+    ParameterError : a parameter out of range, or phases that couple.
     """
-    alone = "a machine without: pairs of phases break the argument"
-    need(point.coupling is None, "coupling", "of pairs", alone)
+    if point.coupling is not None:
+        raise ParameterError(
+            "no least time of a torque step is known where phases couple; leave the coupling of "
+            "the operating point out for that of phases alone"
+        )
     tau_from = 0.0 if start is None else start.tau_ref
     need(tau_ref != tau_from, "tau_ref", tau_ref, "another torque than that of `start`")
     need(0 < share <= 1, "share", share, "a share in (0, 1]")
