@@ -72,7 +72,7 @@ def read_pole_force(path: Path) -> PoleForce:
         i, angle, force = (numbers(rows, names.index(name), name) for name in COLUMNS)
     currents, angles = np.unique(i), np.unique(angle)
     nodes = np.meshgrid(currents, angles, indexing="ij")
-    whole = len(rows) == nodes[0].size and all(
+    whole = len(rows) == nodes[0].size > 0 and all(
         np.array_equal(x, node.ravel()) for x, node in zip((i, angle), nodes, strict=True)
     )
     ends = whole and currents[0] == 0 and angles[0] == 0 and angles[-1] == 180
