@@ -2,14 +2,20 @@
 
 Writes docs/pumping/village.csv (the figures of `reluctance pump examples/sun_village.toml`),
 village_sizes.csv (modules in series), village_tanks.csv (volumes of the tank), module.csv
-(voltages of one module at 1000 W/m2), and motors.csv:
-greatest torque, shaft power and efficiency of library machines over voltage, by the loss map.
+(voltages of one module at 1000 W/m2), motors.csv: greatest torque, shaft power and efficiency of
+library machines over voltage, by the loss map, and size_time.csv: what the first `reluctance size`
+of each example takes.
 
     python studies/sun_village.py
 """
 
 import csv
 import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,7 +29,8 @@ from reluctance.pumping.sizing import Values
 
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "docs" / "pumping"
-VOLTAGES = (75.0, 100.0), (150.0, 300.0)  # of the dc link, two for each loss map [V]
+VOLTAGES = (75.0, 100.0, 150.0, 300.0)  # of the dc link, a loss map for each [V]
+EXAMPLES = ("sun_village", "sun_day", "sun_year")  # that `size` is timed with
 MACHINES = {  # speed [rpm], end of the torques [N m]
     "generic_1hp_8_6": (1500, 4.0),
     "design_10_8": (2900, 12.0),
@@ -32,42 +39,43 @@ MACHINES = {  # speed [rpm], end of the torques [N m]
 }
 
 
-def machine_rows() -> list[dict[str, object]]:
-    """Greatest torque and efficiency at it, at each voltage."""
-    return [
-        row
-        for name, (rpm, tau_max) in MACHINES.items()
-        for ends in VOLTAGES
-        for row in machine_row(name, rpm, tau_max, ends)
-    ]
-
-
-def machine_row(
-    name: str, rpm: float, tau_max: float, ends: tuple[float, float]
-) -> list[dict[str, object]]:
-    """A row for each end of the voltages."""
+def machine_row(name: str, rpm: float, tau_max: float, u: float) -> dict[str, object]:
+    """Greatest torque, and efficiency at it, of a machine whose law is set up for a voltage."""
     omega = rpm * math.pi / 30
-    own = rl.load(
-        ROOT / "examples" / "village_drive.toml",
-        [f"machine={name}", f"reference.tau_Nm={0.5 * tau_max}", f"load.speed_rpm={rpm}"],
-    )
-    losses = loss_map(own, Box(ends, (0.5 * omega, omega), tau_max), shape=(2, 2, 5))
-    rows: list[dict[str, object]] = []
-    for u in ends:
-        at = np.full(1, u), np.full(1, omega)
-        tau = losses.greatest_torque(*at)
-        p_in = float(losses.p_in(*at, tau)[0])
-        p_shaft = float(tau[0]) * omega
-        rows.append(
-            {
-                "case": f"{name} {u:.0f} V",
-                "speed_rpm": rpm,
-                "tau_Nm": f"{tau[0]:.5g}",
-                "p_shaft_W": f"{p_shaft:.5g}",
-                "eta_pct": f"{100 * p_shaft / p_in:.4g}",
-            }
+    values = [f"machine={name}", f"converter.u_dc_V={u}"]
+    values += [f"reference.tau_Nm={0.5 * tau_max}", f"load.speed_rpm={rpm}"]
+    own = rl.load(ROOT / "examples" / "village_drive.toml", values)
+    box = Box((u, 1.01 * u), (0.9 * omega, omega), tau_max)
+    losses = loss_map(own, box, shape=(2, 2, 5))
+    at = np.full(1, u), np.full(1, omega)
+    tau = losses.greatest_torque(*at)
+    p_in = float(losses.p_in(*at, tau)[0])
+    p_shaft = float(tau[0]) * omega
+    return {
+        "case": f"{name} {u:.0f} V",
+        "speed_rpm": rpm,
+        "tau_Nm": f"{tau[0]:.5g}",
+        "p_shaft_W": f"{p_shaft:.5g}",
+        "eta_pct": f"{100 * p_shaft / p_in:.4g}",
+    }
+
+
+def time_row(example: str) -> dict[str, object]:
+    """What the first `reluctance size` of an example takes, without a cache."""
+    line = [sys.executable, "-m", "reluctance.cli", "size", f"examples/{example}.toml"]
+    with tempfile.TemporaryDirectory() as folder:
+        before, start = os.times(), time.monotonic()
+        subprocess.run(
+            line,
+            cwd=ROOT,
+            env={**os.environ, "RELUCTANCE_CACHE": folder},
+            stdout=subprocess.DEVNULL,
+            check=True,
         )
-    return rows
+        wall, after = time.monotonic() - start, os.times()
+    used = after.children_user + after.children_system
+    used -= before.children_user + before.children_system
+    return {"example": example, "processor_s": f"{used:.1f}", "wall_s": f"{wall:.1f}"}
 
 
 def written(name: str, rows: list[dict[str, object]]) -> None:
@@ -79,7 +87,7 @@ def written(name: str, rows: list[dict[str, object]]) -> None:
 
 
 def main() -> None:
-    """Writes the four tables."""
+    """Writes the tables."""
     system = load_system(ROOT / "examples" / "sun_village.toml")
     sharing = rl.load(
         ROOT / "examples" / "village_drive.toml",
@@ -120,7 +128,9 @@ def main() -> None:
             for t, point in found_at.items()
         ],
     )
-    written("motors.csv", machine_rows())
+    machines = [machine_row(name, *of, u) for name, of in MACHINES.items() for u in VOLTAGES]
+    written("motors.csv", machines)
+    written("size_time.csv", [time_row(example) for example in EXAMPLES])
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from reluctance.plant.solar.pv_module import CellNumbers
 from reluctance.pumping import chain, columns, load_system, per, pump, remarks, sizes, with_units
 from reluctance.pumping import loss_map as maps
 from reluctance.pumping.clouds import Clouds
-from reluctance.pumping.operate import box_of
+from reluctance.pumping.operate import box_of, drive_at_nominal
 from reluctance.pumping.system import TABLES
 from reluctance.pumping.tank import Tank, store
 from reluctance.pumping.weather import COLUMNS
@@ -131,13 +131,13 @@ def test_water_of_the_months_is_that_of_the_year(year):
 
 def test_switched_runs_at_random_points_agree_with_the_loss_map(day):
     losses, box, rng = day.losses, box_of(day.system), np.random.default_rng(3)
+    able = maps.set_up(drive_at_nominal(day.system), box.omega[1], box.tau_max)
     errors = []
     for _ in range(20):
         u, omega = rng.uniform(*box.u_dc), rng.uniform(*box.omega)
         reach = losses.greatest_torque(np.array([u]), np.array([omega]))[0]
         asked = rng.uniform(2.0, 0.98 * min(reach, box.tau_max))
-        point = maps.at(day.system.drive, u_dc=u, omega=omega, tau=asked, tau_max=box.tau_max)
-        tau, loss = maps.run(point)
+        tau, loss = able.run(u_dc=u, omega=omega, tau=asked)
         p_in = losses.p_in(np.array([u]), np.array([omega]), np.array([tau]))[0]
         errors.append(p_in / (tau * omega + loss) - 1)
     assert np.sqrt(np.mean(np.square(errors))) < 0.003
@@ -248,7 +248,7 @@ def test_a_day_that_pumps_more_than_the_demand_misses_nothing_unless_its_tank_st
 
 
 def test_loss_map_is_read_again_from_the_cache(day, monkeypatch):
-    monkeypatch.setattr(maps, "run", lambda point: pytest.fail("simulated again"))
+    monkeypatch.setattr(maps, "set_up", lambda *given: pytest.fail("simulated again"))
     pump(day.system)
 
 

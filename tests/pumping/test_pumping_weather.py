@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pvlib
 import pytest
+from pvgis_file import pvgis_file
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.schema import checked
@@ -229,34 +230,6 @@ def test_a_weather_table_that_cannot_be_is_refused_on_one_line(values, message):
 def test_an_unknown_timezone_is_refused(zone, message):
     with pytest.raises(ParameterError, match=message):
         site(timezone=zone)
-
-
-HEAD = "Latitude (decimal degrees): 7.180\nLongitude (decimal degrees): 2.060\nElevation (m): 100\n"
-
-
-def pvgis_file(path, place, *, tmy, slope=0):
-    """A file of PVGIS, written from a clear year by the hour: months of two years, UTC."""
-    t = pd.date_range("2019-01-01", "2020-01-01", freq="h", inclusive="left", tz="UTC")
-    table = WeatherTable(kind="clear", start=date(2019, 1, 1))
-    sky = clear_sky(t + pd.Timedelta("30min"), 3600.0, place, table)
-    years = np.where(t.month % 2, 2019, 2015)
-    stamps = [f"{y}{when:%m%d:%H}10" for y, when in zip(years, t, strict=True)]
-    if tmy:
-        names = "time(UTC),T2m,RH,G(h),Gb(n),Gd(h),IR(h),WS10m,WD10m,SP"
-        rows = [
-            f"{s},28,30,{g:.2f},{b:.2f},{d:.2f},300,2,0,980"
-            for s, g, b, d in zip(stamps, sky.ghi, sky.dni, sky.dhi, strict=True)
-        ]
-    else:
-        names = "time,Gb(i),Gd(i),Gr(i),H_sun,T2m,WS10m,Int"
-        stamps = [f"{when:%Y%m%d:%H}10" for when in t]
-        rows = [
-            f"{s},{g - d:.2f},{d:.2f},0.0,0,28,2,0"
-            for s, g, d in zip(stamps, sky.ghi, sky.dhi, strict=True)
-        ]
-    head = HEAD + ("" if tmy else f"Slope: {slope} deg. \nAzimuth: 0 deg. \n")
-    path.write_text(head + "\n" + names + "\n" + "\n".join(rows) + "\n\nT2m: air\n")
-    return sky
 
 
 @pytest.mark.parametrize("tmy", [True, False])

@@ -13,13 +13,11 @@ import numpy as np
 from reluctance.base.errors import ParameterError
 from reluctance.drive.drive import Drive, drive_from
 from reluctance.plant.hydraulics.pipe import hydraulics
-from reluctance.plant.solar.single_diode import power_point
-from reluctance.pumping.system import System
+from reluctance.pumping.system import WARM, System
 
 # The dc-link capacitor holds the array's nominal power for so long, C u^2 / P [s]. 2.2 mF for 12.6
 # kW at 240 V is 10 ms: the ripple of the link takes 0.06 % of the power (docs/pumping_control.md).
 LINK_TIME = 10e-3
-WARM = 50.0  # cell temperature in full sun at which the nominal voltage is taken [degC]
 DRY = 0.4  # of the least torque over speed squared that the pump has with water
 SLEEPS = 0.01  # of the nominal power: below it the drive rests
 # A cloud from full sun in one second, the course of examples/sun_cloud.toml.
@@ -52,8 +50,7 @@ def drive_of(system: System) -> Drive:
             f"[operation] kind = {kind!r}: the controller of a drive does not do that; {remedy}"
         )
     drive = system.drive
-    best = power_point(system.array.diode(np.array([1000.0]), np.array([WARM])))
-    u_dc, p_mp = round(float(best.u[0]), 1), float(best.p[0])
+    u_dc, p_mp = system.u_dc, float(system.nominal.p[0])
     load = hydraulics(system.pump.curve(), system.pipe, system.pump.omega_max)
     tables: dict[str, dict[str, Any]] = drive.tables()
     tables["converter"] |= {"u_dc_V": u_dc}

@@ -1,5 +1,6 @@
 """Key figures of a day or year of pumping, and where the energy went."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -181,6 +182,8 @@ def remarks(found: Pumped) -> list[str]:
             f"{low.sum() * found.step / 3600:.1f} h below {found.losses.u_dc[0]:g} V, where the "
             "loss map ends: its edge is used"
         )
+    if found.losses.tau_set_up < found.system.tau_max:
+        told.append(_of_the_set_up(found))
     if not found.water:
         told.append(f"no water: {_why_none(found)}")
     if found.storage is not None and found.system.tank.start_m3 is not None:
@@ -191,6 +194,16 @@ def remarks(found: Pumped) -> list[str]:
             "capacitors of the converter must stand it on the coldest morning: set [limits] u_max_V"
         )
     return told
+
+
+def _of_the_set_up(found: Pumped) -> str:
+    """How far the control reaches at its nominal voltage, where that is not far enough."""
+    system, most = found.system, math.floor(1e3 * found.losses.tau_set_up) / 1e3
+    return (
+        f"the control law reaches {most:g} of {system.tau_max:g} N m at {system.u_dc:g} V and "
+        f"{system.pump.omega_max / RPM:.0f} rpm, and is set up for that: to run or export it, set "
+        f"[limits] tau_max_Nm = {most:g}, or take more modules in series"
+    )
 
 
 def _of_the_azimuth(system: System) -> list[str]:

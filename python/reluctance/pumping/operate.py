@@ -1,5 +1,6 @@
 """A day or a year of a pumping system: from weather to water, sample by sample, quasi-static."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import pandas as pd
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
+from reluctance.drive.drive import Drive
 from reluctance.plant.hydraulics.pipe import Hydraulics, hydraulics
 from reluctance.plant.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.plant.solar.single_diode import Diode, PowerPoint, current, power_point
@@ -24,7 +26,7 @@ from reluctance.pumping.weather_file import read_weather, with_minutes
 DARK = 5.0  # below it the array is taken as dark [W/m^2]
 HOT_COLD = (75.0, -10.0)  # cell temperatures that bound the array's voltage [degC]
 STEP_U = 10.0  # bounds of the loss map are rounded to it, so that its cache is met again [V]
-SLOWEST = 0.2  # of the largest speed: the loss map's first
+STEP_SPEED = 0.2  # of the largest: the loss map begins at a multiple, below what lifts water
 DCDC_SPAN = 0.1  # of a fixed dc-link voltage: the loss map's half width
 
 
@@ -117,7 +119,7 @@ def pump(
     found: dict[str, Any] = together(checks)
     load: Hydraulics = found["load"]
     own: Weather = found["weather"]
-    losses = loss_map(system.drive, box_of(system), progress=progress)
+    losses = loss_map(drive_at_nominal(system), box_of(system), progress=progress)
     if weather is None and system.weather.generate_minutes and own.step > 60:
         means = _over(system, own, losses, load)
         own = with_minutes(own, system.weather, system.site, seed=system.weather.seed)
@@ -125,8 +127,16 @@ def pump(
     return _over(system, own, losses, load)
 
 
+def drive_at_nominal(system: System) -> Drive:
+    """The system's drive at the voltage that its law is set up for, here and in firmware."""
+    drive = system.drive
+    return drive.computed(
+        converter=drive.converter.model_copy(update={"u_dc_V": system.u_dc}),
+    )
+
+
 def box_of(system: System) -> Box:
-    """What the loss map must cover: the array's voltages, the pump's speeds."""
+    """What the loss map must cover: the array's voltages, the speeds at which the pump lifts."""
     operation = system.operation
     if operation.kind == "dcdc":
         assert operation.u_V is not None
@@ -137,9 +147,11 @@ def box_of(system: System) -> Box:
         if operation.u_V is not None:
             low, high = min(low, operation.u_V), max(high, operation.u_V)
     omega_max = system.pump.omega_max
+    lifts = hydraulics(system.pump.curve(), system.pipe, omega_max).omega[0] / omega_max
+    slowest = max(int(lifts / STEP_SPEED), 1) * STEP_SPEED
     return Box(
-        u_dc=(STEP_U * np.floor(low / STEP_U), STEP_U * np.ceil(high / STEP_U)),
-        omega=(SLOWEST * omega_max, omega_max),
+        u_dc=(STEP_U * int(low / STEP_U), STEP_U * math.ceil(high / STEP_U)),
+        omega=(slowest * omega_max, omega_max),
         tau_max=system.tau_max,
     )
 

@@ -18,13 +18,14 @@ from reluctance.drive.drive import Drive
 from reluctance.drive.tables.source import COLD_G
 from reluctance.plant.hydraulics.pipe import Pipe
 from reluctance.plant.hydraulics.pump import Pump, pump_from
-from reluctance.plant.solar.single_diode import open_circuit
+from reluctance.plant.solar.single_diode import PowerPoint, open_circuit, power_point
 from reluctance.pumping.array import Array
 from reluctance.pumping.site import Site
 from reluctance.pumping.tank import Demand, Tank
 from reluctance.pumping.weather_file import WeatherTable
 
 T = TypeVar("T")
+WARM = 50.0  # cell temperature in full sun at which the nominal voltage is taken [degC]
 TORQUE_MARGIN = 1.1  # the loss map's end over the torque of the drive file
 
 
@@ -88,6 +89,19 @@ class System:
         """Greatest voltage that the array gives: open circuit, bright and cold [V]."""
         cold = np.array([self.limits.temp_cold_degC])
         return float(open_circuit(self.array.diode(np.array([COLD_G]), cold))[0])
+
+    @property
+    def nominal(self) -> PowerPoint:
+        """What the array gives at most in full sun, its cells warm; (1,)."""
+        return power_point(self.array.diode(np.array([1000.0]), np.array([WARM])))
+
+    @property
+    def u_dc(self) -> float:
+        """Nominal voltage of the dc link: what the control law is set up for [V]."""
+        if self.operation.kind == "dcdc":
+            assert self.operation.u_V is not None
+            return self.operation.u_V
+        return round(float(self.nominal.u[0]), 1)
 
     def check_voltage(self) -> None:
         """The one rule of sizing, simulation and firmware: the switches stand the array's voltage.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -83,7 +82,7 @@ def simulate(
     elif controller is None:
         controller = guarded(drive)
     else:
-        drive = replace(drive, supervision=Supervision())
+        drive = drive.computed(supervision=Supervision())
     iron = drive.machine.iron is not None  # its loss needs every point, whatever is kept
     watched = iron or record is not None
     loop = closed_loop(drive, controller, -1.0 if not watched else 0.0 if iron else record or 0.0)
