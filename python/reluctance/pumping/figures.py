@@ -232,11 +232,14 @@ def _why_none(found: Pumped) -> str:
             f"the drive needs {least:.0f} W where the pump begins to lift water, and the array "
             f"gives at most {s.p_link.max():.0f} W; take more modules or less head"
         )
-    most = float(losses.tau_max.max())
+    most = losses.tau_set_up
     if tau > most:
-        given = most >= losses.tau[-1]
+        given = most >= found.system.tau_max
         return f"the torque limit of {most:.3g} N m is too low: {need}; " + (
-            "raise [limits] tau_max_Nm" if given else "the machine gives no more: take a larger"
+            "raise [limits] tau_max_Nm"
+            if given
+            else f"the machine gives no more at {found.system.u_dc:g} V: take more modules in "
+            "series, or a larger machine"
         )
     highest = float(s.u_dc.max())
     reach = float(losses.greatest_torque(np.full(1, highest), np.full(1, omega))[0])

@@ -53,7 +53,7 @@ def power_table(losses: LossMap, load: Hydraulics, *, B: float, Q_max: float) ->
     last = np.where(allowed.all(axis=1), len(tau), np.argmin(allowed, axis=1)) - 1
     beyond = np.minimum(last + 1, len(tau) - 1)
     limit = np.select(
-        [last == len(tau) - 1, load.Q[beyond] > Q_max, tau[beyond] > losses.tau_max.max()],
+        [last == len(tau) - 1, load.Q[beyond] > Q_max, tau[beyond] > losses.tau_set_up],
         [Limit.speed, Limit.well, Limit.torque],
         Limit.voltage,
     )
