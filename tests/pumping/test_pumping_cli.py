@@ -1,5 +1,7 @@
 """`reluctance pump` and `reluctance size` as a user meets them."""
 
+import contextlib
+import io
 import json
 import subprocess
 import sys
@@ -8,6 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import command
+
+from reluctance.cli import app
+from reluctance.cli.ended import exit_code
 
 ROOT = Path(__file__).parents[2]
 DAY = str(ROOT / "examples" / "sun_day.toml")
@@ -150,7 +155,7 @@ def test_sizes_of_a_village_mark_the_smallest_array_that_meets_the_demand(tmp_pa
     marked = [line for line in shown.splitlines() if line.endswith("*")]
     assert len(marked) == 1 and f"{min(enough):.4g}" in marked[0]
     assert "* smallest array that loses at most 2.0% of the demand" in shown
-    assert "no margin for cloudy days" in shown and "% of max. power" in shown
+    assert "no margin for cloudy days" in shown
     loss = 100 * rows[3]["loss_of_load_probability"]  # of 3 modules
     assert any(line.split()[0] == "3" and f"{loss:.4g}" in line for line in shown.splitlines()[1:5])
     assert max(map(len, shown.splitlines())) <= 100  # readable where a size cannot work
@@ -203,3 +208,25 @@ def test_other_commands_do_not_import_pvlib_or_pandas():
         "assert not {'pvlib', 'pandas', 'reluctance.pumping'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+class Terminal(io.StringIO):
+    """A terminal of 80 columns."""
+
+    def isatty(self):
+        return True
+
+
+def test_sizes_and_notes_are_whole_at_80_columns(monkeypatch):
+    """The table of two varied values, the reasons below it, the sentence, a fault and a note."""
+    monkeypatch.setenv("COLUMNS", "80")
+    two = "size", YEAR, "--vary", "pipe.H_static_m=15:60:2", "--vary", "array.n_parallel=6:7"
+    wrong = "pump", DAY, "--set", "array.module='CS6X 300'"
+    for arguments in (two, ("pump", DAY), wrong):
+        told = Terminal()
+        errors = told if arguments is wrong else io.StringIO()  # no bar of progress
+        with contextlib.redirect_stdout(told), contextlib.redirect_stderr(errors):
+            exit_code(lambda given=arguments: app(list(given), standalone_mode=False))
+        lines = told.getvalue().splitlines()
+        assert len(lines) > 3 and max(map(len, lines)) <= 80, told.getvalue()
+        assert "e+" not in told.getvalue()

@@ -9,8 +9,9 @@ import typer
 from reluctance.base.figures import check_figure, look
 from reluctance.base.files import check_folder
 from reluctance.base.units import hertz
+from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
-from reluctance.cli.progress import progress_bar, wrapped
+from reluctance.cli.progress import progress_bar
 from reluctance.drive.laws.own_code import refuse_untrusted
 from reluctance.drive.load import load
 from reluctance.explore import comparison

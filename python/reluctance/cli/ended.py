@@ -11,6 +11,7 @@ from typing import Any
 
 from reluctance.base.errors import Note, ParameterError, one_line
 from reluctance.base.files import remove_unfinished
+from reluctance.cli.lines import wrapped
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
 
@@ -76,7 +77,7 @@ def tell_notes() -> None:
 
     def told(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> str:
         if issubclass(category, Note):
-            return f"note: {one_line(message)}\n"
+            return wrapped(f"note: {one_line(message)}", sys.stderr) + "\n"
         return usual(message, category, *place, **more)
 
     warnings.formatwarning = told
@@ -104,6 +105,6 @@ def _end(number: int, frame: FrameType | None) -> None:
 
 def _tell(line: str) -> None:
     try:
-        print(line, file=sys.stderr)
+        print(wrapped(line, sys.stderr), file=sys.stderr)
     except OSError:
         pass  # nobody listens

@@ -14,6 +14,7 @@ from rich.console import Console
 from reluctance.base.errors import ParameterError
 from reluctance.base.figures import check_figure, look, save_figure
 from reluctance.base.files import check_ending, is_file, write_together, write_whole
+from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, Style, Width, help_if_bare
 from reluctance.machine.library import machine_table
 from reluctance.machine.map_file import accept_in, machine_text
@@ -250,7 +251,7 @@ def check(
 
 def _tell(what: str, lines: tuple[str, ...]) -> None:
     for line in lines:
-        print(f"{what}: {line}")
+        print(wrapped(f"{what}: {line}"))
 
 
 @map_app.command()

@@ -1,8 +1,6 @@
-"""What commands show while they work, and how they break lines."""
+"""What commands show while they work."""
 
-import shutil
 import sys
-import textwrap
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
@@ -59,8 +57,3 @@ def working(title: str) -> Iterator[None]:
         return
     with console.status(title, spinner="line"):
         yield
-
-
-def wrapped(line: str) -> str:
-    """Broken between words on a terminal, whole in a pipe."""
-    return textwrap.fill(line, shutil.get_terminal_size().columns) if sys.stdout.isatty() else line

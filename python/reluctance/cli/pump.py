@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson
 
 SystemFile = Annotated[Path, typer.Argument(metavar="SYSTEM.toml", help="Pumping system.")]
@@ -60,7 +61,7 @@ def pump(
         return
     _print_table(system.name, rows(with_units(found)))
     for remark in remarks(found):
-        print(f"note: {remark}")
+        print(wrapped(f"note: {remark}"))
     for path in files:
         print(path)
 
@@ -111,9 +112,9 @@ def size(
         return
     for table, values in zip(tables, chosen, strict=True):
         best = meets(table, llp, system)
-        print(size_table(table, list(values), best))
+        print(*map(wrapped, size_table(table, list(values), best)), sep="\n")
         if system.demand is not None:
-            print(smallest(table, best, llp, system))
+            print(*map(wrapped, smallest(table, best, llp, system)), sep="\n")
         print()
     for path in files:
         print(path)

@@ -16,6 +16,7 @@ from reluctance.base.key_figures import Kpis, shown
 from reluctance.base.phases import phase_name
 from reluctance.base.units import from_si
 from reluctance.cli.drive_file import load_drive
+from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.cli.progress import progress_bar
 from reluctance.drive.drive import Drive
@@ -118,7 +119,7 @@ def run(
             *exceeded(drive, result.kpis),
             *crowded(result.periods),
         ]:
-            print(f"note: {remark}")
+            print(wrapped(f"note: {remark}"))
         for force in force_orders(result) if forces else []:
             print(f"radial force on a stator pole, {force}")
         if result.learned is not None:

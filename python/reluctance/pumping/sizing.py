@@ -17,6 +17,7 @@ from reluctance.base.picture import Picture
 from reluctance.pumping.figures import with_units
 from reluctance.pumping.operate import pump
 from reluctance.pumping.system import System
+from reluctance.pumping.text import number
 from reluctance.pumping.write import made, put_bytes, put_text
 
 FIGURES = (
@@ -81,23 +82,24 @@ def meets(table: pd.DataFrame, llp: float, system: System) -> int | None:
     return int(good.sort_values(list(order), ascending=list(order.values())).index[0])
 
 
-def smallest(table: pd.DataFrame, row: int | None, llp: float, system: System) -> str:
+def smallest(table: pd.DataFrame, row: int | None, llp: float, system: System) -> list[str]:
     """What `meets` found, as a sentence; on a clear sky, what it does not know."""
     if row is None:
-        return f"no size of these loses at most {llp:.1%} of the demand; vary larger arrays"
+        return [f"no size of these loses at most {llp:.1%} of the demand; vary larger arrays"]
     chosen = table.loc[row]
     varied = [name for name in table if name not in (*FIGURES, "why")]
     what = ", ".join(f"{name} = {chosen[name]:g}" for name in varied)
     told = (
         f"* smallest array that loses at most {llp:.1%} of the demand: {what}, "
-        f"{chosen['array_kWp']:.4g} kWp, {chosen['water_m3']:.4g} m3"
+        f"{number(chosen['array_kWp'])} kWp, {number(chosen['water_m3'])} m3"
     )
     if system.weather.kind != "clear":
-        return told
-    return (
-        f"{told}\n  under a clear sky: it has no margin for cloudy days; take a larger one, and "
-        "check it with\n  a typical year ([weather] file)"
-    )
+        return [told]
+    return [
+        told,
+        "under a clear sky: it has no margin for cloudy days; take a larger one, and check it with "
+        "a typical year ([weather] file)",
+    ]
 
 
 def usual(system: System) -> list[Values]:

@@ -1,6 +1,6 @@
 """Key figures of pumping as people read them."""
 
-import textwrap
+import math
 
 import pandas as pd
 
@@ -57,35 +57,45 @@ LABELS = {
 SHOWN_IF = {key for key in LABELS if key.startswith("limited_") and key != "limited_h"}
 
 
-SIZE_HEADS = {
+SIZE_HEADS = {  # the table of two varied values fits a terminal of 80 columns
     "array_kWp": ("kWp", 1.0),
-    "water_m3": ("water m3", 1.0),
+    "water_m3": ("water\nm3", 1.0),
     "water_m3_per_kWp": ("m3/kWp", 1.0),
     "pumping_h": ("hours", 1.0),
-    "used_of_mp": ("% of max. power", 100.0),  # drawn, of the energy at the maximum power point
-    "eta": ("efficiency %", 100.0),
-    "loss_of_load_probability": ("loss of load %", 100.0),
+    "used_of_mp": ("% of\nmax.\npower", 100.0),  # drawn, of the energy at the maximum power point
+    "eta": ("efficiency\n%", 100.0),
+    "loss_of_load_probability": ("loss of\nload %", 100.0),
 }
 
 
-def size_table(table: pd.DataFrame, varied: list[str], best: int | None) -> str:
+def size_table(table: pd.DataFrame, varied: list[str], best: int | None) -> list[str]:
     """The rows of `sizes` under short heads; the best is marked, and why a size cannot work is
     told below by numbers."""
     why = list(dict.fromkeys(text for text in table["why"] if text))
-    shown = table[varied].copy()
-    for key, (head, scale) in SIZE_HEADS.items():
-        if key in table:
-            shown[head] = scale * table[key]
-    shown[""] = [
+    shown = {name.replace(".", ".\n"): table[name] for name in varied}
+    shown |= {h: scale * table[key] for key, (h, scale) in SIZE_HEADS.items() if key in table}
+    columns = [[*head.splitlines(), *map(number, values)] for head, values in shown.items()]
+    marks = [
         f"[{why.index(text) + 1}]" if text else "*" if row == best else ""
         for row, text in table["why"].items()
     ]
-    text = shown.to_string(index=False, float_format=lambda x: f"{x:.4g}", na_rep="-")
-    told = [
-        textwrap.fill(f"[{k}] {line}", 100, subsequent_indent="    ")
-        for k, line in enumerate(why, 1)
+    height = max(map(len, columns))
+    columns = [[""] * (height - len(column)) + column for column in columns]
+    marks = [""] * (height - len(marks)) + marks
+    widths = [max(map(len, column)) for column in columns]
+    lines = [
+        " ".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))
+        for cells in zip(*columns, strict=True)
     ]
-    return "\n".join([text, *told])
+    lines = [f"{a} {b}".rstrip() for a, b in zip(lines, marks, strict=True)]
+    return [*lines, *(f"[{k}] {line}" for k, line in enumerate(why, 1))]
+
+
+def number(value: float) -> str:
+    """Four digits, and no exponent."""
+    if math.isnan(value):
+        return "-"
+    return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
 
 
 def rows(figures: dict[str, float | None]) -> list[tuple[str, str]]:
@@ -94,6 +104,5 @@ def rows(figures: dict[str, float | None]) -> list[tuple[str, str]]:
     for key, (label, unit, scale) in LABELS.items():
         value = figures[key]
         if value is not None and (value or key not in SHOWN_IF):
-            number = f"{scale * value:.0f}" if abs(scale * value) >= 1e4 else f"{scale * value:.4g}"
-            found.append((label, f"{number} {unit}".rstrip()))
+            found.append((label, f"{number(scale * value)} {unit}".rstrip()))
     return found
