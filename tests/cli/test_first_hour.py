@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import command, refused
+from command import command, on_terminal, refused
 
 import reluctance as rl
 from reluctance.cli.tune import at_the_end
@@ -276,3 +276,16 @@ def test_the_citation_is_one_that_a_reference_manager_takes():
     assert f"version: {version}" in text
     assert "authors:\n  - name: The reluctance authors" in text
     assert 'date-released: "2026-' in text
+
+
+@pytest.mark.parametrize("words", [("examples",), ("machines",)])
+def test_lists_break_between_words_on_a_terminal(words):
+    """The words are those of a pipe, and no line is longer than 80 columns."""
+    lines = on_terminal(*words)
+    assert max(map(len, lines)) <= 80
+    assert " ".join(lines).split() == command(*words).out.split()
+
+
+def test_what_an_export_warns_of_breaks_between_words(tmp_path):
+    lines = on_terminal("export", "firmware", RATED, "--out", tmp_path / "fw")[1:]  # of the path
+    assert len(lines) > 3 and max(map(len, lines)) <= 80

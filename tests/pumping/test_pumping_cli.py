@@ -1,7 +1,5 @@
 """`reluctance pump` and `reluctance size` as a user meets them."""
 
-import contextlib
-import io
 import json
 import subprocess
 import sys
@@ -9,10 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import command
-
-from reluctance.cli import app
-from reluctance.cli.ended import exit_code
+from command import command, on_terminal
 
 ROOT = Path(__file__).parents[2]
 DAY = str(ROOT / "examples" / "sun_day.toml")
@@ -210,23 +205,10 @@ def test_other_commands_do_not_import_pvlib_or_pandas():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-class Terminal(io.StringIO):
-    """A terminal of 80 columns."""
-
-    def isatty(self):
-        return True
-
-
-def test_sizes_and_notes_are_whole_at_80_columns(monkeypatch):
+def test_sizes_and_notes_are_whole_at_80_columns():
     """The table of two varied values, the reasons below it, the sentence, a fault and a note."""
-    monkeypatch.setenv("COLUMNS", "80")
     two = "size", YEAR, "--vary", "pipe.H_static_m=15:60:2", "--vary", "array.n_parallel=6:7"
-    wrong = "pump", DAY, "--set", "array.module='CS6X 300'"
-    for arguments in (two, ("pump", DAY), wrong):
-        told = Terminal()
-        errors = told if arguments is wrong else io.StringIO()  # no bar of progress
-        with contextlib.redirect_stdout(told), contextlib.redirect_stderr(errors):
-            exit_code(lambda given=arguments: app(list(given), standalone_mode=False))
-        lines = told.getvalue().splitlines()
-        assert len(lines) > 3 and max(map(len, lines)) <= 80, told.getvalue()
-        assert "e+" not in told.getvalue()
+    fault = on_terminal("pump", DAY, "--set", "array.module='CS6X 300'", errors=True)
+    for lines in (on_terminal(*two), on_terminal("pump", DAY), fault):
+        assert len(lines) > 3 and max(map(len, lines)) <= 80, lines
+        assert not any("e+" in line for line in lines)

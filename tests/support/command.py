@@ -32,6 +32,28 @@ def command(*arguments: object) -> Done:
     return Done(code, out.getvalue(), error.getvalue())
 
 
+class Terminal(io.StringIO):
+    """It says that it is one."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def on_terminal(*arguments: object, errors: bool = False) -> list[str]:
+    """The lines of `reluctance ARGUMENTS`, or those of its errors, on a terminal of 80 columns."""
+    screen, other, usual = Terminal(), io.StringIO(), os.environ.get("COLUMNS")
+    os.environ["COLUMNS"] = "80"
+    out, error = (other, screen) if errors else (screen, other)
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+            exit_code(lambda: app([str(a) for a in arguments], standalone_mode=False))
+    finally:
+        os.environ.pop("COLUMNS")
+        if usual is not None:
+            os.environ["COLUMNS"] = usual
+    return screen.getvalue().splitlines()
+
+
 def refused(*arguments: object) -> str:
     """The line of a command that a user can mend: exit code 2, one line, nothing printed."""
     done = command(*arguments)

@@ -13,6 +13,7 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.files import make_folder, read_toml, write_together
 from reluctance.base.resources import resources
 from reluctance.base.schema import did_you_mean
+from reluctance.cli.lines import wrapped
 from reluctance.drive.load import is_system
 
 
@@ -49,7 +50,7 @@ def examples(
     else:
         width = max(map(len, known))
         for key, path in known.items():
-            print(f"{key:{width}}  {first_comment(path)}")
+            print(wrapped(f"{key:{width}}  {first_comment(path)}", indent=" " * (width + 2)))
         systems = [key for key, path in known.items() if is_system(read_toml(path))]
         print("next: reluctance examples NAME --copy . && reluctance run NAME.toml")
         print(f"for a pumping system ({', '.join(systems)}): reluctance pump NAME.toml")

@@ -13,6 +13,7 @@ from rich.text import Text
 from reluctance.base.errors import ParameterError
 from reluctance.base.key_figures import shown
 from reluctance.cli.drive_file import load_drive
+from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust, help_if_bare
 from reluctance.cli.progress import working
 from reluctance.drive.drive import Drive
@@ -84,22 +85,17 @@ def firmware(
         more = {"warnings": warnings, "verdict": fits, "cost": rows}
         print(json.dumps(figures | {key: value for key, value in more.items() if value}))
         return
-    console = Console()
-    console.print(f"{made.folder}: {made.law}", soft_wrap=True, highlight=False, markup=False)
-    console.print(
-        f"fingerprint 0x{made.fingerprint:08X}, tables {made.table_bytes / 1024:.1f} KiB; "
-        "start with its README.md",
-        soft_wrap=True,
-        highlight=False,
-    )
+    print(f"{made.folder}: {made.law}")
+    tables = f"tables {made.table_bytes / 1024:.1f} KiB"
+    print(f"fingerprint 0x{made.fingerprint:08X}, {tables}; start with its README.md")
     for line in warnings:
-        console.print(f"warning: {line}", soft_wrap=True, highlight=False, markup=False)
+        print(wrapped(f"warning: {line}"))
     if part is not None:
         suits = all(yes for yes, _ in judged)
-        console.print(f"{part.name}: {'fits' if suits else 'does not fit'}", highlight=False)
+        print(f"{part.name}: {'fits' if suits else 'does not fit'}")
         for yes, reason in judged:
             answer = "yes" if yes else "NO "
-            console.print(f"  {answer}  {reason}", soft_wrap=True, highlight=False, markup=False)
+            print(wrapped(f"  {answer}  {reason}", indent=" " * 7))
     if rows:
         table = Table(title="one control step")
         table.add_column("")
@@ -107,14 +103,10 @@ def firmware(
             table.add_column(str(row["cpu"]), justify="right")
         for key in list(rows[0])[3:]:
             table.add_row(key, *(str(row[key]) for row in rows))
-        console.print(table)
+        Console().print(table)
         clock = max(row["instructions_max"] for row in rows) / drive.control.T_s_us
-        console.print(
-            f"worst step within T_s = {drive.control.T_s_us:g} us at one instruction a cycle: "
-            f"{clock:.0f} MHz and more",
-            soft_wrap=True,
-            highlight=False,
-        )
+        line = f"worst step within T_s = {drive.control.T_s_us:g} us at one instruction a cycle: "
+        print(wrapped(f"{line}{clock:.0f} MHz and more"))
 
 
 @export_app.command("blob")

@@ -8,6 +8,7 @@ import typer
 from reluctance.base.errors import ParameterError
 from reluctance.base.resources import resources
 from reluctance.base.schema import did_you_mean
+from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson
 from reluctance.machine import library
 from reluctance.machine.library import Entry
@@ -43,5 +44,5 @@ def _tell(entry: Entry) -> None:
     print(f"{entry.key}: {m.name}")
     torque = f"{entry.tau_peak:.3g} N m static from one phase at {m.i_max_A:g} A"
     print(f"  model {m.model}, {torque}")
-    print(f"  source: {m.source}")
-    print(f"  licence: {m.licence}")
+    for name in ("source", "licence"):
+        print(wrapped(f"  {name}: {getattr(m, name)}", indent="    "))
