@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 from coupled import machine_file
-from firmware_tools import ROOT, Native
+from firmware_tools import ROOT, Native, needs_target
 
 import reluctance as rl
 from reluctance import _core
@@ -27,7 +27,7 @@ def script(name):
     return made
 
 
-bench, alarms = script("faults"), script("diagnosis_alarms")
+bench, alarms, cost = (script(n) for n in ("faults", "diagnosis_alarms", "diagnosis_cost"))
 GIVEN = tomllib.loads((ROOT / "bench" / "faults.toml").read_text())
 OFF, REVERSED, EXCHANGED = 16, 17, 18
 
@@ -167,3 +167,24 @@ def test_the_campaign_has_no_false_alarm():
         stored = list(csv.DictReader(file))
     assert len(stored) == len(alarms.LAWS) * len(alarms.MACHINES) * len(alarms.SENSORS) * 2
     assert sum(int(line["false_alarms"]) for line in stored) == 0
+
+
+@needs_target
+def test_a_doubt_adds_at_most_1500_instructions_to_a_step():
+    """The dearest row of bench/diagnosis_cost.csv, anew."""
+    with (ROOT / "bench" / "diagnosis_cost.csv").open() as file:
+        stored = list(csv.DictReader(file))
+    assert len(stored) == len(cost.DRIVES) * len(cost.FAULTS)
+    dearest = max(stored, key=lambda line: int(line["added_max"]))
+    assert int(dearest["added_max"]) <= 1500
+    fault = next(f for f in cost.FAULTS if dearest["fault"] == cost.words(f))
+    again = cost.rows(dearest["drive"], [fault])[0]
+    assert {key: str(value) for key, value in again.items()} == dearest
+
+
+def test_no_current_passes_the_greatest_one_in_doubt():
+    """Legs that are switched off now act a sample later: what a current rises until then counts."""
+    faults = [{"kind": "sensors_exchanged", "phase": "b", "other": "c"}]
+    angles = GIVEN["starts"]["theta_start_deg"]
+    given = [start(*faults, theta_deg=float(n), machine="12_8/edge_mpc") for n in angles]
+    assert max(ended(drive, until=0.12)[2] for drive in given) < 1.2

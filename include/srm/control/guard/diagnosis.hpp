@@ -4,7 +4,8 @@
 // whatever the angle: it is zero without current, and changes by (u - R i) T_s a sample. The map
 // says which flux linkages its reading means at an angle. Where these two have no common value, a
 // sound drive is contradicted: the errors that the drive file states are in the bounds. From then
-// on explanations are asked, some a sample, whether they agree with all phases:
+// on one comparison is made a sample: of a phase at the angle shown, and in the next sample of an
+// explanation with a phase:
 //
 //   phase k       its sensor, switches or winding are broken: the others agree with the angle
 //   offset        the angle is what is shown and a constant: the zero is off
@@ -16,25 +17,36 @@
 // what decides is the errors stated. (Set-membership fault diagnosis: F. C. Schweppe, Uncertain
 // Dynamic Systems, 1973, ch. 4.)
 //
-// An angle is searched in steps of 15 deg, electrical, each with the angles half a step around it.
-// With three phases, cables exchanged behind the sensors of two of them are the same as an angle
-// that runs backwards: this is called reversed. At standstill offset and reversed are the same.
+// A doubt ends with what is left after `patience` samples, where a current would pass i_max before
+// legs that are switched off now can act, or where the phase has more flux linkage than i_max
+// means: phases that are wired wrongly carry currents that no control asks for.
+//
+// Angles are kept in steps of 15 deg, electrical, each with the angles half a step around it. The
+// map is monotone from unaligned to aligned, so that a phase leaves an arc of them, the end of
+// which is searched; the few that all arcs leave are asked one by one. With three phases, cables
+// exchanged behind the sensors of two of them are the same as an angle that runs backwards: this is
+// called reversed. At standstill offset and reversed are the same.
 #pragma once
+
+#include <bit>
 
 #include "srm/control/guard/guarded.hpp"
 #include "srm/control/part/order_flux.hpp"
 
 namespace srm {
 
-/// What is left of the explanations.
-template <int N>
+/// What is left of the explanations of a contradiction.
 struct Explanations {
   static constexpr int n_angles = 24;
-  static constexpr int n_pairs = N * (N - 1) / 2;
 
-  std::uint32_t offset = (1U << n_angles) - 1, reversed = offset;            // a bit for each angle
-  std::uint16_t power = (1U << n_pairs) - 1, sensors = power, both = power;  // for each pair
-  std::uint8_t phase = (1U << N) - 1;                                        // for each phase
+  std::uint32_t offset = (1U << n_angles) - 1, reversed = offset;  // a bit for each angle
+  std::uint8_t phase;                 // the phase that was contradicted first, or none
+  std::uint8_t power, sensors, both;  // with which other phases it may be exchanged
+
+  constexpr void no_angle() {
+    offset = reversed = 0;
+    both = 0;
+  }
 };
 
 template <Real T>
@@ -46,15 +58,22 @@ struct Diagnosis {
   T map_error;    // of the flux linkage that the map says [1]
   T psi_error;    // the same in addition: flux linkage of the other phases [Wb]
   T psi_zero;     // most flux linkage of a phase that reads no current, at any angle [Wb]
+  T psi_max;      // most flux linkage at i_max, at any angle [Wb]
   T theta_error;  // of the angle, electrical [rad]
-  T i_max;        // a phase without a reading ends the doubt at the flux linkage of this one [A]
+  T i_max;        // a doubt ends before a current passes this one [A]
   int patience;   // samples of doubt, at most
-  SRM_FIELDS(drops, R_error, u_error, i_gain, map_error, psi_error, psi_zero, theta_error, i_max,
-             patience)
+  SRM_FIELDS(drops, R_error, u_error, i_gain, map_error, psi_error, psi_zero, psi_max, theta_error,
+             i_max, patience)
 
   /// Between which bounds a flux linkage is [Wb].
   struct Span {
     T least{}, most{never<T>};
+  };
+
+  /// What the resistance takes over a sample, and what the voltage may be wrong by [Wb].
+  struct Drop {
+    T least{}, most{};
+    bool flows{}, ends_at_zero{};
   };
 
   struct Phase {
@@ -63,7 +82,17 @@ struct Diagnosis {
     bool timed = false, timed_next = false;  // they are orders for a timer
     int age = 0;                             // samples since it may have had no flux linkage
     Span any;                                // from the voltage alone: at any angle
+    Drop drop;                               // over the last sample
     Span shown;                              // narrowed by what the readings mean at the angle
+  };
+
+  /// For the angle where a current has a flux linkage.
+  struct Search {
+    static constexpr int most = 6;  // evaluations of the map: to 5.6 deg
+    T psi{}, i{}, theta_e{}, low{}, high{};
+    int turn = 0;   // two for each phase
+    int steps = 0;  // to go
+    bool found = false;
   };
 
   template <int N>
@@ -72,9 +101,13 @@ struct Diagnosis {
     T u_dc{};                   // at the last sample [V]
     std::uint32_t doubted = 0;  // samples since the first contradiction, with it
     Fault<T> first;
-    Explanations<N> left;
-    int angle = 0, angle_phase = 0, pair = 0;  // asked next
-    std::array<Span, N * N> crossed{};  // by the orders of a phase and the current of another
+    Explanations left{};
+    Search search;
+    int angle = 0, angle_phase = 0;  // asked next
+    int both = 0, pair = 0;          // asked last
+    // Of the phase that was contradicted first with each other one, were they exchanged: by the
+    // orders of the first and the current of the other, and the other way round.
+    std::array<Span, N> forth, back;
   };
 
   /// A sample that the levels admit. guard: before it remembers this sample. True where the fault
@@ -89,22 +122,18 @@ struct Diagnosis {
       x.u_dc = y.u_dc;
       return false;
     }
+    const bool in_doubt = x.doubted > 0;
     for (int k = 0; k < N; ++k) {
       Phase& each = x.phase[k];
-      advance(each.any, each, guard.acting[k], p, guard.i[k], y.i[k], u_dc);
+      const Push push = push_of(each, guard.acting[k], p, guard.i[k], y.i[k], u_dc);
+      const Drop drop = each.drop = drop_of(p, guard.i[k], y.i[k], u_dc);
+      advance(each.any, push, drop);
       each.age = each.any.least > T(0) ? each.age + 1 : 0;
-      advance(each.shown, each, guard.acting[k], p, guard.i[k], y.i[k], u_dc);
-      const T theta_e = phase_angle_in_turn<N>(y.theta_e, k);
-      Span meant;
-      const int side = compare(each.shown, p, machine, y.i[k], theta_e, theta_error, meant);
-      if (side == 0) {
-        each.shown.least = max(each.shown.least, meant.least);
-        each.shown.most = min(each.shown.most, meant.most);
-      } else {
-        contradicted(x, p, k, side, each.shown, meant, y.i[k] > p.i_zero);
-      }
+      advance(each.shown, push, drop);
+      if (in_doubt && x.doubted % (4U * N) != 4U * k) continue;
+      ask_shown(x, p, machine, y, k);
     }
-    return x.doubted > 0 && judge(x, guard, p, machine, y, u_dc);
+    return in_doubt && judge(x, guard, p, machine, y, u_dc);
   }
 
   /// A sample that guard has not admitted: too much current in two phases that contradict a sound
@@ -143,32 +172,50 @@ struct Diagnosis {
   }
 
  private:
-  /// Moves bounds over a sample with readings i0 and i1 at its ends.
-  constexpr void advance(Span& s, const Phase& ordered, const Expected<T>& expected,
-                         const Protection<T>& p, T i0, T i1, T u_dc) const {
+  /// What an order adds to the flux linkage of a winding over a sample [Wb].
+  struct Push {
+    T idle{};           // before it magnetizes: without current nothing of it counts
+    T least{}, most{};  // and from then on
+    T again{};          // at least so much may have built up
+    T drop{};           // of the devices: where no current flows, it does not count
+  };
+
+  constexpr Drop drop_of(const Protection<T>& p, T i0, T i1, T u_dc) const {
     const T T_s = p.flux.T_s, margin = u_error * T_s * u_dc;
     const T high = max(max(i0, i1), T(0)) * (T(1) + i_gain) + p.flux.i_error;
     const T low = max(min(i0, i1) * (T(1) - i_gain) - p.flux.i_error, T(0));
-    const T drop_most = T_s * p.flux.R * (T(1) + R_error) * high + margin;
-    const T drop_least = T_s * p.flux.R * (T(1) - R_error) * low - margin;
+    return {.least = T_s * p.flux.R * (T(1) - R_error) * low - margin,
+            .most = T_s * p.flux.R * (T(1) + R_error) * high + margin,
+            .flows = low > T(0),
+            .ends_at_zero = i1 <= p.i_zero};
+  }
+
+  /// With readings i0 and i1, at the ends of the sample, of the winding that is ordered.
+  constexpr Push push_of(const Phase& ordered, const Expected<T>& expected, const Protection<T>& p,
+                         T i0, T i1, T u_dc) const {
     if (ordered.timed) {
       const OrderFlux<T>& o = ordered.now;
       const T idle = o.idle_level * u_dc - o.idle_drop;
       const T rest = o.level * u_dc - o.drop - idle;
-      s.least = max(max(s.least + idle, T(0)) + rest - drop_most, T(0));
-      s.most = max(max(s.most + idle, T(0)) + rest - drop_least, T(0));
-      if (!(low > T(0))) s.most = s.most + o.drop;
-    } else {
-      // A comparator may see the current with another gain than the readings have.
-      const bool below = max(i0, i1) < expected.below * (T(1) - i_gain);
-      const bool above = min(i0, i1) > expected.above * (T(1) + i_gain);
-      const T least = below ? expected.least : T(-1), most = above ? expected.most : T(1);
-      const T slack = drops.t_dead * u_dc + T(2) * (drops.v_switch + drops.v_diode) * T_s;
-      s.least = max(s.least + least * T_s * u_dc - slack - drop_most, T(0));
-      const T again = most > T(-1) ? T_s * u_dc + margin : T(0);
-      s.most = max(s.most + most * T_s * u_dc + slack - drop_least, again);
+      return {.idle = idle, .least = rest, .most = rest, .drop = o.drop};
     }
-    if (i1 <= p.i_zero) s.most = min(s.most, psi_zero);
+    // A comparator may see the current with another gain than the readings have.
+    const T T_s = p.flux.T_s;
+    const bool below = max(i0, i1) < expected.below * (T(1) - i_gain);
+    const bool above = min(i0, i1) > expected.above * (T(1) + i_gain);
+    const T least = below ? expected.least : T(-1), most = above ? expected.most : T(1);
+    const T slack = drops.t_dead * u_dc + T(2) * (drops.v_switch + drops.v_diode) * T_s;
+    return {.least = least * T_s * u_dc - slack,
+            .most = most * T_s * u_dc + slack,
+            .again = most > T(-1) ? (T(1) + u_error) * T_s * u_dc : T(0)};
+  }
+
+  /// Moves bounds over a sample.
+  constexpr void advance(Span& s, const Push& push, const Drop& drop) const {
+    s.least = max(max(s.least + push.idle, T(0)) + push.least - drop.most, T(0));
+    s.most = max(max(s.most + push.idle, T(0)) + push.most - drop.least, push.again);
+    if (!drop.flows) s.most = s.most + push.drop;
+    if (drop.ends_at_zero) s.most = min(s.most, psi_zero);
   }
 
   /// Whether a flux linkage within s agrees with reading i at an angle that may be wrong by error:
@@ -189,36 +236,42 @@ struct Diagnosis {
     return s.most < meant.least ? 1 : 0;
   }
 
+  /// Narrows the bounds of phase k by its reading, or finds them contradicted.
+  template <Machine M, int N>
+  constexpr void ask_shown(State<N>& x, const Protection<T>& p, const M& machine,
+                           const Measurement<T, N>& y, int k) const {
+    Span& shown = x.phase[k].shown;
+    Span meant;
+    const int side = compare(shown, p, machine, y.i[k], phase_angle_in_turn<N>(y.theta_e, k),
+                             theta_error, meant);
+    if (side != 0) {
+      contradicted(x, k, side, shown, meant, y.i[k] > p.i_zero);
+      return;
+    }
+    shown.least = max(shown.least, meant.least);
+    shown.most = min(shown.most, meant.most);
+  }
+
   /// Phase k contradicts a sound drive: only what concerns it is left.
   template <int N>
-  constexpr void contradicted(State<N>& x, const Protection<T>& p, int k, int side, const Span& s,
-                              const Span& meant, bool flows) const {
+  constexpr void contradicted(State<N>& x, int k, int side, const Span& s, const Span& meant,
+                              bool flows) const {
     if (x.doubted == 0) {
       const Status status = side > 0 ? Status::current_too_high
                             : flows  ? Status::current_too_low
                                      : Status::dead_current_sensor;
       x.first = {status, std::int8_t(k), side > 0 ? meant.least : meant.most,
                  side > 0 ? s.most : s.least};
-      x.left = {};
-      for (int j = 0; j < N; ++j) {  // the current of another phase was at most the trip level
-        const Phase& each = x.phase[j];
-        const T drop = static_cast<T>(each.age) * p.flux.T_s * p.flux.R * (T(1) + R_error);
-        for (int m = 0; m < N; ++m) {
-          x.crossed[j * N + m] = {.least = max(each.any.least - drop * p.levels.i_trip, T(0))};
-        }
-      }
+      const auto others = static_cast<std::uint8_t>(((1U << N) - 1) & ~(1U << k));
+      x.left = {.phase = std::uint8_t(1U << k), .power = others, .sensors = others, .both = others};
       x.doubted = 1;
+    } else if (k != x.first.phase) {
+      const auto with = static_cast<std::uint8_t>(1U << k);
+      x.left.phase = 0;
+      x.left.power &= with;
+      x.left.sensors &= with;
+      x.left.both &= with;
     }
-    x.left.phase = static_cast<std::uint8_t>(x.left.phase & (1U << k));
-    std::uint16_t with = 0;
-    for (int a = 0, pair = 0; a < N; ++a) {
-      for (int b = a + 1; b < N; ++b, ++pair) {
-        if (a == k || b == k) with = static_cast<std::uint16_t>(with | (1U << pair));
-      }
-    }
-    x.left.power &= with;
-    x.left.sensors &= with;
-    x.left.both &= with;
   }
 
   /// One more sample in doubt.
@@ -226,47 +279,162 @@ struct Diagnosis {
   [[gnu::noinline, gnu::cold]] constexpr bool judge(
       State<N>& x, typename Protection<T>::template State<N>& guard, const Protection<T>& p,
       const M& machine, const Measurement<T, N>& y, T u_dc) const {
-    if (x.doubted > 1) {
-      for (int j = 0; j < N; ++j) {
-        for (int k = 0; k < N; ++k) {
-          if (j == k) continue;
-          advance(x.crossed[j * N + k], x.phase[j], guard.acting[j], p, guard.i[k], y.i[k], u_dc);
-        }
-      }
+    cross(x, guard, p, y, u_dc);
+    const T least = x.phase[x.first.phase].any.least;
+    if (y.i[x.first.phase] <= p.i_zero && least > psi_zero) x.left.no_angle();
+    bool beyond = least > psi_max;
+    const T ahead = static_cast<T>(1 + p.delay);  // until legs that are switched off now act
+    for (int k = 0; k < N; ++k) {
+      if (y.i[k] + ahead * (y.i[k] - guard.i[k]) > i_max) beyond = true;
     }
-    const int k = static_cast<int>(x.doubted % N);
-    ask_extremes(x, p, machine, y, k);
-    const T most = machine.at(i_max, phase_angle_in_turn<N>(y.theta_e, k)).psi;
-    const bool beyond = y.i[k] <= p.i_zero && x.phase[k].shown.least > most;
-    ask_angle(x, p, machine, y);
-    ask_pair(x, p, machine, y);
+    const int turn = static_cast<int>(x.doubted % 4);
+    const int k = turn < 2 ? -1 : hidden(x, p, y);
+    const bool pairs = (x.left.power | x.left.sensors) != 0;
+    if (k >= 0) {
+      const T most = machine.at(i_max, phase_angle_in_turn<N>(y.theta_e, k)).psi;
+      beyond = beyond || x.phase[k].shown.least > most;
+    } else if (turn == 1 && pairs) {
+      ask_pair(x, p, machine, y);
+    } else if (turn == 1 || (turn == 2 && pairs)) {
+      search(x, p, machine, y);
+    } else if (turn == 3 && x.left.both != 0) {
+      ask_both(x, p, machine, y);
+    } else if (turn != 0) {  // then a phase was asked at the angle shown
+      ask_angle(x, p, machine, y);
+    }
     ++x.doubted;
-    return named(x, guard, beyond);
+    if (beyond) {  // every phase once more: the law does not run in this sample
+      for (int j = 0; j < N; ++j) ask_shown(x, p, machine, y, j);
+      return named(x, guard, true);
+    }
+    return turn != 1 && named(x, guard, false);  // the dearest sample concludes later
   }
 
-  /// Whether any angle agrees with phase k: the map is monotone from unaligned to aligned.
+  /// The phase that reads no current with most flux linkage; less than 0 where there is none.
+  template <int N>
+  constexpr int hidden(const State<N>& x, const Protection<T>& p,
+                       const Measurement<T, N>& y) const {
+    int found = -1;
+    T most = psi_error;
+    for (int k = 0; k < N; ++k) {
+      if (y.i[k] > p.i_zero || !(x.phase[k].shown.least > most)) continue;
+      most = x.phase[k].shown.least;
+      found = k;
+    }
+    return found;
+  }
+
+  /// Moves the bounds of phases that may be exchanged, or begins with them.
+  template <int N>
+  constexpr void cross(State<N>& x, const typename Protection<T>::template State<N>& guard,
+                       const Protection<T>& p, const Measurement<T, N>& y, T u_dc) const {
+    const unsigned left = x.left.power | x.left.sensors;
+    if (left == 0) return;
+    const int k = x.first.phase;
+    for (int j = 0; j < N; ++j) {
+      if ((left >> j & 1) == 0) continue;
+      if (x.doubted == 1) {
+        x.forth[j] = begun(x.phase[k], p);
+        x.back[j] = begun(x.phase[j], p);
+        continue;
+      }
+      advance(x.forth[j], push_of(x.phase[k], guard.acting[k], p, guard.i[j], y.i[j], u_dc),
+              x.phase[j].drop);
+      advance(x.back[j], push_of(x.phase[j], guard.acting[j], p, guard.i[k], y.i[k], u_dc),
+              x.phase[k].drop);
+    }
+  }
+
+  /// By the orders of a phase and the current of another, which was at most the trip level.
+  constexpr Span begun(const Phase& ordered, const Protection<T>& p) const {
+    const T drop = static_cast<T>(ordered.age) * p.flux.T_s * p.flux.R * (T(1) + R_error);
+    return {.least = max(ordered.any.least - drop * p.levels.i_trip, T(0))};
+  }
+
+  /// Drops the angles where a phase has less flux linkage with its current than it must have, or
+  /// more than it can have, at the sample where the search began. The map is monotone from
+  /// unaligned to aligned, so that an arc is left; its end is searched by halving.
   template <Machine M, int N>
-  constexpr void ask_extremes(State<N>& x, const Protection<T>& p, const M& machine,
-                              const Measurement<T, N>& y, int k) const {
-    Span meant;
-    const Span& any = x.phase[k].any;
-    if (compare(any, p, machine, y.i[k], pi<T> / T(2), pi<T> / T(2), meant) == 0) return;
-    x.left.offset = x.left.reversed = 0;
-    x.left.both = 0;
+  constexpr void search(State<N>& x, const Protection<T>& p, const M& machine,
+                        const Measurement<T, N>& y) const {
+    Search& at = x.search;
+    if (at.steps == 0) {
+      if (at.found) keep_arc<N>(x.left, at);
+      at.turn = at.turn + 1 < 2 * N ? at.turn + 1 : 0;
+      const int k = at.turn / 2;
+      at.found = begin(at, x.phase[k].any, p, y.i[k], y.theta_e);
+      if (at.found) at.steps = Search::most;
+      return;
+    }
+    if (at.steps == Search::most) {
+      const bool least = at.turn % 2 == 0;
+      const T psi = machine.at(at.i, least ? at.high : at.low).psi;
+      if (least ? psi < at.psi : psi > at.psi) {  // at no angle
+        x.left.no_angle();
+        at.steps = 0;
+        at.found = false;
+        return;
+      }
+    } else {
+      halve(at, machine);
+    }
+    halve(at, machine);
+    at.steps -= 2;
+  }
+
+  template <int N>
+  constexpr void keep_arc(Explanations& left, const Search& at) const {
+    constexpr int n_angles = Explanations::n_angles;
+    constexpr T step = two_pi<T> / T(n_angles);
+    const bool least = at.turn % 2 == 0;
+    const T reach = (least ? pi<T> - at.low : at.high) + theta_error + step / T(2);
+    const T from = (least ? pi<T> : T(0)) + static_cast<T>(at.turn / 2) * two_pi<T> / T(N);
+    left.offset &= arc<n_angles>((from - at.theta_e) / step, reach / step);
+    left.reversed &= arc<n_angles>((from + at.theta_e) / step, reach / step);
+  }
+
+  template <Machine M>
+  static constexpr void halve(Search& at, const M& machine) {
+    const T half = (at.low + at.high) / T(2);
+    T& end = machine.at(at.i, half).psi < at.psi ? at.low : at.high;
+    end = half;
+  }
+
+  /// What the search needs of a sample: true where that tells something.
+  constexpr bool begin(Search& at, const Span& any, const Protection<T>& p, T i, T theta_e) const {
+    const bool flows = i > p.i_zero, least = at.turn % 2 == 0;
+    at.i = flows ? i : p.i_zero + p.flux.i_error;
+    const T part = map_error + (flows ? i_gain + p.flux.i_error / i : T(0));
+    if (least ? !(any.least > psi_error) : !flows || !(part < T(1))) return false;
+    at.psi =
+        least ? (any.least - psi_error) / (T(1) + part) : (any.most + psi_error) / (T(1) - part);
+    at.theta_e = theta_e;
+    at.low = T(0);
+    at.high = pi<T>;
+    return true;
+  }
+
+  /// The whole numbers not further than reach, 1/2 or more, from a middle, on a circle: a bit each.
+  template <int n>
+  static constexpr std::uint32_t arc(T middle, T reach) {
+    constexpr std::uint32_t all = (1U << n) - 1;
+    const int first = -static_cast<int>(floor(reach - middle));
+    const int count = static_cast<int>(floor(middle + reach)) - first + 1;
+    if (count >= n) return all;
+    const std::uint32_t bits = (1U << count) - 1;
+    const int turned = (first % n + n) % n;
+    return (bits << turned | bits >> (n - turned)) & all;
   }
 
   /// The next angle that is left is held against the next phase.
   template <Machine M, int N>
   constexpr void ask_angle(State<N>& x, const Protection<T>& p, const M& machine,
                            const Measurement<T, N>& y) const {
-    constexpr int n_angles = Explanations<N>::n_angles;
+    constexpr int n_angles = Explanations::n_angles;
     constexpr T step = two_pi<T> / T(n_angles);
-    const auto bits = [&] { return std::uint64_t(x.left.reversed) << n_angles | x.left.offset; };
-    if (bits() == 0) return;
-    int& n = x.angle;
-    const int k = x.angle_phase;
-    for (; (bits() >> n & 1U) == 0; n = (n + 1) % (2 * n_angles)) {
-    }
+    const int n = next(x.left, x.angle);
+    if (n < 0) return;
+    const int k = n == x.angle ? x.angle_phase : 0;
     const bool backwards = n >= n_angles;
     const T theta_e = (backwards ? -y.theta_e : y.theta_e) + static_cast<T>(n) * step;
     Span meant;
@@ -277,43 +445,72 @@ struct Diagnosis {
       left &= ~(1U << (backwards ? n - n_angles : n));
     }
     x.angle_phase = side != 0 || k + 1 == N ? 0 : k + 1;
-    if (x.angle_phase == 0) n = (n + 1) % (2 * n_angles);
+    x.angle = x.angle_phase == 0 ? (n + 1) % (2 * n_angles) : n;
   }
 
-  /// The next exchange that is left is held against both phases.
+  /// The first angle that is left from n on, of offset and reversed; less than 0 where there is
+  /// none.
+  static constexpr int next(const Explanations& left, int n) {
+    constexpr int n_angles = Explanations::n_angles;
+    for (int tries = 0; tries < 3; ++tries) {
+      const bool backwards = n >= n_angles;
+      const int from = backwards ? n_angles : 0;
+      const std::uint32_t rest = (backwards ? left.reversed : left.offset) >> (n - from);
+      if (rest != 0) return n + std::countr_zero(rest);
+      n = n_angles - from;
+    }
+    return -1;
+  }
+
+  /// Whether the windings or the channels of two phases are exchanged: held against one of them.
   template <Machine M, int N>
   constexpr void ask_pair(State<N>& x, const Protection<T>& p, const M& machine,
                           const Measurement<T, N>& y) const {
-    constexpr int n_pairs = Explanations<N>::n_pairs;
-    x.pair = (x.pair + 1) % (3 * n_pairs);
-    const int pair = x.pair % n_pairs, kind = x.pair / n_pairs;
-    std::uint16_t& bits = kind == 0 ? x.left.power : kind == 1 ? x.left.sensors : x.left.both;
-    if ((bits >> pair & 1) == 0) return;
-    int a = 0, b = pair + 1;
-    while (b >= N) {
-      ++a;
-      b = b - N + a + 1;
+    for (int tries = 0; tries < 2; ++tries) {
+      x.pair = x.pair + 1 < 4 * N ? x.pair + 1 : 0;
+      const int j = x.pair / 4, k = x.first.phase;
+      const bool power = x.pair % 2 == 0, forth = x.pair % 4 < 2;
+      std::uint8_t& left = power ? x.left.power : x.left.sensors;
+      const int from = forth ? k : j, to = forth ? j : k;
+      const Span& s = forth ? x.forth[j] : x.back[j];
+      if ((left >> j & 1) == 0 || (y.i[to] <= p.i_zero && !(s.least > psi_error))) continue;
+      drop(left, j, s, p, machine, y.i[to], phase_angle_in_turn<N>(y.theta_e, power ? to : from));
+      return;
     }
-    const auto agrees = [&](const Span& s, int channel, int winding) {
-      Span meant;
-      return compare(s, p, machine, y.i[channel], phase_angle_in_turn<N>(y.theta_e, winding),
-                     theta_error, meant) == 0;
-    };
-    const Span &ab = x.crossed[a * N + b], &ba = x.crossed[b * N + a];
-    const bool left = kind == 0   ? agrees(ab, b, b) && agrees(ba, a, a)
-                      : kind == 1 ? agrees(ab, b, a) && agrees(ba, a, b)
-                                  : agrees(x.phase[a].any, a, b) && agrees(x.phase[b].any, b, a);
-    if (!left) bits = static_cast<std::uint16_t>(bits & ~(1U << pair));
+  }
+
+  /// The same where both are exchanged.
+  template <Machine M, int N>
+  constexpr void ask_both(State<N>& x, const Protection<T>& p, const M& machine,
+                          const Measurement<T, N>& y) const {
+    for (int tries = 0; tries < 2; ++tries) {
+      x.both = x.both + 1 < 2 * N ? x.both + 1 : 0;
+      const int j = x.both / 2, k = x.first.phase;
+      const int from = x.both % 2 == 0 ? k : j, to = j + k - from;
+      const Span& s = x.phase[from].any;
+      if ((x.left.both >> j & 1) == 0 || (y.i[from] <= p.i_zero && !(s.least > psi_error)))
+        continue;
+      drop(x.left.both, j, s, p, machine, y.i[from], phase_angle_in_turn<N>(y.theta_e, to));
+      return;
+    }
+  }
+
+  /// Drops an exchange with phase j where a reading contradicts it.
+  template <Machine M>
+  constexpr void drop(std::uint8_t& left, int j, const Span& s, const Protection<T>& p,
+                      const M& machine, T i, T theta_e) const {
+    Span meant;
+    if (compare(s, p, machine, i, theta_e, theta_error, meant) == 0) return;
+    left = static_cast<std::uint8_t>(left & ~(1U << j));
   }
 
   /// True where one kind of explanation is left, none, or the doubt ends. beyond: by a current.
   template <int N>
   constexpr bool named(const State<N>& x, typename Protection<T>::template State<N>& guard,
                        bool beyond) const {
-    const Explanations<N>& left = x.left;
+    const Explanations& left = x.left;
     const bool mirrored = N == 3 && left.both != 0;
-    const std::uint32_t exchanged =
-        left.power | left.sensors | (N == 3 ? 0U : std::uint32_t(left.both));
+    const unsigned exchanged = left.power | left.sensors | (N == 3 ? 0U : unsigned(left.both));
     const bool reversed = left.reversed != 0 || mirrored;
     const int kinds = (left.phase != 0) + (left.offset != 0) + reversed + (exchanged != 0);
     const bool ends = x.doubted > static_cast<std::uint32_t>(patience);

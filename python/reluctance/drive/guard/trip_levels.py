@@ -148,6 +148,7 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
         map_error=parts["map_error"],
         psi_error=psi_error,
         psi_zero=(1 + parts["map_error"]) * reads_zero + psi_error,
+        psi_max=(1 + parts["map_error"]) * aligned(machine.i_max_A) + psi_error,
         theta_error=_angle_error(drive, angle_step(drive)) + table.si["zero_error"],
         i_max=machine.i_max_A,
         patience=int(np.ceil(PATIENCE / drive.control.T_s)),

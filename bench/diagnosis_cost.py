@@ -1,0 +1,100 @@
+"""What `diagnosis` adds to a step: `python bench/diagnosis_cost.py` writes diagnosis_cost.csv.
+
+The samples of a start from rest, of bench/faults.toml, with a fault from the beginning go through
+two packages on the emulated Cortex-M7: with the diagnosis and without. A row has the most that a
+sample cost more, of those where both run, and the dearest sample of each package.
+"""
+
+import csv
+import itertools
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import reluctance as rl
+from reluctance.base.files import scratch
+from reluctance.targets.export import firmware
+from reluctance.targets.export.recording import record
+from reluctance.targets.export.target import build, replay
+
+BENCH = Path(__file__).parent
+sys.path.insert(0, str(BENCH))
+import faults  # noqa: E402  of this folder
+
+DRIVES = "6_4/deadbeat", "12_8/edge_mpc"
+STEPS = 2500
+START_DEG = 22.0
+B_C = {"phase": "b", "other": "c"}
+FAULTS: list[tuple[str, dict[str, Any]]] = [
+    ("none", {}),
+    ("encoder_reversed", {}),
+    ("encoder_off", {"angle_deg": 30.0}),
+    ("encoder_off", {"angle_deg": 90.0}),
+    ("power_exchanged", B_C),
+    ("sensors_exchanged", B_C),
+    ("power_exchanged sensors_exchanged", B_C),
+    ("sensor_gain", {"phase": "b", "gain": 0.7}),
+    ("lower_shorted", {"phase": "b"}),
+]
+
+
+def start(name: str) -> rl.Drive:
+    """A drive of the benchmark that starts from rest, without its states."""
+    given = tomllib.loads((BENCH / "faults.toml").read_text(encoding="utf-8"))
+    drive = faults.drive_of(name, 0.0, given)
+    torque = {"reference.tau_Nm": None, "control.tau_max_Nm": drive.reference.tau_Nm}
+    more = {"supervision.enable_s": None, "simulation.theta_start_deg": START_DEG}
+    return drive.with_values({**given["starts"]["values"], **torque, **more})
+
+
+def words(fault: tuple[str, dict[str, Any]]) -> str:
+    """How a fault stands in the table."""
+    return " ".join([fault[0], *(str(value) for value in fault[1].values())])
+
+
+def row(drive: rl.Drive, programs: list[Path], fault: tuple[str, dict[str, Any]]) -> dict[str, Any]:
+    """One fault."""
+    kinds = [] if fault[0] == "none" else fault[0].split()
+    broken = drive.with_values({"faults": [{"kind": kind, **fault[1]} for kind in kinds]})
+    samples = record(broken, steps=STEPS).samples
+    named, plain = (replay(program, "cortex-m7", samples) for program in programs)
+    ends = [int(np.argmax(np.append(each.status, 1) != 0)) for each in (named, plain)]
+    both = slice(0, min(ends))
+    added = named.instructions[both].astype(int) - plain.instructions[both].astype(int)
+    return {
+        "fault": words(fault),
+        "samples": ends[0],
+        "status": int(named.status.max()),
+        "added_max": int(added.max()),
+        "with_max": int(named.instructions[: ends[0] + 1].max()),
+        "without_max": int(plain.instructions[: ends[1] + 1].max()),
+    }
+
+
+def rows(name: str, chosen: list[tuple[str, dict[str, Any]]]) -> list[dict[str, Any]]:
+    """The faults of a drive."""
+    drive = start(name)
+    with scratch() as place:
+        programs = []
+        for on in (True, False):
+            package = drive.with_values({"protection.diagnosis": on})
+            programs.append(build(firmware(package, place / str(on)).folder, "cortex-m7"))
+        return [{"drive": name, **row(drive, programs, fault)} for fault in chosen]
+
+
+def main() -> None:
+    """Every fault of every drive."""
+    found = list(itertools.chain.from_iterable(rows(name, FAULTS) for name in DRIVES))
+    to = BENCH / "diagnosis_cost.csv"
+    with to.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, found[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(found)
+    print(to)
+
+
+if __name__ == "__main__":
+    main()
