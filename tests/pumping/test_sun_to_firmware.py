@@ -95,6 +95,17 @@ def test_run_of_a_system_tracks_over_a_cloud(tmp_path):
     assert all(f"<!-- {words} -->" in text for words in ("available", "flow (m³/h)", "dc link"))
 
 
+@pytest.mark.parametrize(("string", "more"), [("n_series=4", False), ("n_parallel=2", True)])
+def test_a_pump_at_its_greatest_speed_says_why_it_leaves_power(string, more):
+    """Two strings give more than the village's pump takes."""
+    out = command("run", VILLAGE, "--set", f"array.{string}", "--until", 6).out
+    assert ("is at its greatest speed, 2900 rpm" in out) == more
+
+
+def test_an_operation_names_all_that_it_lacks():
+    assert "needs efficiency and u_V" in refused("pump", VILLAGE, "--set", "operation.kind=dcdc")
+
+
 def test_set_reaches_the_system_and_its_drive():
     both = ("--set", "array.n_parallel=5", "--set", "control.i_band_A=2", "--until", 0.1)
     assert command("run", DAY, *both).code == 0

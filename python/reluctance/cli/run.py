@@ -21,6 +21,7 @@ from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Tr
 from reluctance.cli.progress import progress_bar
 from reluctance.drive.drive import Drive
 from reluctance.drive.run import simulate
+from reluctance.drive.run.array_left import left
 from reluctance.drive.run.bounds import MOST_BYTES, waveform_bytes
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.radial_force import force_orders
@@ -117,6 +118,7 @@ def run(
         for remark in [
             *result.kpis.remarks(steady=is_steady(drive)),
             *exceeded(drive, result.kpis),
+            *left(result),
             *crowded(result.periods),
         ]:
             print(wrapped(f"note: {remark}"))

@@ -47,8 +47,8 @@ class Operation(Section):
             "dcdc": {"u_V", "efficiency"},
         }[self.kind]
         given = {k for k in ("u_V", "fraction", "efficiency") if getattr(self, k) is not None}
-        for key in sorted(needs - given):
-            raise ValueError(f"kind = {self.kind!r} needs {key}")
+        if missing := sorted(needs - given):
+            raise ValueError(f"kind = {self.kind!r} needs {' and '.join(missing)}")
         for key in sorted(given - needs):
             raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
         return self
