@@ -3,13 +3,13 @@
 import base64
 import json
 import re
-import shlex
 
 import numpy as np
 import pytest
 from command import command
 from emulated_board import MACHINES, walk
 from firmware_tools import ROOT, needs_target
+from pages import blocks, commands
 from pvgis_file import pvgis_file
 
 import reluctance as rl
@@ -71,19 +71,6 @@ def test_from_an_own_law_to_a_figure_with_its_letters(tmp_path):
     assert float(box) / 72 * 25.4 == pytest.approx(88, abs=1)
 
 
-def blocks(page, language):
-    """The code blocks of a page of docs/."""
-    text = (ROOT / "docs" / page).read_text()
-    found = re.findall(r"^```(\w*)\n(.*?)^```$", text, re.S | re.M)
-    return [block for kind, block in found if kind == language]
-
-
-def as_printed(page):
-    """The commands of a page, in their order."""
-    lines = "".join(blocks(page, "")).splitlines()
-    return [shlex.split(line)[1:] for line in lines if line.startswith("reluctance ")]
-
-
 @needs_target
 @pytest.mark.long
 def test_from_the_sun_to_the_day_of_the_controller_in_firmware(tmp_path, monkeypatch):
@@ -92,7 +79,7 @@ def test_from_the_sun_to_the_day_of_the_controller_in_firmware(tmp_path, monkeyp
     takes at most 2 % less than the array has, over a cloud."""
     monkeypatch.chdir(tmp_path)
     said = {}
-    for words in as_printed("sun_to_firmware.md"):
+    for words in commands("sun_to_firmware.md"):
         said.setdefault(" ".join(words[:2]), done(*words))
         if words[0] == "examples":
             as_the_pages_say(tmp_path / "sun_village.toml")
