@@ -289,3 +289,26 @@ def test_lists_break_between_words_on_a_terminal(words):
 def test_what_an_export_warns_of_breaks_between_words(tmp_path):
     lines = on_terminal("export", "firmware", RATED, "--out", tmp_path / "fw")[1:]  # of the path
     assert len(lines) > 3 and max(map(len, lines)) <= 80
+
+
+def test_a_list_where_a_number_stands_is_told_how_a_course_is_written():
+    told = refused("run", SHARING, "--set", "reference.tau_Nm=[5, 20]")
+    assert "t_s and values" in told
+    course = ("tau_Nm=", "t_s=[0, 0.02]", "values=[5, 20]")
+    given = [word for text in course for word in ("--set", f"reference.{text}")]
+    assert command("run", SHARING, *given, "--until", 0.02).code == 0
+
+
+def test_a_run_that_ends_before_the_drive_has_run_says_so():
+    supervised = "--set", "supervision.enable_s=0", "--set", "supervision.precharge_ms=30"
+    short = command("run", ROOT / "examples" / "deadbeat.toml", *supervised, "--until", 0.02).out
+    assert "the run ends in `precharge`" in short
+    whole = command("run", ROOT / "examples" / "deadbeat.toml", *supervised, "--until", 0.15).out
+    assert "the run ends in" not in whole
+
+
+def test_a_figure_that_no_trial_has_is_told_with_the_way_to_the_reason():
+    varied = "--vary", "control.i_band_A=0.5:1", "--budget", 2, "--until", 0.01
+    found = refused("tune", SHARING, *varied, "--minimise", "p_fe_W")
+    assert "no trial has p_fe_W; what `reluctance run` shows says why" in found
+    assert "no machine.iron" in command("run", SHARING, "--until", 0.01).out

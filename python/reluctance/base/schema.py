@@ -166,6 +166,9 @@ NEEDS = {  # pydantic's kinds of fault, as a need
 }
 
 
+OVER_TIME = {"t_s", "values"}  # keys of a table that may be a course
+
+
 def checked(section: type[S], table: object, where: str) -> S:
     """The table as a Section.
 
@@ -220,9 +223,12 @@ def _line(error: dict[str, Any], section: type[Section], where: str) -> str:
         return f"missing key `{key}` in {where}"
     if error["type"] == "value_error":
         return _of_table(str(error["ctx"]["error"]), section, where)
+    keys = section.model_fields.keys()
     need = NEEDS.get(error["type"], error["msg"]).format(**error.get("ctx", {}))
     if error["type"] == "float_type" and isinstance(error["input"], str):
         need += _number_hint(error["input"])
+    if error["type"] == "float_type" and isinstance(error["input"], list) and OVER_TIME <= keys:
+        need += "; in its place t_s and values of the same length are a course over time"
     return f"{where} {key} = {error['input']!r}, {need}"
 
 

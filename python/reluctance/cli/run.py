@@ -24,6 +24,7 @@ from reluctance.drive.run import simulate
 from reluctance.drive.run.array_left import left
 from reluctance.drive.run.bounds import MOST_BYTES, waveform_bytes
 from reluctance.drive.run.columns import Rows
+from reluctance.drive.run.events import unready
 from reluctance.drive.run.radial_force import force_orders
 from reluctance.drive.run.safety import exceeded
 
@@ -116,6 +117,7 @@ def run(
         for event in result.events or []:
             print(f"{event.t:8.4f} s  {event}")
         for remark in [
+            *unready(result.events),
             *result.kpis.remarks(steady=is_steady(drive)),
             *exceeded(drive, result.kpis),
             *left(result),

@@ -34,6 +34,17 @@ def events(controller: _core.Controller) -> list[Event] | None:
     return None if rows is None else [_event(row) for row in rows.tolist()]
 
 
+def unready(entered: list[Event] | None) -> list[str]:
+    """On one line, where a run ends before the drive has run."""
+    if not entered or entered[-1].mode not in MODES[:4] or any(e.mode == "run" for e in entered):
+        return []
+    last = entered[-1]
+    return [
+        f"the run ends in `{last.mode}`, which began at {last.t:.3g} s: the figures are of a drive "
+        "that has not run yet; run longer (--until), or enable it earlier"
+    ]
+
+
 def evidence(text: str, status: int, phase: int, value: float, limit: float) -> str:
     """A fault in words, with its numbers."""
     text += f" (status {status}"

@@ -136,6 +136,10 @@ def tune(
         search.search(trials)
     best = trials.best()
     if best.worth != best.worth:
-        reason = next((t.why for t in trials.tried if t.why), f"no trial has {figure}")
+        reason = next(
+            (t.why for t in trials.tried if t.why),
+            f"no trial has {figure}; what `reluctance run` shows says why, as that a loss is not "
+            "counted, or a run too short (--until)",
+        )
         raise ParameterError(f"none of the {len(trials.tried)} trials works: {reason}")
     return Tuned(drive.with_values(best.values), goal, best, tuple(trials.tried), trials.ran)
