@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, Plot, help_if_bare
 
 machine_app = typer.Typer(
@@ -62,13 +63,14 @@ def from_geometry(
         print(json.dumps({**found.figures, "convergence": points}))
         return
     for line in found.lines():
-        print(line)
+        print(wrapped(line))
     for point in points:
-        print(
+        line = (
             f"mesh doubled at {point['theta_e_deg']:g} deg el.: flux linkage moves by "
             f"{100 * point['psi_change']:+.3f} %, torque by {100 * point['tau_change']:+.3f} %; "
             f"torque and slope of the co-energy differ by {100 * point['tau_rough']:+.3f} %"
         )
+        print(wrapped(line))
     if points:
         print(f"the mesh is fine enough: no change over {100 * CONVERGED:g} %")
     for path in written:

@@ -125,9 +125,9 @@ def run(
         ]:
             print(wrapped(f"note: {remark}"))
         for force in force_orders(result) if forces else []:
-            print(f"radial force on a stator pole, {force}")
+            print(wrapped(f"radial force on a stator pole, {force}"))
         if result.learned is not None:
-            print(f"learned: {result.learned.text()}")
+            print(wrapped(f"learned: {result.learned.text()}"))
         for path in (out, plot, energy_loop):
             if path is not None:
                 print(path)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.explore.sweeps import Sweep
 
@@ -112,7 +113,7 @@ def sweep(
     _print_table(found, names)
     print(f"{len(found)} points: {found.ran} run now, {found.known} from the store")
     if found.failed:
-        print(f"note: {found.failed} of them failed; the first: {found.reason()}")
+        print(wrapped(f"note: {found.failed} of them failed; the first: {found.reason()}"))
     for path in (out, table, plot):
         if path is not None:
             print(path)

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 
 
@@ -138,14 +139,14 @@ def tune(
     print(f"{found.goal}: {len(found.tried)} trials, {found.ran} runs made now")
     failed = [trial for trial in found.tried if trial.why]
     if failed:
-        print(f"{len(failed)} trials gave no figures; the first: {failed[0].why}")
+        print(wrapped(f"{len(failed)} trials gave no figures; the first: {failed[0].why}"))
     for name, value in found.best.values.items():
         print(f"  {name} = {value}")
     shown = [found.goal.figure, *(bound.figure for bound in found.goal.bounds)]
     for name in dict.fromkeys(shown):
         print(f"  {name} {found.best.figures[name]:.5g}")
     for line in at_the_end(found.best.values, values):
-        print(line)
+        print(wrapped(line))
     if not found.best.kept:
         print("note: no trial keeps all bounds; this one misses them by least")
     for path in (out, table, plot):
