@@ -30,6 +30,7 @@ from reluctance.pumping.sizing import Values
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "docs" / "pumping"
 VOLTAGES = (75.0, 100.0, 150.0, 300.0)  # of the dc link, a loss map for each [V]
+SHORT = 3  # modules in series, whose voltage is short for the pump
 EXAMPLES = ("sun_village", "sun_day", "sun_year")  # that `size` is timed with
 MACHINES = {  # speed [rpm], end of the torques [N m]
     "generic_1hp_8_6": (1500, 4.0),
@@ -97,6 +98,8 @@ def main() -> None:
         "village": system,
         "sharing": replace(system, drive=sharing),
         "empty": system.with_values({"tank.start_m3": 0.0}),
+        "short": system.with_values({"array.n_series": SHORT}),
+        "short_sharing": replace(system, drive=sharing).with_values({"array.n_series": SHORT}),
     }
     found = {name: with_units(pump(case)) for name, case in cases.items()}
     written(
