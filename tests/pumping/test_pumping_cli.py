@@ -90,6 +90,12 @@ def test_sizes_over_series_and_over_head(tmp_path):
     assert (tmp_path / "s" / "sizes_n_series.png").is_file()
 
 
+def test_values_of_sizes_may_stand_with_commas():
+    done = reluctance("size", DAY, "--vary", "pipe.H_static_m=10,15.5", "--json")
+    (rows,) = json.loads(done.stdout)
+    assert [row["pipe.H_static_m"] for row in rows] == [10, 15.5]
+
+
 def test_a_size_that_does_not_work_is_told_and_the_others_are_kept():
     done = reluctance("size", DAY, "--vary", "pipe.H_static_m=15:60:2", "--json")
     (rows,) = json.loads(done.stdout)

@@ -32,6 +32,7 @@ def data(**changes):
         ({"arrays": {}}, "unknown table `arrays`; did you mean `array`?"),
         ({"site__lat": 7.0}, "unknown key `lat` in [site]"),
         ({"site__timezone": "Benin"}, "timezone = 'Benin' is unknown"),
+        ({"site__timezone": "EAT"}, "'EAT' is unknown; need an IANA name"),
         ({"site__longitude_deg": 98.5}, "5.6 h apart, need at most 4 h; check the sign"),
         ({"site__timezone": "Pacific/Kiritimati"}, "h apart"),
         ({"drive": "none.toml"}, "cannot read"),

@@ -33,8 +33,10 @@ class Site(Section):
         try:
             ZoneInfo(name)
         except (ZoneInfoNotFoundError, ValueError, OSError):
-            near = _fixed(name) or (did_you_mean(name, available_timezones()) if name else "")
-            near = near if near.startswith("; did") else "; need an IANA name such as `Etc/GMT-1`"
+            short = re.fullmatch("[A-Z]{0,5}", name)  # as EAT: what is near it is another clock
+            near = _fixed(name) or ("" if short else did_you_mean(name, available_timezones()))
+            if not near.startswith("; did"):
+                near = "; need an IANA name as `Africa/Lagos`, or `Etc/GMT-3` for 3 h ahead of UTC"
             raise ValueError(f"timezone = {name!r} is unknown{near}") from None
         return name
 

@@ -121,7 +121,7 @@ def usual(system: System) -> list[Values]:
 
 
 def parsed(text: str, system: System) -> tuple[str, list[float]]:
-    """`section.key=FROM:TO:COUNT`, or FROM:TO for whole numbers, or one number.
+    """`section.key=FROM:TO:COUNT`, or FROM:TO for whole numbers, or numbers with commas.
 
     Raises
     ------
@@ -131,18 +131,19 @@ def parsed(text: str, system: System) -> tuple[str, list[float]]:
     name, _, span = text.partition("=")
     parts = span.split(":")
     try:
-        numbers = [float(part) for part in parts]
+        numbers = [float(part) for part in parts] if len(parts) > 1 else []
         if len(numbers) == 3:
             found = np.linspace(numbers[0], numbers[1], int(parts[2])).tolist()
         elif len(numbers) == 2:
             found = np.arange(numbers[0], numbers[1] + 1e-9).tolist()
         else:
-            (only,) = numbers
-            found = [only]
+            found = [float(part) for part in span.split(",")]
     except ValueError:
         found = []
     if not found:
-        raise ParameterError(f"--vary {text}: need section.key=FROM:TO:COUNT, or FROM:TO in ones")
+        raise ParameterError(
+            f"--vary {text}: need section.key=FROM:TO:COUNT, FROM:TO in ones, or A,B,C"
+        )
     table, _, key = name.strip().partition(".")
     field = type(getattr(system, table, None)).__dict__.get("__pydantic_fields__", {}).get(key)
     if field is not None and field.annotation is int:
