@@ -65,7 +65,7 @@ def test_the_law_of_a_system_is_set_up_once(monkeypatch):
 def test_a_law_that_does_not_reach_the_torque_says_what_to_set_to_export_it(tmp_path):
     given = "--set", "array.n_series=1"
     refusal = command("export", "firmware", VILLAGE, "--out", tmp_path / "a", *given)
-    assert refusal.code == 2 and "need 6.6" in refusal.error
+    assert refusal.code == 2 and "need 6.6" in refusal.error and "tau_max_Nm" in refusal.error
     out = command("pump", VILLAGE, *given, "--set", "weather.step_min=60").out
     remedy = re.search(r"set \[(\w+)\] (\w+) = ([\d.]+)", out)
     given += "--set", f"{remedy[1]}.{remedy[2]}={remedy[3]}"

@@ -96,7 +96,8 @@ class PulseCurrent(ConductionAngles):
             raise ParameterError(
                 f"[control] angles {on:g} to {off:g} deg give a mean torque of at most {most:.4g} "
                 f"N m at i_max_A = {known.i_max:g} and {from_si(known.omega_m, 'rpm'):.5g} rpm, "
-                f"need {tau:g}; change the angles, the speed or the torque"
+                f"need {tau:g}; change the angles, lower the speed or the torque (tau_max_Nm), or "
+                "raise the voltage"
             )
 
     def reference(self, known: Known, currents: Currents | None) -> _core.MeanTorque:
