@@ -165,8 +165,7 @@ def test_torque_out_of_reach_is_stored_as_the_greatest_achieved(day):
 @pytest.mark.long
 def test_the_time_for_a_year_and_for_the_loss_map(year):
     """Processor time over that of ten stable sorts of a million numbers in the same process, which
-    no vector unit makes faster: 0.10 for hours, 0.9 for minutes; 6 for the map, most of
-    them for the profiles that the law follows where the voltage is short. The bounds are twice
+    no vector unit makes faster: 0.10 for hours, 0.9 for minutes; 1.1 for the map. The bounds are twice
     that. The least of three turns counts, of the map, which is kept, the only one."""
     numbers = np.random.default_rng(1).random(1_000_000)
 
@@ -184,7 +183,7 @@ def test_the_time_for_a_year_and_for_the_loss_map(year):
     minutes = processor_time(lambda: pump(by_minute))
     box = maps.Box(u_dc=(180.0, 280.0), omega=(36.1, 180.6), tau_max=45.0)
     runs = processor_time(lambda: maps.loss_map(year.system.drive, box), turns=1)
-    assert hours < 0.2 * sorts and minutes < 1.8 * sorts and runs < 12 * sorts
+    assert hours < 0.2 * sorts and minutes < 1.8 * sorts and runs < 2.2 * sorts
 
 
 def test_hourly_means_overstate_the_water_of_a_cloudy_day_and_generated_minutes_mend_it(day):
