@@ -50,6 +50,12 @@ def test_the_reference_day(day):
     assert figures["e_lift_kWh"] == pytest.approx(23.09, rel=1e-2)
 
 
+def test_a_day_and_its_system_are_shown_on_one_line(day):
+    assert repr(day) == "Pumped(sun_day: 566.5 m3 in 1 d)"
+    assert repr(day.system).startswith("System(sun_day: 7 x 6 modules, mppt; ")
+    assert "\n" not in repr(day.system) and len(repr(day.system)) < 300
+
+
 @pytest.mark.parametrize(
     ("hour", "G", "temp", "p_mp", "u", "rpm", "Q"),
     [
@@ -165,8 +171,8 @@ def test_torque_out_of_reach_is_stored_as_the_greatest_achieved(day):
 @pytest.mark.long
 def test_the_time_for_a_year_and_for_the_loss_map(year):
     """Processor time over that of ten stable sorts of a million numbers in the same process, which
-    no vector unit makes faster: 0.10 for hours, 0.9 for minutes; 1.1 for the map. The bounds are twice
-    that. The least of three turns counts, of the map, which is kept, the only one."""
+    no vector unit makes faster: 0.10 for hours, 0.9 for minutes; 1.1 for the map. The bounds are
+    twice that. The least of three turns counts, of the map, which is kept, the only one."""
     numbers = np.random.default_rng(1).random(1_000_000)
 
     def processor_time(work, turns=3):

@@ -53,7 +53,7 @@ class Samples:
     limit: FloatArray  # the Limit that keeps power from being drawn, as a number
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Pumped:
     """What a system did."""
 
@@ -64,6 +64,10 @@ class Pumped:
     losses: LossMap
     load: Hydraulics
     water_from_means: float | None = None  # with generated minutes: without them [m^3]
+
+    def __repr__(self) -> str:
+        days = len(self.t) * self.step / 86400
+        return f"Pumped({self.system.name}: {self.water:.4g} m3 in {days:.4g} d)"
 
     @property
     def t(self) -> pd.DatetimeIndex:

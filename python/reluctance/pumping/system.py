@@ -62,7 +62,7 @@ class Limits(Section):
     temp_cold_degC: float = Field(-10.0, gt=-60, lt=60)  # coldest cell in full sun, as of a drive
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class System:
     """All that a day of pumping depends on, checked."""
 
@@ -78,6 +78,10 @@ class System:
     limits: Limits
     tank: Tank
     demand: Demand | None
+
+    def __repr__(self) -> str:
+        array = f"{self.array.n_series} x {self.array.n_parallel} modules, {self.operation.kind}"
+        return f"System({self.name}: {array}; {self.pump.name}; {self.drive!r})"
 
     @property
     def tau_max(self) -> float:
