@@ -29,7 +29,7 @@ def script(name):
 
 bench, alarms, cost = (script(n) for n in ("faults", "diagnosis_alarms", "diagnosis_cost"))
 GIVEN = tomllib.loads((ROOT / "bench" / "faults.toml").read_text())
-OFF, REVERSED, EXCHANGED = 16, 17, 18
+OFF, REVERSED, EXCHANGED, UNLIKE = 16, 17, 18, 20
 
 
 def start(*faults, theta_deg=0.0, machine="6_4/deadbeat", **values):
@@ -97,10 +97,37 @@ def test_a_broken_phase_is_named_and_no_angle():
         assert re.search(r"phase 1", event.text)
 
 
-def test_the_exported_step_names_the_same_in_the_same_sample(tmp_path):
+GAIN = {"kind": "sensor_gain", "gain": 1.4, "phase": "b", "t_s": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("name", "rpm", "status"),
+    [("6_4/deadbeat", 1500.0, {UNLIKE}), ("12_8/edge_mpc", 1500.0, {10, UNLIKE})],
+)
+def test_a_gain_that_one_phase_alone_has_is_named(name, rpm, status):
+    drive = bench.drive_of(name, rpm, GIVEN).with_values({"faults": [GAIN]})
+    event = rl.simulate(drive, until=0.15, record=None).events[-1]
+    assert event.status in status
+    assert re.search(r"phase 1", event.text)
+
+
+def test_lost_counts_blame_no_phase():
+    """The angle drifts, and each phase differs from those before."""
+    late = {"kind": "encoder_lost_counts", "part": 0.05, "t_s": 0.1}
+    for name in ("6_4/deadbeat", "12_8/edge_mpc"):
+        drive = bench.drive_of(name, 1500.0, GIVEN).with_values({"faults": [late]})
+        event = rl.simulate(drive, until=0.15, record=None).events[-1]
+        assert event.status in (0, 7, OFF, 19)
+
+
+@pytest.mark.parametrize("fault", ["encoder_off", "sensor_gain"])
+def test_the_exported_step_names_the_same_in_the_same_sample(fault, tmp_path):
     """In single precision on the desk, and the package's own step."""
-    faults = [{"kind": "encoder_off", "angle_deg": 90.0}]
-    drive = start(*faults, theta_deg=22.0)
+    if fault == "encoder_off":
+        drive, phase = start({"kind": fault, "angle_deg": 90.0}, theta_deg=22.0), -1
+    else:
+        drive = bench.drive_of("6_4/deadbeat", 1500.0, GIVEN).with_values({"faults": [GAIN]})
+        phase = 1
     single = drive.with_values({"control.precision": "float"})
     desk = rl.simulate(single, until=0.2, record=None).events
     target = Native(drive, tmp_path)
@@ -115,10 +142,10 @@ def test_the_exported_step_names_the_same_in_the_same_sample(tmp_path):
         return _core.step(inner, y, reference)
 
     rl.simulate(single, until=0.2, record=None, controller=_core.controller_from(3, step))
-    fault = next(event for event in desk if event.mode == "fault")
+    named = next(event for event in desk if event.mode == "fault")
     n = recorded.index(5)
-    assert n == round(fault.t / drive.control.T_s)
-    assert (target.fault().status, target.fault().phase) == (fault.status, -1)
+    assert n == round(named.t / drive.control.T_s)
+    assert (target.fault().status, target.fault().phase) == (named.status, phase)
 
 
 def test_a_drive_without_the_key_has_none():

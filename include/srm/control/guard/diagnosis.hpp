@@ -31,6 +31,7 @@
 #include <bit>
 
 #include "srm/control/guard/guarded.hpp"
+#include "srm/control/guard/likeness.hpp"
 #include "srm/control/part/order_flux.hpp"
 
 namespace srm {
@@ -52,6 +53,7 @@ struct Explanations {
 template <Real T>
 struct Diagnosis {
   Drops<T> drops;
+  Likeness<T> likeness;
   T R_error;      // of the resistance [1]
   T u_error;      // of the voltage over a sample, over u_dc [1]
   T i_gain;       // of a reading [1]
@@ -62,8 +64,8 @@ struct Diagnosis {
   T theta_error;  // of the angle, electrical [rad]
   T i_max;        // a doubt ends before a current passes this one [A]
   int patience;   // samples of doubt, at most
-  SRM_FIELDS(drops, R_error, u_error, i_gain, map_error, psi_error, psi_zero, psi_max, theta_error,
-             i_max, patience)
+  SRM_FIELDS(drops, likeness, R_error, u_error, i_gain, map_error, psi_error, psi_zero, psi_max,
+             theta_error, i_max, patience)
 
   /// Between which bounds a flux linkage is [Wb].
   struct Span {
@@ -84,6 +86,9 @@ struct Diagnosis {
     Span any;                                // from the voltage alone: at any angle
     Drop drop;                               // over the last sample
     Span shown;                              // narrowed by what the readings mean at the angle
+    int counted = -1;                        // samples since it had none; less than 0: unknown
+    T taken{};                               // by the resistance in this time [Wb]
+    T left{};                                // of the stroke before, at most [Wb]
   };
 
   /// For the angle where a current has a flux linkage.
@@ -100,6 +105,8 @@ struct Diagnosis {
     std::array<Phase, N> phase;
     T u_dc{};                   // at the last sample [V]
     std::uint32_t doubted = 0;  // samples since the first contradiction, with it
+    typename Likeness<T>::template State<N> likeness;
+    int unlike = -1;  // the phase that is unlike the others
     Fault<T> first;
     Explanations left{};
     Search search;
@@ -118,20 +125,29 @@ struct Diagnosis {
     const T u_dc = (x.u_dc + y.u_dc) / T(2);
     x.u_dc = y.u_dc;
     if (!guard.has_last) {
-      x = {};
-      x.u_dc = y.u_dc;
+      x.phase = {};
+      x.doubted = 0;
+      x.unlike = -1;
+      likeness.forget(x.likeness);
       return false;
     }
     const bool in_doubt = x.doubted > 0;
+    ++x.likeness.now;
     for (int k = 0; k < N; ++k) {
       Phase& each = x.phase[k];
       const Push push = push_of(each, guard.acting[k], p, guard.i[k], y.i[k], u_dc);
       const Drop drop = each.drop = drop_of(p, guard.i[k], y.i[k], u_dc);
       advance(each.any, push, drop);
       each.age = each.any.least > T(0) ? each.age + 1 : 0;
+      count(each, drop);
       advance(each.shown, push, drop);
       if (in_doubt && x.doubted % (4U * N) != 4U * k) continue;
       ask_shown(x, p, machine, y, k);
+    }
+    if (x.unlike >= 0 && x.doubted == 0) {
+      guard.latched = true;
+      guard.fault = {Status::phase_unlike, std::int8_t(x.unlike)};
+      return true;
     }
     return in_doubt && judge(x, guard, p, machine, y, u_dc);
   }
@@ -236,20 +252,47 @@ struct Diagnosis {
     return s.most < meant.least ? 1 : 0;
   }
 
+  /// Counts samples while the middle of the bounds is what the nominal voltage and resistance make
+  /// of what was left of the stroke before.
+  constexpr void count(Phase& each, const Drop& drop) const {
+    if (each.any.least > T(0)) {
+      if (!each.timed) each.counted = -1;
+      if (each.counted < 0) return;
+      ++each.counted;
+      each.taken = each.taken + (drop.least + drop.most) / T(2);
+    } else {
+      each.counted = each.any.most < psi_error ? 0 : -1;
+      each.taken = T(0);
+      each.left = each.any.most / T(2);
+    }
+  }
+
   /// Narrows the bounds of phase k by its reading, or finds them contradicted.
   template <Machine M, int N>
   constexpr void ask_shown(State<N>& x, const Protection<T>& p, const M& machine,
                            const Measurement<T, N>& y, int k) const {
-    Span& shown = x.phase[k].shown;
-    Span meant;
-    const int side = compare(shown, p, machine, y.i[k], phase_angle_in_turn<N>(y.theta_e, k),
-                             theta_error, meant);
-    if (side != 0) {
-      contradicted(x, k, side, shown, meant, y.i[k] > p.i_zero);
+    Phase& each = x.phase[k];
+    const T theta_e = phase_angle_in_turn<N>(y.theta_e, k);
+    if (likeness.ends(x.likeness, k, theta_e)) {  // this once in the place of the comparison
+      const int found = likeness.concludes(x.likeness, k, p.flux.T_s * x.u_dc);
+      if (found >= 0) x.unlike = found;
       return;
     }
-    shown.least = max(shown.least, meant.least);
-    shown.most = min(shown.most, meant.most);
+    Span meant;
+    const bool flows = y.i[k] > p.i_zero;
+    const int side = compare(each.shown, p, machine, y.i[k], theta_e, theta_error, meant);
+    if (side != 0) {
+      contradicted(x, k, side, each.shown, meant, flows);
+      return;
+    }
+    if (flows && each.counted > 0) {
+      const T psi = (each.any.least + each.any.most) / T(2);
+      const T map = (meant.least + meant.most) / T(2);
+      likeness.hears(x.likeness, k,
+                     {theta_e, y.i[k], psi, map, each.taken, each.left, each.counted});
+    }
+    each.shown.least = max(each.shown.least, meant.least);
+    each.shown.most = min(each.shown.most, meant.most);
   }
 
   /// Phase k contradicts a sound drive: only what concerns it is left.
@@ -264,6 +307,7 @@ struct Diagnosis {
                  side > 0 ? s.most : s.least};
       const auto others = static_cast<std::uint8_t>(((1U << N) - 1) & ~(1U << k));
       x.left = {.phase = std::uint8_t(1U << k), .power = others, .sensors = others, .both = others};
+      x.search = {};
       x.doubted = 1;
     } else if (k != x.first.phase) {
       const auto with = static_cast<std::uint8_t>(1U << k);
@@ -282,6 +326,10 @@ struct Diagnosis {
     cross(x, guard, p, y, u_dc);
     const T least = x.phase[x.first.phase].any.least;
     if (y.i[x.first.phase] <= p.i_zero && least > psi_zero) x.left.no_angle();
+    if (x.unlike == x.first.phase && x.left.phase != 0) {
+      x.left.no_angle();
+      x.left.power = x.left.sensors = 0;
+    }
     bool beyond = least > psi_max;
     const T ahead = static_cast<T>(1 + p.delay);  // until legs that are switched off now act
     for (int k = 0; k < N; ++k) {

@@ -28,7 +28,8 @@ enum class Status : std::int8_t {
   angle_off = 16,
   angle_reversed = 17,
   phases_exchanged = 18,
-  angle_lost = 19
+  angle_lost = 19,
+  phase_unlike = 20
 };
 
 constexpr const char* describe(Status status) {
@@ -73,6 +74,8 @@ constexpr const char* describe(Status status) {
       return "a phase carries the current of another: windings or current sensors are exchanged";
     case Status::angle_lost:
       return "the angle does not follow the flux linkages: encoder frozen, or counts lost";
+    case Status::phase_unlike:
+      return "a phase is unlike the others: gain of its current sensor, or turns shorted";
   }
   return "unknown";
 }

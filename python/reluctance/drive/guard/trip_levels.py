@@ -129,7 +129,9 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
         )
     guard = protection(drive)
     u_noise = NOISE_PEAK * sensing.u_dc_noise_V
-    parts = {name: table.si[name] for name in ("map_error", "R_error", "u_error")}
+    patience = int(np.ceil(PATIENCE / drive.control.T_s))
+    names = "map_error", "R_error", "u_error", "phase_error"
+    parts = {name: table.si[name] for name in names}
 
     def aligned(i: float) -> float:
         return float(_core.magnetics(machine.magnetics, np.array([i]), np.array([np.pi]))[0, 0])
@@ -142,6 +144,18 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
             v_switch=drive.converter.v_switch_V,
             v_diode=drive.converter.v_diode_V,
         ),
+        likeness=_core.Likeness(
+            spread=parts["phase_error"] + _steepest(drive) * _angle_error(drive, angle_step(drive)),
+            i_gain=_gain_error(drive),
+            i_noise=NOISE_PEAK * sensing.i_noise,
+            i_offset=guard.flux.i_error - NOISE_PEAK * sensing.i_noise,
+            u_noise=u_noise * drive.control.T_s,
+            psi_error=psi_error,
+            R_error=parts["R_error"],
+            u_error=parts["u_error"],
+            map_error=parts["map_error"],
+            recent=patience,
+        ),
         R_error=parts["R_error"],
         u_error=parts["u_error"] + u_noise / (4 * NOISE_AHEAD * drive.converter.u_dc_V),
         i_gain=_gain_error(drive),
@@ -151,7 +165,7 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
         psi_max=(1 + parts["map_error"]) * aligned(machine.i_max_A) + psi_error,
         theta_error=_angle_error(drive, angle_step(drive)) + table.si["zero_error"],
         i_max=machine.i_max_A,
-        patience=int(np.ceil(PATIENCE / drive.control.T_s)),
+        patience=patience,
     )
 
 
@@ -202,11 +216,15 @@ def _acceleration(drive: Drive, omega_max: float) -> float:
 def _model_error(drive: Drive, step: float) -> float:
     """How wrong the flux linkage at a reading may be: the model, the gain of the sensor, and half a
     step of the angle where the inductance changes most."""
+    return MODEL_ERROR + _gain_error(drive) + _steepest(drive) * _angle_error(drive, step)
+
+
+def _steepest(drive: Drive) -> float:
+    """The greatest change of the inductance with the angle, over itself [1/rad]."""
     theta_e = np.linspace(0.0, np.pi, 181)
     i = np.full_like(theta_e, ZERO_CURRENT * drive.machine.i_max_A)
     psi = _core.magnetics(drive.machine.magnetics, i, theta_e)[:, 0]
-    steepest = float(np.max(np.abs(np.gradient(psi, theta_e)) / psi))  # per rad
-    return MODEL_ERROR + _gain_error(drive) + steepest * _angle_error(drive, step)
+    return float(np.max(np.abs(np.gradient(psi, theta_e)) / psi))
 
 
 def _gain_error(drive: Drive) -> float:

@@ -27,10 +27,17 @@ class Protection(Section):
     R_error_pct: float = Field(20.0, ge=0, lt=100)  # of the resistance
     u_error_pct: float = Field(2.0, ge=0, lt=100)  # of the voltage that the winding sees, of u_dc
     zero_error_deg: float = Field(2.0, ge=0, le=45)  # electrical: of the zero of the angle
+    phase_error_pct: float = Field(1.0, ge=0, lt=100)  # of a phase, against the mean of all
 
     @model_validator(mode="after")
     def errors_are_asked_for(self) -> Protection:
-        errors = {"map_error_pct", "R_error_pct", "u_error_pct", "zero_error_deg"}
+        errors = {
+            "map_error_pct",
+            "R_error_pct",
+            "u_error_pct",
+            "zero_error_deg",
+            "phase_error_pct",
+        }
         if not self.diagnosis:
             for key in sorted(self.model_fields_set & errors):
                 raise ValueError(f"{key} has no effect without diagnosis = true; remove it")
