@@ -1,4 +1,4 @@
-#include "bind_law.hpp"
+#include "bind_pairs.hpp"
 #include "srm/control/laws.hpp"
 
 namespace bound {
@@ -10,6 +10,7 @@ void bind_built_in<srm::laws::FiniteSetMpc>(nb::module_& m) {
       "Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of "
       "the distance to it [N^2 m^2/Wb^2], feedback: 1 where feedback holds the mean, else 0 [1], "
       "each at each of its speeds.");
+  bind_coupled<srm::laws::FiniteSetMpc>(m, "coupled_finite_set_mpc");
 }
 
 }  // namespace bound

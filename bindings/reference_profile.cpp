@@ -1,7 +1,10 @@
 // Python view of the reference profile (guide) of the predictive laws, and the weight that follows
 // from it.
+#include <nanobind/stl/optional.h>
+
 #include <algorithm>
 #include <functional>
+#include <optional>
 
 #include "bindings.hpp"
 #include "srm/control/part/switching_weight.hpp"
@@ -13,7 +16,7 @@ namespace {
 using Profiles = srm::Held<srm::ReferenceProfile<double>>;
 
 Profiles profiles_of(const Array<3>& values, double tau_max, const std::vector<double>& omega_m,
-                     double u_dc, double drop) {
+                     double u_dc, double drop, const std::optional<Array<3>>& mutual) {
   if (values.shape(0) != omega_m.size() || omega_m.empty() || omega_m.front() < 0 ||
       std::adjacent_find(omega_m.begin(), omega_m.end(), std::greater_equal{}) != omega_m.end()) {
     throw std::invalid_argument("need a speed >= 0 for each table, increasing");
@@ -21,14 +24,20 @@ Profiles profiles_of(const Array<3>& values, double tau_max, const std::vector<d
   if (!(drop >= 0 && drop < u_dc)) throw std::invalid_argument("need 0 <= drop < u_dc");
   if (values.shape(1) < 2) throw std::invalid_argument("need two levels, zero and tau_max");
   srm::Tables memory;
-  const std::vector<double> profiles(values.data(), values.data() + values.size());
-  const srm::ReferenceProfile<double> view{.first = {.values = memory.keep<double>(profiles),
+  const auto kept = [&](const Array<3>& table) {
+    return memory.keep<double>(std::vector<double>(table.data(), table.data() + table.size()));
+  };
+  if (mutual && mutual->size() != values.size()) {
+    throw std::invalid_argument("mutual and values differ in size");
+  }
+  const srm::ReferenceProfile<double> view{.first = {.values = kept(values),
                                                      .rows = int(values.shape(1)),
                                                      .columns = int(values.shape(2)),
                                                      .level_max = tau_max},
                                            .omega = memory.keep<double>(omega_m),
                                            .u_dc = u_dc,
-                                           .drop = drop};
+                                           .drop = drop,
+                                           .mutual = mutual ? kept(*mutual) : srm::View<double>{}};
   return {view, memory.owner()};
 }
 
@@ -48,9 +57,10 @@ void bind_reference_profile(nb::module_& m) {
   nb::class_<Profiles>(m, "ReferenceProfile", "Profiles over torque, electrical angle and speed.")
       .def(nb::new_(&profiles_of), nb::arg("values"), nb::kw_only(), nb::arg("tau_max"),
            nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("drop") = 0.0,
+           nb::arg("mutual") = nb::none(),
            "values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, "
            "the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc "
-           "[V]; drop: R i at their peak [V].")
+           "[V]; drop: R i at their peak [V]; mutual: what neighbouring phases add to values.")
       .def(
           "at",
           [](const Profiles& self, double tau, double theta_e, double omega_m, double u_dc) {

@@ -7,6 +7,7 @@
 
 #include <array>
 
+#include "srm/base/symmetric.hpp"
 #include "srm/machine/coupling.hpp"
 #include "srm/plant/moving.hpp"
 #include "srm/plant/state.hpp"
@@ -17,12 +18,9 @@ namespace srm {
 /// row k and a column l that differ.
 template <int N>
 struct Links {
-  template <class V>
-  using Square = std::array<std::array<V, N>, N>;
-
-  Square<double> L{};        // dpsi_k/di_l [H]
-  Square<double> L_theta{};  // its derivative in theta_m [H/rad]
-  Square<double> L_i{};      // d2psi_k/(di_k di_l) [H/A]
+  Square<double, N> L{};        // dpsi_k/di_l [H]
+  Square<double, N> L_theta{};  // its derivative in theta_m [H/rad]
+  Square<double, N> L_i{};      // d2psi_k/(di_k di_l) [H/A]
 };
 
 template <int N>
@@ -69,35 +67,14 @@ template <int N>
 [[gnu::noinline]] std::array<double, N> solved(const std::array<bool, N>& flows,
                                                const Jets<N>& jets, const Links<N>& links,
                                                const std::array<double, N>& more,
-                                               std::array<double, N> x) {
-  std::array<std::array<double, N>, N> M;
+                                               const std::array<double, N>& x) {
+  Square<double, N> M{};
   for (int k = 0; k < N; ++k) {
-    if (!flows[k]) {
-      x[k] = 0;
-      continue;
-    }
+    if (!flows[k]) continue;
     M[k] = links.L[k];
     M[k][k] = jets[k].L_inc + more[k];
   }
-  for (int p = 0; p < N; ++p) {
-    if (!flows[p]) continue;
-    for (int k = p + 1; k < N; ++k) {
-      if (!flows[k]) continue;
-      const double part = M[k][p] / M[p][p];
-      for (int l = p + 1; l < N; ++l) {
-        if (flows[l]) M[k][l] -= part * M[p][l];
-      }
-      x[k] -= part * x[p];
-    }
-  }
-  for (int p = N - 1; p >= 0; --p) {
-    if (!flows[p]) continue;
-    for (int l = p + 1; l < N; ++l) {
-      if (flows[l]) x[p] -= M[p][l] * x[l];
-    }
-    x[p] /= M[p][p];
-  }
-  return x;
+  return srm::solved<double, N>(flows, M, x);
 }
 
 /// The bend of the magnetisation along changes d of the currents: sum over l, m of d2psi_k/(di_l

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import MISSING, InitVar, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from reluctance.machine.library import machine_from, machine_table
 from reluctance.machine.machine_file import MachineFile
 from reluctance.machine.mismatch import Mismatch, as_known
 from reluctance.machine.operating_point import OperatingPoint
+
+if TYPE_CHECKING:
+    from reluctance.machine.coupling import Coupling
 
 OVER_VOLTAGE = 1.25  # of u_dc_V: default trip level of the dc link
 BRAKE_FULL, BRAKE_NONE = 0.4, 0.8  # of the way from u_dc_V to the trip level
@@ -180,17 +183,26 @@ class Tables:
         return _core.Controller(self.law(known), self.frame(known), self.pairs(known))
 
     def law(self, known: Known) -> _core.Law:
-        """The control law. Its tables reach as much further as pairs of phases take from the
-        greatest torque, where phases alone can give that."""
-        if self.pairs(known) is not None and self.control.follows_torque:
+        """The control law. Where the frame takes the torque of pairs off, its tables reach as much
+        further as they take from the greatest torque, where phases alone can give that."""
+        pairs = self._believed_pairs(known)
+        if pairs is not None and self.control.knows_pairs:
+            return self.control.core(replace(known, pairs=pairs))
+        if pairs is not None and self.control.follows_torque:
             with suppress(RuntimeError, ParameterError):
                 return self.control.core(replace(known, tau_max=known.tau_of_phases))
         return self.control.core(known)
 
     def pairs(self, known: Known) -> _core.Coupling | None:
-        """The pairs of phases whose torque the controller takes off what it asks of its law; None
-        where it does not."""
-        return known.machine.pair_tables if self.control.pair_torque else None
+        """The pairs of phases whose torque the frame takes off what it asks of the law; None where
+        it does not."""
+        pairs = self._believed_pairs(known)
+        return None if pairs is None or self.control.knows_pairs else pairs.core
+
+    def _believed_pairs(self, known: Known) -> Coupling | None:
+        """Those that the controller knows."""
+        pairs = known.machine.coupling if self.control.pair_torque else None
+        return None if pairs is None or pairs.factor == 0 else pairs
 
     def at(self, omega_m: float) -> OperatingPoint:
         """The plant at a speed [rad/s]: its machine as it is, not as the control believes."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from reluctance import _core
 from reluctance.base.errors import ParameterError
-from reluctance.machine.maps.pairs import Array, PairState, PairTable, apart
+from reluctance.machine.maps.pairs import Array, PairState, PairTable, apart, mean_table
 from reluctance.machine.models import Magnetics
 
 LETTERS = "abcdef"
@@ -45,6 +45,17 @@ class Coupling:
     def times(self, factor: float) -> Coupling:
         """With so much of all that the pairs add."""
         return self if factor == 1 else replace(self, factor=self.factor * factor)
+
+    @property
+    def alike(self) -> Coupling:
+        """With the mean of all pairs as far apart in the place of each, so that all phases have the
+        same neighbours."""
+        n, pairs = self.n_phases, []
+        for d in sorted({(pair.second - pair.first) % n for pair in self.pairs}):
+            kinds = [pair.table for pair in self.pairs if (pair.second - pair.first) % n == d]
+            table = kinds[0] if len(set(kinds)) == 1 else mean_table(kinds)
+            pairs += [Neighbours(k, (k + d) % n, table) for k in range(n)]
+        return replace(self, pairs=tuple(pairs))
 
     def behind(self, pair: Neighbours) -> float:
         """The electrical angle of phase a less that of a pair, in [0, 2 pi) [rad]."""

@@ -22,6 +22,7 @@
 #pragma once
 
 #include "srm/base/fields.hpp"
+#include "srm/control/part/coupled_prediction.hpp"
 #include "srm/control/part/edge_plan.hpp"
 #include "srm/control/part/profile_follower.hpp"
 #include "srm/control/part/step_assist.hpp"

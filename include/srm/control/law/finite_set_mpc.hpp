@@ -26,6 +26,7 @@
 
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
+#include "srm/control/part/coupled_prediction.hpp"
 #include "srm/control/part/leg_search.hpp"
 #include "srm/control/part/mean_torque_feedback.hpp"
 

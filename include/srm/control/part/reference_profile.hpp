@@ -23,12 +23,24 @@ struct Profile {
   const T* faster = nullptr;  // values at the next higher one; none: the lower one serves alone
   T weight{};                 // of the higher one [1]
   int speed = 0;              // index of the lower one
+  const T* mutual = nullptr;  // of the lower one, what neighbours add; none: nothing
+
 
   T at(T theta_e) const {
     const T slow = row.at(theta_e);
     if (!faster) return slow;
     const T fast = AngleRow<T>{faster, row.columns, row.weight}.at(theta_e);
     return slow + weight * (fast - slow);
+  }
+
+  /// What neighbouring phases add to the value; 0 where they do not couple.
+  T mutual_at(T theta_e) const {
+    if (!mutual) return T(0);
+    const AngleRow<T> slow{mutual, row.columns, row.weight};
+    const T below = slow.at(theta_e);
+    if (!faster) return below;
+    const T above = AngleRow<T>{mutual + (faster - row.values), row.columns, row.weight}.at(theta_e);
+    return below + weight * (above - below);
   }
 
   /// The value here of a number that the law has for each of the guide's speeds.
@@ -44,10 +56,12 @@ struct ReferenceProfile {
   View<T> omega;        // speeds, increasing [rad/s]
   T u_dc{};             // dc-link voltage of the profiles [V]
   T drop{};             // of the resistance at the peak of the highest torque [V]
-  SRM_FIELDS(first, omega, u_dc, drop)
+  View<T> mutual;       // what neighbours add to all values, in their order; empty: nothing
+  SRM_FIELDS(first, omega, u_dc, drop, mutual)
 
   Profile<T> at(T torque, T omega_m, T u_dc_now) const {
     Profile<T> p{first.at(torque)};
+    if (mutual.size > 0) p.mutual = mutual.data + (p.row.values - first.values.data);
     if (omega.size < 2) return p;
     const T lost = drop * sqrt(clamp(torque / first.level_max, T(0), T(1)));
     const T left = max(u_dc_now - lost, u_dc / T(100));
@@ -57,6 +71,7 @@ struct ReferenceProfile {
     const T slower = omega[p.speed], faster = omega[p.speed + 1];
     const int size = first.rows * first.columns;
     p.row.values += p.speed * size;
+    if (mutual.size > 0) p.mutual += p.speed * size;
     p.faster = p.row.values + size;
     p.weight = same < faster ? faster / same * (same - slower) / (faster - slower) : T(1);
     return p;

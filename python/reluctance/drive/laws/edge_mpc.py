@@ -40,6 +40,10 @@ class EdgeMpc(FluxGuided, Learns):
     # (docs/control/least_ripple.csv).
     guide: Literal["least_copper", "least_ripple"] = "least_copper"
 
+    @property
+    def knows_pairs(self) -> bool:
+        return self.guide == "least_copper"
+
     def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[optimum.Table]:
         tables = super().tables(known, n_points)
         if self.guide == "least_copper":
@@ -65,6 +69,8 @@ class EdgeMpc(FluxGuided, Learns):
             "T_s": self.T_s,
             "delay": known.delay,
         }
+        if known.pairs is not None:
+            return _core.coupled_edge_mpc(*self.built_for(known), pairs=known.pairs.core, **law)
         if not self.learn:
             return _core.edge_mpc(*self.built_for(known), **law)
         tau, u = guide.w_sw_powers

@@ -31,17 +31,36 @@ NO_CURRENT = 1e-4
 
 
 def packed(
-    tables: Sequence[Table], quantity: Literal["i", "psi"], R: float
+    tables: Sequence[Table], quantity: Literal["i", "psi"], point: OperatingPoint
 ) -> _core.ReferenceProfile:
-    """Current [A] or flux linkage [Wb] of tables for rising speeds, as a law takes it; R in ohm."""
+    """Current [A] or flux linkage [Wb] of tables for rising speeds, as a law takes it; the flux
+    linkage of a phase alone, and apart what its neighbours add."""
     least = NO_CURRENT * float(tables[0].i.max())
+    i = np.stack([np.where(table.i < least, 0.0, table.i) for table in tables])
+    values, mutual = i, None
+    if quantity == "psi":
+        whole = np.stack([table.psi for table in tables])
+        values = np.where(i > 0, whole, 0.0)
+        if point.coupling is not None:
+            values = _alone(point, i, tables[0].theta_e)
+            mutual = whole - values
     return _core.ReferenceProfile(
-        np.stack([np.where(table.i < least, 0.0, getattr(table, quantity)) for table in tables]),
+        values,
         tau_max=tables[0].tau_ref[-1],
         omega_m=[abs(table.omega_m) for table in tables],
         u_dc=tables[0].u_dc,
-        drop=R * float(tables[0].i.max()),
+        drop=point.R * float(tables[0].i.max()),
+        mutual=mutual,
     )
+
+
+def _alone(
+    point: OperatingPoint, i: NDArray[np.float64], theta_e: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Flux linkage of a phase without its neighbours [Wb]."""
+    angles = np.broadcast_to(theta_e, i.shape)
+    columns = _core.magnetics(point.magnetics, i.ravel(), angles.ravel())
+    return np.asarray(columns[:, 0]).reshape(i.shape)
 
 
 def no_guide(tau_max: float) -> _core.ReferenceProfile:
@@ -74,7 +93,7 @@ class FluxGuide:
     @property
     def profiles(self) -> _core.ReferenceProfile:
         """Flux linkage over torque, angle and speed."""
-        return packed(self.tables, "psi", self.point.R)
+        return packed(self.tables, "psi", self.point)
 
     @property
     def reserve(self) -> list[float]:

@@ -68,7 +68,8 @@ class HandsOver(Guided):
                 f"link at {from_si(known.omega_m, 'rpm'):.5g} rpm and {known.tau_max:g} N m, "
                 f"and no profile is found ({fault}); lower speed or torque"
             ) from None
-        return {"feasible": _feasible(known, reach), "guide": packed(tables, quantity, known.R)}
+        guide = packed(tables, quantity, known.at(known.omega_m))
+        return {"feasible": _feasible(known, reach), "guide": guide}
 
 
 def _feasible(known: Known, reach: tuple[FloatArray, FloatArray]) -> _core.Feasible:

@@ -73,7 +73,7 @@ class PaperMpc(Guided):
         i_max, tables = known.i_max, self.tables(known)
         return _core.paper_mpc(
             *self.built_for(known),
-            guide=packed(tables, "i", known.R),
+            guide=packed(tables, "i", known.at(known.omega_m)),
             N_p=self.N_p,
             N_c=self.N_c,
             r_w=self.r_w,

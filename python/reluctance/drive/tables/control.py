@@ -41,7 +41,7 @@ class Control(Section):
     speed_rate_rpmps: float | None = Field(None, gt=0)  # greatest, of the speed reference
     torque_limit_Nm: float | None = Field(None, ge=0)  # below what the law is built for
     current_limit_A: float | None = Field(None, gt=0)  # likewise, in the frame (user_limits.hpp)
-    pair_torque: bool = True  # what pairs of phases add is taken off what the law is asked for
+    pair_torque: bool = True  # whether what pairs of phases add is known to the controller
 
     def model_post_init(self, context: Any) -> None:
         """A table made in Python need not repeat the name of its law: it counts as given."""
@@ -60,6 +60,12 @@ class Control(Section):
     @property
     def learns(self) -> bool:
         """True where the controller learns the machine that it drives."""
+        return False
+
+    @property
+    def knows_pairs(self) -> bool:
+        """True where the law itself computes with pairs of phases; for others the frame takes
+        their torque off what it asks for."""
         return False
 
     @property

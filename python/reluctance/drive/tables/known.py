@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal
 
 from reluctance import _core
 from reluctance.machine.machine_file import MachineFile
 from reluctance.machine.models import Magnetics
 from reluctance.machine.operating_point import OperatingPoint
+
+if TYPE_CHECKING:
+    from reluctance.machine.coupling import Coupling
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,7 @@ class Known:
     i_noise: float = 0.0  # of the currents, rms [A]
     v_switch: float = 0.0  # threshold voltages of a switch and of a diode [V]
     v_diode: float = 0.0
+    pairs: Coupling | None = None  # of phases, where the law itself computes with them
 
     @property
     def magnetics(self) -> Magnetics:
@@ -70,5 +74,6 @@ class Known:
         return self.tau_max + greatest_taken(coupling, self.magnetics, self.i_max, self.tau_max)
 
     def at(self, omega_m: float) -> OperatingPoint:
-        """This machine and voltage at a speed [rad/s]."""
-        return self.machine.at(u_dc=self.u_dc, omega_m=omega_m)
+        """This machine and voltage at a speed [rad/s]; all phases alike."""
+        alone = self.machine.at(u_dc=self.u_dc, omega_m=omega_m)
+        return alone if self.pairs is None else replace(alone, coupling=self.pairs.alike)

@@ -141,6 +141,24 @@ class PairTable:
         return CubicSpline(self.i, self.f, axis=1)
 
 
+def mean_table(tables: list[PairTable]) -> PairTable:
+    """The table of the mean co-energy: the functions of all of them side by side.
+
+    tables : of the same angles and currents, each as often as it counts.
+    """
+    kinds = list(dict.fromkeys(tables))
+    one, ends = kinds[0], np.cumsum([table.rank for table in kinds])
+    blocks = [(end - table.rank, end) for table, end in zip(kinds, ends, strict=True)]
+    C = np.zeros((len(one.phi), ends[-1], ends[-1]))
+    slope = np.zeros((len(one.given), ends[-1], ends[-1]))
+    for table, (begin, end) in zip(kinds, blocks, strict=True):
+        weight = tables.count(table) / len(tables)
+        C[:, begin:end, begin:end] = weight * table.C
+        slope[:, begin:end, begin:end] = weight * table.slope
+    f = np.concatenate([table.f for table in kinds])
+    return PairTable(one.N_r, one.i, f, one.phi, C, one.given, slope)
+
+
 @dataclass(frozen=True)
 class PairState:
     """What a pair adds to its two phases; arrays of the shape asked for."""

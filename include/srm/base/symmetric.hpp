@@ -1,0 +1,42 @@
+// Small symmetric positive definite systems over some of the phases.
+#pragma once
+
+#include <array>
+
+#include "srm/base/real.hpp"
+
+namespace srm {
+
+template <Real T, int N>
+using Square = std::array<std::array<T, N>, N>;
+
+/// Solves M y = x over the rows and columns that are taken; y is zero elsewhere. M is symmetric and
+/// positive definite there.
+template <Real T, int N>
+constexpr std::array<T, N> solved(const std::array<bool, N>& taken, Square<T, N> M,
+                                  std::array<T, N> x) {
+  for (int p = 0; p < N; ++p) {
+    if (!taken[p]) {
+      x[p] = T(0);
+      continue;
+    }
+    for (int k = p + 1; k < N; ++k) {
+      if (!taken[k]) continue;
+      const T part = M[k][p] / M[p][p];
+      for (int l = p + 1; l < N; ++l) {
+        if (taken[l]) M[k][l] = M[k][l] - part * M[p][l];
+      }
+      x[k] = x[k] - part * x[p];
+    }
+  }
+  for (int p = N - 1; p >= 0; --p) {
+    if (!taken[p]) continue;
+    for (int l = p + 1; l < N; ++l) {
+      if (taken[l]) x[p] = x[p] - M[p][l] * x[l];
+    }
+    x[p] = x[p] / M[p][p];
+  }
+  return x;
+}
+
+}  // namespace srm

@@ -1,0 +1,27 @@
+// A machine whose phases share iron, as a law knows it that computes with the pairs themselves: the
+// magnetics of a phase alone, and what two currents at once add.
+#pragma once
+
+#include "srm/base/fields.hpp"
+#include "srm/machine/coupling.hpp"
+#include "srm/machine/magnetics.hpp"
+
+namespace srm {
+
+template <Machine M>
+struct WithPairs {
+  using Scalar = typename M::Scalar;
+  using T = Scalar;
+
+  M map;
+  int N_r;  // rotor poles
+  Coupling<T> pairs;
+  SRM_FIELDS(map, N_r, pairs)
+
+  /// One phase, the others without current. i >= 0 [A], theta_e in [0, 2 pi).
+  [[gnu::always_inline]] constexpr Magnetics<T> at(T i, T theta_e) const {
+    return map.at(i, theta_e);
+  }
+};
+
+}  // namespace srm
