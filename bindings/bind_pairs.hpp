@@ -15,9 +15,14 @@ struct GivenCoupled {
   /// Makes the law.
   template <class T, int N, class M>
   auto operator()(const M& machine, srm::Tables& memory) const {
-    srm::WithPairs<M> own{machine, machine.N_r, {}};
-    srm::assign(own.pairs, pairs.value, memory);
-    return law.template operator()<T, N>(own, memory);
+    if constexpr (srm::may_couple<M>) {
+      srm::WithPairs<M> own{machine, machine.N_r, {}};
+      srm::assign(own.pairs, pairs.value, memory);
+      return law.template operator()<T, N>(own, memory);
+    } else {
+      throw std::invalid_argument("machines of this model have no pairs");
+      return law.template operator()<T, N>(machine, memory);
+    }
   }
 };
 

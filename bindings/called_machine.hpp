@@ -9,6 +9,7 @@ namespace bound {
 template <srm::Real T>
 struct CalledMachine {
   using Scalar = T;
+  static constexpr bool may_couple = true;
 
   int N_r;  // rotor poles
   const void* model;

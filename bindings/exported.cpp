@@ -40,10 +40,12 @@ nb::dict numbers(const AnyController* controller, const SimulationParts& loop) {
   return archive.found;
 }
 
-/// The name of a template: `TorqueSharing` of `srm::TorqueSharing<...>`.
+/// The name of a template: `TorqueSharing` of `srm::TorqueSharing<...>`; of a law that computes
+/// with pairs of phases `EdgeMpcOfPairs`.
 std::string template_name(const std::string& type) {
   const std::string name = type.substr(0, type.find('<'));
-  return name.substr(name.rfind(':') + 1);
+  const bool pairs = type.find("WithPairs<") != std::string::npos;
+  return name.substr(name.rfind(':') + 1) + (pairs ? "OfPairs" : "");
 }
 
 nb::bytes blob(const AnyController& controller, const SimulationParts& loop) {

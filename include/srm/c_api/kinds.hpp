@@ -10,6 +10,8 @@
 //   #define SRM_TOGETHER(law, machine, phases) (phases == 3 || law == "Ditc")
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <string_view>
 
@@ -19,7 +21,7 @@
 #include "srm/machine/machines.hpp"
 
 #ifndef SRM_LAWS
-#define SRM_LAWS SRM_BUILT_IN_LAWS
+#define SRM_LAWS SRM_BUILT_IN_LAWS, SRM_LAWS_OF_PAIRS
 #endif
 #ifndef SRM_MACHINES
 #define SRM_MACHINES SRM_BUILT_IN_MACHINES
@@ -47,6 +49,25 @@ constexpr std::string_view template_name() {
   return scope == std::string_view::npos ? text : text.substr(scope + 2);
 }
 
+/// Whether a law computes with pairs of phases; its name then ends in `OfPairs`.
+template <class Law>
+constexpr bool of_pairs() {
+  return std::string_view(__PRETTY_FUNCTION__).find("WithPairs<") != std::string_view::npos;
+}
+
+/// The name of a law: a template of srm::laws.
+template <class Law>
+struct LawName {
+  static constexpr std::string_view end = of_pairs<Law>() ? "OfPairs" : "";
+  static constexpr auto letters = [] {
+    constexpr std::string_view name = template_name<Law>();
+    std::array<char, name.size() + end.size()> all{};
+    std::copy(end.begin(), end.end(), std::copy(name.begin(), name.end(), all.begin()));
+    return all;
+  }();
+  static constexpr std::string_view text{letters.data(), letters.size()};
+};
+
 struct Made {
   Outcome outcome{SRM_NOT_BUILT};
   std::unique_ptr<Unit> unit{};
@@ -60,7 +81,7 @@ struct Laws {
     std::unique_ptr<LawPart<typename M::Scalar, N>> found;
     const auto look = [&]<class One>() {
       if constexpr (together<One, M, N>()) {
-        if (template_name<One>() == name) found = std::make_unique<LawOf<One>>();
+        if (LawName<One>::text == name) found = std::make_unique<LawOf<One>>();
       }
     };
     (look.template operator()<Law<M, N>>(), ...);
@@ -75,9 +96,9 @@ struct Laws {
  private:
   template <class One, class M, int N>
   static constexpr bool together() {
-    [[maybe_unused]] constexpr std::string_view law = template_name<One>();
+    [[maybe_unused]] constexpr std::string_view law = LawName<One>::text;
     [[maybe_unused]] constexpr std::string_view machine = template_name<M>();
-    return SRM_TOGETHER(law, machine, N);
+    return (may_couple<M> || !of_pairs<One>()) && SRM_TOGETHER(law, machine, N);
   }
 };
 

@@ -26,7 +26,8 @@ template <Real T>
 Fault fault(const ReferenceProfile<T>& g) {
   const long cells = static_cast<long>(g.first.rows) * g.first.columns;
   const bool sizes = g.first.rows >= 2 && g.first.columns >= 1 && g.omega.size >= 1 &&
-                     cells <= g.first.values.size && cells * g.omega.size == g.first.values.size;
+                     cells <= g.first.values.size && cells * g.omega.size == g.first.values.size &&
+                     (g.mutual.size == 0 || g.mutual.size == g.first.values.size);
   return sizes && is_positive(g.first.level_max) && is_positive(g.u_dc) ? nullptr : "guide";
 }
 
@@ -91,6 +92,9 @@ template <class Law>
 Fault fault_of_law(const Law& law) {
   if constexpr (requires { law.machine; }) {
     if (const Fault f = law.machine.fault()) return f;
+  }
+  if constexpr (requires { law.machine.pairs; }) {
+    if (const Fault f = law.machine.pairs.fault(Law::n_phases)) return f;
   }
   if constexpr (requires { law.guide; }) {
     if (const Fault f = fault(law.guide)) return f;

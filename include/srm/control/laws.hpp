@@ -10,10 +10,14 @@
 #include "srm/control/law/paper_mpc.hpp"
 #include "srm/control/law/pwm_current.hpp"
 #include "srm/control/law/torque_sharing.hpp"
+#include "srm/machine/with_pairs.hpp"
 
 /// Names of templates in srm::laws.
 #define SRM_BUILT_IN_LAWS \
   Angles, PwmCurrent, TorqueSharing, Ditc, Deadbeat, PaperMpc, FiniteSetMpc, EdgeMpc
+
+/// Those that compute with pairs of phases where a machine has them, by their names then.
+#define SRM_LAWS_OF_PAIRS FiniteSetMpcOfPairs, EdgeMpcOfPairs
 
 /// In one form: machine model and number of phases.
 namespace srm::laws {
@@ -30,5 +34,10 @@ using srm::EdgeMpc;
 using srm::FiniteSetMpc;
 using srm::PwmCurrent;
 using srm::TorqueSharing;
+
+template <Machine M, int N>
+using FiniteSetMpcOfPairs = srm::FiniteSetMpc<WithPairs<M>, N>;
+template <Machine M, int N>
+using EdgeMpcOfPairs = srm::EdgeMpc<WithPairs<M>, N>;
 
 }  // namespace srm::laws

@@ -8,6 +8,10 @@
 
 namespace srm {
 
+/// Whether machines of a model may have pairs.
+template <class M>
+inline constexpr bool may_couple = requires { M::may_couple; };
+
 template <Machine M>
 struct WithPairs {
   using Scalar = typename M::Scalar;
@@ -22,6 +26,9 @@ struct WithPairs {
   [[gnu::always_inline]] constexpr Magnetics<T> at(T i, T theta_e) const {
     return map.at(i, theta_e);
   }
+
+  /// The name of what is wrong with the phases alone; null where nothing is.
+  constexpr const char* fault() const { return map.fault(); }
 };
 
 }  // namespace srm

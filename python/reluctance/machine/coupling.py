@@ -89,6 +89,16 @@ class Coupling:
             total = total + self._of(pair, i, theta_e).tau
         return self.factor * total
 
+    def psi(self, i: Array, theta_e: Array) -> Array:
+        """What the pairs add to the flux linkage of each phase (..., n_phases) [Wb]; i and theta_e
+        as in `tau`."""
+        added = np.zeros(i.shape)
+        for pair in self.pairs:
+            x = self._of(pair, i, theta_e)
+            added[..., pair.first] += self.factor * x.psi_first
+            added[..., pair.second] += self.factor * x.psi_second
+        return added
+
     def tau_i(self, i: Array, theta_e: Array) -> Array:
         """What the pairs add to the torque per current of each phase (..., n_phases) [N m/A]."""
         added = np.zeros(i.shape)

@@ -42,7 +42,7 @@ class EdgeMpc(FluxGuided, Learns):
 
     @property
     def knows_pairs(self) -> bool:
-        return self.guide == "least_copper"
+        return True
 
     def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[optimum.Table]:
         tables = super().tables(known, n_points)

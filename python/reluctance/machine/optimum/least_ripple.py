@@ -15,7 +15,8 @@ degrees, and Newton's method takes out the torque error that is left.
 """
 
 import hashlib
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ from reluctance.base.cache import cached
 from reluctance.machine.operating_point import OperatingPoint
 from reluctance.machine.optimum.magnetics import content
 from reluctance.machine.optimum.programme import ALGORITHM, FEASIBLE
-from reluctance.machine.optimum.ripple import AT_REST
+from reluctance.machine.optimum.ripple import AT_REST, at_once
 from reluctance.machine.optimum.switching_programme import SwitchingProgramme
 from reluctance.machine.optimum.table import Table
 
@@ -65,6 +66,7 @@ def least_ripple_table(point: OperatingPoint, table: Table) -> Table:
     numbers += [point.i_max, PRICE, *SMOOTH, LACKS]
     rows = (table.tau_ref, table.i, table.psi, table.tau_error_max, table.tau_error_rms)
     profiles = b"".join(row.tobytes() for row in rows)
+    numbers += [] if point.coupling is None else point.coupling.content
     inputs = [*content(point.magnetics), *numbers, hashlib.sha256(profiles).hexdigest()]
     return cached(Table, inputs, compute, algorithm=ALGORITHM)
 
@@ -93,6 +95,44 @@ def _replanned(point: OperatingPoint, table: Table, level: int) -> tuple[FloatAr
     return same
 
 
+@dataclass(frozen=True)
+class _State:
+    """A phase along its current, the others a stroke behind each other; (n,) each."""
+
+    psi: FloatArray  # [Wb]
+    mutual: FloatArray  # what the neighbours add to it [Wb]
+    tau: FloatArray  # a sum over the phases is the torque [N m]
+    gain: FloatArray  # dtau/dpsi of those that flow [N m/Wb]
+    L: FloatArray  # incremental inductance [H]
+    rise: Callable[[FloatArray], FloatArray]  # of the currents that flow, with flux linkages [A]
+
+
+def _state(
+    point: OperatingPoint, i: FloatArray, theta_e: FloatArray, flows: NDArray[np.bool_]
+) -> _State:
+    at = _core.magnetics(point.magnetics, i, theta_e)
+    psi, L, tau_i = (at[:, column] for column in (0, 3, 4))
+    tau = np.where(flows, at[:, 2], 0.0)
+    if point.coupling is None:
+        gain = np.where(flows, tau_i / L, 0.0)
+        return _State(psi, np.zeros_like(psi), tau, gain, L, lambda flux: flux / L)
+    n_phases, pairs = point.n_phases, point.coupling
+    i_all, flow = at_once(i, n_phases), at_once(flows, n_phases)
+    L_all = pairs.inductance(point.magnetics, i_all, theta_e)
+    free = flow[:, :, None] & flow[:, None, :]  # the others keep no current
+
+    def rise(flux: FloatArray) -> FloatArray:
+        of_all = np.where(flow, at_once(flux, n_phases), 0.0)[..., None]
+        return np.asarray(
+            np.linalg.solve(np.where(free, L_all, np.eye(n_phases)), of_all)[:, 0, 0]
+        )
+
+    mutual = pairs.psi(i_all, theta_e)[:, 0]
+    gain = rise(tau_i + pairs.tau_i(i_all, theta_e)[:, 0])
+    tau = tau + pairs.tau(i_all, theta_e) / n_phases
+    return _State(psi + mutual, mutual, tau, gain, L_all[:, 0, 0], rise)
+
+
 def _voltage(R: float, i: FloatArray, psi: FloatArray, h: float) -> FloatArray:
     """Mean over each interval, (n,) [V]."""
     return (np.roll(psi, -1) - psi) / h + R * (i + np.roll(i, -1)) / 2
@@ -109,28 +149,27 @@ def _deviation(
     """Deviations of the flux linkage, (n,) [Wb]."""
     n, u_dc = len(i), table.u_dc
     stroke = n // point.n_phases
-    at = _core.magnetics(point.magnetics, i, table.theta_e)
-    gain = np.where(flows, at[:, 4] / at[:, 3], 0.0)
+    at = _state(point, i, table.theta_e, flows)
     i_mid = (i + np.roll(i, -1)) / 2
-    mid = _core.magnetics(point.magnetics, i_mid, table.theta_e + table.theta_e[1] / 2)
     flows_mid = i_mid > AT_REST * i.max()
-    u, gain_mid = _voltage(point.R, i, psi, h), mid[:, 4] / mid[:, 3]
+    gain_mid = _state(point, i_mid, table.theta_e + table.theta_e[1] / 2, flows_mid).gain
+    u = _voltage(point.R, i, psi, h)
     programme = SwitchingProgramme(
         np.where(flows_mid, u, 0.0),
-        np.where(flows_mid, gain_mid, 0.0),
+        gain_mid,
         flows_mid,
         n_phases=point.n_phases,
         u_dc=u_dc,
     )
     alone = np.clip(np.abs(u) / u_dc, 0.0, 1.0)
-    size = (np.abs(gain_mid) * flows_mid * u_dc * alone * (1 - alone)) ** (2 / 3)
+    size = (np.abs(gain_mid) * u_dc * alone * (1 - alone)) ** (2 / 3)
     of_all = size.reshape(point.n_phases, -1).max(axis=0).sum()  # about the sum of b
     price = PRICE * of_all / np.sum(i * i)
     free = flows & np.roll(flows, 1)
     column = np.full(n, -1)
     for k in np.flatnonzero(free):
-        no_less = -0.9 * float(psi[k])  # the flux linkage stays above zero
-        column[k] = programme.unknowns(np.array([price * i[k] / at[k, 3]]), no_less)[0]
+        no_less = -0.9 * float(psi[k] - at.mutual[k])  # that of the phase stays above zero
+        column[k] = programme.unknowns(np.array([price * i[k] / at.L[k]]), no_less)[0]
 
     def terms(k: int, factor: float) -> list[tuple[int, float]]:
         return [(int(column[k]), factor)] if column[k] >= 0 else []
@@ -145,7 +184,7 @@ def _deviation(
                 [*terms(after, per_flux), *terms(here, -per_flux), *shares], -angle.mean[m]
             )
         phases = [k * stroke + j for k in range(point.n_phases)]
-        torque = [term for k in phases for term in terms(k, float(gain[k]))]
+        torque = [term for k in phases for term in terms(k, float(at.gain[k]))]
         if torque:
             programme.require(torque, 0.0)
     return np.where(column >= 0, programme.solve()[column], 0.0)
@@ -173,14 +212,13 @@ def _without_ripple(
         return np.tile(x.reshape(point.n_phases, -1).sum(axis=0), point.n_phases)
 
     for _ in range(ROUNDS):  # the currents of the flux linkages
-        at = _core.magnetics(point.magnetics, i, theta_e)
-        i = np.where(flows, np.maximum(i + (psi - at[:, 0]) / at[:, 3], 0.0), 0.0)
+        at = _state(point, i, theta_e, flows)
+        i = np.where(flows, np.maximum(i + at.rise(psi - at.psi), 0.0), 0.0)
     for _ in range(ROUNDS):
-        at = _core.magnetics(point.magnetics, i, theta_e)
-        gain = np.where(flows, at[:, 4] / at[:, 3], 0.0)
-        missing = tau_ref - over_phases(np.where(flows, at[:, 2], 0.0))
-        share = missing * gain / np.maximum(over_phases(gain * gain), 1e-12)
-        i = np.where(flows, np.maximum(i + share / at[:, 3], 0.0), 0.0)
-    at = _core.magnetics(point.magnetics, i, theta_e)
-    error = np.abs(over_phases(at[:, 2]) - tau_ref).max()
-    return (i, at[:, 0]) if error <= FEASIBLE * tau_ref else None
+        at = _state(point, i, theta_e, flows)
+        missing = tau_ref - over_phases(at.tau)
+        share = missing * at.gain / np.maximum(over_phases(at.gain * at.gain), 1e-12)
+        i = np.where(flows, np.maximum(i + at.rise(share), 0.0), 0.0)
+    at = _state(point, i, theta_e, flows)
+    error = np.abs(over_phases(at.tau) - tau_ref).max()
+    return (i, at.psi) if error <= FEASIBLE * tau_ref else None

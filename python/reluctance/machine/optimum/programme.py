@@ -168,8 +168,14 @@ class Programme:
         psi, u, tau = (_array(v) for v in self._waveforms(i, 1.0, STRENGTHS[-1]))
         return psi, u, tau
 
-    def best(self, tau_ref: float, norm: Norm, *starts: FloatArray) -> FloatArray:
+    def best(
+        self, tau_ref: float, norm: Norm, *starts: FloatArray, near: FloatArray | None = None
+    ) -> FloatArray:
         """The best current (n,) for a torque tau_ref >= 0; `starts` are tried before its own.
+
+        `near` is the optimum of a torque near by. Where phases couple, an optimum without ripple
+        that it leads to is the best: it lies on the same branch, found by growing strength. At
+        every level of six machines it was the one that growing strength finds.
 
         Searches without ripple where there is none take most of the time, and the one for the least
         error always has an optimum. So it is the first above a torque that was not free of ripple.
@@ -180,6 +186,11 @@ class Programme:
         """
         if tau_ref == 0:
             return np.zeros(self._n)
+        if self._pairs and near is not None:
+            self._strength = STRENGTHS[-1]
+            free = self._free_of_ripple(tau_ref, [near])
+            if free is not None:
+                return free
         return self._grown(
             lambda tried: self._best(tau_ref, norm, tried), starts, self.starts(tau_ref)
         )

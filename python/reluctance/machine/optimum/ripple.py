@@ -107,8 +107,8 @@ def _local(
     if point.coupling is None:
         return u, np.where(flows, tau_i / L, 0.0), flows
     n_phases = point.n_phases
-    i, tau_i = _at_once(i, n_phases), _at_once(tau_i, n_phases)
-    u_all, flow = _at_once(u, n_phases), _at_once(flows, n_phases)
+    i, tau_i = at_once(i, n_phases), at_once(tau_i, n_phases)
+    u_all, flow = at_once(u, n_phases), at_once(flows, n_phases)
     tau_pairs = point.coupling.tau_i(i, theta_e)
     L_all = point.coupling.inductance(point.magnetics, i, theta_e)
     free = flow[:, :, None] & flow[:, None, :]  # the others keep no current
@@ -121,7 +121,7 @@ def _local(
     return u_all.T.ravel(), gain.T.ravel(), flow.T.ravel()
 
 
-def _at_once(values: NDArray[Any], n_phases: int) -> NDArray[Any]:
+def at_once(values: NDArray[Any], n_phases: int) -> NDArray[Any]:
     """Of every phase over the angle of the first, (n, n_phases), of one or all over their own."""
     n = values.shape[-1]
     own = np.broadcast_to(values, (n_phases, n))

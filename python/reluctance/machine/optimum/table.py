@@ -82,14 +82,17 @@ def profile_table(
         most: FloatArray | None = None  # current of the greatest mean, once a level is beyond it
         for tau in levels.tolist():
             starts: list[FloatArray] = []
+            near = None  # the optimum below, as much stronger
+            if len(profiles) > 1:
+                near = profiles[-1].i * (tau / profiles[-1].tau_ref) ** 0.5
             if ends:
-                starts = [programme.best(tau, norm)]
+                starts = [programme.best(tau, norm, near=near)]
                 profile = profile_of(programme, tau, starts[0])
                 if ripple_weight is not None and tau > 0:
                     free = profile.tau_error_max <= FEASIBLE * tau
                     ends = free and programme.ends(profile.i)  # if not, nor that of more torque
             if not ends:
-                starts += [p.i * (tau / p.tau_ref) ** 0.5 for p in profiles[1:][-1:]]
+                starts += [] if near is None else [near]
                 i = programme.weighted(tau, *starts) if most is None else most
                 if i is None:
                     i = most = programme.greatest_mean(tau, *starts)
