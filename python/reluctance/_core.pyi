@@ -1016,9 +1016,9 @@ def describe_status(status: int) -> str:
 class ReferenceProfile:
     """Profiles over torque, electrical angle and speed."""
 
-    def __init__(self, values: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], *, tau_max: float, omega_m: _Sequence[float], u_dc: float, drop: float = 0.0) -> None:
+    def __init__(self, values: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], *, tau_max: float, omega_m: _Sequence[float], u_dc: float, drop: float = 0.0, mutual: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)] | None = None) -> None:
         """
-        values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc [V]; drop: R i at their peak [V].
+        values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc [V]; drop: R i at their peak [V]; mutual: what neighbouring phases add to values.
         """
 
     def at(self, tau: float, theta_e: float, *, omega_m: float, u_dc: float) -> float:
@@ -1136,6 +1136,9 @@ def finite_set_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, gui
     Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of the distance to it [N^2 m^2/Wb^2], feedback: 1 where feedback holds the mean, else 0 [1], each at each of its speeds.
     """
 
+def coupled_finite_set_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, pairs: Coupling, guide: ReferenceProfile, horizon: int, w_psi: _Sequence[float], feedback: _Sequence[float], w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Law:
+    """The same law, which computes with the pairs of phases."""
+
 def edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: ReferenceProfile, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
     """
     Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; psi_slack: most that a phase may leave it, at each of its speeds [Wb].
@@ -1143,3 +1146,6 @@ def edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: Re
 
 def learning_edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, guide: ReferenceProfile, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
     """The same law, which learns the machine that it drives."""
+
+def coupled_edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, pairs: Coupling, guide: ReferenceProfile, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
+    """The same law, which computes with the pairs of phases."""

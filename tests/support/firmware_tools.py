@@ -89,6 +89,8 @@ DRIVES = {
     ),
     "five_phases": ("five_phases_losses", []),
     "deadbeat_pairs": ("deadbeat", COUPLED),
+    "edge_mpc_pairs": ("edge_mpc_mcu", COUPLED),
+    "finite_set_pairs": ("finite_set_mpc", COUPLED),
 }
 
 

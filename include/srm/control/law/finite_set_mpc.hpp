@@ -76,7 +76,11 @@ struct FiniteSetMpc {
     const T w_goal = profile.of(w_psi);
     const T off = w_goal > T(0) ? y.u_dc * T(1e-7) : T(0);  // the flux of 0.1 us
     const Prediction<M, N> prediction{machine, profile, R, T_s, delay, ahead, off};
-    const LegSearch<T, N> search{.phases = prediction.at(y, tau_ref, state),
+    auto phases = prediction.at(y, tau_ref, state);
+    if constexpr (requires { machine.pairs; }) {
+      if (w_goal > T(0)) make_whole(phases, demand);
+    }
+    const LegSearch<T, N> search{.phases = phases,
                                  .tau_ref = demand,
                                  .u_dc = y.u_dc,
                                  .R = R,
@@ -107,6 +111,21 @@ struct FiniteSetMpc {
   }
 
  private:
+  /// Moves the goals so that together they make the torque: one guide serves all phases, and those
+  /// with unlike neighbours make another torque at the same flux linkages.
+  static void make_whole(std::array<PhasePrediction<T>, N>& phases, T demand) {
+    T lacks = demand, squared = T(0);
+    for (const PhasePrediction<T>& x : phases) {
+      if (x.idle) continue;
+      lacks = lacks - x.tau - x.gain * (x.goal - x.psi);
+      squared = squared + x.gain * x.gain;
+    }
+    if (!(squared > T(0))) return;
+    for (PhasePrediction<T>& x : phases) {
+      if (!x.idle) x.goal = max(x.goal + x.gain * lacks / squared, T(0));
+    }
+  }
+
   /// The torque to ask for, so that the mean is that of the reference; no more than the guide has.
   [[gnu::noinline, gnu::cold]] T held(State& state, T omega_m, T tau_ref) const {
     const T demand = abs(tau_ref);
