@@ -16,6 +16,7 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 #include "srm/base/fields.hpp"
 #include "srm/base/view.hpp"
@@ -104,10 +105,10 @@ struct Coupling {
 
   /// Pair n at currents of its phases >= 0 [A] and the electrical angle of phase 0 in [0, 2 pi).
   constexpr PairMagnetics<T> at(int n, T a, T b, T theta_e) const {
-    return evaluate<false>(n, a, b, theta_e).at;
+    return evaluate<PairMagnetics<T>>(n, a, b, theta_e);
   }
   constexpr PairJet<T> jet(int n, T a, T b, T theta_e) const {
-    return evaluate<true>(n, a, b, theta_e);
+    return evaluate<PairJet<T>>(n, a, b, theta_e);
   }
 
   /// The name of what is wrong, for N phases; null where nothing is.
@@ -167,109 +168,122 @@ struct Coupling {
     }
   }
 
-  /// Functions of a current and their derivatives.
+  /// Functions of a current and their derivatives, up to one of some order.
+  template <int order>
   struct Functions {
-    T f[4][most_functions];
+    T f[order + 1][most_functions];
   };
-  constexpr Functions functions(int n, T i) const {
-    Functions g;
+  template <int order>
+  constexpr Functions<order> functions(int n, T i) const {
+    Functions<order> g;
     const T* c = piece(n, i);
     for (int p = 0; p < rank; ++p, c += n_power) {
+      const T bend = T(2) * c[2], more = T(3) * c[3];
       g.f[0][p] = c[0] + i * (c[1] + i * (c[2] + i * c[3]));
-      g.f[1][p] = c[1] + i * (T(2) * c[2] + i * (T(3) * c[3]));
-      g.f[2][p] = T(2) * c[2] + i * (T(6) * c[3]);
-      g.f[3][p] = T(6) * c[3];
+      g.f[1][p] = c[1] + i * (bend + i * more);
+      g.f[2][p] = bend + i * (T(2) * more);
+      if constexpr (order > 2) g.f[3][p] = T(2) * more;
     }
     return g;
   }
 
-  using Matrix = T[most_functions * most_functions];
+  /// Weights of the four B-splines on a cell.
+  struct Weights {
+    T w[4];
 
-  /// The matrix of the four B-splines with weights w.
-  constexpr void weighted(const Place& at, const T (&w)[4], Matrix& to) const {
-    const int next = rank * rank;
-    const T* c = at.C;
-    for (int pq = 0; pq < next; ++pq, ++c) {
-      to[pq] = c[0] * w[0] + c[next] * w[1] + c[2 * next] * w[2] + c[3 * next] * w[3];
+    constexpr T of(const T* c, int next) const {
+      return c[0] * w[0] + c[next] * w[1] + c[2 * next] * w[2] + c[3 * next] * w[3];
     }
-  }
+  };
 
-  constexpr void times(const Matrix& M, const T* x, T* to) const {
-    const T* m = M;
-    for (int p = 0; p < rank; ++p) {
-      T sum = T(0);
-      for (int q = 0; q < rank; ++q, ++m) sum = sum + *m * x[q];
-      to[p] = sum;
-    }
-  }
-
-  constexpr T dot(const T* x, const T* y) const {
-    T sum = T(0);
-    for (int p = 0; p < rank; ++p) sum = sum + x[p] * y[p];
-    return sum;
-  }
-
-  template <bool moving>
-  constexpr PairJet<T> evaluate(int n, T a, T b, T theta_e) const {
+  template <class Found>
+  constexpr Found evaluate(int n, T a, T b, T theta_e) const {
+    constexpr bool moving = std::is_same_v<Found, PairJet<T>>;
+    constexpr int order = moving ? 3 : 2;
     const Place here = place(n, theta_e);
-    const Functions x = functions(n, here.mirrored ? b : a);
-    const Functions y = functions(n, here.mirrored ? a : b);
+    const Functions<order> x = functions<order>(n, here.mirrored ? b : a);
+    const Functions<order> y = functions<order>(n, here.mirrored ? a : b);
     const T v = here.v, v2 = v * v, rest = T(1) - v;
     const T b0 = rest * rest * rest * T(1.0 / 6), b3 = v2 * v * T(1.0 / 6);
     const T b1 = T(2.0 / 3) - v2 + v2 * v * T(0.5);
     const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
-    Matrix M;
-    T u[4][most_functions];
-    PairJet<T> g{};
-    PairMagnetics<T>& m = g.at;
-    weighted(here, {b0, b1, T(1) - b0 - b1 - b3, b3}, M);
-    for (int p = 0; p < (moving ? 4 : 3); ++p) times(M, y.f[p], u[p]);
-    m.W_c = factor * dot(x.f[0], u[0]);
-    m.psi_first = factor * dot(x.f[1], u[0]);
-    m.psi_second = factor * dot(x.f[0], u[1]);
-    m.L_first = factor * dot(x.f[2], u[0]);
-    m.L_second = factor * dot(x.f[0], u[2]);
-    m.L_mutual = factor * dot(x.f[1], u[1]);
-    if constexpr (moving) {
-      g.W_aaa = factor * dot(x.f[3], u[0]);
-      g.W_aab = factor * dot(x.f[2], u[1]);
-      g.W_abb = factor * dot(x.f[1], u[2]);
-      g.W_bbb = factor * dot(x.f[0], u[3]);
+    const Weights value{{b0, b1, T(1) - b0 - b1 - b3, b3}};
+    const Weights slope{{d0, d1, -(d0 + d1 + d3), d3}};
+    [[maybe_unused]] const Weights curve{{rest, T(3) * v - T(2), T(1) - T(3) * v, v}};
+    PairMagnetics<T> m{};
+    [[maybe_unused]] PairJet<T> g{};
+    const int next = rank * rank;
+    const T* c = here.C;
+    for (int p = 0; p < rank; ++p) {
+      T u[4]{}, s[3]{};
+      [[maybe_unused]] T t[2]{};
+      for (int q = 0; q < rank; ++q, ++c) {
+        const T C = value.of(c, next), C_v = slope.of(c, next);
+        for (int d = 0; d <= order; ++d) u[d] = u[d] + C * y.f[d][q];
+        for (int d = 0; d < order; ++d) s[d] = s[d] + C_v * y.f[d][q];
+        if constexpr (moving) {
+          const T C_vv = curve.of(c, next);
+          for (int d = 0; d < 2; ++d) t[d] = t[d] + C_vv * y.f[d][q];
+        }
+      }
+      const T f0 = x.f[0][p], f1 = x.f[1][p], f2 = x.f[2][p];
+      m.W_c = m.W_c + f0 * u[0];
+      m.psi_first = m.psi_first + f1 * u[0];
+      m.psi_second = m.psi_second + f0 * u[1];
+      m.L_first = m.L_first + f2 * u[0];
+      m.L_second = m.L_second + f0 * u[2];
+      m.L_mutual = m.L_mutual + f1 * u[1];
+      m.tau = m.tau + f0 * s[0];
+      m.psi_theta_first = m.psi_theta_first + f1 * s[0];
+      m.psi_theta_second = m.psi_theta_second + f0 * s[1];
+      if constexpr (moving) {
+        g.W_aaa = g.W_aaa + x.f[3][p] * u[0];
+        g.W_aab = g.W_aab + f2 * u[1];
+        g.W_abb = g.W_abb + f1 * u[2];
+        g.W_bbb = g.W_bbb + f0 * u[3];
+        g.L_theta_first = g.L_theta_first + f2 * s[0];
+        g.L_theta_second = g.L_theta_second + f0 * s[2];
+        g.L_theta_mutual = g.L_theta_mutual + f1 * s[1];
+        g.tau_theta = g.tau_theta + f0 * t[0];
+        g.psi_theta_2_first = g.psi_theta_2_first + f1 * t[0];
+        g.psi_theta_2_second = g.psi_theta_2_second + f0 * t[1];
+      }
     }
-    weighted(here, {d0, d1, -(d0 + d1 + d3), d3}, M);
-    for (int p = 0; p < (moving ? 3 : 2); ++p) times(M, y.f[p], u[p]);
-    m.tau = here.slope * dot(x.f[0], u[0]);
-    m.psi_theta_first = here.slope * dot(x.f[1], u[0]);
-    m.psi_theta_second = here.slope * dot(x.f[0], u[1]);
+    const T turn = here.slope;
+    for (T* k : {&m.W_c, &m.psi_first, &m.psi_second, &m.L_first, &m.L_second, &m.L_mutual}) {
+      *k = factor * *k;
+    }
+    for (T* k : {&m.tau, &m.psi_theta_first, &m.psi_theta_second}) *k = turn * *k;
+    if (here.mirrored) exchange(m);
     if constexpr (moving) {
-      g.L_theta_first = here.slope * dot(x.f[2], u[0]);
-      g.L_theta_second = here.slope * dot(x.f[0], u[2]);
-      g.L_theta_mutual = here.slope * dot(x.f[1], u[1]);
       const T per_rad = T(N_r) * cells_per_rad, bend = factor * per_rad * per_rad;
-      weighted(here, {rest, T(3) * v - T(2), T(1) - T(3) * v, v}, M);
-      for (int p = 0; p < 2; ++p) times(M, y.f[p], u[p]);
-      g.tau_theta = bend * dot(x.f[0], u[0]);
-      g.psi_theta_2_first = bend * dot(x.f[1], u[0]);
-      g.psi_theta_2_second = bend * dot(x.f[0], u[1]);
+      for (T* k : {&g.W_aaa, &g.W_aab, &g.W_abb, &g.W_bbb}) *k = factor * *k;
+      for (T* k : {&g.L_theta_first, &g.L_theta_second, &g.L_theta_mutual}) *k = turn * *k;
+      for (T* k : {&g.tau_theta, &g.psi_theta_2_first, &g.psi_theta_2_second}) *k = bend * *k;
+      g.at = m;
+      if (here.mirrored) exchange(g);
+      return g;
+    } else {
+      return m;
     }
-    if (here.mirrored) exchange(g);
-    return g;
   }
 
+  static constexpr void swap(T& one, T& other) {
+    const T kept = one;
+    one = other;
+    other = kept;
+  }
   /// The phases change places.
+  static constexpr void exchange(PairMagnetics<T>& m) {
+    swap(m.psi_first, m.psi_second);
+    swap(m.L_first, m.L_second);
+    swap(m.psi_theta_first, m.psi_theta_second);
+  }
   static constexpr void exchange(PairJet<T>& g) {
-    const auto both = [](T& one, T& other) {
-      const T kept = one;
-      one = other;
-      other = kept;
-    };
-    both(g.at.psi_first, g.at.psi_second);
-    both(g.at.L_first, g.at.L_second);
-    both(g.at.psi_theta_first, g.at.psi_theta_second);
-    both(g.psi_theta_2_first, g.psi_theta_2_second);
-    both(g.L_theta_first, g.L_theta_second);
-    both(g.W_aaa, g.W_bbb);
-    both(g.W_aab, g.W_abb);
+    swap(g.psi_theta_2_first, g.psi_theta_2_second);
+    swap(g.L_theta_first, g.L_theta_second);
+    swap(g.W_aaa, g.W_bbb);
+    swap(g.W_aab, g.W_abb);
   }
 };
 

@@ -39,18 +39,43 @@ struct Prediction<WithPairs<M>, N> {
   std::array<PhasePrediction<T>, N> at(const Measurement<T, N>& y, T tau_ref,
                                        Memory<T, N>& memory) const {
     const T sense = tau_ref < T(0) ? T(-1) : T(1);
-    const T omega_e = static_cast<T>(machine.N_r) * y.omega_m;
-    const auto angles = [&](T t) { return Angles{y.theta_e, omega_e * t, sense}; };
-    Phases i;
-    for (int k = 0; k < N; ++k) i[k] = max(y.i[k], T(0));
-    if (delay > 0) carry(i, angles(T(0)), angles(T_s), y.u_dc, memory);
+    const T omega_e = static_cast<T>(machine.N_r) * y.omega_m, omega_m = sense * y.omega_m;
     const T begin = static_cast<T>(delay) * T_s;
-    return phases(i, angles(begin), angles(begin + ahead), sense * y.omega_m, y.u_dc, memory.bias);
+    const Angles now{y.theta_e, omega_e * begin, sense};
+    const Angles then{y.theta_e, omega_e * (begin + ahead), sense};
+    Phases magnetized{}, i;
+    Goals goals;
+    Some taken;
+    for (int k = 0; k < N; ++k) {
+      const T own = guide.at(now.of[k]), own_next = guide.at(then.of[k]);
+      goals.idle[k] = max(own, own_next) < off;
+      if (delay > 0) magnetized[k] = magnetizing_time(memory.ordered[k], T_s) * y.u_dc;
+      const bool flows = y.i[k] > (goals.idle[k] ? nothing * i_last(machine.pairs) : T(0));
+      i[k] = flows ? y.i[k] : T(0);
+      taken[k] = flows || !goals.idle[k] || magnetized[k] > T(0);
+      if (!taken[k]) continue;
+      goals.now[k] = own + guide.mutual_at(now.of[k]);
+      goals.next[k] = own_next + guide.mutual_at(then.of[k]);
+    }
+    if (delay == 0) return phases(i, joint(taken, {}, i, now), then, goals, omega_m, y.u_dc, {});
+    const Angles measured{y.theta_e, T(0), sense};
+    const Joint here = carry(i, taken, magnetized, measured, now, omega_m, y.u_dc, memory);
+    return phases(i, here, then, goals, omega_m, y.u_dc, memory.bias);
   }
 
  private:
   using Phases = std::array<T, N>;
   using Some = std::array<bool, N>;
+
+  /// An idle phase with less counts as one without current: it makes 1e-5 of the torque. Of the last
+  /// current of the tables [1].
+  static constexpr T nothing = T(0.003);
+
+  /// What the guide wants.
+  struct Goals {
+    Some idle;
+    Phases now{}, next{};  // flux linkages [Wb]
+  };
 
   /// Of all phases at one instant, mirrored for a negative torque.
   struct Angles {
@@ -106,67 +131,72 @@ struct Prediction<WithPairs<M>, N> {
     return m;
   }
 
-  /// The currents after the sample under way, as `carried` for a phase alone.
-  [[gnu::noinline]] void carry(Phases& i, const Angles& now, const Angles& end, T u_dc,
-                               Memory<T, N>& memory) const {
-    Phases magnetized, missed{}, driven;
-    Some taken, none{};
+  /// The state after the sample under way, and its currents in i: a step along the straight lines of
+  /// the flux linkages, and one of Newton's method. On the way the error of the last such prediction
+  /// corrects the bias (prediction.hpp).
+  [[gnu::noinline]] Joint carry(Phases& i, const Some& taken, const Phases& magnetized,
+                                const Angles& measured, const Angles& end, T omega_m, T u_dc,
+                                Memory<T, N>& memory) const {
+    const Joint here = joint(taken, {}, i, measured);
+    Phases missed{}, rises{}, driven{};
+    Some flows{};
     for (int k = 0; k < N; ++k) {
-      magnetized[k] = magnetizing_time(memory.ordered[k], T_s) * u_dc;
-      taken[k] = i[k] > T(0) || magnetized[k] > T(0);
-      if (!taken[k]) memory.bias[k] = T(0);
       if (i[k] > T(0) && memory.i_expected[k] > T(0)) missed[k] = i[k] - memory.i_expected[k];
     }
-    const Joint here = joint(taken, none, i, now);
     for (int k = 0; k < N; ++k) {
-      if (!taken[k]) continue;
+      flows[k] = i[k] > T(0) || magnetized[k] > T(0);  // else the diodes block
+      T& bias = memory.bias[k];
+      if (!flows[k]) {
+        bias = T(0);
+        continue;
+      }
       T flux = T(0);
       for (int l = 0; l < N; ++l) flux = flux + here.L[k][l] * missed[l];
-      T& bias = memory.bias[k];
       bias = clamp(bias + flux / T_s / T(8), -u_dc / T(10), u_dc / T(10));
+      rises[k] = magnetized[k] + bias * T_s - R * T_s * i[k] - omega_m * T_s * here.psi_theta[k];
       driven[k] = here.psi[k] + magnetized[k] + bias * T_s;
     }
-    Phases i_end = i;
-    for (int trial = 0; trial < 2; ++trial) {
-      const Joint m = joint(taken, none, i_end, end);
-      Phases lacks{};
-      Some flows = taken;
-      for (int k = 0; k < N; ++k) {
-        if (!taken[k]) continue;
-        lacks[k] = driven[k] - R * T_s * (i[k] + i_end[k]) / T(2) - m.psi[k];
-        flows[k] = i_end[k] > T(0) || lacks[k] > T(0);  // else the diodes block by now
-      }
-      const Phases rise = solved<T, N>(flows, m.L, lacks);
-      for (int k = 0; k < N; ++k) i_end[k] = max(i_end[k] + rise[k], T(0));
+    const Phases first = solved<T, N>(flows, here.L, rises);
+    Phases i_end;
+    for (int k = 0; k < N; ++k) i_end[k] = max(i[k] + first[k], T(0));
+    Joint m = joint(taken, {}, i_end, end);
+    Phases lacks{};
+    for (int k = 0; k < N; ++k) {
+      lacks[k] = driven[k] - R * T_s * (i[k] + i_end[k]) / T(2) - m.psi[k];
+      flows[k] = flows[k] && (i_end[k] > T(0) || lacks[k] > T(0));
     }
-    i = memory.i_expected = i_end;
+    const Phases second = solved<T, N>(flows, m.L, lacks);
+    for (int k = 0; k < N; ++k) {
+      const T i_new = max(i_end[k] + second[k], T(0)), d = i_new - i_end[k];
+      for (int l = 0; l < N; ++l) m.psi[l] = m.psi[l] + m.L[l][k] * d;
+      m.alone[k] = m.alone[k] + m.L[k][k] * d;
+      m.tau[k] = m.tau[k] + m.psi_theta[k] * d;
+      i[k] = i_new;
+    }
+    memory.i_expected = i;
+    return m;
   }
 
-  std::array<PhasePrediction<T>, N> phases(const Phases& i, const Angles& now, const Angles& then,
-                                           T omega_m, T u_dc, const Phases& bias) const {
+  std::array<PhasePrediction<T>, N> phases(const Phases& i, const Joint& here, const Angles& then,
+                                           const Goals& goals, T omega_m, T u_dc,
+                                           const Phases& bias) const {
     std::array<PhasePrediction<T>, N> x{};
-    Some taken, starts{}, flows{};
-    Phases goal{}, goal_next{};
+    Some taken, starts, flows;
     bool any_starts = false;
     for (int k = 0; k < N; ++k) {
-      const T own = guide.at(now.of[k]), own_next = guide.at(then.of[k]);
-      x[k].idle = max(own, own_next) < off;
+      x[k].idle = goals.idle[k];
       flows[k] = i[k] > T(0);
-      starts[k] = !flows[k] && !x[k].idle;
+      starts[k] = !flows[k] && !goals.idle[k];
       taken[k] = flows[k] || starts[k];
       any_starts = any_starts || starts[k];
-      if (!taken[k]) continue;
-      goal[k] = own + guide.mutual_at(now.of[k]);
-      goal_next[k] = own_next + guide.mutual_at(then.of[k]);
     }
-    const Joint here = joint(taken, starts, i, now);
-    // One far from the guide takes all of the voltage; one that starts, too.
+    // A phase that starts takes all of the voltage; one far from the guide, too.
     const T most = u_dc * ahead;
     Phases move{}, moved{}, still{};
     for (int k = 0; k < N; ++k) {
       if (!taken[k]) continue;
-      const T back = goal_next[k] - here.psi[k];
-      move[k] = flows[k] ? max(goal_next[k] - goal[k], -here.alone[k]) : most;
+      const T back = goals.next[k] - here.psi[k];
+      move[k] = max(goals.next[k] - goals.now[k], -here.alone[k]);
       if (abs(back) > most) move[k] = back > T(0) ? most : -most;
       if (starts[k]) move[k] = most;
       moved[k] = move[k] - omega_m * here.psi_theta[k] * ahead;
@@ -191,13 +221,13 @@ struct Prediction<WithPairs<M>, N> {
       PhasePrediction<T>& p = x[k];
       const T tau_next = next.tau[k] + gain_next[k] * (here.psi[k] + move[k] - next.psi[k]);
       const T L_inverse = T(1) / here.L[k][k];
-      p.psi = here.alone[k];
+      p.psi = flows[k] ? here.alone[k] : T(0);
       p.i = i[k];
       p.tau = here.tau[k];
       p.gain = (gain[k] + gain_next[k]) / T(2);
       p.drift = (tau_next - here.tau[k] - p.gain * move[k]) / ahead + p.gain * still[k];
-      p.goal = goal[k] - (here.psi[k] - here.alone[k]);
-      p.goal_rate = (goal_next[k] - goal[k]) / ahead - still[k];
+      p.goal = goals.now[k] - (here.psi[k] - p.psi);
+      p.goal_rate = (goals.next[k] - goals.now[k]) / ahead - still[k];
       p.i_gain = L_inverse;
       p.i_drift = -omega_m * here.psi_theta[k] * L_inverse;
       p.bias = bias[k] - still[k];
