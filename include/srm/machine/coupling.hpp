@@ -32,13 +32,13 @@ struct PairMagnetics {
   T psi_first{}, psi_second{};              // flux linkages [Wb]
   T L_first{}, L_second{}, L_mutual{};      // incremental inductances [H]
   T psi_theta_first{}, psi_theta_second{};  // [Wb/rad]
+  T tau_theta{};                            // [N m/rad]
 };
 
 /// The same, and how it changes: what the plant needs besides (magnetics.hpp, Jet).
 template <Real T>
 struct PairJet {
   PairMagnetics<T> at{};
-  T tau_theta{};                                          // [N m/rad]
   T psi_theta_2_first{}, psi_theta_2_second{};            // d2psi/dtheta_m2 [Wb/rad^2]
   T L_theta_first{}, L_theta_second{}, L_theta_mutual{};  // dL/dtheta_m [H/rad]
   // Third derivatives of the co-energy: the first current thrice, and so on [H/A].
@@ -209,22 +209,19 @@ struct Coupling {
     const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
     const Weights value{{b0, b1, T(1) - b0 - b1 - b3, b3}};
     const Weights slope{{d0, d1, -(d0 + d1 + d3), d3}};
-    [[maybe_unused]] const Weights curve{{rest, T(3) * v - T(2), T(1) - T(3) * v, v}};
+    const Weights curve{{rest, T(3) * v - T(2), T(1) - T(3) * v, v}};
     PairMagnetics<T> m{};
     [[maybe_unused]] PairJet<T> g{};
     const int next = rank * rank;
     const T* c = here.C;
     for (int p = 0; p < rank; ++p) {
-      T u[4]{}, s[3]{};
-      [[maybe_unused]] T t[2]{};
+      T u[4]{}, s[3]{}, t[2]{};
       for (int q = 0; q < rank; ++q, ++c) {
         const T C = value.of(c, next), C_v = slope.of(c, next);
         for (int d = 0; d <= order; ++d) u[d] = u[d] + C * y.f[d][q];
         for (int d = 0; d < order; ++d) s[d] = s[d] + C_v * y.f[d][q];
-        if constexpr (moving) {
-          const T C_vv = curve.of(c, next);
-          for (int d = 0; d < 2; ++d) t[d] = t[d] + C_vv * y.f[d][q];
-        }
+        const T C_vv = curve.of(c, next);
+        for (int d = 0; d < (moving ? 2 : 1); ++d) t[d] = t[d] + C_vv * y.f[d][q];
       }
       const T f0 = x.f[0][p], f1 = x.f[1][p], f2 = x.f[2][p];
       m.W_c = m.W_c + f0 * u[0];
@@ -236,6 +233,7 @@ struct Coupling {
       m.tau = m.tau + f0 * s[0];
       m.psi_theta_first = m.psi_theta_first + f1 * s[0];
       m.psi_theta_second = m.psi_theta_second + f0 * s[1];
+      m.tau_theta = m.tau_theta + f0 * t[0];
       if constexpr (moving) {
         g.W_aaa = g.W_aaa + x.f[3][p] * u[0];
         g.W_aab = g.W_aab + f2 * u[1];
@@ -244,7 +242,6 @@ struct Coupling {
         g.L_theta_first = g.L_theta_first + f2 * s[0];
         g.L_theta_second = g.L_theta_second + f0 * s[2];
         g.L_theta_mutual = g.L_theta_mutual + f1 * s[1];
-        g.tau_theta = g.tau_theta + f0 * t[0];
         g.psi_theta_2_first = g.psi_theta_2_first + f1 * t[0];
         g.psi_theta_2_second = g.psi_theta_2_second + f0 * t[1];
       }
@@ -254,12 +251,13 @@ struct Coupling {
       *k = factor * *k;
     }
     for (T* k : {&m.tau, &m.psi_theta_first, &m.psi_theta_second}) *k = turn * *k;
+    const T per_rad = T(N_r) * cells_per_rad, bend = factor * per_rad * per_rad;
+    m.tau_theta = bend * m.tau_theta;
     if (here.mirrored) exchange(m);
     if constexpr (moving) {
-      const T per_rad = T(N_r) * cells_per_rad, bend = factor * per_rad * per_rad;
       for (T* k : {&g.W_aaa, &g.W_aab, &g.W_abb, &g.W_bbb}) *k = factor * *k;
       for (T* k : {&g.L_theta_first, &g.L_theta_second, &g.L_theta_mutual}) *k = turn * *k;
-      for (T* k : {&g.tau_theta, &g.psi_theta_2_first, &g.psi_theta_2_second}) *k = bend * *k;
+      for (T* k : {&g.psi_theta_2_first, &g.psi_theta_2_second}) *k = bend * *k;
       g.at = m;
       if (here.mirrored) exchange(g);
       return g;

@@ -52,7 +52,7 @@ template <int N>
     second.psi_theta_2 += g.psi_theta_2_second;
     for (Jet<double>* m : {&first, &second}) {
       m->tau += g.at.tau / 2;
-      m->tau_theta += g.tau_theta / 2;
+      m->tau_theta += g.at.tau_theta / 2;
     }
     links.L[k][l] = links.L[l][k] = g.at.L_mutual;
     links.L_theta[k][l] = links.L_theta[l][k] = g.L_theta_mutual;

@@ -15,6 +15,9 @@
 // goal. The flux linkage of a phase without current follows its neighbours; its rates count from
 // there.
 //
+// What the pairs add is a tenth of it all. So they are computed once a sample, where its orders
+// begin to act, and are a tangent from there: back to the measurement and on to where the guide leads.
+//
 // Of the torque of a pair each phase has half; where one is about to start it has all of it.
 #pragma once
 
@@ -57,10 +60,16 @@ struct Prediction<WithPairs<M>, N> {
       goals.now[k] = own + guide.mutual_at(now.of[k]);
       goals.next[k] = own_next + guide.mutual_at(then.of[k]);
     }
-    if (delay == 0) return phases(i, joint(taken, {}, i, now), then, goals, omega_m, y.u_dc, {});
+    if (delay == 0) {
+      const Alone own = alone(taken, i, now);
+      const Added pairs = added(taken, goals.idle, i, now);
+      return phases(i, own, pairs, then, goals, omega_m, y.u_dc, {});
+    }
     const Angles measured{y.theta_e, T(0), sense};
-    const Joint here = carry(i, taken, magnetized, measured, now, omega_m, y.u_dc, memory);
-    return phases(i, here, then, goals, omega_m, y.u_dc, memory.bias);
+    Alone own;
+    const Added pairs =
+        carry(i, own, taken, goals.idle, magnetized, measured, now, omega_m, y.u_dc, memory);
+    return phases(i, own, pairs, then, goals, omega_m, y.u_dc, memory.bias);
   }
 
  private:
@@ -92,38 +101,59 @@ struct Prediction<WithPairs<M>, N> {
     bool mirrored;
   };
 
-  /// Magnetics of the phases that are taken.
-  struct Joint {
-    Phases psi{}, alone{};  // flux linkage, and that without the neighbours [Wb]
-    Phases tau{};           // [N m]
-    Phases psi_theta{};     // [Wb/rad]
-    Square<T, N> L{};       // [H]
+  /// Magnetics of the phases that are taken, without their neighbours.
+  struct Alone {
+    Phases psi{}, tau{}, psi_theta{}, L{};  // [Wb], [N m], [Wb/rad], [H]
   };
 
-  [[gnu::noinline]] Joint joint(const Some& taken, const Some& starts, const Phases& i,
-                                const Angles& at) const {
-    Joint m;
+  Alone alone(const Some& taken, const Phases& i, const Angles& at) const {
+    Alone m;
     for (int k = 0; k < N; ++k) {
       if (!taken[k]) continue;
       const Magnetics<T> own = machine.map.at(i[k], at.of[k]);
-      m.psi[k] = m.alone[k] = own.psi;
+      m.psi[k] = own.psi;
       m.tau[k] = own.tau;
       m.psi_theta[k] = own.psi_theta;
-      m.L[k][k] = own.L_inc;
+      m.L[k] = own.L_inc;
     }
+    return m;
+  }
+
+  /// What the pairs add to them.
+  struct Added {
+    Phases psi{}, psi_theta{};  // [Wb], [Wb/rad]
+    Phases tau{}, tau_theta{};  // [N m], [N m/rad]
+    Square<T, N> L{};           // [H]
+
+    /// Along changes of the currents and of the rotor angle, mirrored as these.
+    void move(const Phases& d, T dtheta_m) {
+      for (int k = 0; k < N; ++k) {
+        for (int l = 0; l < N; ++l) psi[k] = psi[k] + L[k][l] * d[l];
+        psi[k] = psi[k] + psi_theta[k] * dtheta_m;
+        tau[k] = tau[k] + psi_theta[k] * d[k] + tau_theta[k] * dtheta_m;
+      }
+    }
+  };
+
+  [[gnu::noinline]] Added added(const Some& taken, const Some& idle, const Phases& i,
+                                const Angles& at) const {
+    Added m;
     const Coupling<T>& pairs = machine.pairs;
+    const T turn = at.mirrored ? T(-1) : T(1);
     for (int n = 0; n < pairs.n_pairs(); ++n) {
       const int k = pairs.first[n], l = pairs.second[n];
       if (!taken[k] || !taken[l]) continue;
       const PairMagnetics<T> both = pairs.at(n, i[k], i[l], at.theta_e);
-      const T turn = at.mirrored ? T(-1) : T(1);
-      const T share = starts[k] == starts[l] ? T(0.5) : starts[k] ? T(1) : T(0);
+      const bool k_starts = !idle[k] && !(i[k] > T(0)), l_starts = !idle[l] && !(i[l] > T(0));
+      const T of_k = k_starts == l_starts ? T(0.5) : k_starts ? T(1) : T(0), of_l = T(1) - of_k;
       m.psi[k] = m.psi[k] + both.psi_first;
       m.psi[l] = m.psi[l] + both.psi_second;
-      m.tau[k] = m.tau[k] + turn * share * both.tau;
-      m.tau[l] = m.tau[l] + turn * (T(1) - share) * both.tau;
       m.psi_theta[k] = m.psi_theta[k] + turn * both.psi_theta_first;
       m.psi_theta[l] = m.psi_theta[l] + turn * both.psi_theta_second;
+      m.tau[k] = m.tau[k] + turn * of_k * both.tau;
+      m.tau[l] = m.tau[l] + turn * of_l * both.tau;
+      m.tau_theta[k] = m.tau_theta[k] + of_k * both.tau_theta;
+      m.tau_theta[l] = m.tau_theta[l] + of_l * both.tau_theta;
       m.L[k][k] = m.L[k][k] + both.L_first;
       m.L[l][l] = m.L[l][l] + both.L_second;
       m.L[k][l] = m.L[l][k] = both.L_mutual;
@@ -131,57 +161,68 @@ struct Prediction<WithPairs<M>, N> {
     return m;
   }
 
+  static Square<T, N> sum(const Alone& own, const Added& pairs) {
+    Square<T, N> L = pairs.L;
+    for (int k = 0; k < N; ++k) L[k][k] = L[k][k] + own.L[k];
+    return L;
+  }
+
   /// The state after the sample under way, and its currents in i: a step along the straight lines of
-  /// the flux linkages, and one of Newton's method. On the way the error of the last such prediction
-  /// corrects the bias (prediction.hpp).
-  [[gnu::noinline]] Joint carry(Phases& i, const Some& taken, const Phases& magnetized,
-                                const Angles& measured, const Angles& end, T omega_m, T u_dc,
+  /// the flux linkages of each phase alone, and one of Newton's method for all. On the way the error
+  /// of the last such prediction corrects the bias (prediction.hpp).
+  [[gnu::noinline]] Added carry(Phases& i, Alone& own, const Some& taken, const Some& idle,
+                                const Phases& magnetized, const Angles& measured,
+                                const Angles& end, T omega_m, T u_dc,
                                 Memory<T, N>& memory) const {
-    const Joint here = joint(taken, {}, i, measured);
-    Phases missed{}, rises{}, driven{};
+    const Alone here = alone(taken, i, measured);
+    Phases missed{}, i_end{}, back{};
     Some flows{};
     for (int k = 0; k < N; ++k) {
-      if (i[k] > T(0) && memory.i_expected[k] > T(0)) missed[k] = i[k] - memory.i_expected[k];
-    }
-    for (int k = 0; k < N; ++k) {
       flows[k] = i[k] > T(0) || magnetized[k] > T(0);  // else the diodes block
+      if (!flows[k]) continue;
+      if (i[k] > T(0) && memory.i_expected[k] > T(0)) missed[k] = i[k] - memory.i_expected[k];
+      const T flux = magnetized[k] + T_s * (memory.bias[k] - R * i[k] - omega_m * here.psi_theta[k]);
+      i_end[k] = max(i[k] + flux / here.L[k], T(0));
+      back[k] = i[k] - i_end[k];
+    }
+    own = alone(taken, i_end, end);
+    Added pairs = added(taken, idle, i_end, end);
+    const Square<T, N> L = sum(own, pairs);
+    Added before = pairs;
+    before.move(back, -omega_m * T_s);
+    Phases lacks{};
+    for (int k = 0; k < N; ++k) {
       T& bias = memory.bias[k];
       if (!flows[k]) {
         bias = T(0);
         continue;
       }
-      T flux = T(0);
-      for (int l = 0; l < N; ++l) flux = flux + here.L[k][l] * missed[l];
+      T flux = here.L[k] * missed[k];
+      for (int l = 0; l < N; ++l) flux = flux + pairs.L[k][l] * missed[l];
       bias = clamp(bias + flux / T_s / T(8), -u_dc / T(10), u_dc / T(10));
-      rises[k] = magnetized[k] + bias * T_s - R * T_s * i[k] - omega_m * T_s * here.psi_theta[k];
-      driven[k] = here.psi[k] + magnetized[k] + bias * T_s;
+      const T driven = magnetized[k] + T_s * (bias - R * (i[k] + i_end[k]) / T(2));
+      lacks[k] = here.psi[k] + before.psi[k] + driven - own.psi[k] - pairs.psi[k];
+      flows[k] = i_end[k] > T(0) || lacks[k] > T(0);
     }
-    const Phases first = solved<T, N>(flows, here.L, rises);
-    Phases i_end;
-    for (int k = 0; k < N; ++k) i_end[k] = max(i[k] + first[k], T(0));
-    Joint m = joint(taken, {}, i_end, end);
-    Phases lacks{};
+    Phases d = solved<T, N>(flows, L, lacks);
     for (int k = 0; k < N; ++k) {
-      lacks[k] = driven[k] - R * T_s * (i[k] + i_end[k]) / T(2) - m.psi[k];
-      flows[k] = flows[k] && (i_end[k] > T(0) || lacks[k] > T(0));
+      i[k] = max(i_end[k] + d[k], T(0));
+      d[k] = i[k] - i_end[k];
+      own.psi[k] = own.psi[k] + own.L[k] * d[k];
+      own.tau[k] = own.tau[k] + own.psi_theta[k] * d[k];
     }
-    const Phases second = solved<T, N>(flows, m.L, lacks);
-    for (int k = 0; k < N; ++k) {
-      const T i_new = max(i_end[k] + second[k], T(0)), d = i_new - i_end[k];
-      for (int l = 0; l < N; ++l) m.psi[l] = m.psi[l] + m.L[l][k] * d;
-      m.alone[k] = m.alone[k] + m.L[k][k] * d;
-      m.tau[k] = m.tau[k] + m.psi_theta[k] * d;
-      i[k] = i_new;
-    }
+    pairs.move(d, T(0));
     memory.i_expected = i;
-    return m;
+    return pairs;
   }
 
-  std::array<PhasePrediction<T>, N> phases(const Phases& i, const Joint& here, const Angles& then,
-                                           const Goals& goals, T omega_m, T u_dc,
-                                           const Phases& bias) const {
+  std::array<PhasePrediction<T>, N> phases(const Phases& i, const Alone& own, const Added& pairs,
+                                           const Angles& then, const Goals& goals, T omega_m,
+                                           T u_dc, const Phases& bias) const {
     std::array<PhasePrediction<T>, N> x{};
+    const T most = u_dc * ahead;
     Some taken, starts, flows;
+    Phases move{}, moved{}, psi_theta{};
     bool any_starts = false;
     for (int k = 0; k < N; ++k) {
       x[k].idle = goals.idle[k];
@@ -189,47 +230,54 @@ struct Prediction<WithPairs<M>, N> {
       starts[k] = !flows[k] && !goals.idle[k];
       taken[k] = flows[k] || starts[k];
       any_starts = any_starts || starts[k];
-    }
-    // A phase that starts takes all of the voltage; one far from the guide, too.
-    const T most = u_dc * ahead;
-    Phases move{}, moved{}, still{};
-    for (int k = 0; k < N; ++k) {
       if (!taken[k]) continue;
-      const T back = goals.next[k] - here.psi[k];
-      move[k] = max(goals.next[k] - goals.now[k], -here.alone[k]);
+      // A phase that starts takes all of the voltage; one far from the guide, too.
+      const T back = goals.next[k] - (own.psi[k] + pairs.psi[k]);
+      move[k] = max(goals.next[k] - goals.now[k], -own.psi[k]);
       if (abs(back) > most) move[k] = back > T(0) ? most : -most;
       if (starts[k]) move[k] = most;
-      moved[k] = move[k] - omega_m * here.psi_theta[k] * ahead;
+      psi_theta[k] = own.psi_theta[k] + pairs.psi_theta[k];
+      moved[k] = move[k] - omega_m * psi_theta[k] * ahead;
     }
+    const Square<T, N> L = sum(own, pairs);
+    Phases still{};  // voltage that the neighbours induce in a phase that starts
     if (any_starts) {
-      const Phases rise = solved<T, N>(flows, here.L, moved);
+      const Phases rise = solved<T, N>(flows, L, moved);
       for (int k = 0; k < N; ++k) {
         if (!starts[k]) continue;
         for (int l = 0; l < N; ++l) {
-          if (flows[l]) still[k] = still[k] + here.L[k][l] * rise[l];
+          if (flows[l]) still[k] = still[k] + L[k][l] * rise[l];
         }
-        still[k] = still[k] / ahead + omega_m * here.psi_theta[k];
+        still[k] = still[k] / ahead + omega_m * psi_theta[k];
       }
     }
-    Phases i_next = solved<T, N>(taken, here.L, moved);
-    for (int k = 0; k < N; ++k) i_next[k] = max(i[k] + i_next[k], T(0));
-    const Joint next = joint(taken, starts, i_next, then);
-    const Phases gain = solved<T, N>(taken, here.L, here.psi_theta);
-    const Phases gain_next = solved<T, N>(taken, next.L, next.psi_theta);
+    Phases i_next = solved<T, N>(taken, L, moved), d;
+    for (int k = 0; k < N; ++k) {
+      i_next[k] = max(i[k] + i_next[k], T(0));
+      d[k] = i_next[k] - i[k];
+    }
+    const Alone next = alone(taken, i_next, then);
+    Added pairs_next = pairs;
+    pairs_next.move(d, omega_m * ahead);
+    Phases psi_theta_next;
+    for (int k = 0; k < N; ++k) psi_theta_next[k] = next.psi_theta[k] + pairs.psi_theta[k];
+    const Phases gain = solved<T, N>(taken, L, psi_theta);
+    const Phases gain_next = solved<T, N>(taken, sum(next, pairs), psi_theta_next);
     for (int k = 0; k < N; ++k) {
       if (!taken[k]) continue;
       PhasePrediction<T>& p = x[k];
-      const T tau_next = next.tau[k] + gain_next[k] * (here.psi[k] + move[k] - next.psi[k]);
-      const T L_inverse = T(1) / here.L[k][k];
-      p.psi = flows[k] ? here.alone[k] : T(0);
+      const T lacks = own.psi[k] + pairs.psi[k] + move[k] - next.psi[k] - pairs_next.psi[k];
+      const T tau_next = next.tau[k] + pairs_next.tau[k] + gain_next[k] * lacks;
+      const T L_inverse = T(1) / L[k][k];
+      p.psi = flows[k] ? own.psi[k] : T(0);
       p.i = i[k];
-      p.tau = here.tau[k];
+      p.tau = own.tau[k] + pairs.tau[k];
       p.gain = (gain[k] + gain_next[k]) / T(2);
-      p.drift = (tau_next - here.tau[k] - p.gain * move[k]) / ahead + p.gain * still[k];
-      p.goal = goals.now[k] - (here.psi[k] - p.psi);
+      p.drift = (tau_next - p.tau - p.gain * move[k]) / ahead + p.gain * still[k];
+      p.goal = goals.now[k] - pairs.psi[k];
       p.goal_rate = (goals.next[k] - goals.now[k]) / ahead - still[k];
       p.i_gain = L_inverse;
-      p.i_drift = -omega_m * here.psi_theta[k] * L_inverse;
+      p.i_drift = -omega_m * psi_theta[k] * L_inverse;
       p.bias = bias[k] - still[k];
     }
     return x;
