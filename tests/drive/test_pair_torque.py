@@ -93,18 +93,6 @@ def test_a_wrong_belief_takes_off_what_it_believes(file):
     assert asked(none, i, theta_e, 2.0) == 2
 
 
-def test_the_torque_is_as_smooth_as_on_phases_that_do_not_couple(file):
-    """Finite-set control, 2 us: aware less than half of the error that pairs of such size make."""
-    given = rl.load(file, WORKING)
-    errors = [
-        rl.simulate(given.with_values(change), until=0.06, record=None).kpis.torque_error_rms
-        for change in ({"machine.pair_factor": 0.0}, {"control.pair_torque": False}, {})
-    ]
-    print("uncoupled, blind, aware [%]:", *(f"{100 * x:.3f}" for x in errors))
-    assert errors[1] > 5 * errors[0]
-    assert errors[2] < 0.4 * errors[1]
-
-
 def test_learning_is_refused_where_phases_couple(tmp_path):
     path = on_the_coupled_machine(tmp_path, "deadbeat_learning")
     with pytest.raises(ParameterError, match="fits the flux linkage of phases alone"):

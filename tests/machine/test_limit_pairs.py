@@ -133,6 +133,16 @@ def independent(at, tau_ref, start):
     return scale * found.fun**0.5 if found.success else None
 
 
+def test_the_optimum_of_a_torque_near_by_leads_to_the_same():
+    """As growing strength of the pairs does; where none without ripple is found, strength grows."""
+    programme = optimum.Programme(point(ALIKE), n_points=N, smoothing=1e-3)
+    below, grown = (programme.best(tau, "rms") for tau in (2.0, 2.6))
+    near = programme.best(2.6, "rms", near=below * 1.3**0.5)
+    np.testing.assert_allclose(near, grown, atol=1e-4 * grown.max())
+    beyond = programme.best(60.0, "rms", near=below)
+    np.testing.assert_allclose(beyond, programme.best(60.0, "rms"), atol=1e-6 * beyond.max())
+
+
 @pytest.mark.parametrize(("mutual", "shape"), [(ALIKE, (N,)), (MIXED, (3, N))])
 def test_the_profile_holds_torque_and_voltage_of_all_phases(mutual, shape):
     at = point(mutual)

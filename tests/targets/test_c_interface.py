@@ -97,6 +97,26 @@ def test_it_computes_the_bits_of_the_simulation(lib, name):
     unit.free()
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("example", ["edge_mpc_mcu", "finite_set_mpc"])
+def test_laws_of_pairs_compute_the_bits_of_the_simulation(example, tmp_path):
+    """Under a name of their own, in a library of all laws for maps with three phases."""
+    coupled = [f"machine={coupled_machine()}", "converter.u_dc_V=160", "reference.tau_Nm=2.5"]
+    if example == "edge_mpc_mcu":
+        coupled.append("sensing.i_range_A=20")
+    drive = rl.load(EXAMPLES / f"{example}.toml", coupled)
+    assert kind(drive).law.endswith("OfPairs")
+    file = tmp_path / "reluctance.so"
+    lib = library(compiled(file, laws=kind(drive).law, machines="FluxMap", phases="3"))
+    unit = Unit(lib, blob(drive, record=0.0)).start()
+    waveforms, periods = unit.advance(0.01)
+    expected = desk(drive, 0.01)
+    assert len(waveforms) > 500
+    assert waveforms.tobytes() == expected[0].tobytes()
+    assert periods.tobytes() == expected[1].tobytes()
+    unit.free()
+
+
 @pytest.mark.parametrize("name", DRIVES)
 def test_a_run_does_not_depend_on_where_it_is_interrupted(lib, name):
     unit = Unit(lib, blob(DRIVES[name], record=0.0)).start()

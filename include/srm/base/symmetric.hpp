@@ -13,8 +13,8 @@ using Square = std::array<std::array<T, N>, N>;
 /// Solves M y = x over the rows and columns that are taken; y is zero elsewhere. M is symmetric and
 /// positive definite there.
 template <Real T, int N>
-constexpr std::array<T, N> solved(const std::array<bool, N>& taken, Square<T, N> M,
-                                  std::array<T, N> x) {
+[[gnu::noinline]] constexpr std::array<T, N> solved(const std::array<bool, N>& taken,
+                                                    Square<T, N> M, std::array<T, N> x) {
   for (int p = 0; p < N; ++p) {
     if (!taken[p]) {
       x[p] = T(0);

@@ -27,7 +27,7 @@ namespace srm {
 template <Real T>
 struct FluxMap {
   using Scalar = T;
-  static constexpr int n_power = 5;        // powers 0..4 of the current
+  static constexpr int n_power = 5;         // powers 0..4 of the current
   static constexpr bool may_couple = true;  // a machine of this model may have pairs of phases
 
   int N_r;                   // rotor poles

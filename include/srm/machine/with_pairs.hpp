@@ -10,7 +10,9 @@ namespace srm {
 
 /// Whether machines of a model may have pairs.
 template <class M>
-inline constexpr bool may_couple = requires { M::may_couple; };
+inline constexpr bool may_couple = requires {
+  M::may_couple;
+};
 
 template <Machine M>
 struct WithPairs {

@@ -16,7 +16,8 @@
 // there.
 //
 // What the pairs add is a tenth of it all. So they are computed once a sample, where its orders
-// begin to act, and are a tangent from there: back to the measurement and on to where the guide leads.
+// begin to act, and are a tangent from there: back to the measurement and on to where the guide
+// leads.
 //
 // Of the torque of a pair each phase has half; where one is about to start it has all of it.
 #pragma once
@@ -76,8 +77,8 @@ struct Prediction<WithPairs<M>, N> {
   using Phases = std::array<T, N>;
   using Some = std::array<bool, N>;
 
-  /// An idle phase with less counts as one without current: it makes 1e-5 of the torque. Of the last
-  /// current of the tables [1].
+  /// An idle phase with less counts as one without current: it makes 1e-5 of the torque. Of the
+  /// last current of the tables [1].
   static constexpr T nothing = T(0.003);
 
   /// What the guide wants.
@@ -125,13 +126,14 @@ struct Prediction<WithPairs<M>, N> {
     Phases tau{}, tau_theta{};  // [N m], [N m/rad]
     Square<T, N> L{};           // [H]
 
-    /// Along changes of the currents and of the rotor angle, mirrored as these.
-    void move(const Phases& d, T dtheta_m) {
-      for (int k = 0; k < N; ++k) {
-        for (int l = 0; l < N; ++l) psi[k] = psi[k] + L[k][l] * d[l];
-        psi[k] = psi[k] + psi_theta[k] * dtheta_m;
-        tau[k] = tau[k] + psi_theta[k] * d[k] + tau_theta[k] * dtheta_m;
-      }
+    /// After changes of the currents and of the rotor angle, mirrored as these.
+    T psi_after(int k, const Phases& d, T dtheta_m) const {
+      T sum = psi[k] + psi_theta[k] * dtheta_m;
+      for (int l = 0; l < N; ++l) sum = sum + L[k][l] * d[l];
+      return sum;
+    }
+    T tau_after(int k, const Phases& d, T dtheta_m) const {
+      return tau[k] + psi_theta[k] * d[k] + tau_theta[k] * dtheta_m;
     }
   };
 
@@ -167,13 +169,12 @@ struct Prediction<WithPairs<M>, N> {
     return L;
   }
 
-  /// The state after the sample under way, and its currents in i: a step along the straight lines of
-  /// the flux linkages of each phase alone, and one of Newton's method for all. On the way the error
-  /// of the last such prediction corrects the bias (prediction.hpp).
+  /// The state after the sample under way, and its currents in i: a step along the straight lines
+  /// of the flux linkages of each phase alone, and one of Newton's method for all. On the way the
+  /// error of the last such prediction corrects the bias (prediction.hpp).
   [[gnu::noinline]] Added carry(Phases& i, Alone& own, const Some& taken, const Some& idle,
-                                const Phases& magnetized, const Angles& measured,
-                                const Angles& end, T omega_m, T u_dc,
-                                Memory<T, N>& memory) const {
+                                const Phases& magnetized, const Angles& measured, const Angles& end,
+                                T omega_m, T u_dc, Memory<T, N>& memory) const {
     const Alone here = alone(taken, i, measured);
     Phases missed{}, i_end{}, back{};
     Some flows{};
@@ -181,15 +182,14 @@ struct Prediction<WithPairs<M>, N> {
       flows[k] = i[k] > T(0) || magnetized[k] > T(0);  // else the diodes block
       if (!flows[k]) continue;
       if (i[k] > T(0) && memory.i_expected[k] > T(0)) missed[k] = i[k] - memory.i_expected[k];
-      const T flux = magnetized[k] + T_s * (memory.bias[k] - R * i[k] - omega_m * here.psi_theta[k]);
+      const T flux =
+          magnetized[k] + T_s * (memory.bias[k] - R * i[k] - omega_m * here.psi_theta[k]);
       i_end[k] = max(i[k] + flux / here.L[k], T(0));
       back[k] = i[k] - i_end[k];
     }
     own = alone(taken, i_end, end);
     Added pairs = added(taken, idle, i_end, end);
     const Square<T, N> L = sum(own, pairs);
-    Added before = pairs;
-    before.move(back, -omega_m * T_s);
     Phases lacks{};
     for (int k = 0; k < N; ++k) {
       T& bias = memory.bias[k];
@@ -201,7 +201,8 @@ struct Prediction<WithPairs<M>, N> {
       for (int l = 0; l < N; ++l) flux = flux + pairs.L[k][l] * missed[l];
       bias = clamp(bias + flux / T_s / T(8), -u_dc / T(10), u_dc / T(10));
       const T driven = magnetized[k] + T_s * (bias - R * (i[k] + i_end[k]) / T(2));
-      lacks[k] = here.psi[k] + before.psi[k] + driven - own.psi[k] - pairs.psi[k];
+      const T before = here.psi[k] + pairs.psi_after(k, back, -omega_m * T_s);
+      lacks[k] = before + driven - own.psi[k] - pairs.psi[k];
       flows[k] = i_end[k] > T(0) || lacks[k] > T(0);
     }
     Phases d = solved<T, N>(flows, L, lacks);
@@ -211,14 +212,18 @@ struct Prediction<WithPairs<M>, N> {
       own.psi[k] = own.psi[k] + own.L[k] * d[k];
       own.tau[k] = own.tau[k] + own.psi_theta[k] * d[k];
     }
-    pairs.move(d, T(0));
+    for (int k = 0; k < N; ++k) {
+      pairs.psi[k] = pairs.psi_after(k, d, T(0));
+      pairs.tau[k] = pairs.tau_after(k, d, T(0));
+    }
     memory.i_expected = i;
     return pairs;
   }
 
-  std::array<PhasePrediction<T>, N> phases(const Phases& i, const Alone& own, const Added& pairs,
-                                           const Angles& then, const Goals& goals, T omega_m,
-                                           T u_dc, const Phases& bias) const {
+  [[gnu::noinline]] std::array<PhasePrediction<T>, N> phases(const Phases& i, const Alone& own,
+                                                             const Added& pairs, const Angles& then,
+                                                             const Goals& goals, T omega_m, T u_dc,
+                                                             const Phases& bias) const {
     std::array<PhasePrediction<T>, N> x{};
     const T most = u_dc * ahead;
     Some taken, starts, flows;
@@ -257,8 +262,7 @@ struct Prediction<WithPairs<M>, N> {
       d[k] = i_next[k] - i[k];
     }
     const Alone next = alone(taken, i_next, then);
-    Added pairs_next = pairs;
-    pairs_next.move(d, omega_m * ahead);
+    const T turn = omega_m * ahead;
     Phases psi_theta_next;
     for (int k = 0; k < N; ++k) psi_theta_next[k] = next.psi_theta[k] + pairs.psi_theta[k];
     const Phases gain = solved<T, N>(taken, L, psi_theta);
@@ -266,8 +270,9 @@ struct Prediction<WithPairs<M>, N> {
     for (int k = 0; k < N; ++k) {
       if (!taken[k]) continue;
       PhasePrediction<T>& p = x[k];
-      const T lacks = own.psi[k] + pairs.psi[k] + move[k] - next.psi[k] - pairs_next.psi[k];
-      const T tau_next = next.tau[k] + pairs_next.tau[k] + gain_next[k] * lacks;
+      const T psi_next = next.psi[k] + pairs.psi_after(k, d, turn);
+      const T lacks = own.psi[k] + pairs.psi[k] + move[k] - psi_next;
+      const T tau_next = next.tau[k] + pairs.tau_after(k, d, turn) + gain_next[k] * lacks;
       const T L_inverse = T(1) / L[k][k];
       p.psi = flows[k] ? own.psi[k] : T(0);
       p.i = i[k];

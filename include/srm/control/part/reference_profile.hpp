@@ -25,7 +25,6 @@ struct Profile {
   int speed = 0;              // index of the lower one
   const T* mutual = nullptr;  // of the lower one, what neighbours add; none: nothing
 
-
   T at(T theta_e) const {
     const T slow = row.at(theta_e);
     if (!faster) return slow;
@@ -39,7 +38,8 @@ struct Profile {
     const AngleRow<T> slow{mutual, row.columns, row.weight};
     const T below = slow.at(theta_e);
     if (!faster) return below;
-    const T above = AngleRow<T>{mutual + (faster - row.values), row.columns, row.weight}.at(theta_e);
+    const T above =
+        AngleRow<T>{mutual + (faster - row.values), row.columns, row.weight}.at(theta_e);
     return below + weight * (above - below);
   }
 
