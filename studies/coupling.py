@@ -10,9 +10,8 @@ that brings the flux linkage of the aligned pole at rated current up in half a p
 torque is two thirds of the greatest one without ripple of phases that do not couple.
 
 Writes coupling.csv: rms torque error in per cent of the reference on phases that do not couple, of
-a controller that knows no pairs (blind) and of one that takes their torque off (aware), the mean
-torque of both, and the error with pairs that are believed 20 % too small or too large. Draws
-coupling.png of it. The fields of three machines take five minutes where they are not in the cache.
+a controller that knows no pairs (blind) and of one that does (aware), the mean torque of both, and
+the error with pairs that are believed 20 % too small or too large. Draws coupling.png of it. The fields of three machines take five minutes where they are not in the cache.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ LAWS = {  # and the example whose [control], [sensing] and [simulation] it has
     "sharing_cubic": "sharing_cubic",
     "ditc": "ditc",
 }
-LOADS = (1.0, 0.5)  # of the rated torque
+LOADS = (1.0, 0.5, 0.25)  # of the rated torque
 RANK = 3
 RPM = 1500.0
 RATED = 2 / 3  # of the last current of the map, and of the greatest torque without ripple

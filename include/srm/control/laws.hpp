@@ -17,7 +17,7 @@
   Angles, PwmCurrent, TorqueSharing, Ditc, Deadbeat, PaperMpc, FiniteSetMpc, EdgeMpc
 
 /// Those that compute with pairs of phases where a machine has them, by their names then.
-#define SRM_LAWS_OF_PAIRS FiniteSetMpcOfPairs, EdgeMpcOfPairs
+#define SRM_LAWS_OF_PAIRS DitcOfPairs, FiniteSetMpcOfPairs, EdgeMpcOfPairs
 
 /// In one form: machine model and number of phases.
 namespace srm::laws {
@@ -35,6 +35,8 @@ using srm::FiniteSetMpc;
 using srm::PwmCurrent;
 using srm::TorqueSharing;
 
+template <Machine M, int N>
+using DitcOfPairs = srm::Ditc<WithPairs<M>, N>;
 template <Machine M, int N>
 using FiniteSetMpcOfPairs = srm::FiniteSetMpc<WithPairs<M>, N>;
 template <Machine M, int N>

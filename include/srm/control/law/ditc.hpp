@@ -16,7 +16,8 @@
 // By rule a phase is turned off at a fixed angle, and turned on so early that its flux is there a
 // stroke before, when its predecessor leaves (TurnOn). Feedback holds the mean torque, for incoming
 // phases push the torque to the upper end of the band. Where the voltage does not suffice
-// (feasible.hpp), each phase follows the flux linkage of the reference profile.
+// (feasible.hpp), each phase follows the flux linkage of the reference profile. The torque that is
+// compared is that of all phases and of their pairs, where the machine has any.
 #pragma once
 
 #include "srm/base/fields.hpp"
@@ -108,6 +109,10 @@ struct Ditc {
       if (!(y.i[k] > T(0))) continue;
       now[k] = machine.at(y.i[k], drive_angle<N>(y.theta_e, k, tau_ref));
       given = given + now[k].tau;
+    }
+    if constexpr (requires { machine.pairs; }) {
+      const T mirror = tau_ref < T(0) ? T(-1) : T(1);
+      given = given + mirror * machine.pairs.torque(y.i, y.theta_e);
     }
     const T asked =
         x.mean.asked(abs(tau_ref), given, omega_e * T_s, braking, guide.first.level_max);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -73,26 +73,32 @@ class Ditc(HandsOver, ConductionAngles):
                 f"{known.n_phases} phases, so that one is always in charge"
             )
 
+    @property
+    def knows_pairs(self) -> bool:
+        return True
+
     def core(self, known: Known) -> _core.Law:
         inner = INNER_PART * known.tau_max if self.tau_band_Nm is None else self.tau_band_Nm
         outer = OUTER_PART * inner if self.tau_band_outer_Nm is None else self.tau_band_outer_Nm
         window, brake = self._window(known), self.brake_window(known)
         motors, brakes = self._alone(known)
-        return _core.ditc(
-            *self.built_for(known),
-            conduction=self.conduction(known, window, brake),
-            turn_on=_core.TurnOn(
+        law: dict[str, Any] = {
+            "conduction": self.conduction(known, window, brake),
+            "turn_on": _core.TurnOn(
                 tau_max=known.tau_max if self.by_rule else 0.0,
                 psi=motors.psi.tolist(),
                 psi_brake=brakes.psi.tolist(),
             ),
-            bands=_core.TorqueBands(inner=inner, outer=outer),
+            "bands": _core.TorqueBands(inner=inner, outer=outer),
             **self.hand_over(known, "psi"),
-            psi_band=inner / known.tau_max * float(motors.psi[-1]),
-            R=known.R,
-            i_max=known.i_max,
-            T_s=self.T_s,
-        )
+            "psi_band": inner / known.tau_max * float(motors.psi[-1]),
+            "R": known.R,
+            "i_max": known.i_max,
+            "T_s": self.T_s,
+        }
+        if known.pairs is None:
+            return _core.ditc(*self.built_for(known), **law)
+        return _core.coupled_ditc(*self.built_for(known), pairs=known.pairs.core, **law)
 
     @property
     def by_rule(self) -> bool:
