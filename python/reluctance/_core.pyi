@@ -1116,6 +1116,9 @@ def torque_sharing(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, sha
 def ditc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, conduction: Conduction, turn_on: TurnOn, bands: TorqueBands, feasible: Feasible, guide: ReferenceProfile, psi_band: float, R: float, i_max: float, T_s: float) -> Law:
     """Direct instantaneous torque control: the torque error picks the legs."""
 
+def coupled_ditc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, pairs: Coupling, conduction: Conduction, turn_on: TurnOn, bands: TorqueBands, feasible: Feasible, guide: ReferenceProfile, psi_band: float, R: float, i_max: float, T_s: float) -> Law:
+    """The same law, which computes with the pairs of phases."""
+
 def deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: float, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
     """
     The duty cycle that brings each phase to its shared torque in one sample.
