@@ -17,7 +17,8 @@
   Angles, PwmCurrent, TorqueSharing, Ditc, Deadbeat, PaperMpc, FiniteSetMpc, EdgeMpc
 
 /// Those that compute with pairs of phases where a machine has them, by their names then.
-#define SRM_LAWS_OF_PAIRS DitcOfPairs, FiniteSetMpcOfPairs, EdgeMpcOfPairs
+#define SRM_LAWS_OF_PAIRS \
+  TorqueSharingOfPairs, DitcOfPairs, DeadbeatOfPairs, FiniteSetMpcOfPairs, EdgeMpcOfPairs
 
 /// In one form: machine model and number of phases.
 namespace srm::laws {
@@ -35,6 +36,10 @@ using srm::FiniteSetMpc;
 using srm::PwmCurrent;
 using srm::TorqueSharing;
 
+template <Machine M, int N>
+using TorqueSharingOfPairs = srm::TorqueSharing<WithPairs<M>, N>;
+template <Machine M, int N>
+using DeadbeatOfPairs = srm::Deadbeat<WithPairs<M>, N>;
 template <Machine M, int N>
 using DitcOfPairs = srm::Ditc<WithPairs<M>, N>;
 template <Machine M, int N>

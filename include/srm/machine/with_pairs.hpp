@@ -33,4 +33,16 @@ struct WithPairs {
   constexpr const char* fault() const { return map.fault(); }
 };
 
+template <class M>
+inline constexpr bool has_pairs = requires(M machine) {
+  machine.pairs;
+};
+
+/// What the pairs add to the torque of the sense that is asked for, by the measured currents [N m].
+template <class M, class Measured, class T>
+constexpr T pair_torque(const M& machine, const Measured& y, T tau_ref) {
+  const T tau = machine.pairs.torque(y.i, y.theta_e);
+  return tau_ref < T(0) ? -tau : tau;
+}
+
 }  // namespace srm

@@ -5,6 +5,8 @@
 // one sample of delay psi is first carried through the sample that is under way, whose duty is
 // known.
 //
+// What pairs of phases add, where the machine has any, is not shared.
+//
 // Where the voltage does not suffice for the shares (feasible.hpp), psi_ref is that of the
 // reference profile, and feedback holds the mean torque.
 //
@@ -25,6 +27,7 @@
 #include "srm/control/part/reference_profile.hpp"
 #include "srm/control/part/sharing.hpp"
 #include "srm/machine/torque_inverse.hpp"
+#include "srm/machine/with_pairs.hpp"
 
 namespace srm {
 
@@ -57,9 +60,11 @@ struct Deadbeat {
     const T theta_end = wrap(y.theta_e + omega_e * T_s * static_cast<T>(1 + delay));
     const bool braking = brakes(y.omega_m, tau_ref);
     if (feasible.at(abs(tau_ref), abs(omega_e), y.u_dc, braking)) {
+      T shared = abs(tau_ref);
+      if constexpr (has_pairs<M>) shared = max(shared - pair_torque(machine, y, tau_ref), T(0));
       for (int k = 0; k < N; ++k) {
         const T theta = drive_angle<N>(theta_end, k, tau_ref);
-        const T tau = sharing.template share<N>(theta) * abs(tau_ref);
+        const T tau = sharing.template share<N>(theta) * shared;
         const T i_ref = current_for_torque(machine, tau, theta, i_max);
         const T i = max(y.i[k], T(0));
         x.duty[k] = i_ref > T(0) ? duty(now(y, k).psi, x.duty[k], y, k,
@@ -97,6 +102,7 @@ struct Deadbeat {
       given = given + m.tau;
     }
     if (tau_ref < T(0)) given = -given;
+    if constexpr (has_pairs<M>) given = given + pair_torque(machine, y, tau_ref);
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;
     const T asked = x.mean.asked(abs(tau_ref), given, turn, brakes(y.omega_m, tau_ref),
                                  guide.first.level_max, dead);

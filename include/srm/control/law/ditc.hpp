@@ -28,6 +28,7 @@
 #include "srm/control/part/per_phase.hpp"
 #include "srm/control/part/reference_profile.hpp"
 #include "srm/machine/magnetics.hpp"
+#include "srm/machine/with_pairs.hpp"
 
 namespace srm {
 
@@ -110,10 +111,7 @@ struct Ditc {
       now[k] = machine.at(y.i[k], drive_angle<N>(y.theta_e, k, tau_ref));
       given = given + now[k].tau;
     }
-    if constexpr (requires { machine.pairs; }) {
-      const T mirror = tau_ref < T(0) ? T(-1) : T(1);
-      given = given + mirror * machine.pairs.torque(y.i, y.theta_e);
-    }
+    if constexpr (has_pairs<M>) given = given + pair_torque(machine, y, tau_ref);
     const T asked =
         x.mean.asked(abs(tau_ref), given, omega_e * T_s, braking, guide.first.level_max);
     if (!feasible.at(abs(tau_ref), abs(omega_e), y.u_dc, braking)) {

@@ -77,7 +77,7 @@ struct FiniteSetMpc {
     const T off = w_goal > T(0) ? y.u_dc * T(1e-7) : T(0);  // the flux of 0.1 us
     const Prediction<M, N> prediction{machine, profile, R, T_s, delay, ahead, off};
     auto phases = prediction.at(y, tau_ref, state);
-    if constexpr (requires { machine.pairs; }) {
+    if constexpr (has_pairs<M>) {
       if (w_goal > T(0)) make_whole(phases, demand);
     }
     const LegSearch<T, N> search{.phases = phases,

@@ -49,9 +49,11 @@ struct TorqueSharing {
           [&](int k) { return regulate(x.i_ref[k] > least ? x.i_ref[k] : T(0), i_band, above); });
     }
     const T theta_e = wrap(y.theta_e + omega_e * T_s * (delay + T(0.5)));
+    T shared = abs(tau_ref);
+    if constexpr (has_pairs<M>) shared = max(shared - pair_torque(machine, y, tau_ref), T(0));
     return per_phase<T, N>([&](int k) {
       const T theta = drive_angle<N>(theta_e, k, tau_ref);
-      const T tau_ph = sharing.template share<N>(theta) * abs(tau_ref);
+      const T tau_ph = sharing.template share<N>(theta) * shared;
       x.i_ref[k] = current_for_torque(machine, tau_ph, theta, i_max);
       x.i_before[k] = max(y.i[k], T(0));
       return regulate(x.i_ref[k], i_band, above);

@@ -20,6 +20,7 @@
 #include "srm/control/part/mirror.hpp"
 #include "srm/control/part/reference_profile.hpp"
 #include "srm/machine/magnetics.hpp"
+#include "srm/machine/with_pairs.hpp"
 
 namespace srm {
 
@@ -62,6 +63,7 @@ struct GuideCurrents {
       given = given + torque(x.i_ref[k], x.i_before[k], i, now.tau, theta, turn);
       x.i_before[k] = i;
     }
+    if constexpr (has_pairs<M>) given = given + pair_torque(machine, y, tau_ref);
     const T asked = x.mean.asked(abs(tau_ref), given, turn, brakes(y.omega_m, tau_ref),
                                  guide.first.level_max, dead);
     const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);

@@ -22,6 +22,7 @@ NO_SHARE = 1e-3  # of the torque: less, or as much short of all of it, is no sha
 OVERLAP_PART = 2 / 3
 CURRENTS, ANGLES = 120, 361  # of the flux of a share
 NO_FLUX = 1e-6  # of the torque: a smaller share is none
+ROUNDS = 12  # of shares and pairs, each halfway
 LOST = 0.005  # of the mean torque: what feedback would leave alone (mean_torque_feedback.hpp)
 FILLS = np.geomspace(0.01, 3, 120)  # tried: what the rise of the flux takes of half a period
 
@@ -80,6 +81,10 @@ class SharedTorque(HandsOver):
                 f"most {free:g}, so that every phase with a share can give torque"
             )
 
+    @property
+    def knows_pairs(self) -> bool:
+        return True
+
     def shares(self, known: Known) -> _core.Sharing:
         """The sharing function, with angles by rule where the table gives none."""
         if self.sharing == "optimal":
@@ -135,8 +140,9 @@ def feasible_shares(known: Known, sharing: _core.Sharing, theta: FloatArray) -> 
     theta : array, shape (n_angles,)
         Angles in the order of motion [rad].
     """
-    share = np.array([sharing.share(known.n_phases, float(angle)) for angle in theta])
-    wanted = known.tau_max * np.linspace(0, 1, TORQUES)[1:, None] * share
+    share = _share(known, sharing, theta)
+    torques = known.tau_max * np.linspace(0, 1, TORQUES)[1:, None]
+    wanted = _of_phases(known, sharing, torques, theta) * share
     i = known.i_max * np.linspace(0, 1, CURRENTS) ** 1.5
     grid = np.broadcast_arrays(i[:, None], theta[None, :])
     at = _core.magnetics(known.magnetics, *(np.ascontiguousarray(v).ravel() for v in grid))
@@ -161,6 +167,39 @@ def feasible_shares(known: Known, sharing: _core.Sharing, theta: FloatArray) -> 
     most = np.where(count > 0, reach[np.arange(len(reach)), count - 1], 0.0)
     most = np.where((wanted > tau[-1]).any(axis=1), 0.0, most)
     return np.append(most[0], most)  # no torque: nothing is asked
+
+
+def _share(known: Known, sharing: _core.Sharing, theta: FloatArray) -> FloatArray:
+    at = np.mod(theta, 2 * np.pi)
+    return np.array([sharing.share(known.n_phases, float(angle)) for angle in at])
+
+
+def _of_phases(
+    known: Known, sharing: _core.Sharing, torques: FloatArray, theta: FloatArray
+) -> FloatArray:
+    """What phases alone have to give for torques (n_torques, 1), at angles (n_angles,) of a phase,
+    where pairs of them add to it or take from it. The currents of the shares, past i_max where
+    these ask for it, and the torque of the pairs follow from each other."""
+    left = np.broadcast_to(torques, (len(torques), len(theta)))
+    if known.pairs is None:
+        return left
+    i = np.linspace(0, 2 * known.i_max, CURRENTS)
+    angles = [theta - 2 * np.pi * k / known.n_phases for k in range(known.n_phases)]
+    shares = [_share(known, sharing, angle) for angle in angles]
+    tau = [
+        _core.magnetics(
+            known.magnetics, np.tile(i, len(theta)), np.repeat(np.mod(angle, 2 * np.pi), len(i))
+        )[:, 2].reshape(len(theta), -1)
+        for angle in angles
+    ]
+    for _ in range(ROUNDS):
+        currents = np.zeros((*left.shape, known.n_phases))
+        for k, (share, torque) in enumerate(zip(shares, tau, strict=True)):
+            for n in np.flatnonzero(share > NO_FLUX):
+                rising = np.maximum.accumulate(np.maximum(torque[n], 0.0))
+                currents[:, n, k] = np.interp(left[:, n] * share[n], rising, i)
+        left = (left + np.maximum(torques - known.pairs.tau(currents, theta), 0.0)) / 2
+    return left
 
 
 def _optimal(known: Known) -> _core.Sharing:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -71,15 +71,18 @@ class TorqueSharing(SharedTorque):
         return True
 
     def core(self, known: Known) -> _core.Law:
-        machine = known.machine
-        return _core.torque_sharing(
-            *self.built_for(known),
-            sharing=self.shares(known),
+        i_max = known.i_max
+        law: dict[str, Any] = {
+            "sharing": self.shares(known),
             **self.hand_over(known, "i"),
-            R=known.R,
-            i_max=machine.i_max_A,
-            i_band=BAND_PART * machine.i_max_A if self.i_band_A is None else self.i_band_A,
-            T_s=self.T_s,
-            delay=known.delay,
-            chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
-        )
+            "R": known.R,
+            "i_max": i_max,
+            "i_band": BAND_PART * i_max if self.i_band_A is None else self.i_band_A,
+            "T_s": self.T_s,
+            "delay": known.delay,
+            "chop": _core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
+        }
+        if known.pairs is None:
+            return _core.torque_sharing(*self.built_for(known), **law)
+        pairs = known.pairs.core
+        return _core.coupled_torque_sharing(*self.built_for(known), pairs=pairs, **law)
