@@ -108,7 +108,12 @@ struct Deadbeat {
                                  guide.first.level_max, dead);
     const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
     for (int k = 0; k < N; ++k) {
-      const T psi_ref = profile.at(drive_angle<N>(theta_end, k, tau_ref));
+      const T theta = drive_angle<N>(theta_end, k, tau_ref);
+      T psi_ref = profile.at(theta);
+      if constexpr (has_pairs<M>) {
+        const T now = drive_angle<N>(y.theta_e, k, tau_ref);
+        if (psi_ref > T(0)) psi_ref = psi_ref + profile.mutual_rise(now, theta);
+      }
       x.duty[k] = psi_ref > T(0) ? duty(psi[k], x.duty[k], y, k, psi_ref, y.i[k]) : T(-1);
     }
   }

@@ -161,7 +161,12 @@ struct Ditc {
     const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;
     for (int k = 0; k < N; ++k) {
-      const T goal = profile.at(drive_angle<N>(wrap(y.theta_e + turn), k, tau_ref));
+      const T theta = drive_angle<N>(wrap(y.theta_e + turn), k, tau_ref);
+      T goal = profile.at(theta);
+      if constexpr (has_pairs<M>) {
+        const T before = drive_angle<N>(y.theta_e, k, tau_ref);
+        if (goal > T(0)) goal = goal + profile.mutual_rise(before, theta);
+      }
       const T i = max(y.i[k], T(0));
       const auto away = [&](Leg leg) {
         const T u = static_cast<T>(static_cast<int>(leg)) * y.u_dc - R * i;

@@ -85,7 +85,9 @@ struct GuideCurrents {
       psi = clamp(at(before, begin).psi, max(coasting - T_s * u_dc, T(0)),
                   max(coasting + T_s * u_dc, T(0)));
     }
-    const T needed = (at(guide.at(end), end).psi - psi) / T_s + R * i;
+    T rise = at(guide.at(end), end).psi - psi;
+    if constexpr (has_pairs<M>) rise = rise + guide.mutual_rise(begin, end);
+    const T needed = rise / T_s + R * i;
     if (needed > most * u_dc) return i_max;
     if (needed < -most * u_dc) return T(0);
     return min(guide.at(wrap(theta + turn * (delay + T(0.5)))), i_max);

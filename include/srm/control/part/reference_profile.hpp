@@ -43,6 +43,10 @@ struct Profile {
     return below + weight * (above - below);
   }
 
+  /// By how much that changes between two angles: volt-seconds that a phase takes besides its own
+  /// flux linkage.
+  T mutual_rise(T from, T to) const { return mutual ? mutual_at(to) - mutual_at(from) : T(0); }
+
   /// The value here of a number that the law has for each of the guide's speeds.
   T of(const View<T>& per_speed) const {
     const T slow = per_speed[speed];
@@ -56,7 +60,7 @@ struct ReferenceProfile {
   View<T> omega;        // speeds, increasing [rad/s]
   T u_dc{};             // dc-link voltage of the profiles [V]
   T drop{};             // of the resistance at the peak of the highest torque [V]
-  View<T> mutual;       // what neighbours add to all values, in their order; empty: nothing
+  View<T> mutual;       // flux linkage that neighbours add, in the order of the values [Wb]
   SRM_FIELDS(first, omega, u_dc, drop, mutual)
 
   Profile<T> at(T torque, T omega_m, T u_dc_now) const {

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from reluctance import _core
 from reluctance.drive.laws.flux_guide import FluxGuide
-from reluctance.drive.laws.guided import CURRENT_POINTS, MORE_TORQUE, ROOM, FluxGuided, with_room
+from reluctance.drive.laws.guided import CURRENT_POINTS, MORE_TORQUE, FluxGuided, with_room
 from reluctance.drive.laws.learning import Learns
 from reluctance.drive.tables.known import Known
 from reluctance.drive.tables.variants import WANTED_FREQUENCY, Look, Variant
@@ -58,7 +58,7 @@ class EdgeMpc(FluxGuided, Learns):
 
     def core(self, known: Known) -> _core.Law:
         # Profiles of least ripple are planned for the torques that are asked for.
-        room = MORE_TORQUE if self.learn else 1.0 if self.guide == "least_ripple" else ROOM
+        room = MORE_TORQUE if self.learn else 1.0 if self.guide == "least_ripple" else self.room(known)
         guide = with_room(known, self.flux_guide, room)
         law: dict[str, Any] = {
             "guide": guide.profiles,

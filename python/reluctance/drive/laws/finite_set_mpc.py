@@ -71,7 +71,7 @@ class FiniteSetMpc(FluxGuided):
     def core(self, known: Known) -> _core.Law:
         guide = self.flux_guide(known)
         if any(guide.feedback):
-            guide = with_room(known, self.flux_guide)
+            guide = with_room(known, self.flux_guide, self.room(known))
         pulse = 1 / (PULSES_PER_TURN_ON * self.f_switch)
         law: dict[str, Any] = {
             "guide": guide.profiles if self.guided else no_guide(known.tau_max),

@@ -33,17 +33,17 @@ NO_CURRENT = 1e-4
 def packed(
     tables: Sequence[Table], quantity: Literal["i", "psi"], point: OperatingPoint
 ) -> _core.ReferenceProfile:
-    """Current [A] or flux linkage [Wb] of tables for rising speeds, as a law takes it; the flux
-    linkage of a phase alone, and apart what its neighbours add."""
+    """Current [A] or flux linkage [Wb] of tables for rising speeds, as a law takes it: that of a
+    phase alone, and apart what its neighbours add to the flux linkage."""
     least = NO_CURRENT * float(tables[0].i.max())
     i = np.stack([np.where(table.i < least, 0.0, table.i) for table in tables])
-    values, mutual = i, None
-    if quantity == "psi":
-        whole = np.stack([table.psi for table in tables])
-        values = np.where(i > 0, whole, 0.0)
-        if point.coupling is not None:
-            values = _alone(point, i, tables[0].theta_e)
-            mutual = whole - values
+    whole = np.stack([table.psi for table in tables])
+    values = i if quantity == "i" else np.where(i > 0, whole, 0.0)
+    mutual = None
+    if point.coupling is not None:
+        alone = _alone(point, i, tables[0].theta_e)
+        values = i if quantity == "i" else alone
+        mutual = whole - alone
     return _core.ReferenceProfile(
         values,
         tau_max=tables[0].tau_ref[-1],

@@ -114,6 +114,16 @@ class Guided(Control):
         )
         return motors if serve else brakes
 
+    def room(self, known: Known, least: float = ROOM) -> float:
+        """The greatest torque of the guide over the greatest reference, `least` or more [1]. Where
+        phases couple, a level of the guide lies at the greatest reference, since those above it
+        often have ripple: on the 8/6 machine of docs/control/coupling.md, neighbours of one
+        polarity, `deadbeat` has 0.4 % rms with it, and 1.8 % between two levels."""
+        if known.pairs is None:
+            return least
+        last = self.guide_levels - 1
+        return float((last / int(last / least**0.5)) ** 2)
+
     def made(self, known: Known, sense: int, n_points: int) -> list[optimum.Table]:
         """Profiles of motoring, 1, or of braking, -1, for each speed of the guide."""
         from reluctance.machine import optimum  # a tenth of the start-up time

@@ -59,7 +59,7 @@ class HandsOver(Guided):
         if not self.learns and self.guide_speed_rpm is None and not _beyond(known, reach, SAG):
             return own
         try:
-            tables = with_room(known, self.tables, MORE_TORQUE)
+            tables = with_room(known, self.tables, self.room(known, MORE_TORQUE))
         except RuntimeError as fault:
             if not _beyond(known, reach, 1.0):
                 return own
