@@ -1113,6 +1113,9 @@ def pwm_current(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: flo
 def torque_sharing(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, R: float, i_max: float, i_band: float, T_s: float, delay: float, chop: Leg) -> Law:
     """Shared torque as current references. guide: phase current [A]."""
 
+def coupled_torque_sharing(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, pairs: Coupling, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, R: float, i_max: float, i_band: float, T_s: float, delay: float, chop: Leg) -> Law:
+    """The same law, which computes with the pairs of phases."""
+
 def ditc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, conduction: Conduction, turn_on: TurnOn, bands: TorqueBands, feasible: Feasible, guide: ReferenceProfile, psi_band: float, R: float, i_max: float, T_s: float) -> Law:
     """Direct instantaneous torque control: the torque error picks the legs."""
 
@@ -1126,6 +1129,9 @@ def deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: float,
 
 def learning_deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
     """The same law, which learns the machine that it drives."""
+
+def coupled_deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, pairs: Coupling, R: float, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
+    """The same law, which computes with the pairs of phases."""
 
 N_p_max: int = 10
 

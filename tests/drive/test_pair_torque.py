@@ -41,7 +41,7 @@ class Asked(rl.Law):
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
-    return on_the_coupled_machine(tmp_path_factory.mktemp("coupled"), "deadbeat")
+    return on_the_coupled_machine(tmp_path_factory.mktemp("coupled"), "paper_mpc")
 
 
 def asked(given, i, theta_e, reference):
@@ -104,8 +104,8 @@ def test_a_belief_about_pairs_needs_pairs():
         rl.load(EXAMPLES / "sharing_cubic.toml", ["mismatch.pair_factor=0.9"]).known()
 
 
-def test_a_supervised_drive_knows_the_pairs_too(file):
-    given = rl.load(file, WORKING)
+def test_a_supervised_drive_knows_the_pairs_too(tmp_path):
+    given = rl.load(on_the_coupled_machine(tmp_path, "deadbeat"), WORKING)
     errors = []
     for change in ({}, {"control.pair_torque": False}):  # at 10 us, for the time
         supervised = replace(

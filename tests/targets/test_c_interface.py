@@ -39,6 +39,8 @@ STATES = {  # a drive that meets a fault, is cleared and enabled again
     "supervision.restart_s": 0.092,
 }
 EVENT = ("t", "mode", "status", "phase", "value", "limit")
+COUPLED = [f"machine={coupled_machine()}", "converter.u_dc_V=160", "reference.tau_Nm=2.5"]
+LAWS = "TorqueSharing,Ditc,Angles,PwmCurrent,TorqueSharingOfPairs"
 DRIVES = {
     "sharing": rl.load(EXAMPLES / "sharing_cubic.toml"),
     "battery": rl.load(EXAMPLES / "battery.toml"),
@@ -53,17 +55,15 @@ DRIVES = {
         {"control.law": "torque_sharing", "control.precision": "float", **STATES}
     ),
     "angle table": rl.load(EXAMPLES / "angle_table.toml", TURNING),
-    "pairs": rl.load(
-        EXAMPLES / "sharing_cubic.toml",
-        [f"machine={coupled_machine()}", "converter.u_dc_V=160", "reference.tau_Nm=2.5"],
-    ),
+    "pairs of the law": rl.load(EXAMPLES / "sharing_cubic.toml", COUPLED),
+    "pairs of the frame": rl.load(EXAMPLES / "pwm_current.toml", COUPLED),
 }
 
 
 @pytest.fixture(scope="module")
 def lib(tmp_path_factory):
     place = tmp_path_factory.mktemp("library")
-    return library(compiled(place / "reluctance.so", laws="TorqueSharing,Ditc,Angles", phases="3"))
+    return library(compiled(place / "reluctance.so", laws=LAWS, phases="3"))
 
 
 def end(name):
@@ -98,13 +98,11 @@ def test_it_computes_the_bits_of_the_simulation(lib, name):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("example", ["edge_mpc_mcu", "finite_set_mpc"])
+@pytest.mark.parametrize("example", ["edge_mpc_mcu", "finite_set_mpc", "deadbeat", "ditc"])
 def test_laws_of_pairs_compute_the_bits_of_the_simulation(example, tmp_path):
     """Under a name of their own, in a library of all laws for maps with three phases."""
-    coupled = [f"machine={coupled_machine()}", "converter.u_dc_V=160", "reference.tau_Nm=2.5"]
-    if example == "edge_mpc_mcu":
-        coupled.append("sensing.i_range_A=20")
-    drive = rl.load(EXAMPLES / f"{example}.toml", coupled)
+    more = ["sensing.i_range_A=20"] if example == "edge_mpc_mcu" else []
+    drive = rl.load(EXAMPLES / f"{example}.toml", [*COUPLED, *more])
     assert kind(drive).law.endswith("OfPairs")
     file = tmp_path / "reluctance.so"
     lib = library(compiled(file, laws=kind(drive).law, machines="FluxMap", phases="3"))
