@@ -11,7 +11,8 @@ torque is two thirds of the greatest one without ripple of phases that do not co
 
 Writes coupling.csv: rms torque error in per cent of the reference on phases that do not couple, of
 a controller that knows no pairs (blind) and of one that does (aware), the mean torque of both, and
-the error with pairs that are believed 20 % too small or too large. Draws coupling.png of it. The fields of three machines take five minutes where they are not in the cache.
+the error with pairs that are believed 20 % too small or too large. Draws coupling.png of it. The
+fields of three machines take five minutes where they are not in the cache.
 """
 
 from __future__ import annotations

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from coupled import I_MAX, coupling, machine_file, table
+from test_pair_torque import EXAMPLES, WORKING
 
 import reluctance as rl
 from reluctance import _core
 from reluctance.machine.coupling import Coupling, Neighbours
 from reluctance.machine.maps.pairs import mean_table
-from test_pair_torque import EXAMPLES, WORKING
 
 PAIRS = {
     "add": coupling(),

@@ -41,7 +41,7 @@ class Asked(rl.Law):
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
-    return on_the_coupled_machine(tmp_path_factory.mktemp("coupled"), "paper_mpc")
+    return on_the_coupled_machine(tmp_path_factory.mktemp("coupled"), "paper_rated")
 
 
 def asked(given, i, theta_e, reference):

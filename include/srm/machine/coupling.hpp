@@ -217,10 +217,9 @@ struct Coupling {
     for (int p = 0; p < rank; ++p) {
       T u[4]{}, s[3]{}, t[2]{};
       for (int q = 0; q < rank; ++q, ++c) {
-        const T C = value.of(c, next), C_v = slope.of(c, next);
-        for (int d = 0; d <= order; ++d) u[d] = u[d] + C * y.f[d][q];
+        const T here_C = value.of(c, next), C_v = slope.of(c, next), C_vv = curve.of(c, next);
+        for (int d = 0; d <= order; ++d) u[d] = u[d] + here_C * y.f[d][q];
         for (int d = 0; d < order; ++d) s[d] = s[d] + C_v * y.f[d][q];
-        const T C_vv = curve.of(c, next);
         for (int d = 0; d < (moving ? 2 : 1); ++d) t[d] = t[d] + C_vv * y.f[d][q];
       }
       const T f0 = x.f[0][p], f1 = x.f[1][p], f2 = x.f[2][p];

@@ -76,21 +76,20 @@ struct FiniteSetMpc {
     const T w_goal = profile.of(w_psi);
     const T off = w_goal > T(0) ? y.u_dc * T(1e-7) : T(0);  // the flux of 0.1 us
     const Prediction<M, N> prediction{machine, profile, R, T_s, delay, ahead, off};
-    auto phases = prediction.at(y, tau_ref, state);
+    LegSearch<T, N> search{.phases = prediction.at(y, tau_ref, state),
+                           .tau_ref = demand,
+                           .u_dc = y.u_dc,
+                           .R = R,
+                           .i_max = i_max,
+                           .T_s = T_s,
+                           .t_end = max(t_end, T_s),
+                           .w_psi = w_goal,
+                           .w_i = w_i,
+                           .w_sw = w_sw,
+                           .horizon = horizon};
     if constexpr (has_pairs<M>) {
-      if (w_goal > T(0)) make_whole(phases, demand);
+      if (w_goal > T(0)) make_whole(search.phases, demand);
     }
-    const LegSearch<T, N> search{.phases = phases,
-                                 .tau_ref = demand,
-                                 .u_dc = y.u_dc,
-                                 .R = R,
-                                 .i_max = i_max,
-                                 .T_s = T_s,
-                                 .t_end = max(t_end, T_s),
-                                 .w_psi = w_goal,
-                                 .w_i = w_i,
-                                 .w_sw = w_sw,
-                                 .horizon = horizon};
     state.holds = profile.of(feedback) > T(0.5);  // between two speeds the nearer one decides
     if (state.holds) {
       remember(state, y.omega_m, abs(tau_ref), search.phases);

@@ -54,7 +54,7 @@ struct Prediction<WithPairs<M>, N> {
       const T own = guide.at(now.of[k]), own_next = guide.at(then.of[k]);
       goals.idle[k] = max(own, own_next) < off;
       if (delay > 0) magnetized[k] = magnetizing_time(memory.ordered[k], T_s) * y.u_dc;
-      const bool flows = y.i[k] > (goals.idle[k] ? nothing * i_last(machine.pairs) : T(0));
+      const bool flows = y.i[k] > (goals.idle[k] ? machine.no_current() : T(0));
       i[k] = flows ? y.i[k] : T(0);
       taken[k] = flows || !goals.idle[k] || magnetized[k] > T(0);
       if (!taken[k]) continue;
@@ -76,10 +76,6 @@ struct Prediction<WithPairs<M>, N> {
  private:
   using Phases = std::array<T, N>;
   using Some = std::array<bool, N>;
-
-  /// An idle phase with less counts as one without current: it makes 1e-5 of the torque. Of the
-  /// last current of the tables [1].
-  static constexpr T nothing = T(0.003);
 
   /// What the guide wants.
   struct Goals {

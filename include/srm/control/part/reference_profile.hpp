@@ -60,7 +60,7 @@ struct ReferenceProfile {
   View<T> omega;        // speeds, increasing [rad/s]
   T u_dc{};             // dc-link voltage of the profiles [V]
   T drop{};             // of the resistance at the peak of the highest torque [V]
-  View<T> mutual;       // flux linkage that neighbours add, in the order of the values [Wb]
+  View<T> mutual{};     // flux linkage that neighbours add, in the order of the values [Wb]
   SRM_FIELDS(first, omega, u_dc, drop, mutual)
 
   Profile<T> at(T torque, T omega_m, T u_dc_now) const {

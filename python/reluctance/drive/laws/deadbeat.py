@@ -40,10 +40,8 @@ class Deadbeat(SharedTorque, Learns):
             "delay": known.delay,
             "carriers": getattr(_core.Carriers, self.carriers),
         }
-        if known.pairs is not None:
-            return _core.coupled_deadbeat(*self.built_for(known), pairs=known.pairs.core, **law)
         if not self.learn:
-            return _core.deadbeat(*self.built_for(known), **law)
+            return self.maker(known, _core.deadbeat, _core.coupled_deadbeat)(**law)
         return _core.learning_deadbeat(
             *self.built_for(known), fit=self.fit(known), w_sw_torque=0.0, w_sw_voltage=0.0, **law
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -82,23 +82,21 @@ class Ditc(HandsOver, ConductionAngles):
         outer = OUTER_PART * inner if self.tau_band_outer_Nm is None else self.tau_band_outer_Nm
         window, brake = self._window(known), self.brake_window(known)
         motors, brakes = self._alone(known)
-        law: dict[str, Any] = {
-            "conduction": self.conduction(known, window, brake),
-            "turn_on": _core.TurnOn(
+        make = self.maker(known, _core.ditc, _core.coupled_ditc)
+        return make(
+            conduction=self.conduction(known, window, brake),
+            turn_on=_core.TurnOn(
                 tau_max=known.tau_max if self.by_rule else 0.0,
                 psi=motors.psi.tolist(),
                 psi_brake=brakes.psi.tolist(),
             ),
-            "bands": _core.TorqueBands(inner=inner, outer=outer),
+            bands=_core.TorqueBands(inner=inner, outer=outer),
             **self.hand_over(known, "psi"),
-            "psi_band": inner / known.tau_max * float(motors.psi[-1]),
-            "R": known.R,
-            "i_max": known.i_max,
-            "T_s": self.T_s,
-        }
-        if known.pairs is None:
-            return _core.ditc(*self.built_for(known), **law)
-        return _core.coupled_ditc(*self.built_for(known), pairs=known.pairs.core, **law)
+            psi_band=inner / known.tau_max * float(motors.psi[-1]),
+            R=known.R,
+            i_max=known.i_max,
+            T_s=self.T_s,
+        )
 
     @property
     def by_rule(self) -> bool:

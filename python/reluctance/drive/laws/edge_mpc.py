@@ -58,7 +58,9 @@ class EdgeMpc(FluxGuided, Learns):
 
     def core(self, known: Known) -> _core.Law:
         # Profiles of least ripple are planned for the torques that are asked for.
-        room = MORE_TORQUE if self.learn else 1.0 if self.guide == "least_ripple" else self.room(known)
+        room = 1.0 if self.guide == "least_ripple" else self.room(known)
+        if self.learn:
+            room = MORE_TORQUE
         guide = with_room(known, self.flux_guide, room)
         law: dict[str, Any] = {
             "guide": guide.profiles,
@@ -69,10 +71,8 @@ class EdgeMpc(FluxGuided, Learns):
             "T_s": self.T_s,
             "delay": known.delay,
         }
-        if known.pairs is not None:
-            return _core.coupled_edge_mpc(*self.built_for(known), pairs=known.pairs.core, **law)
         if not self.learn:
-            return _core.edge_mpc(*self.built_for(known), **law)
+            return self.maker(known, _core.edge_mpc, _core.coupled_edge_mpc)(**law)
         tau, u = guide.w_sw_powers
         learning = _core.learning_edge_mpc
         return learning(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -73,23 +73,20 @@ class FiniteSetMpc(FluxGuided):
         if any(guide.feedback):
             guide = with_room(known, self.flux_guide, self.room(known))
         pulse = 1 / (PULSES_PER_TURN_ON * self.f_switch)
-        law: dict[str, Any] = {
-            "guide": guide.profiles if self.guided else no_guide(known.tau_max),
-            "horizon": self.horizon,
-            "w_psi": self.w_psi(guide, known) if self.guided else [0.0],
-            "feedback": guide.feedback if self.guided else [0.0],
-            "w_i": self.w_i,
-            "w_sw": guide.w_sw,
-            "t_end": pulse**2 / (24 * self.horizon * self.T_s),
-            "R": known.R,
-            "i_max": known.i_max,
-            "T_s": self.T_s,
-            "delay": known.delay,
-        }
-        if known.pairs is None:
-            return _core.finite_set_mpc(*self.built_for(known), **law)
-        pairs = known.pairs.core
-        return _core.coupled_finite_set_mpc(*self.built_for(known), pairs=pairs, **law)
+        make = self.maker(known, _core.finite_set_mpc, _core.coupled_finite_set_mpc)
+        return make(
+            guide=guide.profiles if self.guided else no_guide(known.tau_max),
+            horizon=self.horizon,
+            w_psi=self.w_psi(guide, known) if self.guided else [0.0],
+            feedback=guide.feedback if self.guided else [0.0],
+            w_i=self.w_i,
+            w_sw=guide.w_sw,
+            t_end=pulse**2 / (24 * self.horizon * self.T_s),
+            R=known.R,
+            i_max=known.i_max,
+            T_s=self.T_s,
+            delay=known.delay,
+        )
 
     def w_psi(self, guide: FluxGuide, known: Known) -> list[float]:
         """Weight of the distance to the guide, (n_speeds,) [N^2 m^2/Wb^2]."""

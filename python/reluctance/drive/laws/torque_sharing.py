@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -72,17 +72,14 @@ class TorqueSharing(SharedTorque):
 
     def core(self, known: Known) -> _core.Law:
         i_max = known.i_max
-        law: dict[str, Any] = {
-            "sharing": self.shares(known),
+        make = self.maker(known, _core.torque_sharing, _core.coupled_torque_sharing)
+        return make(
+            sharing=self.shares(known),
             **self.hand_over(known, "i"),
-            "R": known.R,
-            "i_max": i_max,
-            "i_band": BAND_PART * i_max if self.i_band_A is None else self.i_band_A,
-            "T_s": self.T_s,
-            "delay": known.delay,
-            "chop": _core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
-        }
-        if known.pairs is None:
-            return _core.torque_sharing(*self.built_for(known), **law)
-        pairs = known.pairs.core
-        return _core.coupled_torque_sharing(*self.built_for(known), pairs=pairs, **law)
+            R=known.R,
+            i_max=i_max,
+            i_band=BAND_PART * i_max if self.i_band_A is None else self.i_band_A,
+            T_s=self.T_s,
+            delay=known.delay,
+            chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,
+        )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -109,6 +110,15 @@ class Control(Section):
     def built_for(self, known: Known) -> tuple[Magnetics, int, bool]:
         """What the core needs of every law: machine as believed, phases, single precision."""
         return known.magnetics, known.n_phases, self.precision == "float"
+
+    def maker(
+        self, known: Known, alone: Callable[..., _core.Law], coupled: Callable[..., _core.Law]
+    ) -> Callable[..., _core.Law]:
+        """What makes the law of its own parameters: alone, or coupled where it computes with pairs
+        of phases."""
+        if known.pairs is None:
+            return partial(alone, *self.built_for(known))
+        return partial(coupled, *self.built_for(known), pairs=known.pairs.core)
 
     def gains(self, known: Known) -> tuple[float, float | None]:
         """Of the speed loop [N m s/rad, N m/rad]; no integral one: the load torque is observed. A

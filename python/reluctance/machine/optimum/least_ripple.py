@@ -123,9 +123,7 @@ def _state(
 
     def rise(flux: FloatArray) -> FloatArray:
         of_all = np.where(flow, at_once(flux, n_phases), 0.0)[..., None]
-        return np.asarray(
-            np.linalg.solve(np.where(free, L_all, np.eye(n_phases)), of_all)[:, 0, 0]
-        )
+        return np.asarray(np.linalg.solve(np.where(free, L_all, np.eye(n_phases)), of_all)[:, 0, 0])
 
     mutual = pairs.psi(i_all, theta_e)[:, 0]
     gain = rise(tau_i + pairs.tau_i(i_all, theta_e)[:, 0])
