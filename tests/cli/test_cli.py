@@ -50,6 +50,7 @@ def test_key_figures_are_printed_with_units():
         assert text in done.stdout
 
 
+@pytest.mark.long
 def test_every_format_holds_the_same_waveforms(tmp_path):
     read = {
         "csv": lambda p: dict(
@@ -97,7 +98,9 @@ def test_a_record_grid_thins_the_waveforms(tmp_path):
     assert np.load(path)["t_s"] == pytest.approx(np.arange(41) * 50e-6, abs=1e-12)
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf", "html"])
+@pytest.mark.parametrize(
+    "ending", ["png", *(pytest.param(x, marks=pytest.mark.long) for x in ("svg", "pdf", "html"))]
+)
 def test_plots_are_written_and_reproducible(tmp_path, ending):
     paths = [tmp_path / f"{name}.{ending}" for name in ("one", "two")]
     for path in paths:

@@ -83,7 +83,15 @@ LIKE = {
 }
 READ = {"--torque", "--cycle", "--drive", "--wires"}
 GROUPS = ("map", "export", "machine", "law")
-each_writer = pytest.mark.parametrize("name", WRITERS)
+# Among the proofs: those that write as another one does.
+ALIKE = {
+    *("parquet", "mat", "svg", "pdf", "html", "energy loop", "limit envelope", "map figure"),
+    *("compare figure", "sweep table", "fmu"),
+}
+each_writer = pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.long) if name in ALIKE else name for name in WRITERS],
+)
 
 
 @pytest.fixture(scope="module")

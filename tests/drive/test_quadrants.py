@@ -313,10 +313,10 @@ def compared(machine: str, laws: list[str], tmp_path: Path, path: Path = TABLE) 
 @pytest.mark.parametrize(
     "law",
     [
-        *("torque_sharing", "deadbeat", "ditc"),
+        *("deadbeat", "ditc"),
         *(
             pytest.param(law, marks=pytest.mark.long)
-            for law in ("angles", "pwm_current", "paper_mpc")
+            for law in ("torque_sharing", "angles", "pwm_current", "paper_mpc")
         ),
     ],
 )

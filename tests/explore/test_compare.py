@@ -56,6 +56,7 @@ def test_every_law_switches_at_the_asked_frequency(found):
         assert again.torque_error_rms == pytest.approx(entry.kpis.torque_error_rms, rel=0.05)
 
 
+@pytest.mark.long
 def test_the_outcome_does_not_depend_on_the_run_or_the_processes(rated, found):
     again = compare(rated, FAST, f_switch=10e3, octaves=(-1.0,), processes=2)
     assert without_times(again) == without_times(found)

@@ -202,6 +202,7 @@ def test_the_pairs_of_a_machine_are_the_phases_of_the_drive(poles):
         assert coupling.tau(i, theta_e) == pytest.approx(tau(i) - alone, abs=0.05 * scale)
 
 
+@pytest.mark.long
 def test_a_table_of_another_machine_is_refused():
     samples = coarse("6/4 NN")[3]
     table = pair_table(samples, 4)

@@ -62,6 +62,7 @@ def test_the_law_of_a_system_is_set_up_once(monkeypatch):
         assert getattr(made[0], name) == pytest.approx(getattr(firmware, name)), name
 
 
+@pytest.mark.long
 def test_a_law_that_does_not_reach_the_torque_says_what_to_set_to_export_it(tmp_path):
     given = "--set", "array.n_series=1"
     refusal = command("export", "firmware", VILLAGE, "--out", tmp_path / "a", *given)

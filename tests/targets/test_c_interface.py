@@ -380,6 +380,7 @@ def test_a_wrong_blob_is_told(lib):
     assert create(nan)[1].endswith("plant.machine.L_u")
 
 
+@pytest.mark.long
 def test_every_number_of_a_blob_may_be_anything(lib):
     """Zero, negative, huge, not a number: refused, or a drive that runs or says it diverged."""
     good = blob(DRIVES["load step"])
