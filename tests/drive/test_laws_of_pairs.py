@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from coupled import I_MAX, coupling, machine_file, table
+from coupled import I_MAX, Formula, N_r, coupling, machine_file, table
 from test_pair_torque import EXAMPLES, WORKING
 
 import reluctance as rl
 from reluctance import _core
 from reluctance.machine.coupling import Coupling, Neighbours
-from reluctance.machine.maps.pairs import mean_table
+from reluctance.machine.maps.pairs import mean_table, pair_table
 
 PAIRS = {
     "add": coupling(),
@@ -88,13 +88,14 @@ def test_weak_pairs_change_little(tmp_path):
 
 
 def test_the_mean_table_is_the_mean_of_the_tables():
-    kinds = [table(-0.2), table(-0.2), table(0.15)]
+    other = pair_table(Formula(0.15).samples(angles=19, currents=9), N_r, tolerance=1e-9)
+    kinds = [table(-0.2)] * 2 + [other]  # which has other nodes
     mean = mean_table(kinds)
     random = np.random.default_rng(5)
     phi, a, b = random.uniform(-np.pi, np.pi, 40), *random.uniform(0, I_MAX, (2, 40))
     for name in ("energy", "tau", "psi_first", "L_mutual"):
         expected = np.mean([getattr(kind.at(phi, a, b), name) for kind in kinds], axis=0)
-        np.testing.assert_allclose(getattr(mean.at(phi, a, b), name), expected, atol=1e-12)
+        np.testing.assert_allclose(getattr(mean.at(phi, a, b), name), expected, atol=2e-4)
 
 
 def test_all_phases_are_alike_with_the_mean_of_their_neighbours():

@@ -144,19 +144,20 @@ class PairTable:
 def mean_table(tables: list[PairTable]) -> PairTable:
     """The table of the mean co-energy: the functions of all of them side by side.
 
-    tables : of the same angles and currents, each as often as it counts.
+    tables : up to the same last current, each as often as it counts.
     """
     kinds = list(dict.fromkeys(tables))
-    one, ends = kinds[0], np.cumsum([table.rank for table in kinds])
-    blocks = [(end - table.rank, end) for table, end in zip(kinds, ends, strict=True)]
-    C = np.zeros((len(one.phi), ends[-1], ends[-1]))
-    slope = np.zeros((len(one.given), ends[-1], ends[-1]))
-    for table, (begin, end) in zip(kinds, blocks, strict=True):
-        weight = tables.count(table) / len(tables)
-        C[:, begin:end, begin:end] = weight * table.C
-        slope[:, begin:end, begin:end] = weight * table.slope
-    f = np.concatenate([table.f for table in kinds])
-    return PairTable(one.N_r, one.i, f, one.phi, C, one.given, slope)
+    i = np.unique(np.concatenate([table.i for table in kinds]))
+    phi = max((table.phi for table in kinds), key=len)
+    given, ends = kinds[0].given, np.cumsum([table.rank for table in kinds])
+    C = np.zeros((len(phi), ends[-1], ends[-1]))
+    slope = np.zeros((len(given), ends[-1], ends[-1]))
+    for table, end in zip(kinds, ends, strict=True):
+        weight, own = tables.count(table) / len(tables), slice(end - table.rank, end)
+        C[:, own, own] = weight * table.matrices(phi)[0]
+        slope[:, own, own] = weight * table.matrices(given)[1]
+    f = np.concatenate([table._over_current(i) for table in kinds])
+    return PairTable(kinds[0].N_r, i, f, phi, C, given, slope)
 
 
 @dataclass(frozen=True)
