@@ -125,14 +125,14 @@ def test_plots_are_written_and_reproducible(tmp_path, ending):
         (["runn", RATED], "runn"),
     ],
 )
-def test_a_mistake_is_exit_2_and_leaves_no_file(tmp_path, arguments, says):
+def test_a_mistake_is_exit_2_and_leaves_no_file(tmp_path, monkeypatch, arguments, says):
+    monkeypatch.chdir(tmp_path)
     arguments = [a.replace("{dir}", str(tmp_path)) for a in arguments]
     if "--out" not in arguments and "--plot" not in arguments and arguments[0] == "run":
         arguments += ["--out", str(tmp_path / "run.csv")]
-    done = reluctance(*arguments, cwd=tmp_path)
-    assert done.returncode == 2
-    assert says in done.stderr
-    assert done.stdout == ""
+    done = command(*arguments)
+    assert (done.code, done.out) == (2, "")
+    assert says in done.error
     assert list(tmp_path.iterdir()) == []
 
 

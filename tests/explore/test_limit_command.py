@@ -1,12 +1,11 @@
 """`reluctance limit`: the limit at the operating point of a drive file."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command import command, refused
 
 from reluctance import load
 from reluctance.base.errors import ParameterError
@@ -34,11 +33,6 @@ PUMP = RATED.with_name("paper_pump.toml")
 def cache_dir(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("RELUCTANCE_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
-
-
-def command(*arguments: object) -> subprocess.CompletedProcess[str]:
-    line = [sys.executable, "-m", "reluctance.cli", "limit", *map(str, arguments)]
-    return subprocess.run(line, capture_output=True, text=True, check=False)
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
@@ -102,15 +96,15 @@ def test_ripple_floor_of_no_torque_is_zero() -> None:
 
 
 def test_command_prints_json_and_words(cache_dir: Path) -> None:
-    ran = command(RATED, "--json", "--at-switching-frequency", "20kHz")
-    assert ran.returncode == 0, ran.stderr
-    figures = json.loads(ran.stdout)
+    ran = command("limit", RATED, "--json", "--at-switching-frequency", "20kHz")
+    assert ran.code == 0, ran.error
+    figures = json.loads(ran.out)
     assert figures["i_rms_A"] == pytest.approx(48.9, rel=0.01)  # published
     assert figures["p_cu_W"] == pytest.approx(5171, rel=0.01)
     assert 0 < figures["ripple_bound_rms_Nm"] < figures["ripple_pulse_width_rms_Nm"] < 0.41339
-    words = command(RATED)
-    assert "best known" in words.stdout
-    assert "48.93 A" in words.stdout
+    words = command("limit", RATED)
+    assert "best known" in words.out
+    assert "48.93 A" in words.out
 
 
 @pytest.mark.parametrize(
@@ -122,10 +116,7 @@ def test_command_prints_json_and_words(cache_dir: Path) -> None:
     ],
 )
 def test_command_says_what_is_wrong_on_one_line(arguments: list[str], message: str) -> None:
-    ran = command(RATED, *arguments)
-    assert ran.returncode == 2
-    assert ran.stderr.count("\n") == 1
-    assert message in ran.stderr
+    assert message in refused("limit", RATED, *arguments)
 
 
 @pytest.mark.parametrize(
@@ -137,9 +128,7 @@ def test_command_says_what_is_wrong_on_one_line(arguments: list[str], message: s
     ],
 )
 def test_what_cannot_be_meant_is_refused_in_one_line(arguments: list[object], says: str) -> None:
-    ran = command(RATED, *arguments)
-    assert (ran.returncode, ran.stdout) == (2, "")
-    assert says in ran.stderr and ran.stderr.count("\n") == 1
+    assert says in refused("limit", RATED, *arguments)
 
 
 def test_the_greatest_torque_of_the_check_is_that_of_all_phases() -> None:
