@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from coupled import I_MAX, Formula, N_r, coupling, machine_file, table
-from test_pair_torque import EXAMPLES, WORKING
+from coupled import I_MAX, SENSED, WORKING, Formula, N_r, coupling, machine_file, table
 
 import reluctance as rl
 from reluctance import _core
 from reluctance.machine.coupling import Coupling, Neighbours
 from reluctance.machine.maps.pairs import mean_table, pair_table
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 PAIRS = {
     "add": coupling(),
     "take": coupling(-0.2),
@@ -39,9 +41,8 @@ CASES = [
 
 
 def drive(machine, example, **more):
-    overrides = [f"machine={machine}", *WORKING]
-    if example == "edge_mpc_mcu":
-        overrides.append("sensing.i_range_A=20")
+    sensed = SENSED if example == "edge_mpc_mcu" else []
+    overrides = [f"machine={machine}", *WORKING, *sensed]
     return rl.load(EXAMPLES / f"{example}.toml", overrides).with_values(more)
 
 

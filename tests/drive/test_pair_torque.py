@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
-from coupled import I_MAX, coupling, machine_file
+from coupled import I_MAX, WORKING, machine_file
 
 import reluctance as rl
 from reluctance import _core
@@ -16,7 +15,6 @@ from reluctance.base.errors import ParameterError
 from reluctance.drive.laws.own_law import core_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-WORKING = ["converter.u_dc_V=160", "load.speed_rpm=1500", "reference.tau_Nm=2.5"]
 
 
 def on_the_coupled_machine(folder, example, pairs=None):
@@ -126,33 +124,3 @@ def test_a_saved_drive_takes_its_pairs_along(file, tmp_path):
     assert again.machine.coupled
     runs = [rl.simulate(x, until=0.003, record=None).periods.values for x in (given, again)]
     assert runs[0].tobytes() == runs[1].tobytes()
-
-
-def test_the_tables_of_a_law_reach_what_phases_alone_have_to_give(file, tmp_path):
-    """Pairs take up to so much from a torque that two phases share with the least copper
-    loss, by a search over currents; pairs that add ask for no more."""
-    working = [*WORKING, "control.tau_max_Nm=2.5"]
-    adds = rl.load(file, working).known()
-    assert adds.tau_of_phases == adds.tau_max
-    takes = on_the_coupled_machine(tmp_path, "finite_set_mpc", coupling(-0.2))
-    known = rl.load(takes, working).known()
-    machine, pairs = known.machine, known.machine.coupling
-    grid = np.linspace(0, I_MAX, 121)
-    worst = 0.0
-    for tau, theta_e in product((known.tau_max, known.tau_of_phases), np.radians(range(0, 360, 3))):
-        angles = theta_e - 2 * np.pi * np.arange(3) / 3
-        alone = np.array([machine.tau(grid, angle) for angle in angles])
-        for pair in pairs.pairs:
-            first, second = alone[pair.first], alone[pair.second]
-            left = tau - first
-            possible = (left >= 0) & (left <= second[-1])
-            if min(first[-1], second[-1]) <= 0 or not possible.any():
-                continue
-            b = np.interp(left, second, grid)
-            best = np.argmin(np.where(possible, grid**2 + b**2, np.inf))
-            i = np.zeros(3)
-            i[pair.first], i[pair.second] = grid[best], b[best]
-            worst = max(worst, -float(pairs.tau(i, theta_e)))
-    assert worst > 0.02
-    # The shares of least copper loss jump where a phase can give no more.
-    assert known.tau_of_phases - known.tau_max == pytest.approx(worst, rel=0.4)

@@ -21,6 +21,10 @@ from reluctance.machine.pair_file import write_pairs
 MACHINES = Path(__file__).parents[2] / "machines"
 N_r, I_MAX = 4, 12.0
 K = 0.2  # [J]
+# Where the drives of the tests work with this machine, whatever else they are; and range of their
+# current sensors.
+WORKING = ["converter.u_dc_V=160", "load.speed_rpm=1500", "reference.tau_Nm=2.5"]
+SENSED = ["sensing.i_range_A=20"]
 
 
 def g(x: Array) -> tuple[Array, Array]:

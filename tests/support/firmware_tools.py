@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from coupled import machine_file
+from coupled import SENSED, WORKING, machine_file
 from needs import needs
 
 import reluctance as rl
@@ -21,10 +21,6 @@ ROOT = Path(__file__).parents[2]
 TOOLS = ("arm-none-eabi-g++", "qemu-system-arm", "make")
 
 needs_target = needs(*TOOLS)
-
-# On the machine of `coupled`, two or three phases of which conduct.
-COUPLED = ["converter.u_dc_V=160", "reference.tau_Nm=2.5"]  # of the machine of `coupled`
-COUPLED_SAMPLED = [*COUPLED, "sensing.i_range_A=20"]
 
 # Name, drive file, overrides: what the budget and the parity tests run.
 DRIVES = {
@@ -89,15 +85,16 @@ DRIVES = {
         ],
     ),
     "five_phases": ("five_phases_losses", []),
-    "deadbeat_pairs": ("deadbeat", COUPLED),
-    "edge_mpc_pairs": ("edge_mpc_mcu", COUPLED_SAMPLED),
-    "finite_set_pairs": ("finite_set_mpc", COUPLED),
+    # On the machine of `coupled`, two or three phases of which conduct.
+    "deadbeat_pairs": ("deadbeat", WORKING),
+    "edge_mpc_pairs": ("edge_mpc_mcu", [*WORKING, *SENSED]),
+    "finite_set_pairs": ("finite_set_mpc", WORKING),
 }
 
 
 def drive(name):
     file, overrides = DRIVES[name]
-    if overrides[:1] == COUPLED[:1]:
+    if overrides[: len(WORKING)] == WORKING:
         overrides = [f"machine={coupled_machine()}", *overrides]
     return rl.load(ROOT / "examples" / f"{file}.toml", overrides)
 

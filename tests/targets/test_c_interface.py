@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from c_library import SENSORS, TABLES, Unit, compiled, library
 from command import command
+from coupled import SENSED, WORKING
 from firmware_tools import coupled_machine
 
 import reluctance as rl
@@ -39,7 +40,7 @@ STATES = {  # a drive that meets a fault, is cleared and enabled again
     "supervision.restart_s": 0.092,
 }
 EVENT = ("t", "mode", "status", "phase", "value", "limit")
-COUPLED = [f"machine={coupled_machine()}", "converter.u_dc_V=160", "reference.tau_Nm=2.5"]
+COUPLED = [f"machine={coupled_machine()}", *WORKING]
 LAWS = "TorqueSharing,Ditc,Angles,PwmCurrent,TorqueSharingOfPairs"
 DRIVES = {
     "sharing": rl.load(EXAMPLES / "sharing_cubic.toml"),
@@ -101,7 +102,7 @@ def test_it_computes_the_bits_of_the_simulation(lib, name):
 @pytest.mark.parametrize("example", ["edge_mpc_mcu", "finite_set_mpc", "deadbeat", "ditc"])
 def test_laws_of_pairs_compute_the_bits_of_the_simulation(example, tmp_path):
     """Under a name of their own, in a library of all laws for maps with three phases."""
-    more = ["sensing.i_range_A=20"] if example == "edge_mpc_mcu" else []
+    more = SENSED if example == "edge_mpc_mcu" else []
     drive = rl.load(EXAMPLES / f"{example}.toml", [*COUPLED, *more])
     assert kind(drive).law.endswith("OfPairs")
     file = tmp_path / "reluctance.so"

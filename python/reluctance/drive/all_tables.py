@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import MISSING, InitVar, dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_type_hints
@@ -183,15 +182,9 @@ class Tables:
         return _core.Controller(self.law(known), self.frame(known), self.pairs(known))
 
     def law(self, known: Known) -> _core.Law:
-        """The control law. Where the frame takes the torque of pairs off, its tables reach as much
-        further as they take from the greatest torque, where phases alone can give that."""
-        pairs = self._believed_pairs(known)
-        if pairs is not None and self.control.knows_pairs:
-            return self.control.core(replace(known, pairs=pairs))
-        if pairs is not None and self.control.follows_torque:
-            with suppress(RuntimeError, ParameterError):
-                return self.control.core(replace(known, tau_max=known.tau_of_phases))
-        return self.control.core(known)
+        """The control law."""
+        pairs = self._believed_pairs(known) if self.control.knows_pairs else None
+        return self.control.core(replace(known, pairs=pairs))
 
     def pairs(self, known: Known) -> _core.Coupling | None:
         """The pairs of phases whose torque the frame takes off what it asks of the law; None where

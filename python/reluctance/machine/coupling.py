@@ -16,7 +16,6 @@ from reluctance.machine.maps.pairs import Array, PairState, PairTable, apart, me
 from reluctance.machine.models import Magnetics
 
 LETTERS = "abcdef"
-CURRENTS, ANGLES = 121, 61  # of `greatest_taken`
 
 
 @dataclass(frozen=True)
@@ -165,35 +164,6 @@ def _core_of(coupling: Coupling) -> _core.Coupling:
     return coupling._made()
 
 
-@lru_cache(maxsize=256)
-def greatest_taken(coupling: Coupling, magnetics: Magnetics, i_max: float, tau: float) -> float:
-    """The most that pairs take, at any angle, from a torque that two phases share with the least
-    copper loss up to i_max [N m]: so much more the phases alone have to give.
-
-    What is taken has to be given in addition, and takes more again: two rounds.
-    """
-    i = np.linspace(0, i_max, CURRENTS)
-    theta_e = np.linspace(0, np.pi, ANGLES)
-    alone = np.array([_tau(magnetics, i, np.full(CURRENTS, angle)) for angle in theta_e])
-    most = 0.0
-    for _ in range(2):
-        for pair in coupling.pairs:
-            delta = apart(pair.first, pair.second, coupling.n_phases)
-            for n, angle in enumerate(theta_e):
-                other = round((angle - delta) / (theta_e[1] - theta_e[0]))
-                if not 0 <= other < ANGLES:
-                    continue  # the second phase would brake
-                left = tau + most - alone[n]  # for the second phase, over currents of the first
-                given = (left >= 0) & (left <= alone[other, -1])
-                if not given.any():
-                    continue
-                b = np.interp(left, alone[other], i)
-                best = int(np.argmin(np.where(given, i**2 + b**2, np.inf)))
-                x = pair.table.at(angle - delta / 2, i[best], b[best])
-                most = max(most, -coupling.factor * float(x.tau))
-    return most
-
-
 def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
     """Refuses tables with which two currents up to i_max [A] would have no inductance: of a machine
     that is none. magnetics: of one phase alone.
@@ -226,11 +196,6 @@ def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
                 f"{np.degrees(phi):.3g} deg, need > 0; take flux map and pair table from the same "
                 "source"
             )
-
-
-def _tau(magnetics: Magnetics, i: Array, theta_e: Array) -> Array:
-    """Torque of one phase [N m]."""
-    return _column(magnetics, 2, i, theta_e)
 
 
 def _L_inc(magnetics: Magnetics, i: Array, theta_e: Array) -> Array:

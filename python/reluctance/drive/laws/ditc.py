@@ -45,6 +45,7 @@ class Ditc(HandsOver, ConductionAngles):
             needs="fast sampling",
         ),
     )
+    knows_pairs: ClassVar[bool] = True
     law: Literal["ditc"] = "ditc"
     tau_band_Nm: float | None = Field(None, gt=0)  # inner, half width; by default 1 % of tau_max
     tau_band_outer_Nm: float | None = Field(None, gt=0)  # by default twice the inner one
@@ -72,10 +73,6 @@ class Ditc(HandsOver, ConductionAngles):
                 f"{self.theta_off_deg - self.theta_on_deg:g}, need >= {stroke:g} with "
                 f"{known.n_phases} phases, so that one is always in charge"
             )
-
-    @property
-    def knows_pairs(self) -> bool:
-        return True
 
     def core(self, known: Known) -> _core.Law:
         inner = INNER_PART * known.tau_max if self.tau_band_Nm is None else self.tau_band_Nm

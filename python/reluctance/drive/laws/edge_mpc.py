@@ -34,15 +34,12 @@ class EdgeMpc(FluxGuided, Learns):
             needs="timers with four edges per sample",
         ),
     )
+    knows_pairs: ClassVar[bool] = True
     law: Literal["edge_mpc"] = "edge_mpc"
     # What the profiles of the guide have least, without ripple of their own: copper loss, or the
     # ripple that switching leaves, for up to 3 % more copper loss at rated torque
     # (docs/control/least_ripple.csv).
     guide: Literal["least_copper", "least_ripple"] = "least_copper"
-
-    @property
-    def knows_pairs(self) -> bool:
-        return True
 
     def tables(self, known: Known, n_points: int = CURRENT_POINTS) -> list[optimum.Table]:
         tables = super().tables(known, n_points)

@@ -59,14 +59,11 @@ class FiniteSetMpc(FluxGuided):
             needs="very fast sampling",
         ),
     )
+    knows_pairs: ClassVar[bool] = True
     law: Literal["finite_set_mpc"] = "finite_set_mpc"
     horizon: int = Field(1, ge=1, le=4)  # samples
     guided: bool = True  # without its guide the law is short-sighted: for comparison only
     w_i: float = Field(0.0, ge=0)  # weight of copper [N^2 m^2/A^2]
-
-    @property
-    def knows_pairs(self) -> bool:
-        return True
 
     def core(self, known: Known) -> _core.Law:
         guide = self.flux_guide(known)

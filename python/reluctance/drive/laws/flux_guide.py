@@ -38,14 +38,12 @@ def packed(
     least = NO_CURRENT * float(tables[0].i.max())
     i = np.stack([np.where(table.i < least, 0.0, table.i) for table in tables])
     whole = np.stack([table.psi for table in tables])
-    values = i if quantity == "i" else np.where(i > 0, whole, 0.0)
-    mutual = None
+    alone, mutual = np.where(i > 0, whole, 0.0), None
     if point.coupling is not None:
         alone = _alone(point, i, tables[0].theta_e)
-        values = i if quantity == "i" else alone
         mutual = whole - alone
     return _core.ReferenceProfile(
-        values,
+        i if quantity == "i" else alone,
         tau_max=tables[0].tau_ref[-1],
         omega_m=[abs(table.omega_m) for table in tables],
         u_dc=tables[0].u_dc,

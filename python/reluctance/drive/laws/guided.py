@@ -117,8 +117,7 @@ class Guided(Control):
     def room(self, known: Known, least: float = ROOM) -> float:
         """The greatest torque of the guide over the greatest reference, `least` or more [1]. Where
         phases couple, a level of the guide lies at the greatest reference, since those above it
-        often have ripple: on the 8/6 machine of docs/control/coupling.md, neighbours of one
-        polarity, `deadbeat` has 0.4 % rms with it, and 1.8 % between two levels."""
+        often have ripple, which a torque between two levels would share."""
         if known.pairs is None:
             return least
         last = self.guide_levels - 1

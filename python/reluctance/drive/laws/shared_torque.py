@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -40,6 +40,7 @@ def sharing_angles(n_phases: int, x: float, y: float) -> dict[str, float]:
 class SharedTorque(HandsOver):
     """The part of the torque that each phase gives at an angle."""
 
+    knows_pairs: ClassVar[bool] = True
     sharing: Literal["linear", "cubic", "sinusoidal", "exponential", "optimal", "table"] = "cubic"
     theta_on_deg: float | None = None  # electrical; by default OVERLAP_PART, centred on 90 deg
     theta_ov_deg: float | None = None  # overlap
@@ -80,10 +81,6 @@ class SharedTorque(HandsOver):
                 f"{self.theta_ov_deg:g}: need theta_on_deg >= 0, theta_ov_deg > 0 and together at "
                 f"most {free:g}, so that every phase with a share can give torque"
             )
-
-    @property
-    def knows_pairs(self) -> bool:
-        return True
 
     def shares(self, known: Known) -> _core.Sharing:
         """The sharing function, with angles by rule where the table gives none."""
@@ -178,28 +175,26 @@ def _of_phases(
     known: Known, sharing: _core.Sharing, torques: FloatArray, theta: FloatArray
 ) -> FloatArray:
     """What phases alone have to give for torques (n_torques, 1), at angles (n_angles,) of a phase,
-    where pairs of them add to it or take from it. The currents of the shares, past i_max where
-    these ask for it, and the torque of the pairs follow from each other."""
-    left = np.broadcast_to(torques, (len(torques), len(theta)))
+    where pairs of them add to it or take from it; (n_torques, n_angles) [N m]. The currents of the
+    shares, past i_max where these ask for it, and the torque of the pairs follow from each other.
+    """
     if known.pairs is None:
-        return left
+        return np.broadcast_to(torques, (len(torques), len(theta)))
+    n_phases, n = known.n_phases, 60 * known.n_phases
+    grid = 2 * np.pi * np.arange(n) / n
+    share = _share(known, sharing, grid)
     i = np.linspace(0, 2 * known.i_max, CURRENTS)
-    angles = [theta - 2 * np.pi * k / known.n_phases for k in range(known.n_phases)]
-    shares = [_share(known, sharing, angle) for angle in angles]
-    tau = [
-        _core.magnetics(
-            known.magnetics, np.tile(i, len(theta)), np.repeat(np.mod(angle, 2 * np.pi), len(i))
-        )[:, 2].reshape(len(theta), -1)
-        for angle in angles
-    ]
+    tau = _core.magnetics(known.magnetics, np.tile(i, n), np.repeat(grid, len(i)))[:, 2]
+    rising = np.maximum.accumulate(np.maximum(tau.reshape(n, -1), 0.0), axis=1)
+    left = np.broadcast_to(torques, (len(torques), n))
     for _ in range(ROUNDS):
-        currents = np.zeros((*left.shape, known.n_phases))
-        for k, (share, torque) in enumerate(zip(shares, tau, strict=True)):
-            for n in np.flatnonzero(share > NO_FLUX):
-                rising = np.maximum.accumulate(np.maximum(torque[n], 0.0))
-                currents[:, n, k] = np.interp(left[:, n] * share[n], rising, i)
-        left = (left + np.maximum(torques - known.pairs.tau(currents, theta), 0.0)) / 2
-    return left
+        own = np.zeros(left.shape)
+        for j in np.flatnonzero(share > NO_FLUX):
+            own[:, j] = np.interp(left[:, j] * share[j], rising[j], i)
+        of_all = [np.roll(own, k * n // n_phases, axis=1) for k in range(n_phases)]
+        tau_pairs = known.pairs.tau(np.stack(of_all, axis=-1), grid)
+        left = (left + np.maximum(torques - tau_pairs, 0.0)) / 2
+    return np.array([np.interp(theta, grid, row, period=2 * np.pi) for row in left])
 
 
 def _optimal(known: Known) -> _core.Sharing:

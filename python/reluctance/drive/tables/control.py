@@ -31,6 +31,9 @@ class Control(Section):
     variants: ClassVar[tuple[Variant, ...]] = ()  # in a comparison
     look: ClassVar[Look] = Look("own", "#F0E442", "-.")  # of a law from outside the package
     title: ClassVar[str] = ""  # of the studio
+    # Whether the law itself computes with pairs of phases; for others the frame takes their torque
+    # off what it asks for.
+    knows_pairs: ClassVar[bool] = False
 
     law: str = ""  # its name, or the file of one's own
     T_s_us: float = Field(gt=0)
@@ -61,12 +64,6 @@ class Control(Section):
     @property
     def learns(self) -> bool:
         """True where the controller learns the machine that it drives."""
-        return False
-
-    @property
-    def knows_pairs(self) -> bool:
-        """True where the law itself computes with pairs of phases; for others the frame takes
-        their torque off what it asks for."""
         return False
 
     @property

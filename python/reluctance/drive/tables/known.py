@@ -63,16 +63,6 @@ class Known:
         """Current limit [A]."""
         return self.machine.i_max_A
 
-    @property
-    def tau_of_phases(self) -> float:
-        """What phases alone have to give for tau_max, where pairs of them take some of it [N m]."""
-        coupling = self.machine.coupling
-        if coupling is None:
-            return self.tau_max
-        from reluctance.machine.coupling import greatest_taken
-
-        return self.tau_max + greatest_taken(coupling, self.magnetics, self.i_max, self.tau_max)
-
     def at(self, omega_m: float) -> OperatingPoint:
         """This machine and voltage at a speed [rad/s]; all phases alike."""
         alone = self.machine.at(u_dc=self.u_dc, omega_m=omega_m)

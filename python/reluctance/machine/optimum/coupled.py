@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reluctance.base.arrays import FloatArray
 from reluctance.machine.coupling import Coupling
@@ -71,3 +72,25 @@ def alike(coupling: Coupling) -> bool:
         tables.get(((first + 1) % n, (second + 1) % n)) is table
         for (first, second), table in tables.items()
     )
+
+
+def at_once(values: NDArray[Any], n_phases: int) -> NDArray[Any]:
+    """Of every phase over the angle of the first, (n, n_phases), of one or all over their own."""
+    n = values.shape[-1]
+    own = np.broadcast_to(values, (n_phases, n))
+    return np.stack([np.roll(own[k], k * n // n_phases) for k in range(n_phases)], axis=-1)
+
+
+def solved(L: FloatArray, flow: NDArray[np.bool_], flux: FloatArray) -> FloatArray:
+    """L^-1 flux over the phases that flow, zero for the others: by how much currents rise with flux
+    linkages, or the torque per flux linkage of the torque per current.
+
+    Parameters
+    ----------
+    L : (n, n_phases, n_phases) incremental inductances [H]
+    flow : (n, n_phases)
+    flux : (n, n_phases) [Wb]
+    """
+    free = flow[:, :, None] & flow[:, None, :]
+    unknown = np.where(flow, flux, 0.0)[..., None]
+    return np.asarray(np.linalg.solve(np.where(free, L, np.eye(L.shape[-1])), unknown)[..., 0])

@@ -25,9 +25,10 @@ from reluctance import _core
 from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
 from reluctance.machine.operating_point import OperatingPoint
+from reluctance.machine.optimum.coupled import at_once, solved
 from reluctance.machine.optimum.magnetics import content
 from reluctance.machine.optimum.programme import ALGORITHM, FEASIBLE
-from reluctance.machine.optimum.ripple import AT_REST, at_once
+from reluctance.machine.optimum.ripple import AT_REST
 from reluctance.machine.optimum.switching_programme import SwitchingProgramme
 from reluctance.machine.optimum.table import Table
 
@@ -119,11 +120,9 @@ def _state(
     n_phases, pairs = point.n_phases, point.coupling
     i_all, flow = at_once(i, n_phases), at_once(flows, n_phases)
     L_all = pairs.inductance(point.magnetics, i_all, theta_e)
-    free = flow[:, :, None] & flow[:, None, :]  # the others keep no current
 
     def rise(flux: FloatArray) -> FloatArray:
-        of_all = np.where(flow, at_once(flux, n_phases), 0.0)[..., None]
-        return np.asarray(np.linalg.solve(np.where(free, L_all, np.eye(n_phases)), of_all)[:, 0, 0])
+        return solved(L_all, flow, at_once(flux, n_phases))[:, 0]
 
     mutual = pairs.psi(i_all, theta_e)[:, 0]
     gain = rise(tau_i + pairs.tau_i(i_all, theta_e)[:, 0])

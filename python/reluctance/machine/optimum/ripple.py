@@ -32,6 +32,7 @@ from reluctance import _core
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
 from reluctance.machine.operating_point import OperatingPoint
+from reluctance.machine.optimum.coupled import at_once, solved
 from reluctance.machine.optimum.profile import Profile
 from reluctance.machine.optimum.returning_flux import returning_mean
 from reluctance.machine.optimum.switching_programme import weights
@@ -111,21 +112,10 @@ def _local(
     u_all, flow = at_once(u, n_phases), at_once(flows, n_phases)
     tau_pairs = point.coupling.tau_i(i, theta_e)
     L_all = point.coupling.inductance(point.magnetics, i, theta_e)
-    free = flow[:, :, None] & flow[:, None, :]  # the others keep no current
-    gain = np.linalg.solve(
-        np.where(free, L_all, np.eye(n_phases)),
-        np.where(flow, tau_i + tau_pairs, 0.0)[..., None],
-    )[..., 0]
+    gain = solved(L_all, flow, tau_i + tau_pairs)
     if profile.i.ndim == 1:
         return u, gain[:, 0], flows
     return u_all.T.ravel(), gain.T.ravel(), flow.T.ravel()
-
-
-def at_once(values: NDArray[Any], n_phases: int) -> NDArray[Any]:
-    """Of every phase over the angle of the first, (n, n_phases), of one or all over their own."""
-    n = values.shape[-1]
-    own = np.broadcast_to(values, (n_phases, n))
-    return np.stack([np.roll(own[k], k * n // n_phases) for k in range(n_phases)], axis=-1)
 
 
 def _least(u: FloatArray, gain: FloatArray, u_dc: float) -> list[float]:
