@@ -128,27 +128,44 @@ struct GivenFields<Law, std::index_sequence<n...>> {
 };
 
 /// Python's function that makes a law: the machine model as the control believes it, the number of
-/// phases, whether in single precision, then the fields of the law but its machine.
-template <template <class, int> class Law, Forms here = forms_here>
-void bind_law(nb::module_& m, const char* name, const char* doc) {
-  using Make = GivenFields<Law>;
+/// phases, whether in single precision, then what `more` names, and the fields of the law but its
+/// machine. Make is made of the same.
+template <template <class, int> class Law, Forms here, class Make, class... More>
+void bind_made(nb::module_& m, const char* name, const char* doc,
+               const std::array<const char*, sizeof...(More)>& more) {
   if constexpr (here == Forms::other) {
     other_form<Make> = &any_law<here, Make>;
   } else {
     Sample<Law> sample{};
     const auto list = field_list(sample);
-    [&]<std::size_t... n>(std::index_sequence<n...>) {
+    [&]<std::size_t... j, std::size_t... n>(std::index_sequence<j...>, std::index_sequence<n...>) {
       m.def(
           name,
-          [](const AnyMachine& model, int n_phases, bool single,
+          [](const AnyMachine& model, int n_phases, bool single, const More&... given,
              const GivenField<Law, n>&... value) {
-            return any_law<here>(model, n_phases, single, Make{{value...}});
+            return any_law<here>(model, n_phases, single, Make{given..., {{value...}}});
           },
           nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"), nb::kw_only(),
-          nb::arg(std::get<n + has_machine<Law>>(list).name)..., doc);
+          nb::arg(more[j])..., nb::arg(std::get<n + has_machine<Law>>(list).name)..., doc);
     }
-    (std::make_index_sequence<given_fields<Law>>());
+    (std::index_sequence_for<More...>(), std::make_index_sequence<given_fields<Law>>());
   }
+}
+
+template <template <class, int> class Law>
+struct GivenAlone {
+  GivenFields<Law> law;
+
+  /// Makes the law.
+  template <class T, int N, class M>
+  auto operator()(const M& machine, srm::Tables& memory) const {
+    return law.template operator()<T, N>(machine, memory);
+  }
+};
+
+template <template <class, int> class Law, Forms here = forms_here>
+void bind_law(nb::module_& m, const char* name, const char* doc) {
+  bind_made<Law, here, GivenAlone<Law>>(m, name, doc, {});
 }
 
 }  // namespace bound

@@ -29,25 +29,8 @@ struct GivenCoupled {
 /// Python's function that makes it: as bind_law, and the pairs.
 template <template <class, int> class Law, Forms here = forms_here>
 void bind_coupled(nb::module_& m, const char* name) {
-  using Make = GivenCoupled<Law>;
-  if constexpr (here == Forms::other) {
-    other_form<Make> = &any_law<here, Make>;
-  } else {
-    Sample<Law> sample{};
-    const auto list = field_list(sample);
-    [&]<std::size_t... n>(std::index_sequence<n...>) {
-      m.def(
-          name,
-          [](const AnyMachine& model, int n_phases, bool single,
-             const srm::Held<srm::Coupling<double>>& pairs, const GivenField<Law, n>&... value) {
-            return any_law<here>(model, n_phases, single, Make{pairs, {{value...}}});
-          },
-          nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"), nb::kw_only(),
-          nb::arg("pairs"), nb::arg(std::get<n + has_machine<Law>>(list).name)...,
-          "The same law, which computes with the pairs of phases.");
-    }
-    (std::make_index_sequence<given_fields<Law>>());
-  }
+  bind_made<Law, here, GivenCoupled<Law>, srm::Held<srm::Coupling<double>>>(
+      m, name, "The same law, which computes with the pairs of phases.", {"pairs"});
 }
 
 }  // namespace bound

@@ -3,7 +3,7 @@
 
 #include "bindings.hpp"
 #include "srm/control/frame/frame.hpp"
-#include "srm/control/guard/diagnosis.hpp"
+#include "srm/control/guard/diagnosed.hpp"
 #include "srm/control/guard/supervised.hpp"
 #include "srm/sim/supervision.hpp"
 

@@ -27,7 +27,7 @@ int main() {
   print(reluctance::machine);
   print(reluctance::protection);
   print(reluctance::sequence);
-#if __has_include("srm/control/guard/diagnosis.hpp")
+#if __has_include("srm/control/guard/diagnosed.hpp")
   print(reluctance::diagnosis);
 #endif
 }

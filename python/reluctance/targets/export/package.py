@@ -47,7 +47,7 @@ UNDIAGNOSED = {
 DIAGNOSED = {
     "guarded": "srm::Diagnosed<Undiagnosed>",
     "guarded_values": "{{machine, protection, control}, diagnosis}",
-    "guarded_header": "diagnosis",
+    "guarded_header": "diagnosed",
 }
 INCLUDE = re.compile(r'#include "(srm/[^"]+)"')
 
