@@ -16,7 +16,8 @@ namespace {
 using Profiles = srm::Held<srm::ReferenceProfile<double>>;
 
 Profiles profiles_of(const Array<3>& values, double tau_max, const std::vector<double>& omega_m,
-                     double u_dc, double drop, const std::optional<Array<3>>& mutual) {
+                     double u_dc, double drop, const std::optional<Array<3>>& mutual,
+                     const std::optional<Array<3>>& tau_pairs) {
   if (values.shape(0) != omega_m.size() || omega_m.empty() || omega_m.front() < 0 ||
       std::adjacent_find(omega_m.begin(), omega_m.end(), std::greater_equal{}) != omega_m.end()) {
     throw std::invalid_argument("need a speed >= 0 for each table, increasing");
@@ -27,9 +28,12 @@ Profiles profiles_of(const Array<3>& values, double tau_max, const std::vector<d
   const auto kept = [&](const Array<3>& table) {
     return memory.keep<double>(std::vector<double>(table.data(), table.data() + table.size()));
   };
-  if (mutual && mutual->size() != values.size()) {
-    throw std::invalid_argument("mutual and values differ in size");
+  for (const auto* table : {&mutual, &tau_pairs}) {
+    if (mutual.has_value() != table->has_value() || (*table && (*table)->size() != values.size())) {
+      throw std::invalid_argument("need mutual and tau_pairs of the size of values, or neither");
+    }
   }
+  const srm::View<double> none{};
   const srm::ReferenceProfile<double> view{.first = {.values = kept(values),
                                                      .rows = int(values.shape(1)),
                                                      .columns = int(values.shape(2)),
@@ -37,7 +41,8 @@ Profiles profiles_of(const Array<3>& values, double tau_max, const std::vector<d
                                            .omega = memory.keep<double>(omega_m),
                                            .u_dc = u_dc,
                                            .drop = drop,
-                                           .mutual = mutual ? kept(*mutual) : srm::View<double>{}};
+                                           .mutual = mutual ? kept(*mutual) : none,
+                                           .tau_pairs = tau_pairs ? kept(*tau_pairs) : none};
   return {view, memory.owner()};
 }
 
@@ -57,10 +62,11 @@ void bind_reference_profile(nb::module_& m) {
   nb::class_<Profiles>(m, "ReferenceProfile", "Profiles over torque, electrical angle and speed.")
       .def(nb::new_(&profiles_of), nb::arg("values"), nb::kw_only(), nb::arg("tau_max"),
            nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("drop") = 0.0,
-           nb::arg("mutual") = nb::none(),
+           nb::arg("mutual") = nb::none(), nb::arg("tau_pairs") = nb::none(),
            "values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, "
            "the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc "
-           "[V]; drop: R i at their peak [V]; mutual: what neighbouring phases add to values.")
+           "[V]; drop: R i at their peak [V]; mutual: flux linkage that neighbouring phases add "
+           "[Wb], tau_pairs: torque of all pairs [N m], of the same shape, where phases couple.")
       .def(
           "at",
           [](const Profiles& self, double tau, double theta_e, double omega_m, double u_dc) {

@@ -3,8 +3,9 @@ the controller knows the pairs?
 
     python studies/coupling.py [--out DIR] [--machines 6/4,8/6,12/8] [--laws NAME,NAME]
 
-Three machines of machines/geometry, with all neighbours of one polarity (NN) and of two (NS), at
-1500 rpm. A winding of three phases cannot have all pairs of one polarity; both kinds are here at
+Three machines of machines/geometry, with all neighbours of one polarity (NN), of two (NS), and with
+one NS pair among NN, as a winding in groups has it (groups), at 1500 rpm. A winding of three phases
+cannot have all pairs of one polarity, nor one of four phases any kind alone; NN and NS are here at
 their purest, with the tables of the field of the machine. The dc link has three times the voltage
 that brings the flux linkage of the aligned pole at rated current up in half a period, and the rated
 torque is two thirds of the greatest one without ripple of phases that do not couple.
@@ -62,7 +63,7 @@ UNTIL = 0.12  # [s]
 
 @dataclass(frozen=True)
 class Point:
-    """A machine file with pairs of one kind, and where it works."""
+    """A machine file with its pairs, and where it works."""
 
     name: str
     kind: str
@@ -87,7 +88,7 @@ def tables(name: str) -> tuple[Geometry, dict[str, PairTable]]:
 
 
 def points(title: str, folder: Path) -> list[Point]:
-    """Both polarities of a machine."""
+    """Both polarities of a machine, and groups."""
     name = MACHINES[title]
     geometry, of_kind = tables(name)
     library = ROOT / "machines"
@@ -96,11 +97,12 @@ def points(title: str, folder: Path) -> list[Point]:
     u_dc = _rounded(VOLTAGE * float(machine.psi(RATED * machine.i_max_A, np.pi)) * _pace(machine))
     best = torque_speed_envelope(machine.at(u_dc=u_dc, omega_m=omega), omega)
     tau = _rounded(RATED * float(best.tau_max[0]))
-    found = []
-    for kind, table in of_kind.items():
-        n = geometry.phases
+    found, n = [], geometry.phases
+    kinds = {kind: [kind] * n for kind in of_kind} | {"groups": ["NN"] * (n - 1) + ["NS"]}
+    for kind, of_pair in kinds.items():
         pairs = [
-            Neighbours(phase_of(geometry, k), phase_of(geometry, k + 1), table) for k in range(n)
+            Neighbours(phase_of(geometry, k), phase_of(geometry, k + 1), of_kind[name])
+            for k, name in enumerate(of_pair)
         ]
         path = folder / f"{name}_{kind}.toml"
         write_pairs(Coupling(n, tuple(pairs)), path.with_suffix(".csv"))
@@ -162,8 +164,8 @@ def row(at: Point, law: str, load: float) -> dict[str, str]:
 
 
 def draw(rows: list[dict[str, str]], path: Path) -> None:
-    """Rms torque error of each law at rated torque: three points a machine and polarity."""
-    figure, axes = plt.subplots(1, len(MACHINES), figsize=(10, 3.6), sharex=True, sharey=True)
+    """Rms torque error of each law at rated torque: three points a machine and kind of pairs."""
+    figure, axes = plt.subplots(1, len(MACHINES), figsize=(10, 5), sharex=True, sharey=True)
     marks = (("uncoupled", "o", "#888888"), ("blind", "x", "#D55E00"), ("aware", "s", "#0072B2"))
     for ax, title in zip(axes, MACHINES, strict=True):
         here = [r for r in rows if r["machine"] == title and r["load"] == "1"]

@@ -23,12 +23,10 @@
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/feasible.hpp"
+#include "srm/control/part/followed_profile.hpp"
 #include "srm/control/part/mean_torque_feedback.hpp"
-#include "srm/control/part/mirror.hpp"
 #include "srm/control/part/per_phase.hpp"
-#include "srm/control/part/reference_profile.hpp"
 #include "srm/machine/magnetics.hpp"
-#include "srm/machine/with_pairs.hpp"
 
 namespace srm {
 
@@ -158,15 +156,11 @@ struct Ditc {
   [[gnu::noinline]] constexpr void follow(State& x, const Measurement<T, N>& y,
                                           const std::array<Magnetics<T>, N>& now, T asked,
                                           T tau_ref) const {
-    const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
+    const Profile<T> profile = followed_profile(machine, guide, asked, y, tau_ref);
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;
     for (int k = 0; k < N; ++k) {
-      const T theta = drive_angle<N>(wrap(y.theta_e + turn), k, tau_ref);
-      T goal = profile.at(theta);
-      if constexpr (has_pairs<M>) {
-        const T before = drive_angle<N>(y.theta_e, k, tau_ref);
-        if (goal > T(0)) goal = goal + profile.mutual_rise(before, theta);
-      }
+      const T goal = followed_flux<M>(profile, drive_angle<N>(y.theta_e, k, tau_ref),
+                                      drive_angle<N>(wrap(y.theta_e + turn), k, tau_ref));
       const T i = max(y.i[k], T(0));
       const auto away = [&](Leg leg) {
         const T u = static_cast<T>(static_cast<int>(leg)) * y.u_dc - R * i;

@@ -15,9 +15,9 @@
 // goal. The flux linkage of a phase without current follows its neighbours; its rates count from
 // there.
 //
-// What the pairs add is a small part of it all. So they are computed once a sample, where its orders
-// begin to act, and are a tangent from there: back to the measurement and on to where the guide
-// leads.
+// What the pairs add is a small part of it all. So they are computed once a sample, where its
+// orders begin to act, and are a tangent from there: back to the measurement and on to where the
+// guide leads.
 //
 // Of the torque of a pair each phase has half; where one is about to start it has all of it.
 #pragma once

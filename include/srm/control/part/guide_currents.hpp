@@ -16,11 +16,9 @@
 
 #include "srm/control/interface/interface.hpp"
 #include "srm/control/part/conduction.hpp"
+#include "srm/control/part/followed_profile.hpp"
 #include "srm/control/part/mean_torque_feedback.hpp"
-#include "srm/control/part/mirror.hpp"
-#include "srm/control/part/reference_profile.hpp"
 #include "srm/machine/magnetics.hpp"
-#include "srm/machine/with_pairs.hpp"
 
 namespace srm {
 
@@ -66,7 +64,7 @@ struct GuideCurrents {
     if constexpr (has_pairs<M>) given = given + pair_torque(machine, y, tau_ref);
     const T asked = x.mean.asked(abs(tau_ref), given, turn, brakes(y.omega_m, tau_ref),
                                  guide.first.level_max, dead);
-    const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
+    const Profile<T> profile = followed_profile(machine, guide, asked, y, tau_ref);
     for (int k = 0; k < N; ++k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
       x.i_ref[k] = reference(profile, x.i_ref[k], x.i_before[k], psi[k], theta, turn, y.u_dc);
@@ -86,7 +84,7 @@ struct GuideCurrents {
                   max(coasting + T_s * u_dc, T(0)));
     }
     T rise = at(guide.at(end), end).psi - psi;
-    if constexpr (has_pairs<M>) rise = rise + guide.mutual_rise(begin, end);
+    if constexpr (has_pairs<M>) rise = rise + guide.mutual_at(end) - guide.mutual_at(begin);
     const T needed = rise / T_s + R * i;
     if (needed > most * u_dc) return i_max;
     if (needed < -most * u_dc) return T(0);

@@ -23,34 +23,32 @@ struct Profile {
   const T* faster = nullptr;  // values at the next higher one; none: the lower one serves alone
   T weight{};                 // of the higher one [1]
   int speed = 0;              // index of the lower one
-  const T* mutual = nullptr;  // of the lower one, what neighbours add; none: nothing
+  // Of the lower one, where phases couple; none: they do not.
+  const T* mutual = nullptr;     // what neighbours add
+  const T* tau_pairs = nullptr;  // torque of the pairs
 
-  T at(T theta_e) const {
-    const T slow = row.at(theta_e);
-    if (!faster) return slow;
-    const T fast = AngleRow<T>{faster, row.columns, row.weight}.at(theta_e);
-    return slow + weight * (fast - slow);
-  }
+  T at(T theta_e) const { return of_table(row.values, theta_e); }
 
   /// What neighbouring phases add to the value; 0 where they do not couple.
-  T mutual_at(T theta_e) const {
-    if (!mutual) return T(0);
-    const AngleRow<T> slow{mutual, row.columns, row.weight};
-    const T below = slow.at(theta_e);
-    if (!faster) return below;
-    const T above =
-        AngleRow<T>{mutual + (faster - row.values), row.columns, row.weight}.at(theta_e);
-    return below + weight * (above - below);
-  }
+  T mutual_at(T theta_e) const { return mutual ? of_table(mutual, theta_e) : T(0); }
 
-  /// By how much that changes between two angles: volt-seconds that a phase takes besides its own
-  /// flux linkage.
-  T mutual_rise(T from, T to) const { return mutual ? mutual_at(to) - mutual_at(from) : T(0); }
+  /// Torque of all pairs of phases, those that make the guide; 0 where they do not couple [N m].
+  T tau_pairs_at(T theta_e) const { return tau_pairs ? of_table(tau_pairs, theta_e) : T(0); }
 
   /// The value here of a number that the law has for each of the guide's speeds.
   T of(const View<T>& per_speed) const {
     const T slow = per_speed[speed];
     return faster ? slow + weight * (per_speed[speed + 1] - slow) : slow;
+  }
+
+ private:
+  /// Of a table as the guide's, at the lower speed.
+  T of_table(const T* values, T theta_e) const {
+    const T slow = AngleRow<T>{values, row.columns, row.weight}.at(theta_e);
+    if (!faster) return slow;
+    const T* above = values + (faster - row.values);
+    const T fast = AngleRow<T>{above, row.columns, row.weight}.at(theta_e);
+    return slow + weight * (fast - slow);
   }
 };
 
@@ -60,12 +58,18 @@ struct ReferenceProfile {
   View<T> omega;        // speeds, increasing [rad/s]
   T u_dc{};             // dc-link voltage of the profiles [V]
   T drop{};             // of the resistance at the peak of the highest torque [V]
-  View<T> mutual{};     // flux linkage that neighbours add, in the order of the values [Wb]
-  SRM_FIELDS(first, omega, u_dc, drop, mutual)
+  // Where phases couple, each in the order of the values; else empty.
+  View<T> mutual{};     // flux linkage that neighbours add [Wb]
+  View<T> tau_pairs{};  // torque of all pairs, those that make the profiles [N m]
+  SRM_FIELDS(first, omega, u_dc, drop, mutual, tau_pairs)
 
   Profile<T> at(T torque, T omega_m, T u_dc_now) const {
     Profile<T> p{first.at(torque)};
-    if (mutual.size > 0) p.mutual = mutual.data + (p.row.values - first.values.data);
+    if (mutual.size > 0) {
+      const auto place = p.row.values - first.values.data;
+      p.mutual = mutual.data + place;
+      p.tau_pairs = tau_pairs.data + place;
+    }
     if (omega.size < 2) return p;
     const T lost = drop * sqrt(clamp(torque / first.level_max, T(0), T(1)));
     const T left = max(u_dc_now - lost, u_dc / T(100));
@@ -75,7 +79,10 @@ struct ReferenceProfile {
     const T slower = omega[p.speed], faster = omega[p.speed + 1];
     const int size = first.rows * first.columns;
     p.row.values += p.speed * size;
-    if (mutual.size > 0) p.mutual += p.speed * size;
+    if (mutual.size > 0) {
+      p.mutual += p.speed * size;
+      p.tau_pairs += p.speed * size;
+    }
     p.faster = p.row.values + size;
     p.weight = same < faster ? faster / same * (same - slower) / (faster - slower) : T(1);
     return p;
