@@ -16,6 +16,9 @@
 
 namespace srm {
 
+template <Real T>
+struct ReferenceProfile;
+
 /// The guide at one torque and speed.
 template <Real T>
 struct Profile {
@@ -23,17 +26,20 @@ struct Profile {
   const T* faster = nullptr;  // values at the next higher one; none: the lower one serves alone
   T weight{};                 // of the higher one [1]
   int speed = 0;              // index of the lower one
-  // Of the lower one, where phases couple; none: they do not.
-  const T* mutual = nullptr;     // what neighbours add
-  const T* tau_pairs = nullptr;  // torque of the pairs
+  const ReferenceProfile<T>* coupled = nullptr;  // the guide, where phases couple
 
-  T at(T theta_e) const { return of_table(row.values, theta_e); }
+  T at(T theta_e) const {
+    const T slow = row.at(theta_e);
+    if (!faster) return slow;
+    const T fast = AngleRow<T>{faster, row.columns, row.weight}.at(theta_e);
+    return slow + weight * (fast - slow);
+  }
 
   /// What neighbouring phases add to the value; 0 where they do not couple.
-  T mutual_at(T theta_e) const { return mutual ? of_table(mutual, theta_e) : T(0); }
+  T mutual_at(T theta_e) const;
 
   /// Torque of all pairs of phases, those that make the guide; 0 where they do not couple [N m].
-  T tau_pairs_at(T theta_e) const { return tau_pairs ? of_table(tau_pairs, theta_e) : T(0); }
+  T tau_pairs_at(T theta_e) const;
 
   /// The value here of a number that the law has for each of the guide's speeds.
   T of(const View<T>& per_speed) const {
@@ -42,13 +48,12 @@ struct Profile {
   }
 
  private:
-  /// Of a table as the guide's, at the lower speed.
-  T of_table(const T* values, T theta_e) const {
-    const T slow = AngleRow<T>{values, row.columns, row.weight}.at(theta_e);
-    if (!faster) return slow;
-    const T* above = values + (faster - row.values);
-    const T fast = AngleRow<T>{above, row.columns, row.weight}.at(theta_e);
-    return slow + weight * (fast - slow);
+  /// The same of another table of the guide's shape.
+  T at(const View<T>& table, T theta_e) const {
+    Profile other = *this;
+    other.row.values = table.data + (row.values - coupled->first.values.data);
+    if (faster) other.faster = other.row.values + (faster - row.values);
+    return other.at(theta_e);
   }
 };
 
@@ -65,11 +70,7 @@ struct ReferenceProfile {
 
   Profile<T> at(T torque, T omega_m, T u_dc_now) const {
     Profile<T> p{first.at(torque)};
-    if (mutual.size > 0) {
-      const auto place = p.row.values - first.values.data;
-      p.mutual = mutual.data + place;
-      p.tau_pairs = tau_pairs.data + place;
-    }
+    if (mutual.size > 0) p.coupled = this;
     if (omega.size < 2) return p;
     const T lost = drop * sqrt(clamp(torque / first.level_max, T(0), T(1)));
     const T left = max(u_dc_now - lost, u_dc / T(100));
@@ -79,14 +80,20 @@ struct ReferenceProfile {
     const T slower = omega[p.speed], faster = omega[p.speed + 1];
     const int size = first.rows * first.columns;
     p.row.values += p.speed * size;
-    if (mutual.size > 0) {
-      p.mutual += p.speed * size;
-      p.tau_pairs += p.speed * size;
-    }
     p.faster = p.row.values + size;
     p.weight = same < faster ? faster / same * (same - slower) / (faster - slower) : T(1);
     return p;
   }
 };
+
+template <Real T>
+T Profile<T>::mutual_at(T theta_e) const {
+  return coupled ? at(coupled->mutual, theta_e) : T(0);
+}
+
+template <Real T>
+T Profile<T>::tau_pairs_at(T theta_e) const {
+  return coupled ? at(coupled->tau_pairs, theta_e) : T(0);
+}
 
 }  // namespace srm
