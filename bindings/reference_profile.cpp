@@ -15,34 +15,36 @@ namespace {
 
 using Profiles = srm::Held<srm::ReferenceProfile<double>>;
 
-Profiles profiles_of(const Array<3>& values, double tau_max, const std::vector<double>& omega_m,
-                     double u_dc, double drop, const std::optional<Array<3>>& mutual,
-                     const std::optional<Array<3>>& tau_pairs) {
-  if (values.shape(0) != omega_m.size() || omega_m.empty() || omega_m.front() < 0 ||
+Profiles profiles_of(const Array<4>& values, double tau_max, const std::vector<double>& omega_m,
+                     double u_dc, double drop, const std::optional<Array<4>>& mutual, int mirror) {
+  if (values.shape(1) != omega_m.size() || omega_m.empty() || omega_m.front() < 0 ||
       std::adjacent_find(omega_m.begin(), omega_m.end(), std::greater_equal{}) != omega_m.end()) {
     throw std::invalid_argument("need a speed >= 0 for each table, increasing");
   }
   if (!(drop >= 0 && drop < u_dc)) throw std::invalid_argument("need 0 <= drop < u_dc");
-  if (values.shape(1) < 2) throw std::invalid_argument("need two levels, zero and tau_max");
+  if (values.shape(2) < 2) throw std::invalid_argument("need two levels, zero and tau_max");
   srm::Tables memory;
-  const auto kept = [&](const Array<3>& table) {
+  const auto kept = [&](const Array<4>& table) {
     return memory.keep<double>(std::vector<double>(table.data(), table.data() + table.size()));
   };
-  for (const auto* table : {&mutual, &tau_pairs}) {
-    if (mutual.has_value() != table->has_value() || (*table && (*table)->size() != values.size())) {
-      throw std::invalid_argument("need mutual and tau_pairs of the size of values, or neither");
-    }
+  if (mutual && mutual->size() != values.size()) {
+    throw std::invalid_argument("mutual and values differ in size");
   }
-  const srm::View<double> none{};
+  const int n_sets = int(values.shape(0));
+  if (n_sets < 1 || mirror < 0 || mirror >= n_sets || (n_sets > 1 && !mutual)) {
+    throw std::invalid_argument(
+        "need mutual where phases have their own, and one of them as mirror");
+  }
   const srm::ReferenceProfile<double> view{.first = {.values = kept(values),
-                                                     .rows = int(values.shape(1)),
-                                                     .columns = int(values.shape(2)),
+                                                     .rows = int(values.shape(2)),
+                                                     .columns = int(values.shape(3)),
                                                      .level_max = tau_max},
                                            .omega = memory.keep<double>(omega_m),
                                            .u_dc = u_dc,
                                            .drop = drop,
-                                           .mutual = mutual ? kept(*mutual) : none,
-                                           .tau_pairs = tau_pairs ? kept(*tau_pairs) : none};
+                                           .mutual = mutual ? kept(*mutual) : srm::View<double>{},
+                                           .n_sets = n_sets,
+                                           .mirror = mirror};
   return {view, memory.owner()};
 }
 
@@ -60,13 +62,15 @@ double switching_weight(const AnyMachine& machine, const Profiles& guide, double
 
 void bind_reference_profile(nb::module_& m) {
   nb::class_<Profiles>(m, "ReferenceProfile", "Profiles over torque, electrical angle and speed.")
-      .def(nb::new_(&profiles_of), nb::arg("values"), nb::kw_only(), nb::arg("tau_max"),
-           nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("drop") = 0.0,
-           nb::arg("mutual") = nb::none(), nb::arg("tau_pairs") = nb::none(),
-           "values: (n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, "
-           "the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc "
-           "[V]; drop: R i at their peak [V]; mutual: flux linkage that neighbouring phases add "
-           "[Wb], tau_pairs: torque of all pairs [N m], of the same shape, where phases couple.")
+      .def(
+          nb::new_(&profiles_of), nb::arg("values"), nb::kw_only(), nb::arg("tau_max"),
+          nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("drop") = 0.0,
+          nb::arg("mutual") = nb::none(), nb::arg("mirror") = 0,
+          "values: (1 or n_phases, n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], "
+          "increasing, the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, "
+          "at u_dc [V]; drop: R i at their peak [V]; mutual: flux linkage that neighbouring phases "
+          "add [Wb], of the same shape, where phases couple; mirror: the phase in the place of the "
+          "first at a torque of the other sense, where each has its own.")
       .def(
           "at",
           [](const Profiles& self, double tau, double theta_e, double omega_m, double u_dc) {

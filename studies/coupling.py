@@ -4,11 +4,12 @@ the controller knows the pairs?
     python studies/coupling.py [--out DIR] [--machines 6/4,8/6,12/8] [--laws NAME,NAME]
 
 Three machines of machines/geometry, with all neighbours of one polarity (NN), of two (NS), and with
-one NS pair among NN, as a winding in groups has it (groups), at 1500 rpm. A winding of three phases
-cannot have all pairs of one polarity, nor one of four phases any kind alone; NN and NS are here at
-their purest, with the tables of the field of the machine. The dc link has three times the voltage
-that brings the flux linkage of the aligned pole at rated current up in half a period, and the rated
-torque is two thirds of the greatest one without ripple of phases that do not couple.
+one NS pair among NN, as a winding in groups has it (groups), at 1500 rpm. The poles of a phase
+alternate, so that an odd number of pairs is NS: no winding has NN alone, and none of four phases
+has NS alone. They are here at their purest, with the tables of the field of the machine. The dc
+link has three times the voltage that brings the flux linkage of the aligned pole at rated current
+up in half a period, and the rated torque is two thirds of the greatest one without ripple of phases
+that do not couple.
 
 Writes coupling.csv: rms torque error in per cent of the reference on phases that do not couple, of
 a controller that knows no pairs (blind) and of one that does (aware), the mean torque of both, and

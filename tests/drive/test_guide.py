@@ -28,7 +28,7 @@ def tent(omega):
 def guide(drop=0.0):
     """Three tents, the same for every torque but zero."""
     values = np.array([[np.zeros(N_ANGLES), tent(omega)] for omega in OMEGA])
-    return _core.ReferenceProfile(values, tau_max=1.0, omega_m=OMEGA, u_dc=U_DC, drop=drop)
+    return _core.ReferenceProfile(values[None], tau_max=1.0, omega_m=OMEGA, u_dc=U_DC, drop=drop)
 
 
 def along(g, omega_m, u_dc=U_DC, torque=1.0):
@@ -71,7 +71,7 @@ def test_another_voltage_is_another_speed(drop, u_dc, torque):
 def test_a_guide_that_makes_no_sense_is_refused(omega, drop):
     values = np.zeros((len(omega), 2, N_ANGLES))
     with pytest.raises(ValueError, match="need"):
-        _core.ReferenceProfile(values, tau_max=1.0, omega_m=omega, u_dc=U_DC, drop=drop)
+        _core.ReferenceProfile(values[None], tau_max=1.0, omega_m=omega, u_dc=U_DC, drop=drop)
 
 
 @pytest.mark.parametrize("u_dc", [0.0, 60.0, -1.0])

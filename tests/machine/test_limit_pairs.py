@@ -15,6 +15,7 @@ from reluctance.machine import optimum
 from reluctance.machine.coupling import Coupling, Neighbours, check_pairs
 from reluctance.machine.library import machine_from, machine_table
 from reluctance.machine.maps.pairs import PairSamples, pair_table
+from reluctance.machine.optimum.each_phase import each_phase
 from reluctance.machine.pair_file import write_pairs
 
 SEED = int(np.random.SeedSequence().generate_state(1)[0])
@@ -257,3 +258,21 @@ def test_what_pairs_do_not_have_is_refused():
         optimum.fastest_torque_step(point(ALIKE), 3.0)
     with pytest.raises(ParameterError, match="one for all"):
         optimum.profile_table(point(MIXED), 3.0, n_points=N)
+
+
+def test_each_phase_has_a_profile_next_to_that_of_the_mean():
+    """It makes the torque of the mean within the voltage; its copper is hardly above the least."""
+    real = point(MIXED)
+    mean = replace(real, coupling=real.coupling.alike)
+    table = optimum.profile_table(mean, 3.0, n_points=N, n_levels=4, smoothing=0.0)
+    found = each_phase(real, table).i
+    programme = optimum.programme.Programme(real, n_points=N)
+    assert not found[0].any()
+    for i, tau_ref in zip(found[1:], table.tau_ref[1:], strict=True):
+        _, u, tau = programme.waveforms(i.ravel())
+        np.testing.assert_allclose(tau, tau_ref, rtol=1e-5)
+        assert np.abs(u).max() < U_DC * (1 + 1e-6)
+        assert 0 <= i.min() and i.max() <= I_MAX
+        least = optimum.best_profile(real, tau_ref, n_points=N)
+        assert least.i_rms * (1 - 1e-6) <= np.sqrt(np.mean(i**2)) < 1.01 * least.i_rms
+    assert np.ptp(found[-1], axis=0).max() > 0.02 * found[-1].max()  # phases differ

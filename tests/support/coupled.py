@@ -71,6 +71,12 @@ def coupling(K: float = K) -> Coupling:
     return Coupling(3, tuple(Neighbours(k, (k + 1) % 3, alike) for k in range(3)))
 
 
+def unlike() -> Coupling:
+    """Two neighbours of one kind and one of another, as three phases in groups have them."""
+    kinds = [table(-0.2)] * 2 + [table(0.15)]
+    return Coupling(3, tuple(Neighbours(k, (k + 1) % 3, kind) for k, kind in enumerate(kinds)))
+
+
 def machine_file(folder: Path, pairs: Coupling | None = None) -> Path:
     """The library's 6/4 machine with these pairs, by default those of the formula."""
     text = (MACHINES / "onelab_6_4.toml").read_text()

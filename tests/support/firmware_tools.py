@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from coupled import SENSED, WORKING, machine_file
+from coupled import SENSED, WORKING, machine_file, unlike
 from needs import needs
 
 import reluctance as rl
@@ -85,7 +85,7 @@ DRIVES = {
         ],
     ),
     "five_phases": ("five_phases_losses", []),
-    # On the machine of `coupled`, two or three phases of which conduct.
+    # On the machine of `coupled` with unlike neighbours, two or three phases of which conduct.
     "deadbeat_pairs": ("deadbeat", WORKING),
     "edge_mpc_pairs": ("edge_mpc_mcu", [*WORKING, *SENSED]),
     "finite_set_pairs": ("finite_set_mpc", WORKING),
@@ -101,10 +101,10 @@ def drive(name):
 
 @cache
 def coupled_machine():
-    """The file of the machine of `coupled`, for as long as the tests run."""
+    """The file of a machine whose phases have unlike neighbours, for as long as the tests run."""
     folder = TemporaryDirectory()
     atexit.register(folder.cleanup)
-    return machine_file(Path(folder.name))
+    return machine_file(Path(folder.name), unlike())
 
 
 class Fault(ctypes.Structure):

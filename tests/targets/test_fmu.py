@@ -13,6 +13,8 @@ import fmpy
 import numpy as np
 import pytest
 from command import refused
+from coupled import SENSED, WORKING
+from firmware_tools import coupled_machine
 from fmpy.build import build_platform_binary
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
@@ -46,6 +48,9 @@ OTHERS = {
     "array": rl.load(EXAMPLES / "sun_cloud.toml"),
     "load step": rl.load(EXAMPLES / "load_step.toml").with_values(
         {"load.t_s": [0.02, 0.02, 0.035, 0.035]}
+    ),
+    "pairs": rl.load(
+        EXAMPLES / "edge_mpc_mcu.toml", [f"machine={coupled_machine()}", *WORKING, *SENSED]
     ),
 }
 PARTS = ("drive", "stage", "controller")

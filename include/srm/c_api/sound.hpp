@@ -26,9 +26,10 @@ template <Real T>
 Fault fault(const ReferenceProfile<T>& g) {
   const long cells = static_cast<long>(g.first.rows) * g.first.columns;
   const bool sizes = g.first.rows >= 2 && g.first.columns >= 1 && g.omega.size >= 1 &&
-                     cells <= g.first.values.size && cells * g.omega.size == g.first.values.size &&
-                     g.mutual.size == g.tau_pairs.size &&
-                     (g.mutual.size == 0 || g.mutual.size == g.first.values.size);
+                     g.n_sets >= 1 && g.mirror >= 0 && g.mirror < g.n_sets &&
+                     cells <= g.first.values.size &&
+                     cells * g.omega.size * g.n_sets == g.first.values.size &&
+                     (g.mutual.size == 0 ? g.n_sets == 1 : g.mutual.size == g.first.values.size);
   return sizes && is_positive(g.first.level_max) && is_positive(g.u_dc) ? nullptr : "guide";
 }
 

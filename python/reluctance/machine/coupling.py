@@ -56,6 +56,17 @@ class Coupling:
             pairs += [Neighbours(k, (k + d) % n, table) for k in range(n)]
         return replace(self, pairs=tuple(pairs))
 
+    @property
+    def mirror(self) -> int | None:
+        """The phase m in the place of phase 0 when phases are passed in reverse order: m - k has
+        the neighbours of k from the other side. None where the reverse is another winding."""
+        n = self.n_phases
+        tables = {(pair.first, pair.second): pair.table for pair in self.pairs}
+        for s in range(n):
+            if all(tables.get(((s - b) % n, (s - a) % n)) is t for (a, b), t in tables.items()):
+                return s
+        return None
+
     def behind(self, pair: Neighbours) -> float:
         """The electrical angle of phase a less that of a pair, in [0, 2 pi) [rad]."""
         delta = apart(pair.first, pair.second, self.n_phases)

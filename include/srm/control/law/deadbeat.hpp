@@ -20,10 +20,11 @@
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/feasible.hpp"
-#include "srm/control/part/followed_profile.hpp"
 #include "srm/control/part/mean_torque_feedback.hpp"
+#include "srm/control/part/mirror.hpp"
 #include "srm/control/part/modulator.hpp"
 #include "srm/control/part/per_phase.hpp"
+#include "srm/control/part/phase_profile.hpp"
 #include "srm/control/part/sharing.hpp"
 #include "srm/machine/torque_inverse.hpp"
 
@@ -104,9 +105,10 @@ struct Deadbeat {
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;
     const T asked = x.mean.asked(abs(tau_ref), given, turn, brakes(y.omega_m, tau_ref),
                                  guide.first.level_max, dead);
-    const Profile<T> profile = followed_profile(machine, guide, asked, y, tau_ref);
+    const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
     for (int k = 0; k < N; ++k) {
-      const T psi_ref = followed_flux<M>(profile, drive_angle<N>(y.theta_e, k, tau_ref),
+      const T psi_ref = followed_flux<M>(phase_profile<M>(profile, k, tau_ref),
+                                         drive_angle<N>(y.theta_e, k, tau_ref),
                                          drive_angle<N>(theta_end, k, tau_ref));
       x.duty[k] = psi_ref > T(0) ? duty(psi[k], x.duty[k], y, k, psi_ref, y.i[k]) : T(-1);
     }

@@ -23,9 +23,10 @@
 #include "srm/base/fields.hpp"
 #include "srm/control/part/conduction.hpp"
 #include "srm/control/part/feasible.hpp"
-#include "srm/control/part/followed_profile.hpp"
 #include "srm/control/part/mean_torque_feedback.hpp"
+#include "srm/control/part/mirror.hpp"
 #include "srm/control/part/per_phase.hpp"
+#include "srm/control/part/phase_profile.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -156,10 +157,11 @@ struct Ditc {
   [[gnu::noinline]] constexpr void follow(State& x, const Measurement<T, N>& y,
                                           const std::array<Magnetics<T>, N>& now, T asked,
                                           T tau_ref) const {
-    const Profile<T> profile = followed_profile(machine, guide, asked, y, tau_ref);
+    const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
     const T turn = static_cast<T>(machine.N_r) * y.omega_m * T_s;
     for (int k = 0; k < N; ++k) {
-      const T goal = followed_flux<M>(profile, drive_angle<N>(y.theta_e, k, tau_ref),
+      const T goal = followed_flux<M>(phase_profile<M>(profile, k, tau_ref),
+                                      drive_angle<N>(y.theta_e, k, tau_ref),
                                       drive_angle<N>(wrap(y.theta_e + turn), k, tau_ref));
       const T i = max(y.i[k], T(0));
       const auto away = [&](Leg leg) {

@@ -87,9 +87,6 @@ struct FiniteSetMpc {
                            .w_i = w_i,
                            .w_sw = w_sw,
                            .horizon = horizon};
-    if constexpr (has_pairs<M>) {
-      if (w_goal > T(0)) make_whole(search.phases, demand);
-    }
     state.holds = profile.of(feedback) > T(0.5);  // between two speeds the nearer one decides
     if (state.holds) {
       remember(state, y.omega_m, abs(tau_ref), search.phases);
@@ -110,21 +107,6 @@ struct FiniteSetMpc {
   }
 
  private:
-  /// Moves the goals so that together they make the torque: one guide serves all phases, and those
-  /// with unlike neighbours make another torque at the same flux linkages.
-  static void make_whole(std::array<PhasePrediction<T>, N>& phases, T demand) {
-    T lacks = demand, squared = T(0);
-    for (const PhasePrediction<T>& x : phases) {
-      if (x.idle) continue;
-      lacks = lacks - x.tau - x.gain * (x.goal - x.psi);
-      squared = squared + x.gain * x.gain;
-    }
-    if (!(squared > T(0))) return;
-    for (PhasePrediction<T>& x : phases) {
-      if (!x.idle) x.goal = max(x.goal + x.gain * lacks / squared, T(0));
-    }
-  }
-
   /// The torque to ask for, so that the mean is that of the reference; no more than the guide has.
   [[gnu::noinline, gnu::cold]] T held(State& state, T omega_m, T tau_ref) const {
     const T demand = abs(tau_ref);

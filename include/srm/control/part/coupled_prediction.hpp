@@ -51,15 +51,16 @@ struct Prediction<WithPairs<M>, N> {
     Goals goals;
     Some taken;
     for (int k = 0; k < N; ++k) {
-      const T own = guide.at(now.of[k]), own_next = guide.at(then.of[k]);
+      const Profile<T> profile = guide.of_phase(k, now.mirrored);
+      const T own = profile.at(now.of[k]), own_next = profile.at(then.of[k]);
       goals.idle[k] = max(own, own_next) < off;
       if (delay > 0) magnetized[k] = magnetizing_time(memory.ordered[k], T_s) * y.u_dc;
       const bool flows = y.i[k] > (goals.idle[k] ? machine.no_current() : T(0));
       i[k] = flows ? y.i[k] : T(0);
       taken[k] = flows || !goals.idle[k] || magnetized[k] > T(0);
       if (!taken[k]) continue;
-      goals.now[k] = own + guide.mutual_at(now.of[k]);
-      goals.next[k] = own_next + guide.mutual_at(then.of[k]);
+      goals.now[k] = own + profile.mutual_at(now.of[k]);
+      goals.next[k] = own_next + profile.mutual_at(then.of[k]);
     }
     if (delay == 0) {
       const Alone own = alone(taken, i, now);

@@ -16,8 +16,9 @@
 
 #include "srm/control/interface/interface.hpp"
 #include "srm/control/part/conduction.hpp"
-#include "srm/control/part/followed_profile.hpp"
 #include "srm/control/part/mean_torque_feedback.hpp"
+#include "srm/control/part/mirror.hpp"
+#include "srm/control/part/phase_profile.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -64,10 +65,11 @@ struct GuideCurrents {
     if constexpr (has_pairs<M>) given = given + pair_torque(machine, y, tau_ref);
     const T asked = x.mean.asked(abs(tau_ref), given, turn, brakes(y.omega_m, tau_ref),
                                  guide.first.level_max, dead);
-    const Profile<T> profile = followed_profile(machine, guide, asked, y, tau_ref);
+    const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
     for (int k = 0; k < N; ++k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
-      x.i_ref[k] = reference(profile, x.i_ref[k], x.i_before[k], psi[k], theta, turn, y.u_dc);
+      const Profile<T> own = phase_profile<M>(profile, k, tau_ref);
+      x.i_ref[k] = reference(own, x.i_ref[k], x.i_before[k], psi[k], theta, turn, y.u_dc);
     }
   }
 

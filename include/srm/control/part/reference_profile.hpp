@@ -35,11 +35,11 @@ struct Profile {
     return slow + weight * (fast - slow);
   }
 
+  /// That of phase k, at a torque of one sense or of the other.
+  Profile of_phase(int k, bool mirrored) const;
+
   /// What neighbouring phases add to the value; 0 where they do not couple.
   T mutual_at(T theta_e) const;
-
-  /// Torque of all pairs of phases, those that make the guide; 0 where they do not couple [N m].
-  T tau_pairs_at(T theta_e) const;
 
   /// The value here of a number that the law has for each of the guide's speeds.
   T of(const View<T>& per_speed) const {
@@ -48,12 +48,11 @@ struct Profile {
   }
 
  private:
-  /// The same of another table of the guide's shape.
-  T at(const View<T>& table, T theta_e) const {
+  Profile with_row(const T* values) const {
     Profile other = *this;
-    other.row.values = table.data + (row.values - coupled->first.values.data);
-    if (faster) other.faster = other.row.values + (faster - row.values);
-    return other.at(theta_e);
+    other.row.values = values;
+    if (faster) other.faster = values + (faster - row.values);
+    return other;
   }
 };
 
@@ -63,10 +62,14 @@ struct ReferenceProfile {
   View<T> omega;        // speeds, increasing [rad/s]
   T u_dc{};             // dc-link voltage of the profiles [V]
   T drop{};             // of the resistance at the peak of the highest torque [V]
-  // Where phases couple, each in the order of the values; else empty.
-  View<T> mutual{};     // flux linkage that neighbours add [Wb]
-  View<T> tau_pairs{};  // torque of all pairs, those that make the profiles [N m]
-  SRM_FIELDS(first, omega, u_dc, drop, mutual, tau_pairs)
+  // Where phases couple: the flux linkage that neighbours add, in the order of the values; else
+  // empty [Wb].
+  View<T> mutual{};
+  // Where their neighbours differ: all of this for each phase in turn, and the phase that takes the
+  // place of the first where the torque has the other sense.
+  int n_sets = 1;
+  int mirror = 0;
+  SRM_FIELDS(first, omega, u_dc, drop, mutual, n_sets, mirror)
 
   Profile<T> at(T torque, T omega_m, T u_dc_now) const {
     Profile<T> p{first.at(torque)};
@@ -88,12 +91,16 @@ struct ReferenceProfile {
 
 template <Real T>
 T Profile<T>::mutual_at(T theta_e) const {
-  return coupled ? at(coupled->mutual, theta_e) : T(0);
+  if (!coupled) return T(0);
+  return with_row(coupled->mutual.data + (row.values - coupled->first.values.data)).at(theta_e);
 }
 
 template <Real T>
-T Profile<T>::tau_pairs_at(T theta_e) const {
-  return coupled ? at(coupled->tau_pairs, theta_e) : T(0);
+Profile<T> Profile<T>::of_phase(int k, bool mirrored) const {
+  if (!coupled || coupled->n_sets == 1) return *this;
+  const ReferenceProfile<T>& guide = *coupled;
+  const int set = mirrored ? (guide.mirror - k + guide.n_sets) % guide.n_sets : k;
+  return with_row(row.values + set * guide.omega.size * guide.first.rows * guide.first.columns);
 }
 
 }  // namespace srm

@@ -8,7 +8,7 @@ guide must be kept. docs/control/best_mpc.md has the measurements.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -18,6 +18,7 @@ from reluctance import _core
 from reluctance.machine.operating_point import OperatingPoint
 
 if TYPE_CHECKING:
+    from reluctance.machine.coupling import Coupling
     from reluctance.machine.optimum import Table
 
 FULL_VOLTAGE = 0.98  # of the dc link: above, a leg is held
@@ -31,30 +32,41 @@ NO_CURRENT = 1e-4
 
 
 def packed(
-    tables: Sequence[Table], quantity: Literal["i", "psi"], point: OperatingPoint
+    tables: Sequence[Table],
+    quantity: Literal["i", "psi"],
+    point: OperatingPoint,
+    pairs: Coupling | None = None,
 ) -> _core.ReferenceProfile:
-    """Current [A] or flux linkage [Wb] of tables for rising speeds, as a law takes it: that of a
-    phase alone, and apart what its neighbours add to the flux linkage."""
-    least = NO_CURRENT * float(tables[0].i.max())
-    i = np.stack([np.where(table.i < least, 0.0, table.i) for table in tables])
-    whole = np.stack([table.psi for table in tables])
-    alone, mutual, tau_pairs = np.where(i > 0, whole, 0.0), None, None
-    if point.coupling is not None:
-        from reluctance.machine.optimum.coupled import at_once  # a tenth of the start-up time
+    """Current [A] or flux linkage [Wb] of tables for rising speeds, as a law takes it.
 
-        theta_e = tables[0].theta_e
-        alone = _alone(point, i, theta_e)
-        mutual = whole - alone
-        of_all = (at_once(level, point.n_phases) for level in i.reshape(-1, i.shape[-1]))
-        tau_pairs = np.stack([point.coupling.tau(x, theta_e) for x in of_all]).reshape(i.shape)
+    Where phases couple it has the flux linkage of a phase alone, and apart what its neighbours add.
+    The tables are those of the point, whose phases have the same neighbours. Where `pairs` differ
+    from one to the next, each phase has its own profile next to them.
+    """
+    theta_e = tables[0].theta_e
+    i = np.stack([table.i for table in tables])[np.newaxis]  # all phases, speed, torque, angle
+    coupling, mirror = point.coupling, 0
+    if pairs is not None:
+        from reluctance.machine.optimum.coupled import alike  # a tenth of the start-up time
+        from reluctance.machine.optimum.each_phase import each_phase
+
+        if not alike(pairs) and pairs.mirror is not None:
+            coupling, mirror = pairs, pairs.mirror
+            real = replace(point, coupling=pairs)
+            of_speed = [each_phase(real, table).i.swapaxes(0, 1) for table in tables]
+            i = np.stack(of_speed, axis=1)
+    least = NO_CURRENT * float(tables[0].i.max())
+    i = np.where(i < least, 0.0, i)
+    psi = np.stack([table.psi for table in tables])[np.newaxis]
+    alone = np.where(i > 0, psi, 0.0) if coupling is None else _alone(point, i, theta_e)
     return _core.ReferenceProfile(
         i if quantity == "i" else alone,
         tau_max=tables[0].tau_ref[-1],
         omega_m=[abs(table.omega_m) for table in tables],
         u_dc=tables[0].u_dc,
         drop=point.R * float(tables[0].i.max()),
-        mutual=mutual,
-        tau_pairs=tau_pairs,
+        mutual=None if coupling is None else _mutual(coupling, i, theta_e),
+        mirror=mirror,
     )
 
 
@@ -67,9 +79,24 @@ def _alone(
     return np.asarray(columns[:, 0]).reshape(i.shape)
 
 
+def _mutual(
+    coupling: Coupling, i: NDArray[np.float64], theta_e: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """What the neighbours add to it [Wb]."""
+    from reluctance.machine.optimum.coupled import at_once  # a tenth of the start-up time
+
+    stroke = len(theta_e) // coupling.n_phases
+    found = np.empty(i.shape)
+    for speed, torque in np.ndindex(i.shape[1:3]):
+        added = coupling.psi(at_once(i[:, speed, torque], coupling.n_phases), theta_e)
+        for k in range(len(i)):
+            found[k, speed, torque] = np.roll(added[:, k], -k * stroke)
+    return found
+
+
 def no_guide(tau_max: float) -> _core.ReferenceProfile:
     """Of a law that follows none; tau_max: most that its feedback may ask for [N m]."""
-    return _core.ReferenceProfile(np.zeros((1, 2, 3)), tau_max=tau_max, omega_m=[0.0], u_dc=1.0)
+    return _core.ReferenceProfile(np.zeros((1, 1, 2, 3)), tau_max=tau_max, omega_m=[0.0], u_dc=1.0)
 
 
 def nearest_level(table: Table, tau_ref: float) -> int:
@@ -93,11 +120,12 @@ class FluxGuide:
     tau_ref: float  # [N m]
     f_switch: float  # wanted turn-ons per switch per second [Hz]
     slack: float = 1.0  # factor on psi_slack [1]
+    pairs: Coupling | None = None  # of phases, as they are
 
     @property
     def profiles(self) -> _core.ReferenceProfile:
         """Flux linkage over torque, angle and speed."""
-        return packed(self.tables, "psi", self.point)
+        return packed(self.tables, "psi", self.point, self.pairs)
 
     @property
     def reserve(self) -> list[float]:

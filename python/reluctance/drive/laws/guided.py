@@ -166,4 +166,5 @@ class FluxGuided(Guided):
             point=known.at(known.omega_m),
             tau_ref=known.tau_working,
             f_switch=self.f_switch,
+            pairs=known.pairs,
         )

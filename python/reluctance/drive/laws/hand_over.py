@@ -68,7 +68,7 @@ class HandsOver(Guided):
                 f"link at {from_si(known.omega_m, 'rpm'):.5g} rpm and {known.tau_max:g} N m, "
                 f"and no profile is found ({fault}); lower speed or torque"
             ) from None
-        guide = packed(tables, quantity, known.at(known.omega_m))
+        guide = packed(tables, quantity, known.at(known.omega_m), known.pairs)
         return {"feasible": _feasible(known, reach), "guide": guide}
 
 

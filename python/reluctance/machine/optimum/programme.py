@@ -58,7 +58,7 @@ REST = 1e-4  # of i_max: less is none; the interior point stays up to 3e-5 above
 STRENGTHS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # of the pairs, one after the other
 FEASIBLE = 1e-6  # error relative to tau_ref below which a profile counts as free of ripple
 
-_IPOPT: dict[str, Any] = {
+IPOPT: dict[str, Any] = {
     "print_time": False,
     "ipopt.print_level": 0,
     "ipopt.sb": "yes",
@@ -157,7 +157,7 @@ class Programme:
         self._strength = STRENGTHS[-1]  # of the pairs
         # The last torque of a strength, if that was not free of ripple [N m].
         self._ripples_from = dict.fromkeys(STRENGTHS, np.inf)
-        self._waveforms = ca.Function("waveforms", [x, i_unit, strength], [psi, u, tau])
+        self.effects = ca.Function("effects", [x, i_unit, strength], [psi, u, tau])
         at_most = self._tau_ph(np.full(self._n, point.i_max), 1.0)
         self._tau_most = float(_array(at_most).max())  # of one phase [N m]
 
@@ -165,7 +165,7 @@ class Programme:
         """Flux linkage (n,) [Wb], voltage (n,) [V] and torque of one stroke (n/n_phases,) [N m];
         where each phase has a current, (n_phases n,) of all in turn, and torque of a period (n,).
         """
-        psi, u, tau = (_array(v) for v in self._waveforms(i, 1.0, STRENGTHS[-1]))
+        psi, u, tau = (_array(v) for v in self.effects(i, 1.0, STRENGTHS[-1]))
         return psi, u, tau
 
     def best(
@@ -381,7 +381,7 @@ class Programme:
                 "f": self._objectives[objective],
                 "g": ca.vertcat(self._u / self.point.u_dc, value),
             }
-            options = {**_IPOPT, "ipopt.mu_strategy": _BARRIER.get(objective, "adaptive")}
+            options = {**IPOPT, "ipopt.mu_strategy": _BARRIER.get(objective, "adaptive")}
             self._solvers[objective, constraint] = ca.nlpsol("limit", "ipopt", problem, options)
         solver = self._solvers[objective, constraint]
         n, m = len(start), value.numel()
