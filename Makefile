@@ -70,7 +70,7 @@ bench: $(VENV)/installed
 	$(BIN)/python bench/closed_loop.py
 
 docs: $(VENV)/installed-docs
-	$(BIN)/sphinx-build -W --keep-going -E -a -q -b html docs build/site
+	$(BIN)/sphinx-build -j auto -W --keep-going -E -a -q -b html docs build/site
 	$(BIN)/python docs/extensions/check_links.py build/site
 
 # The C interface with everything in it (docs/c_interface.md). KINDS="-DSRM_PHASES=3" holds less.
