@@ -10,6 +10,7 @@ namespace bound {
 template <template <class, int> class Law>
 struct GivenLearning {
   const srm::StrokeFit<double>& fit;
+  const AnyCoupling& pairs;
   double w_sw_torque, w_sw_voltage;
   GivenFields<Law> law;
 
@@ -20,9 +21,11 @@ struct GivenLearning {
     srm::Learning<Law<srm::WithInductance<M>, N>> learning{
         .law = law.template operator()<T, N>(own, memory),
         .fit = {},
+        .pairs = {},
         .w_sw_torque = static_cast<T>(w_sw_torque),
         .w_sw_voltage = static_cast<T>(w_sw_voltage)};
     srm::assign(learning.fit, fit);
+    if (pairs) srm::assign(learning.pairs, pairs->value, memory);
     return learning;
   }
 };
@@ -30,9 +33,9 @@ struct GivenLearning {
 /// Python's function that makes a law that learns: as bind_law, and what Learning adds to the law.
 template <template <class, int> class Law, Forms here = forms_here>
 void bind_learning(nb::module_& m, const char* name) {
-  bind_made<Law, here, GivenLearning<Law>, srm::StrokeFit<double>, double, double>(
+  bind_made<Law, here, GivenLearning<Law>, srm::StrokeFit<double>, AnyCoupling, double, double>(
       m, name, "The same law, which learns the machine that it drives.",
-      {"fit", "w_sw_torque", "w_sw_voltage"});
+      {"fit", "pairs", "w_sw_torque", "w_sw_voltage"});
 }
 
 }  // namespace bound

@@ -1127,7 +1127,7 @@ def deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, R: float,
     The duty cycle that brings each phase to its shared torque in one sample.
     """
 
-def learning_deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
+def learning_deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, pairs: Coupling | None, w_sw_torque: float, w_sw_voltage: float, R: float, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
     """The same law, which learns the machine that it drives."""
 
 def coupled_deadbeat(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, pairs: Coupling, R: float, sharing: Sharing, feasible: Feasible, guide: ReferenceProfile, i_max: float, T_s: float, delay: int, carriers: Carriers) -> Law:
@@ -1153,7 +1153,7 @@ def edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: Re
     Predictive torque control with switching instants as variables. guide: flux linkage [Wb]; psi_slack: most that a phase may leave it, at each of its speeds [Wb].
     """
 
-def learning_edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, w_sw_torque: float, w_sw_voltage: float, guide: ReferenceProfile, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
+def learning_edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, fit: StrokeFit, pairs: Coupling | None, w_sw_torque: float, w_sw_voltage: float, guide: ReferenceProfile, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:
     """The same law, which learns the machine that it drives."""
 
 def coupled_edge_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, pairs: Coupling, guide: ReferenceProfile, w_sw: float, psi_slack: _Sequence[float], R: float, i_max: float, T_s: float, delay: int) -> Law:

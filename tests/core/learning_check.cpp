@@ -124,7 +124,7 @@ double same_orders() {
                   .i_max = law.i_max,
                   .T_s = law.T_s,
                   .delay = law.delay};
-    Learning<Own> learning{.law = own, .fit = {}, .w_sw_torque = 0, .w_sw_voltage = 0};
+    Learning<Own> learning{.law = own, .fit = {}, .pairs = {}, .w_sw_torque = 0, .w_sw_voltage = 0};
     learning.fit.L_u = believed.L_u;
     learning.fit.i_least = 1e9;  // nothing more is learned
     learning.fit.T_s = law.T_s;

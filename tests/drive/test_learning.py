@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command import refused
+from coupled import SENSED, WORKING, coupling, machine_file, unlike
 from firmware_tools import Native
 
 import reluctance as rl
@@ -68,6 +69,39 @@ def test_a_map_from_a_file_is_learned_too():
     assert abs(row.mean_error) < MEAN
     assert row.ripple_ratio < RIPPLE
     assert row.aligned == pytest.approx(1 / 0.9, rel=0.003)
+
+
+PAIRS = {"add": coupling, "take": lambda: coupling(-0.2), "unlike": unlike}
+FLUX = (1.1, 0.9)
+
+
+@pytest.mark.parametrize(
+    ("law", "pairs", "flux"),
+    [
+        *(("deadbeat", "unlike", flux) for flux in FLUX),
+        ("edge_mpc", "add", 1.1),
+        *(
+            pytest.param(*case, marks=pytest.mark.long)
+            for case in [
+                ("edge_mpc", "add", 0.9),
+                *(("edge_mpc", pairs, flux) for pairs in ("take", "unlike") for flux in FLUX),
+                *(("deadbeat", pairs, flux) for pairs in ("take", "add") for flux in FLUX),
+            ]
+        ),
+    ],
+)
+def test_the_mean_is_right_where_phases_couple(law, pairs, flux, tmp_path):
+    """Flux linkage and resistance believed wrong, and the pairs with the flux linkage."""
+    given = rl.load(
+        ROOT / "examples" / f"{study.LAWS[law]}.toml",
+        [f"machine={machine_file(tmp_path, PAIRS[pairs]())}", *WORKING, *SENSED],
+    ).with_values({"mismatch.flux_factor": flux, "mismatch.R_factor": 1.3})
+    result = rl.simulate(given, until=study.UNTIL, record=None)
+    learned = result.learned
+    assert result.kpis.tau_mean == pytest.approx(given.tau_max, rel=MEAN)
+    for factor in (learned.aligned, learned.saturated):
+        assert factor[-1] == pytest.approx(1 / flux, rel=0.01)
+    assert learned.state == "settled"
 
 
 def test_without_learning_the_controller_is_what_it_was():

@@ -91,12 +91,6 @@ def test_a_wrong_belief_takes_off_what_it_believes(file):
     assert asked(none, i, theta_e, 2.0) == 2
 
 
-def test_learning_is_refused_where_phases_couple(tmp_path):
-    path = on_the_coupled_machine(tmp_path, "deadbeat_learning")
-    with pytest.raises(ParameterError, match="fits the flux linkage of phases alone"):
-        rl.load(path, WORKING)
-
-
 def test_a_belief_about_pairs_needs_pairs():
     with pytest.raises(ParameterError, match="phases do not couple"):
         rl.load(EXAMPLES / "sharing_cubic.toml", ["mismatch.pair_factor=0.9"]).known()

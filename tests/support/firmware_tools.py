@@ -89,6 +89,8 @@ DRIVES = {
     "deadbeat_pairs": ("deadbeat", WORKING),
     "edge_mpc_pairs": ("edge_mpc_mcu", [*WORKING, *SENSED]),
     "finite_set_pairs": ("finite_set_mpc", WORKING),
+    "deadbeat_learning_pairs": ("deadbeat_learning", [*WORKING, *SENSED]),
+    "edge_mpc_learning_pairs": ("edge_mpc_learning", [*WORKING, *SENSED]),
 }
 
 

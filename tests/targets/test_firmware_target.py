@@ -28,7 +28,7 @@ VARIANTS = {  # of laws that other drives have too: among the proofs
     *("edge_mpc_speeds", "edge_mpc_8_6", "edge_mpc_learning_map"),
     *("deadbeat_braking", "deadbeat_fast", "deadbeat_dead_time", "ditc_fast", "angles_braking"),
     *("sharing_braking", "sharing_fast", "sharing_sampled", "sun_cloud_no_sensor"),
-    *("edge_mpc_pairs", "finite_set_pairs"),
+    *("edge_mpc_pairs", "finite_set_pairs", "edge_mpc_learning_pairs", "deadbeat_learning_pairs"),
 }
 REQUIRED = ["angles", "sharing", "ditc", "paper_mpc", "finite_set_1", "finite_set_2"]
 ALLOWED = {"memcpy", "memmove", "memset"}  # what any C library and any startup file has

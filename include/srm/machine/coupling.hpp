@@ -80,6 +80,15 @@ struct Coupling {
     return tau;
   }
 
+  /// What the phases alone have to give of a torque that is asked for [N m]: it keeps its sign, and
+  /// zero stays zero.
+  template <class Currents>
+  constexpr T left_for_phases(T asked, const Currents& i, T theta_e) const {
+    if (asked == T(0)) return asked;
+    const T left = asked - torque(i, theta_e);
+    return asked > T(0) ? max(left, T(0)) : min(left, T(0));
+  }
+
   /// Torque of pair n at currents of its phases [N m].
   constexpr T torque(int n, T a, T b, T theta_e) const {
     const Place at = place(n, theta_e);

@@ -10,6 +10,13 @@
 
 namespace srm {
 
+/// Whether a law that learns its machine takes pairs into account itself (learning.hpp).
+template <class Law>
+inline constexpr bool learns_pairs = requires(Law law, typename Law::State x) {
+  Law::learned(x);
+  law.pairs;
+};
+
 template <ControlLaw Law>
 struct DriveControl {
   using Scalar = typename Law::Scalar;
@@ -30,6 +37,7 @@ struct DriveControl {
   constexpr Uses uses() const {
     Uses used = frame.uses();
     used.pairs = coupling.any() && frame.outer != Outer::none;
+    if constexpr (learns_pairs<Law>) used.learned_pairs = law.pairs.any();
     return used;
   }
 
@@ -45,16 +53,25 @@ struct DriveControl {
                             const Tuning<T>& tuned) const {
     T asked = frame.template before<used, n_phases>(state.frame, y, reference, tuned);
     if constexpr (used.pairs) asked = of_phases_alone(asked, y);
-    Command<T, n_phases> orders = law.step(state.law, y, asked);
+    Command<T, n_phases> orders = ordered<used>(state.law, y, asked);
     frame.template after<used, n_phases>(state.frame, y, orders, tuned);
     return orders;
   }
 
  private:
+  template <Uses used>
+  Command<T, n_phases> ordered(typename Law::State& state, const Measurement<T, n_phases>& y,
+                               T asked) const {
+    if constexpr (learns_pairs<Law>) {
+      return law.template step<used.learned_pairs>(state, y, asked);
+    } else {
+      return law.step(state, y, asked);
+    }
+  }
+
   T of_phases_alone(T asked, const Measurement<T, n_phases>& y) const {
-    if (!coupling.any() || frame.outer == Outer::none || asked == T(0)) return asked;
-    const T left = asked - coupling.torque(y.i, y.theta_e);
-    return asked > T(0) ? max(left, T(0)) : min(left, T(0));
+    if (!coupling.any() || frame.outer == Outer::none) return asked;
+    return coupling.left_for_phases(asked, y.i, y.theta_e);
   }
 };
 

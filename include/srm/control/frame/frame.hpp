@@ -28,6 +28,7 @@ enum class LoadTorque : std::int8_t { integral, observer };
 /// What a controller uses; what it does not is left out of a target's code.
 struct Uses {
   bool pv = true, speed = true, observer = true, pairs = true;
+  bool learned_pairs = true;  // of a law that learns its machine
 };
 
 /// What may be another one from step to step (firmware: parameters at run time).

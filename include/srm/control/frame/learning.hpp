@@ -13,6 +13,10 @@
 // in addition, at every angle: all of it costs ripple where the belief is high in saturation, none
 // of it where the belief is low.
 //
+// Where the phases couple, the iron that they share scales with the rest: the pairs of the believed
+// machine are those of the other one in these units. The law knows the phases alone, and is asked
+// for what the pairs leave for them.
+//
 // For laws whose orders are those of timers: what a comparator did is not known.
 #pragma once
 
@@ -30,26 +34,32 @@ struct Learning {
 
   Law law;
   StrokeFit<T> fit;
+  Coupling<T> pairs;  // as believed; by default none
   // How the cost of a turn-on that makes the wanted frequency grows: its powers of torque and
   // voltage, where the law has one [1].
   T w_sw_torque, w_sw_voltage;
-  SRM_FIELDS(law, fit, w_sw_torque, w_sw_voltage)
+  SRM_FIELDS(law, fit, pairs, w_sw_torque, w_sw_voltage)
 
   struct State {
     typename Law::State law;
     typename StrokeFit<T>::template State<n_phases> fit;
     Law alike{};               // the law in the units of the believed machine, and these units:
     T i_unit{}, psi_unit_1{};  // b and 1/k [1]; 0: not made yet
+    typename StrokeFit<T>::template Neighbours<n_phases> others;
   };
 
+  /// couples: false where there are never pairs.
+  template <bool couples = true>
   Command<T, n_phases> step(State& x, const Measurement<T, n_phases>& y, T tau_ref) const {
-    const bool moved = fit.observe(x.fit, law.machine.map, law.R, y);
+    const bool moved =
+        fit.template observe<couples>(x.fit, x.others, law.machine.map, pairs, law.R, y);
     if (moved || !(x.i_unit > T(0))) make_alike(x);
     Measurement<T, n_phases> seen = y;
     for (T& i : seen.i) i = i * x.i_unit;
     seen.u_dc = y.u_dc * x.psi_unit_1;
-    const Command<T, n_phases> orders =
-        x.alike.step(x.law, seen, tau_ref * x.i_unit * x.psi_unit_1);
+    T asked = tau_ref * x.i_unit * x.psi_unit_1;
+    if (couples && pairs.any()) asked = pairs.left_for_phases(asked, seen.i, y.theta_e);
+    const Command<T, n_phases> orders = x.alike.step(x.law, seen, asked);
     fit.template remember<n_phases>(x.fit, orders);
     return orders;
   }

@@ -18,6 +18,10 @@
 //   U - psi - R I = dR I + d_unaligned L_u i + d_aligned i (L_inc - L_u)
 //                   + d_saturated (psi_map - b i L_inc),   L_inc = dpsi_map/di at b i,
 //
+// Where the phases couple, psi has besides saturated psi_pairs(b i, theta) of all currents i, which
+// scales as the rest does. A phase without current has of it what its neighbours make. So the
+// volt-seconds of a stroke count from there, and the part at its start is taken off.
+//
 // The last rows, where the flux linkage is nearly gone, are what tells the resistance. A stroke
 // counts only when it has ended and its flux linkage was worth it. Then the unknowns move towards
 // the solution by a bounded step. Where no current returns to zero, at standstill, with currents
@@ -32,6 +36,7 @@
 #include "srm/control/frame/learned.hpp"
 #include "srm/control/frame/normal_equations.hpp"
 #include "srm/control/part/order_flux.hpp"
+#include "srm/machine/coupling.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -56,6 +61,23 @@ struct StrokeFit {
   int delay;            // samples from measurement to effect: 0 or 1
   SRM_FIELDS(drops, edges, L_u, i_least, i_missing, psi_least, T_s, delay)
 
+  /// What the neighbours of a phase add to its flux linkage, as believed.
+  struct Mutual {
+    T psi{};    // [Wb]
+    T slope{};  // its derivative by all currents, times these [Wb]
+  };
+
+  /// The same of all phases.
+  template <int N>
+  struct Neighbours {
+    std::array<Mutual, N> now, start;  // at the last sample; at the start of the stroke
+
+    /// Since the start.
+    constexpr Mutual added(int k) const {
+      return {now[k].psi - start[k].psi, now[k].slope - start[k].slope};
+    }
+  };
+
   /// A phase.
   struct Stroke {
     NormalEquations<T> sums;
@@ -76,9 +98,12 @@ struct StrokeFit {
     T u_dc{};  // at the last sample [V]
   };
 
-  /// A sample. machine, R: as believed. True where a stroke has ended and moved what is learned.
-  template <int N, Machine M>
-  constexpr bool observe(State<N>& x, const M& machine, T R, const Measurement<T, N>& y) const {
+  /// A sample. machine, pairs, R: as believed; couples: false where there are never pairs. True
+  /// where a stroke has ended and moved what is learned.
+  template <bool couples, int N, Machine M>
+  constexpr bool observe(State<N>& x, Neighbours<N>& others, const M& machine,
+                         const Coupling<T>& pairs, T R, const Measurement<T, N>& y) const {
+    if (couples && pairs.any()) follow(x, others, pairs, y);
     const T u_dc = (x.u_dc + y.u_dc) * T(0.5);
     x.u_dc = y.u_dc;
     x.learned.t_since = x.learned.t_since + T_s;
@@ -86,7 +111,7 @@ struct StrokeFit {
     for (int k = 0; k < N; ++k) {
       Stroke& s = x.strokes[k];
       const T i_before = s.i;
-      s.i = y.i[k] > i_least ? y.i[k] + i_missing : T(0);
+      s.i = current(y.i[k]);
       if (!s.runs) {
         if (i_before > T(0) || !s.now.magnetizes) continue;
         s.runs = true;
@@ -102,7 +127,9 @@ struct StrokeFit {
       s.U = s.U + s.now.level * u_dc - s.now.drop;
       s.U_most = max(s.U_most, s.U);
       s.I = s.I + (i_before + s.i) * (T_s * T(0.5));
-      if (s.i > T(0)) add_row(x.learned, s, machine, R, phase_angle<N>(y.theta_e, k));
+      if (s.i > T(0)) {
+        add_row<couples>(x.learned, s, others, k, machine, R, phase_angle<N>(y.theta_e, k));
+      }
     }
     return moved;
   }
@@ -123,6 +150,40 @@ struct StrokeFit {
   }
 
  private:
+  /// What a reading says [A].
+  constexpr T current(T shown) const { return shown > i_least ? shown + i_missing : T(0); }
+
+  /// What the neighbours add at this sample; before a stroke, at the first turn-on since the last
+  /// sample, if there was one.
+  template <int N>
+  [[gnu::noinline]] constexpr void follow(const State<N>& x, Neighbours<N>& others,
+                                          const Coupling<T>& pairs,
+                                          const Measurement<T, N>& y) const {
+    const T b = x.learned.aligned / x.learned.saturated;
+    std::array<T, N> i;
+    std::array<Mutual, N> now{};
+    for (int k = 0; k < N; ++k) i[k] = b * current(y.i[k]);
+    for (int n = 0; n < pairs.n_pairs(); ++n) {
+      const int k = pairs.first[n], l = pairs.second[n];
+      if (!(i[k] > T(0) || i[l] > T(0))) continue;
+      const PairMagnetics<T> m = pairs.at(n, i[k], i[l], y.theta_e);
+      now[k].psi = now[k].psi + m.psi_first;
+      now[l].psi = now[l].psi + m.psi_second;
+      now[k].slope = now[k].slope + (m.L_first * i[k] + m.L_mutual * i[l]);
+      now[l].slope = now[l].slope + (m.L_second * i[l] + m.L_mutual * i[k]);
+    }
+    for (int k = 0; k < N; ++k) {
+      const Stroke& s = x.strokes[k];
+      const Mutual last = others.now[k];
+      if (!s.runs) {
+        const T part = -s.now.idle_level / T_s;  // of the sample, demagnetizing without current
+        others.start[k] = {last.psi + part * (now[k].psi - last.psi),
+                           last.slope + part * (now[k].slope - last.slope)};
+      }
+      others.now[k] = now[k];
+    }
+  }
+
   /// An order as the frame sends it.
   constexpr PhaseCommand<T> sent(const PhaseCommand<T>& order) const {
     Command<T, 1> one{order};
@@ -131,14 +192,23 @@ struct StrokeFit {
     return one[0];
   }
 
-  template <Machine M>
-  constexpr void add_row(const Learned<T>& p, Stroke& s, const M& machine, T R, T theta) const {
+  template <bool couples, int N, Machine M>
+  constexpr void add_row(const Learned<T>& p, Stroke& s, const Neighbours<N>& others, int k,
+                         const M& machine, T R, T theta) const {
     const T b = p.aligned / p.saturated;
     const Magnetics<T> m = machine.at(b * s.i, theta);
     const T psi = (p.unaligned - p.aligned) * L_u * s.i + p.saturated * m.psi;
     const T loss = R * s.I;
-    s.sums.add({loss, L_u * s.i, s.i * (m.L_inc - L_u), m.psi - b * s.i * m.L_inc},
-               s.U - psi - p.R * loss);
+    typename NormalEquations<T>::Vector phi{loss, L_u * s.i, s.i * (m.L_inc - L_u),
+                                            m.psi - b * s.i * m.L_inc};
+    T rest = s.U - psi - p.R * loss;
+    if constexpr (couples) {
+      const Mutual added = others.added(k);
+      phi[2] = phi[2] + added.slope / b;
+      phi[3] = phi[3] + (added.psi - added.slope);
+      rest = rest - p.saturated * added.psi;
+    }
+    s.sums.add(phi, rest);
     ++s.rows;
   }
 

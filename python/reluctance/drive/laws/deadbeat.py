@@ -31,9 +31,10 @@ class Deadbeat(SharedTorque, Learns):
     carriers: Literal["in_phase", "interleaved"] = "in_phase"
 
     def core(self, known: Known) -> _core.Law:
+        alone = self.alone(known)
         law: dict[str, Any] = {
-            "sharing": self.shares(known),
-            **self.hand_over(known, "psi"),
+            "sharing": self.shares(alone),
+            **self.hand_over(alone, "psi"),
             "R": known.R,
             "i_max": known.i_max,
             "T_s": self.T_s,
@@ -42,6 +43,4 @@ class Deadbeat(SharedTorque, Learns):
         }
         if not self.learn:
             return self.maker(known, _core.deadbeat, _core.coupled_deadbeat)(**law)
-        return _core.learning_deadbeat(
-            *self.built_for(known), fit=self.fit(known), w_sw_torque=0.0, w_sw_voltage=0.0, **law
-        )
+        return self.that_learns(known, _core.learning_deadbeat, law)

@@ -58,7 +58,7 @@ class EdgeMpc(FluxGuided, Learns):
         room = 1.0 if self.guide == "least_ripple" else self.room(known)
         if self.learn:
             room = MORE_TORQUE
-        guide = with_room(known, self.flux_guide, room)
+        guide = with_room(self.alone(known), self.flux_guide, room)
         law: dict[str, Any] = {
             "guide": guide.profiles,
             "w_sw": guide.w_sw,
@@ -70,8 +70,4 @@ class EdgeMpc(FluxGuided, Learns):
         }
         if not self.learn:
             return self.maker(known, _core.edge_mpc, _core.coupled_edge_mpc)(**law)
-        tau, u = guide.w_sw_powers
-        learning = _core.learning_edge_mpc
-        return learning(
-            *self.built_for(known), fit=self.fit(known), w_sw_torque=tau, w_sw_voltage=u, **law
-        )
+        return self.that_learns(known, _core.learning_edge_mpc, law, guide.w_sw_powers)

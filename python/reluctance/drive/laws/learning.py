@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Self
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -34,6 +36,28 @@ class Learns(Control):
                 "orders that are learned from, need one of them"
             )
         return self
+
+    def alone(self, known: Known) -> Known:
+        """What the law itself is built from: one that learns computes with phases alone."""
+        return replace(known, pairs=None) if self.learn else known
+
+    def that_learns(
+        self,
+        known: Known,
+        make: Callable[..., _core.Law],
+        law: dict[str, Any],
+        w_sw_powers: tuple[float, float] = (0.0, 0.0),
+    ) -> _core.Law:
+        """The law around which it learns, and the pairs of phases that it takes into account."""
+        torque, voltage = w_sw_powers
+        return make(
+            *self.built_for(known),
+            fit=self.fit(known),
+            pairs=None if known.pairs is None else known.pairs.core,
+            w_sw_torque=torque,
+            w_sw_voltage=voltage,
+            **law,
+        )
 
     def fit(self, known: Known) -> _core.StrokeFit:
         """What tells resistance and flux map from the strokes."""

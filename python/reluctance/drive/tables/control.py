@@ -94,11 +94,6 @@ class Control(Section):
                 f"[control] i_band_A = {self.current_band:g}, need less than [machine] i_max_A = "
                 f"{known.i_max:g}"
             )
-        if self.learns and known.machine.coupled and getattr(known.machine, "pair_factor", 1) != 0:
-            raise ParameterError(
-                "[control] learn = true fits the flux linkage of phases alone, and those of this "
-                "machine couple; remove learn, or the pairs"
-            )
 
     def core(self, known: Known) -> _core.Law:
         """The law itself."""
