@@ -68,21 +68,19 @@ class Help(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         top = output(["--help"])
-        commands = [[name] for name in subcommands(top)]
+        commands, texts = [], []
         with ThreadPoolExecutor(2) as pool:
-            for command, text in zip(commands, pool.map(help_of, commands), strict=True):
-                commands = [
-                    *commands[: commands.index(command) + 1],
-                    *([*command, name] for name in subcommands(text)),
-                    *commands[commands.index(command) + 1 :],
-                ]
-            texts = list(pool.map(help_of, commands))
-        return [self.section([], top)] + [
+            names = subcommands(top)
+            for name, text in zip(names, pool.map(help_of, names), strict=True):
+                below = [f"{name} {part}" for part in subcommands(text)]
+                commands += [name, *below]
+                texts += [text, *pool.map(help_of, below)]
+        return [self.section("", top)] + [
             self.section(command, text) for command, text in zip(commands, texts, strict=True)
         ]
 
-    def section(self, command: list[str], text: str) -> nodes.section:
-        title = " ".join(["reluctance", *command])
+    def section(self, command: str, text: str) -> nodes.section:
+        title = f"reluctance {command}".strip()
         made = nodes.section(ids=[nodes.make_id(title)])
         made += nodes.title("", "", nodes.literal(title, title))
         self.state.document.note_implicit_target(made)
@@ -90,8 +88,8 @@ class Help(SphinxDirective):
         return made
 
 
-def help_of(command: list[str]) -> str:
-    return output([*command, "--help"])
+def help_of(command: str) -> str:
+    return output([*command.split(), "--help"])
 
 
 def subcommands(text: str) -> list[str]:
