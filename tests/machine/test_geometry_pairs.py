@@ -4,17 +4,19 @@ import csv
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from command import command, refused
+from coupled import Formula
 from test_geometry_files import COARSE, changed, drive, geometry, write
 
 import reluctance as rl
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import read_toml
 from reluctance.machine.coupling import Coupling, Neighbours, check_pairs
-from reluctance.machine.geometry import pairs
+from reluctance.machine.geometry import coupling_of, pairs
 from reluctance.machine.geometry.coupling_of import phase_of
 from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
 from reluctance.machine.geometry.position import at_angle
@@ -200,6 +202,31 @@ def test_the_pairs_of_a_machine_are_the_phases_of_the_drive(poles):
         alone = sum(tau(i * (np.arange(n) == k)) for k in range(n))
         scale = np.abs(pair.table.at(np.linspace(0, 6, 61), 9.0, 6.0).tau).max()
         assert coupling.tau(i, theta_e) == pytest.approx(tau(i) - alone, abs=0.05 * scale)
+
+
+def test_a_rank_that_fails_the_check_is_followed_by_the_next(monkeypatch):
+    """Unless the user has chosen it."""
+    tried = []
+
+    def check(found, magnetics, i_max):
+        tried.append(found.pairs[0].table.rank)
+        if len(tried) < 3:
+            raise ParameterError("not positive definite")
+
+    samples = Formula().samples()
+    monkeypatch.setattr(coupling_of, "check_pairs", check)
+    monkeypatch.setattr(
+        coupling_of, "pairs_solved", lambda *_, **__: SimpleNamespace(samples=lambda n: samples)
+    )
+    machine = case(6, 4, "NSNSNS")
+    coupling_of.coupling_of(machine, None, 12.0)
+    least = pair_table(samples, 4).rank
+    assert tried == [least, least + 1, least + 2]
+    tried.clear()
+    chosen = machine.model_copy(update={"map": machine.map.model_copy(update={"pair_rank": 2})})
+    with pytest.raises(ParameterError, match="not positive definite"):
+        coupling_of.coupling_of(chosen, None, 12.0)
+    assert tried == [2]
 
 
 @pytest.mark.long

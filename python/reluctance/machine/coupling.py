@@ -205,7 +205,7 @@ def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
                 f"pair of phases {pair.letters}: the least eigenvalue of the incremental "
                 f"inductance matrix is {1e3 * least[n]:.3g} mH at {a[n]:.3g} A and {b[n]:.3g} A, "
                 f"{np.degrees(phi):.3g} deg, need > 0; take flux map and pair table from the same "
-                "source"
+                "source, or lower the greatest current"
             )
 
 

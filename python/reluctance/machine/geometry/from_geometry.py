@@ -13,7 +13,7 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.figures import save_figure
 from reluctance.base.files import read_toml
 from reluctance.base.picture import Picture
-from reluctance.machine.coupling import Coupling, check_pairs
+from reluctance.machine.coupling import Coupling
 from reluctance.machine.geometry.coupling_of import coupling_of
 from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.geometry_machine import geometry_of
@@ -179,9 +179,12 @@ def machine_from_geometry(
         coupling = None
         if pairs:
             share = 1 - SELF_PART
-            coupling = coupling_of(checked_file, told=lambda part: told(first + share * part))
-            own = surface(solution.table(checked_file.rotor_poles))
-            check_pairs(coupling, own, float(solution.i[-1]))
+            coupling = coupling_of(
+                checked_file,
+                surface(solution.table(checked_file.rotor_poles)),
+                float(solution.i[-1]),
+                told=lambda part: told(first + share * part),
+            )
         return FromGeometry(checked_file, solution, path.name, coupling)
     except ParameterError as fault:
         line = str(fault).replace("[machine.", "[")  # here the tables stand by themselves

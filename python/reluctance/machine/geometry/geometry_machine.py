@@ -13,7 +13,7 @@ from pydantic import Field
 from reluctance import _core
 from reluctance.base.files import is_file
 from reluctance.base.schema import Section, checked
-from reluctance.machine.coupling import Coupling, check_pairs
+from reluctance.machine.coupling import Coupling
 from reluctance.machine.flux_map_machine import FluxMapMachine
 from reluctance.machine.geometry.coupling_of import coupling_of
 from reluctance.machine.geometry.file import Geometry
@@ -141,6 +141,4 @@ def _coupling(geometry: str, steel: bytes, N_r: int, i_max: float) -> Coupling |
     checked_file = Geometry.model_validate_json(geometry)
     if checked_file.map.coupling != "pairs":
         return None
-    coupling = coupling_of(checked_file)
-    check_pairs(coupling, _magnetics(geometry, steel, N_r, 1.0), i_max)
-    return coupling
+    return coupling_of(checked_file, _magnetics(geometry, steel, N_r, 1.0), i_max)
