@@ -11,6 +11,7 @@ def _cache(tmp_path, monkeypatch):
     monkeypatch.setenv("RELUCTANCE_CACHE", str(tmp_path))
 
 
+@pytest.mark.long
 def test_random_cases_leave_no_user_stranded():
     """Other seeds than those that were run by hand."""
     failures = fuzz.fuzz(range(10_000_000, 10_000_300))

@@ -8,6 +8,7 @@ import ctypes
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -78,16 +79,8 @@ FLUX = (1.1, 0.9)
 @pytest.mark.parametrize(
     ("law", "pairs", "flux"),
     [
-        *(("deadbeat", "unlike", flux) for flux in FLUX),
-        ("edge_mpc", "add", 1.1),
-        *(
-            pytest.param(*case, marks=pytest.mark.long)
-            for case in [
-                ("edge_mpc", "add", 0.9),
-                *(("edge_mpc", pairs, flux) for pairs in ("take", "unlike") for flux in FLUX),
-                *(("deadbeat", pairs, flux) for pairs in ("take", "add") for flux in FLUX),
-            ]
-        ),
+        case if case == ("deadbeat", "unlike", 1.1) else pytest.param(*case, marks=pytest.mark.long)
+        for case in product(("deadbeat", "edge_mpc"), PAIRS, FLUX)
     ],
 )
 def test_the_mean_is_right_where_phases_couple(law, pairs, flux, tmp_path):

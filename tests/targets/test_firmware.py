@@ -8,7 +8,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from firmware_tools import DRIVES, ROOT, drive
+from firmware_tools import DRIVES, ROOT, drive, each_drive
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -38,7 +38,7 @@ def test_a_number_that_is_no_finite_float_is_refused_with_its_place(value):
         constant({"type": "S", "fields": {"R": value}}, Tables(), "control.law")
 
 
-@pytest.mark.parametrize("name", DRIVES)
+@each_drive
 def test_a_compiled_package_has_the_numbers_that_the_drive_simulates_with(name, tmp_path):
     """Description to controller to description: every float, table, enumerator, in its order."""
     made = firmware(drive(name), tmp_path / "package")

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from firmware_tools import DRIVES, ROOT, drive, needs_target
+from firmware_tools import ROOT, drive, each_drive, needs_target
 
 import reluctance as rl
 from reluctance._core import ORDER_COLUMNS
@@ -24,12 +24,6 @@ from reluctance.targets.export.target import build, processor_in_the_loop, repla
 pytestmark = needs_target
 
 STEPS = 20_000
-VARIANTS = {  # of laws that other drives have too: among the proofs
-    *("edge_mpc_speeds", "edge_mpc_8_6", "edge_mpc_learning_map"),
-    *("deadbeat_braking", "deadbeat_fast", "deadbeat_dead_time", "ditc_fast", "angles_braking"),
-    *("sharing_braking", "sharing_fast", "sharing_sampled", "sun_cloud_no_sensor"),
-    *("edge_mpc_pairs", "finite_set_pairs", "edge_mpc_learning_pairs", "deadbeat_learning_pairs"),
-}
 REQUIRED = ["angles", "sharing", "ditc", "paper_mpc", "finite_set_1", "finite_set_2"]
 ALLOWED = {"memcpy", "memmove", "memset"}  # what any C library and any startup file has
 BUDGET = tomllib.loads((ROOT / "firmware" / "budget.toml").read_text())
@@ -49,9 +43,7 @@ def packages(tmp_path_factory):
     return package
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.long) if n in VARIANTS else n for n in DRIVES]
-)
+@each_drive
 def test_target_and_desk_agree_in_every_bit_within_the_budget(name, packages):
     folder, recording = packages(name)
     spent = cost(drive(name), "cortex-m7", recording, folder)

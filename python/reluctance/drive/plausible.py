@@ -83,7 +83,8 @@ def _voltages(drive: Tables) -> None:
         raise ParameterError(
             f"[machine] R_ohm = {machine.R_ohm:g} drops {drop:.4g} V at i_max_A = "
             f"{machine.i_max_A:g}, need at most {MOST_DROP:g} times the dc link's {u_dc:g} V; "
-            "check the unit: a resistance in milliohm is a thousand times less"
+            "check the units: milliohm in R_ohm, or milliampere in the currents of a map, are "
+            "numbers a thousand times too large"
         )
     most = _fluxes(machine.magnetics, machine.i_max_A)[0] / SHORTEST_RISE
     given = [("[converter] u_dc_V", drive.converter.u_dc_V)]

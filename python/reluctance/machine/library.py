@@ -125,5 +125,6 @@ def machine_table(machine: str, folder: Path) -> dict[str, Any]:
             return placed_machine(table, candidate.parent)
     names = [p.stem for p in resources("machines").glob("*.toml")]
     raise ParameterError(
-        f"machine `{machine}` is neither a file nor in the library{did_you_mean(machine, names)}"
+        f"machine `{machine}` is neither a file nor in the library{did_you_mean(machine, names)}; "
+        f"a file is looked for in {folder.resolve()}"
     )
