@@ -68,7 +68,7 @@ struct GuideCurrents {
     const Profile<T> profile = guide.at(asked, y.omega_m, y.u_dc);
     for (int k = 0; k < N; ++k) {
       const T theta = drive_angle<N>(y.theta_e, k, tau_ref);
-      const Profile<T> own = phase_profile<M>(profile, k, tau_ref);
+      const auto& own = phase_profile<M>(profile, k, tau_ref);
       x.i_ref[k] = reference(own, x.i_ref[k], x.i_before[k], psi[k], theta, turn, y.u_dc);
     }
   }

@@ -10,13 +10,14 @@
 
 namespace srm {
 
+/// A profile, or a reference to the one for all.
 template <Machine M, Real T>
-Profile<T> phase_profile(const Profile<T>& profile, [[maybe_unused]] int k,
-                         [[maybe_unused]] T tau_ref) {
+decltype(auto) phase_profile(const Profile<T>& profile, [[maybe_unused]] int k,
+                             [[maybe_unused]] T tau_ref) {
   if constexpr (has_pairs<M>) {
     return profile.of_phase(k, tau_ref < T(0));
   } else {
-    return profile;
+    return (profile);
   }
 }
 
