@@ -16,7 +16,8 @@ namespace {
 using Profiles = srm::Held<srm::ReferenceProfile<double>>;
 
 Profiles profiles_of(const Array<4>& values, double tau_max, const std::vector<double>& omega_m,
-                     double u_dc, double drop, const std::optional<Array<4>>& mutual, int mirror) {
+                     double u_dc, double drop, const std::optional<Array<4>>& mutual,
+                     const std::vector<int>& mirrored) {
   if (values.shape(1) != omega_m.size() || omega_m.empty() || omega_m.front() < 0 ||
       std::adjacent_find(omega_m.begin(), omega_m.end(), std::greater_equal{}) != omega_m.end()) {
     throw std::invalid_argument("need a speed >= 0 for each table, increasing");
@@ -30,21 +31,22 @@ Profiles profiles_of(const Array<4>& values, double tau_max, const std::vector<d
   if (mutual && mutual->size() != values.size()) {
     throw std::invalid_argument("mutual and values differ in size");
   }
-  const int n_sets = int(values.shape(0));
-  if (n_sets < 1 || mirror < 0 || mirror >= n_sets || (n_sets > 1 && !mutual)) {
-    throw std::invalid_argument(
-        "need mutual where phases have their own, and one of them as mirror");
-  }
-  const srm::ReferenceProfile<double> view{.first = {.values = kept(values),
-                                                     .rows = int(values.shape(2)),
-                                                     .columns = int(values.shape(3)),
-                                                     .level_max = tau_max},
-                                           .omega = memory.keep<double>(omega_m),
-                                           .u_dc = u_dc,
-                                           .drop = drop,
-                                           .mutual = mutual ? kept(*mutual) : srm::View<double>{},
-                                           .n_sets = n_sets,
-                                           .mirror = mirror};
+  const auto is_set = [&](int set) { return set >= 0 && std::size_t(set) < values.shape(0); };
+  const bool sets = mirrored.empty() ? values.shape(0) == 1
+                                     : mutual && values.shape(0) >= mirrored.size() &&
+                                           std::all_of(mirrored.begin(), mirrored.end(), is_set);
+  if (!sets) throw std::invalid_argument("need profiles for all, or of each phase with mutual");
+  const srm::ReferenceProfile<double> view{
+      .first = {.values = kept(values),
+                .rows = int(values.shape(2)),
+                .columns = int(values.shape(3)),
+                .level_max = tau_max},
+      .omega = memory.keep<double>(omega_m),
+      .u_dc = u_dc,
+      .drop = drop,
+      .mutual = mutual ? kept(*mutual) : srm::View<double>{},
+      .mirrored =
+          memory.keep<std::uint8_t>(std::vector<std::uint8_t>(mirrored.begin(), mirrored.end()))};
   return {view, memory.owner()};
 }
 
@@ -65,12 +67,13 @@ void bind_reference_profile(nb::module_& m) {
       .def(
           nb::new_(&profiles_of), nb::arg("values"), nb::kw_only(), nb::arg("tau_max"),
           nb::arg("omega_m"), nb::arg("u_dc"), nb::arg("drop") = 0.0,
-          nb::arg("mutual") = nb::none(), nb::arg("mirror") = 0,
-          "values: (1 or n_phases, n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], "
+          nb::arg("mutual") = nb::none(), nb::arg("mirrored") = std::vector<int>{},
+          "values: (1 or n_phases or more, n_speeds, n_levels, n_angles), for the speeds omega_m "
+          "[rad/s], "
           "increasing, the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, "
           "at u_dc [V]; drop: R i at their peak [V]; mutual: flux linkage that neighbouring phases "
-          "add [Wb], of the same shape, where phases couple; mirror: the phase in the place of the "
-          "first at a torque of the other sense, where each has its own.")
+          "add [Wb], of the same shape, where phases couple; mirrored: (n_phases), which of them a "
+          "phase has at a torque of the other sense, where each has its own.")
       .def(
           "at",
           [](const Profiles& self, double tau, double theta_e, double omega_m, double u_dc) {

@@ -1016,9 +1016,9 @@ def describe_status(status: int) -> str:
 class ReferenceProfile:
     """Profiles over torque, electrical angle and speed."""
 
-    def __init__(self, values: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None, None), order='C', device='cpu', writable=False)], *, tau_max: float, omega_m: _Sequence[float], u_dc: float, drop: float = 0.0, mutual: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None, None), order='C', device='cpu', writable=False)] | None = None, mirror: int = 0) -> None:
+    def __init__(self, values: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None, None), order='C', device='cpu', writable=False)], *, tau_max: float, omega_m: _Sequence[float], u_dc: float, drop: float = 0.0, mutual: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None, None), order='C', device='cpu', writable=False)] | None = None, mirrored: _Sequence[int] = []) -> None:
         """
-        values: (1 or n_phases, n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc [V]; drop: R i at their peak [V]; mutual: flux linkage that neighbouring phases add [Wb], of the same shape, where phases couple; mirror: the phase in the place of the first at a torque of the other sense, where each has its own.
+        values: (1 or n_phases or more, n_speeds, n_levels, n_angles), for the speeds omega_m [rad/s], increasing, the torques tau_max (j/(n_levels - 1))^2 [N m] and one electrical period, at u_dc [V]; drop: R i at their peak [V]; mutual: flux linkage that neighbouring phases add [Wb], of the same shape, where phases couple; mirrored: (n_phases), which of them a phase has at a torque of the other sense, where each has its own.
         """
 
     def at(self, tau: float, theta_e: float, *, omega_m: float, u_dc: float) -> float:

@@ -18,6 +18,7 @@ PAIRS = {
     "add": coupling(),
     "take": coupling(-0.2),
     "unlike": unlike(),
+    "three kinds": unlike(-0.2, 0.05, 0.15),
 }
 
 
@@ -33,6 +34,7 @@ CASES = [
             ("finite_set_mpc", "unlike"),
             ("deadbeat", "take"),
             ("deadbeat", "unlike"),
+            ("deadbeat", "three kinds"),
             ("ditc", "take"),
             ("ditc", "unlike"),
             ("sharing_cubic", "add"),
@@ -76,6 +78,7 @@ def test_the_torque_is_as_smooth_as_on_phases_that_do_not_couple(example, pairs,
         ("edge_mpc_mcu", "take"),
         pytest.param("edge_mpc_mcu", "unlike", marks=pytest.mark.long),
         pytest.param("deadbeat", "unlike", marks=pytest.mark.long),
+        pytest.param("deadbeat", "three kinds", marks=pytest.mark.long),
     ],
 )
 def test_a_negative_torque_is_the_mirror_image(example, pairs, tmp_path):
@@ -132,7 +135,11 @@ def test_phases_in_reverse_order_change_places():
     assert of_kinds(a, a, b).mirror == 2  # of pairs 01, 12, 20: 1 stays, 0 and 2 change places
     assert of_kinds(b, a, a).mirror == 1
     assert of_kinds(a, a, b, b).mirror == 2
+    assert of_kinds(a, b, c).mirror is None
     assert of_kinds(a, b, c, d).mirror is None
+    for kinds in ((a, a, b), (a, b, c), (a, b, c, d)):
+        ring = of_kinds(*kinds)
+        assert set(ring.reversed.reversed.pairs) == set(ring.pairs)
 
 
 def test_a_law_of_pairs_needs_a_machine_that_may_have_them():

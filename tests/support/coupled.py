@@ -71,10 +71,12 @@ def coupling(K: float = K) -> Coupling:
     return Coupling(3, tuple(Neighbours(k, (k + 1) % 3, alike) for k in range(3)))
 
 
-def unlike() -> Coupling:
-    """Two neighbours of one kind and one of another, as three phases in groups have them."""
-    kinds = [table(-0.2)] * 2 + [table(0.15)]
-    return Coupling(3, tuple(Neighbours(k, (k + 1) % 3, kind) for k, kind in enumerate(kinds)))
+def unlike(*K: float) -> Coupling:
+    """Of three phases; by default two neighbours of one kind and one of another, as a winding in
+    groups has them."""
+    kinds = {x: table(x) for x in K or (-0.2, 0.15)}
+    ring = [kinds[x] for x in K or (-0.2, -0.2, 0.15)]
+    return Coupling(3, tuple(Neighbours(k, (k + 1) % 3, kind) for k, kind in enumerate(ring)))
 
 
 def machine_file(folder: Path, pairs: Coupling | None = None) -> Path:

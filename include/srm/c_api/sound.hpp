@@ -22,15 +22,21 @@ namespace srm::c_api {
 /// The name of what is wrong; null where nothing is.
 using Fault = const char*;
 
+/// N: phases.
 template <Real T>
-Fault fault(const ReferenceProfile<T>& g) {
+Fault fault(const ReferenceProfile<T>& g, int N) {
   const long cells = static_cast<long>(g.first.rows) * g.first.columns;
   const bool sizes = g.first.rows >= 2 && g.first.columns >= 1 && g.omega.size >= 1 &&
-                     g.n_sets >= 1 && g.mirror >= 0 && g.mirror < g.n_sets &&
                      cells <= g.first.values.size &&
-                     cells * g.omega.size * g.n_sets == g.first.values.size &&
-                     (g.mutual.size == 0 ? g.n_sets == 1 : g.mutual.size == g.first.values.size);
-  return sizes && is_positive(g.first.level_max) && is_positive(g.u_dc) ? nullptr : "guide";
+                     g.first.values.size % (cells * g.omega.size) == 0 &&
+                     (g.mutual.size == 0 || g.mutual.size == g.first.values.size);
+  if (!sizes) return "guide";
+  const long sets = g.first.values.size / (cells * g.omega.size);
+  if (g.mirrored.size == 0 ? sets != 1 : g.mirrored.size != N || sets < N) return "guide";
+  for (int k = 0; k < g.mirrored.size; ++k) {
+    if (g.mirrored[k] >= sets) return "guide";
+  }
+  return is_positive(g.first.level_max) && is_positive(g.u_dc) ? nullptr : "guide";
 }
 
 inline Fault fault(const Course& c) {
@@ -99,7 +105,7 @@ Fault fault_of_law(const Law& law) {
     if (const Fault f = law.machine.pairs.fault(Law::n_phases)) return f;
   }
   if constexpr (requires { law.guide; }) {
-    if (const Fault f = fault(law.guide)) return f;
+    if (const Fault f = fault(law.guide, Law::n_phases)) return f;
   }
   if constexpr (requires { law.sharing; }) {
     if (!law.sharing.template is_feasible<Law::n_phases>()) return "sharing";
@@ -126,7 +132,7 @@ Fault fault_of_law(const Law& law) {
 template <Machine M, int N, int Np_max, int Nc_max>
 Fault fault_of_law(const PaperMpc<M, N, Np_max, Nc_max>& law) {
   if (const Fault f = law.machine.fault()) return f;
-  if (const Fault f = fault(law.guide)) return f;
+  if (const Fault f = fault(law.guide, N)) return f;
   if (law.N_p < 1 || law.N_p > Np_max) return "N_p";
   if (law.N_c < 1 || law.N_c > Nc_max || law.N_c > law.N_p) return "N_c";
   return is_positive(law.T_s) ? nullptr : "T_s of the law";

@@ -59,13 +59,21 @@ class Coupling:
     @property
     def mirror(self) -> int | None:
         """The phase m in the place of phase 0 when phases are passed in reverse order: m - k has
-        the neighbours of k from the other side. None where the reverse is another winding."""
+        the neighbours of k from the other side. None where the reverse is another winding, as it
+        is with three pairs of three kinds."""
         n = self.n_phases
         tables = {(pair.first, pair.second): pair.table for pair in self.pairs}
         for s in range(n):
             if all(tables.get(((s - b) % n, (s - a) % n)) is t for (a, b), t in tables.items()):
                 return s
         return None
+
+    @property
+    def reversed(self) -> Coupling:
+        """Its phases in reverse order: -k in the place of k."""
+        n = self.n_phases
+        pairs = (Neighbours(-p.second % n, -p.first % n, p.table) for p in self.pairs)
+        return replace(self, pairs=tuple(pairs))
 
     def behind(self, pair: Neighbours) -> float:
         """The electrical angle of phase a less that of a pair, in [0, 2 pi) [rad]."""

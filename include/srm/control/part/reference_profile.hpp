@@ -11,6 +11,8 @@
 // serve: what the voltage allows at one speed it allows at all lower ones.
 #pragma once
 
+#include <cstdint>
+
 #include "srm/base/fields.hpp"
 #include "srm/base/table.hpp"
 
@@ -36,7 +38,7 @@ struct Profile {
   }
 
   /// That of phase k, at a torque of one sense or of the other.
-  Profile of_phase(int k, bool mirrored) const;
+  Profile of_phase(int k, bool other_sense) const;
 
   /// What neighbouring phases add to the value; 0 where they do not couple.
   T mutual_at(T theta_e) const;
@@ -65,11 +67,11 @@ struct ReferenceProfile {
   // Where phases couple: the flux linkage that neighbours add, in the order of the values; else
   // empty [Wb].
   View<T> mutual{};
-  // Where their neighbours differ: all of this for each phase in turn, and the phase that takes the
-  // place of the first where the torque has the other sense.
-  int n_sets = 1;
-  int mirror = 0;
-  SRM_FIELDS(first, omega, u_dc, drop, mutual, n_sets, mirror)
+  // Where their neighbours differ, all of this stands for each phase in turn, and may stand again
+  // for phases in reverse order. (n_phases): which one a phase has at a torque of the other sense;
+  // else empty.
+  View<std::uint8_t> mirrored{};
+  SRM_FIELDS(first, omega, u_dc, drop, mutual, mirrored)
 
   Profile<T> at(T torque, T omega_m, T u_dc_now) const {
     Profile<T> p{first.at(torque)};
@@ -96,10 +98,10 @@ T Profile<T>::mutual_at(T theta_e) const {
 }
 
 template <Real T>
-Profile<T> Profile<T>::of_phase(int k, bool mirrored) const {
-  if (!coupled || coupled->n_sets == 1) return *this;
+Profile<T> Profile<T>::of_phase(int k, bool other_sense) const {
+  if (!coupled || coupled->mirrored.size == 0) return *this;
   const ReferenceProfile<T>& guide = *coupled;
-  const int set = mirrored ? (guide.mirror - k + guide.n_sets) % guide.n_sets : k;
+  const int set = other_sense ? guide.mirrored[k] : k;
   return with_row(row.values + set * guide.omega.size * guide.first.rows * guide.first.columns);
 }
 

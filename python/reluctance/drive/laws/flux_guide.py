@@ -44,30 +44,47 @@ def packed(
     from one to the next, each phase has its own profile next to them.
     """
     theta_e = tables[0].theta_e
-    i = np.stack([table.i for table in tables])[np.newaxis]  # all phases, speed, torque, angle
-    coupling, mirror = point.coupling, 0
-    if pairs is not None:
-        from reluctance.machine.optimum.coupled import alike  # a tenth of the start-up time
-        from reluctance.machine.optimum.each_phase import each_phase
-
-        if not alike(pairs) and pairs.mirror is not None:
-            coupling, mirror = pairs, pairs.mirror
-            real = replace(point, coupling=pairs)
-            of_speed = [each_phase(real, table).i.swapaxes(0, 1) for table in tables]
-            i = np.stack(of_speed, axis=1)
+    windings = [] if point.coupling is None else [point.coupling]
+    mirrored: list[int] = []
+    rows = [np.stack([table.i for table in tables])[np.newaxis]]  # all phases, speed, torque, angle
+    if pairs is not None and _differ(pairs):
+        n, m = pairs.n_phases, pairs.mirror
+        windings = [pairs] if m is not None else [pairs, pairs.reversed]
+        mirrored = [(m - k) % n if m is not None else n + -k % n for k in range(n)]
+        rows = [_of_each(replace(point, coupling=winding), tables) for winding in windings]
     least = NO_CURRENT * float(tables[0].i.max())
-    i = np.where(i < least, 0.0, i)
-    psi = np.stack([table.psi for table in tables])[np.newaxis]
-    alone = np.where(i > 0, psi, 0.0) if coupling is None else _alone(point, i, theta_e)
+    rows = [np.where(i < least, 0.0, i) for i in rows]
+    i, mutual = np.concatenate(rows), None
+    if not windings:
+        psi = np.stack([table.psi for table in tables])[np.newaxis]
+        alone = np.where(i > 0, psi, 0.0)
+    else:
+        alone = _alone(point, i, theta_e)
+        both = zip(windings, rows, strict=True)
+        mutual = np.concatenate([_mutual(winding, row, theta_e) for winding, row in both])
     return _core.ReferenceProfile(
         i if quantity == "i" else alone,
         tau_max=tables[0].tau_ref[-1],
         omega_m=[abs(table.omega_m) for table in tables],
         u_dc=tables[0].u_dc,
         drop=point.R * float(tables[0].i.max()),
-        mutual=None if coupling is None else _mutual(coupling, i, theta_e),
-        mirror=mirror,
+        mutual=mutual,
+        mirrored=mirrored,
     )
+
+
+def _differ(pairs: Coupling) -> bool:
+    """Whether the neighbours of the phases do."""
+    from reluctance.machine.optimum.coupled import alike  # a tenth of the start-up time
+
+    return not alike(pairs)
+
+
+def _of_each(point: OperatingPoint, tables: Sequence[Table]) -> NDArray[np.float64]:
+    """Currents next to those of the tables, (n_phases, n_speeds, n_levels, n_angles) [A]."""
+    from reluctance.machine.optimum.each_phase import each_phase
+
+    return np.stack([each_phase(point, table).i.swapaxes(0, 1) for table in tables], axis=1)
 
 
 def _alone(
