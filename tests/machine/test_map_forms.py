@@ -1,5 +1,6 @@
 """The flux tables that people have, in every form, are one and the same machine."""
 
+import re
 import shlex
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 from command import command, refused
 
 from reluctance import ParameterError, _core
-from reluctance.machine.maps import check_map, read_map
+from reluctance.machine.library import machines
+from reluctance.machine.maps import FluxTable, check_map, read_map
 
 MACHINE = _core.LeHuy(N_r=6, L_u=8.7e-3, L_a=0.25, L_sat=0.5e-3, i_m=5, psi_m=0.3)
 CURRENTS = np.linspace(0, 5, 11)
@@ -276,6 +278,50 @@ def test_units_that_leave_no_machine_are_no_good_map(tmp_path):
     assert done.code == 1 and "check the units of current and flux linkage" in " ".join(
         done.out.split()
     )
+
+
+FACTOR = {"mA": 1e3, "kA": 1e-3}
+
+
+@pytest.mark.parametrize("with_torque", [False, True], ids=["flux alone", "torque"])
+@pytest.mark.parametrize("unit", FACTOR)
+def test_a_machine_that_another_unit_of_the_currents_makes_usual_is_asked_about(
+    unit, with_torque, tmp_path
+):
+    """A fifth of an ampere in kA, 5000 A in mA: the flux linkage fits both, so that it is a
+    question. The advice, followed, leads to the right machine, which is not asked about."""
+    largest = {"mA": 5.0, "kA": 200.0}[unit]
+    ratio = FACTOR[unit] * largest / CURRENTS[-1]
+    rows = [(ratio * i, a, p, ratio * t) for i, a, p, t in long_rows(*sampled(HALF))]
+    names = list(NAMES.values())[: 4 if with_torque else 3]
+    path = tmp_path / "m.csv"
+    lines = [",".join(f"{v:.12g}" for v in row[: len(names)]) for row in rows]
+    path.write_text("\n".join([",".join(names), *lines]))
+    done = command("map", "check", path, "--N_r", 6)
+    text = " ".join(done.out.split())
+    assert done.code == 0
+    said = f"a machine of {FACTOR[unit] * largest:.4g} A"
+    assert said in text and f"are the currents in {unit}? Then it has {largest:.4g} A" in text
+    new = re.search(r"name the columns (\w+)(?: and (\w+))?", text)
+    out = tmp_path / "motor.toml"
+    winding = ("--N_r", 6, "--N_s", 8, "--R_ohm", 1.0, "--J_kgm2", 1.0, "--out", out)
+    assert said in " ".join(command("map", "import", path, *winding).out.split())
+    renamed(path, "i_A", new[1])
+    if with_torque:
+        renamed(path, "tau_Nm", new[2])
+    assert read_map(path, N_r=6).i[-1] == pytest.approx(largest)
+    done = command("map", "check", path, "--N_r", 6)
+    assert done.code == 0 and "are the currents in" not in done.out
+
+
+def test_no_machine_of_the_library_is_asked_about():
+    for entry in machines():
+        machine = entry.machine
+        i, theta = np.linspace(0, machine.i_max_A, 21), np.linspace(0, np.pi, 25)
+        grid = [x.ravel() for x in np.meshgrid(i, theta, indexing="ij")]
+        psi = _core.magnetics(machine.magnetics, *grid)[:, 0].reshape(21, 25)
+        notes = check_map(FluxTable(machine.N_r, i, theta, psi)).notes
+        assert not [note for note in notes if "are the currents" in note], entry.key
 
 
 def test_decimal_commas_beside_a_header_with_points(tmp_path):

@@ -337,7 +337,7 @@ def import_map(
         _tell("repair", mended.notes)
     i_max = float(table.i[-1]) if i_max is None else i_max
     report = check_map(table, i_max=i_max)
-    _tell("read as", table.notes)
+    _tell("read as", report.notes)
     if report.reasons and not (accept or "").strip():
         raise ParameterError(
             f"{file.name} is refused: {'; '.join(report.reasons)}. Nothing is written; mend the "

@@ -25,7 +25,7 @@ ROW = 0.01
 CURRENTS = (1e-3, 1e4)  # [A]
 FLUXES = (1e-4, 50.0)  # [Wb]
 INDUCTANCES = (1e-6, 10.0)  # largest flux linkage over largest current [H]
-USUAL_L = 0.013  # geometric middle of the library [H]
+USUAL_L, USUAL_I = 0.013, 47.0  # geometric middles of the library [H], [A]
 FAR = 30.0  # a suspect whose machine is so much farther from USUAL_L than another's is not named
 
 
@@ -124,6 +124,8 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
     reasons = _reasons(figures, row)
     last = float(table.i[-1])
     size = implausible(last, float(np.abs(table.psi).max()))
+    tau_max = float(np.abs(tau_W if table.tau is None else table.tau).max())
+    asked = None if scale or size else _asked(table, tau_max)
     reasons[:0] = [line for line in (scale, size) if line is not None][:1]
     return MapReport(
         N_r=table.N_r,
@@ -132,13 +134,13 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
         i_max_A=last,
         theta_span_deg=180.0 if table.half else 360.0,
         psi_max_Wb=float(table.psi.max()),
-        tau_max_Nm=float(np.abs(tau_W if table.tau is None else table.tau).max()),
+        tau_max_Nm=tau_max,
         torque_given="no" if table.tau is None else "yes",
         L_inc_min_H=float(steps.min()),
         extrapolation_share=0.0 if i_max is None else max(0.0, 1 - last / i_max),
         verdict="refused" if reasons else "good",
         reasons=tuple(reasons),
-        notes=notes,
+        notes=notes if asked is None else (*notes, asked),
         **figures,  # type: ignore[arg-type]
     )
 
@@ -265,6 +267,31 @@ def _suspects(table: FluxTable, ten: float, *, too_large: bool) -> str:
         return "check the units of all three columns: none alone leaves a plausible machine"
     near = [text for away, text in sorted(found) if away < min(found)[0] + np.log(FAR)]
     return f"correct the unit in the column's name: {'; or '.join(near)}"
+
+
+def _asked(table: FluxTable, tau_max: float) -> str | None:
+    """A question where currents 1000 times smaller, or larger, would leave a more usual machine:
+    nearer to the middle of the library in current and inductance, on logarithmic scales. The flux
+    linkage alone fits both, as those of machines with few and with many turns."""
+    i, psi = float(table.i[-1]), float(np.abs(table.psi).max())
+    for unit, factor in (("mA", 1e-3), ("kA", 1e3)):
+        if implausible(factor * i, psi) is None and _unusual(factor * i, psi) < _unusual(i, psi):
+            names = f"i_{unit}" if table.tau is None else f"i_{unit} and tau_{unit[0]}Nm"
+            return (
+                f"a machine of {_size(i, psi, tau_max)}; are the currents in {unit}? Then it has "
+                f"{_size(factor * i, psi, factor * tau_max)}: name the columns {names}, or "
+                f"multiply them by {factor:g}"
+            )
+    return None
+
+
+def _unusual(i: float, psi: float) -> float:
+    """How far a machine's largest current and inductance are from the middle of the library."""
+    return float(np.hypot(np.log(i / USUAL_I), np.log(psi / i / USUAL_L)))
+
+
+def _size(i: float, psi: float, tau: float) -> str:
+    return f"{i:.4g} A, {tau:.3g} N m and {psi / i:.2g} H"
 
 
 def implausible(i: float, psi: float) -> str | None:

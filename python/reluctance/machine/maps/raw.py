@@ -18,7 +18,7 @@ STEMS = {
 UNITS = {
     "psi": {"wb": 1.0, "mwb": 1e-3, "uwb": 1e-6, "vs": 1.0, "mvs": 1e-3, "weber": 1.0},
     "i": {"a": 1.0, "ma": 1e-3, "ka": 1e3, "amp": 1.0, "ampere": 1.0},
-    "tau": {"nm": 1.0, "mnm": 1e-3, "newtonmeter": 1.0, "mnewtonmeter": 1e-3},
+    "tau": {"nm": 1.0, "mnm": 1e-3, "knm": 1e3, "newtonmeter": 1.0, "mnewtonmeter": 1e-3},
     "theta": {"deg": 1.0, "rad": 1.0, "degree": 1.0, "degrees": 1.0, "radian": 1.0},
 }
 SPELLED = {"degree": "deg", "degrees": "deg", "radian": "rad"}
@@ -122,7 +122,9 @@ def stated_column(quantity: str, name: str) -> Column:
 
 def _words(name: str) -> list[str]:
     """The parts of a name in lower case. A dot or a product sign within a unit joins: N.m, V s."""
-    joined = re.sub(r"\b(m?N|m?V)\s*[.*·]\s*(m|s)\b", r"\1\2", name.strip().replace("°", " deg "))
+    joined = re.sub(
+        r"\b([mk]?N|m?V)\s*[.*·]\s*(m|s)\b", r"\1\2", name.strip().replace("°", " deg ")
+    )
     return [w for w in re.split(r"[\s_\[\]()./,:]+", joined.lower()) if w]
 
 
