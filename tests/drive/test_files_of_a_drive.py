@@ -1,17 +1,19 @@
 """Keys that name files: resolved, written and hashed by one mark on the key."""
 
 import random
+import re
 import shutil
 from pathlib import Path
 
 import pytest
+from command import refused
 
 import reluctance as rl
 from reluctance.base.schema import Section, file_keys
 from reluctance.explore.sweeps.fingerprint import fingerprint
 from reluctance.plant.hydraulics import pump
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES, MACHINES = (Path(__file__).parents[2] / x for x in ("examples", "machines"))
 SYSTEM = (EXAMPLES / "paper_pump.toml").read_text()
 CURVE = ["Q_m3ph,H_m,eta", "0,40,0", "20,36,0.55", "40,28,0.68", "60,16,0.6"]
 PUMP = '[pump]\nn_ref_rpm = 1500\ncurve_csv = "curve.csv"\n'
@@ -83,3 +85,33 @@ def test_no_text_key_that_holds_a_path_is_without_its_mark() -> None:
         *(("Load", "pump"), ("Pump", "curve_csv"), ("OwnLaw", "law"), ("CompiledLaw", "law")),
     ):
         assert (section, key) in marked
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("R_ohm = -1.0", "[machine] R_ohm = -1.0, need >= 0"),
+        ("R_ohn = 1.0", "unknown key `R_ohn` in [machine]; did you mean `R_ohm`?"),
+        ("n_phases = 4", "[machine] n_phases = 4, but 6/4 poles make 3 phases"),
+        ('model = "lehui"', "[machine] model = 'lehui' is unknown; did you mean `lehuy`?"),
+        ("", "missing key `R_ohm` in [machine]"),
+    ],
+)
+def test_a_fault_of_a_machine_file_names_that_file(line: str, told: str, tmp_path: Path) -> None:
+    """Also of one that is given in Python; a fault of `--set` is none of the file."""
+    key = line.split(" ")[0].replace("ohn", "ohm") or "R_ohm"
+    good = (MACHINES / "paper_6_4.toml").read_text()
+    motor = tmp_path / "motor.toml"
+    motor.write_text(re.sub(rf"(?m)^{key} = .*$", line, good))
+    (tmp_path / "drive.toml").write_text(
+        (EXAMPLES / "paper_rated.toml").read_text().replace('"paper_6_4"', '"motor.toml"')
+    )
+    assert f"{motor}: {told}" in refused("run", tmp_path / "drive.toml")
+    drive = rl.load(EXAMPLES / "paper_rated.toml")
+    with pytest.raises(rl.ParameterError, match=re.escape(f"{motor}: {told}")):
+        drive.with_values({"machine": str(motor)})
+    motor.write_text(good)
+    if line:
+        name, value = line.split(" = ")
+        line = refused("run", tmp_path / "drive.toml", "--set", f"machine.{name}={value}")
+        assert told in line and str(motor) not in line

@@ -161,7 +161,8 @@ def test_a_table_that_is_missing_is_named(tmp_path):
     path = write(tmp_path / "lam.toml", data)
     assert "missing table [map]" in refused("machine", "from-geometry", path)
     cubic = resources("examples") / "sharing_cubic.toml"
-    assert "missing table [machine.map]" in refused("run", cubic, "--set", f"machine={path}")
+    line = refused("run", cubic, "--set", f"machine={path}")
+    assert f"{path}: missing table [map]" in line
 
 
 def test_a_file_without_geometry_gets_one_line(tmp_path):

@@ -1,5 +1,6 @@
 """The machine library, and the right class for a [machine] table."""
 
+from copy import deepcopy
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import is_file, read_toml
+from reluctance.base.reading import reading
 from reluctance.base.resources import resources
 from reluctance.base.schema import did_you_mean, placed
 from reluctance.machine.machine_file import MachineFile
@@ -27,24 +29,55 @@ def model_of(machine: Magnetics) -> type[MachineFile]:
     return next(cls for cls in map(model_class, MODELS) if isinstance(machine, cls.core))
 
 
-def machine_from(table: object, *, where: str = "[machine]") -> MachineFile:
+class FiledTable(dict[str, Any]):
+    """A [machine] table that knows the file that it is from, and what stands there: its values may
+    be changed before they are checked."""
+
+    def __init__(self, table: dict[str, Any], file: Path) -> None:
+        super().__init__(table)
+        self.file, self.as_filed = file, deepcopy(table)
+
+
+def machine_from(table: object) -> MachineFile:
     """The machine of a [machine] table, checked.
 
     Raises
     ------
     ParameterError
         With one line: an unknown model or key, a value out of range, a flux map that is refused.
+        It begins with the file of the table, if the fault stands there.
     """
+    try:
+        return _machine_from(table)
+    except ParameterError as fault:
+        if isinstance(table, FiledTable) and _fault(table.as_filed) == str(fault):
+            line = str(fault)
+            if table.get("model") == "geometry":  # there the tables stand by themselves
+                line = line.replace("[machine.", "[")
+            raise ParameterError(f"{table.file}: {line}") from None
+        raise
+
+
+def _fault(table: object) -> str:
+    """What is wrong with a table."""
+    try:
+        _machine_from(table)
+    except ParameterError as fault:
+        return str(fault)
+    return ""
+
+
+def _machine_from(table: object) -> MachineFile:
     if not isinstance(table, dict):
-        raise ParameterError(f"{where} = {table!r}, need a table")
+        raise ParameterError(f"[machine] = {table!r}, need a table")
     if "model" not in table:
-        raise ParameterError(f"missing key `model` in {where}")
+        raise ParameterError("missing key `model` in [machine]")
     model = table["model"]
     if not isinstance(model, str) or model not in MODELS:
         raise ParameterError(
-            f"{where} model = {model!r} is unknown{did_you_mean(str(model), MODELS)}"
+            f"[machine] model = {model!r} is unknown{did_you_mean(str(model), MODELS)}"
         )
-    return model_class(model).from_table(table, where)
+    return model_class(model).from_table(table, "[machine]")
 
 
 def placed_machine(table: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -102,8 +135,7 @@ def machines() -> list[Entry]:
     """All machines of the library, by name."""
     found = []
     for path in sorted(resources("machines").glob("*.toml")):
-        table = placed_machine(read_toml(path)["machine"], path.parent)
-        machine = machine_from(table, where=f"{path.name} [machine]")
+        machine = machine_from(machine_table(path.name, path.parent))
         torque = machine.tau(machine.i_max_A, np.linspace(0, np.pi, 181))
         found.append(Entry(path.stem, machine, float(torque.max())))
     return found
@@ -116,13 +148,15 @@ def machine_table(machine: str, folder: Path) -> dict[str, Any]:
         if is_file(candidate):
             data = read_toml(candidate)
             if is_geometry(data):
-                return placed_machine(flattened(data), candidate.parent)
+                with reading(candidate, "a geometry"):
+                    table = flattened(data)
+                return FiledTable(placed_machine(table, candidate.parent), candidate)
             if set(data) != {"machine"}:
                 raise ParameterError(f"{candidate}: need the table [machine] and nothing else")
             table = data["machine"]
             if not isinstance(table, dict):
                 raise ParameterError(f"{candidate}: machine = {table!r}, need the table [machine]")
-            return placed_machine(table, candidate.parent)
+            return FiledTable(placed_machine(table, candidate.parent), candidate)
     names = [p.stem for p in resources("machines").glob("*.toml")]
     raise ParameterError(
         f"machine `{machine}` is neither a file nor in the library{did_you_mean(machine, names)}; "
