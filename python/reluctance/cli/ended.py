@@ -14,6 +14,7 @@ from reluctance.base.files import remove_unfinished
 from reluctance.cli.lines import wrapped
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
+CLOSED_PIPE = 128 + 13  # SIGPIPE, as of other commands in a shell: 141
 
 
 def exit_code(command: Callable[[], object]) -> int:
@@ -35,7 +36,8 @@ def exit_code(command: Callable[[], object]) -> int:
 
 
 class Output(TextIOWrapper):
-    """Standard output whose faults, a closed pipe or a full disk, are errors that a user can mend.
+    """Standard output whose faults end a command: a closed pipe, as of `| head`, without a word,
+    since nobody listens; a full disk as an error that a user can mend.
 
     Neither Rich nor Click then ends the process in its own way.
     """
@@ -52,9 +54,11 @@ class Output(TextIOWrapper):
         except OSError as fault:
             raise self._closed(fault) from None
 
-    def _closed(self, fault: OSError) -> ParameterError:
+    def _closed(self, fault: OSError) -> BaseException:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, self.fileno())  # what is left in buffers fails no second time at the exit
+        if isinstance(fault, BrokenPipeError):
+            return SystemExit(CLOSED_PIPE)
         return ParameterError(f"cannot write to standard output: {fault.strerror}")
 
 
