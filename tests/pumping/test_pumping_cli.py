@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import command, on_terminal
+from command import command, on_terminal, refused
 
 ROOT = Path(__file__).parents[2]
 DAY = str(ROOT / "examples" / "sun_day.toml")
@@ -53,6 +53,24 @@ def test_a_year_prints_its_figures_and_writes_whole_files(tmp_path):
     report = (out / "report.html").read_text()
     assert report.count("<img") == len(figures) and "http" not in report.split("<body")[0]
     assert 'src="data:image/png;base64,' in report and 'src="/' not in report
+
+
+@pytest.mark.parametrize("what", ["pump", "size", "run", "pump --write-drive x.toml"])
+@pytest.mark.parametrize("value", ["limits.u_max_V=280", "pipe.H_static_m=60"])
+def test_a_fault_that_only_the_tables_together_have_names_the_file(what, value):
+    name, *options = what.split()
+    assert refused(name, DAY, *options, "--set", value).startswith(f"error: {DAY}: ")
+
+
+def test_a_fault_of_a_pump_file_names_that_file(tmp_path):
+    path = tmp_path / "pump.toml"
+    path.write_text("[pump]\nn_ref_rpm = -1500\n")
+    line = refused("pump", DAY, "--set", f'pump="{path}"')
+    assert f"{path}: [pump] n_ref_rpm = -1500, need > 0" in line
+    load = ("kind=pump", f"pump={path}", "D_mm=80", "H_static_m=12", "k_pump_Nms2=")
+    example = ROOT / "examples" / "paper_pump.toml"
+    given = [word for text in load for word in ("--set", f"load.{text}")]
+    assert f"{path}: [pump] n_ref_rpm = -1500, need > 0" in refused("run", example, *given)
 
 
 @pytest.mark.long

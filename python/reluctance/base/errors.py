@@ -1,5 +1,9 @@
 """Errors that a user can mend: the command line prints them on one line and exits with 2."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 LONGEST_LINE = 1000  # of an error: a name from a file may have any length
 
 
@@ -19,6 +23,17 @@ def one_line(fault: object) -> str:
     text = " ".join(str(fault).split())
     text = "".join(c if c.isprintable() else "?" for c in text)
     return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 4]} ..."
+
+
+@contextmanager
+def named(path: Path) -> Iterator[None]:
+    """Around work on a file: a ParameterError that does not name the file begins with its name."""
+    try:
+        yield
+    except ParameterError as fault:
+        if one_line(path) in str(fault):
+            raise
+        raise ParameterError(f"{path}: {fault}") from None
 
 
 def need(holds: bool, what: str, value: object, need: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.columns import point_hint, with_points
-from reluctance.base.errors import Note, ParameterError, one_line
+from reluctance.base.errors import Note, ParameterError, named
 
 MOST_BYTES = 50_000_000  # of a table of numbers as text
 MOST = 1e15  # of a number in a file, either sign: no column of a drive comes near
@@ -38,11 +38,10 @@ def reading(path: Path, kind: str, remedy: str = "") -> Iterator[None]:
     """
     todo = f"; {remedy}" if remedy else ""
     try:
-        yield
-    except ParameterError as fault:
-        if one_line(path) in str(fault):
-            raise
-        raise ParameterError(f"{path}: {fault}") from None
+        with named(path):
+            yield
+    except ParameterError:
+        raise
     except FileNotFoundError:
         raise ParameterError(f"cannot read {path}: no such file; check the path") from None
     except OSError as fault:

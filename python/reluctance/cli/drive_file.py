@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from reluctance.base.errors import named
 from reluctance.base.files import read_toml
 from reluctance.drive.drive import Drive
 from reluctance.drive.load import drive_of_file, is_system
@@ -28,5 +29,6 @@ def load_drive(path: Path, overrides: list[str] | None = None, *, trust: bool = 
         name = text.partition("=")[0].strip()
         of_system = name.partition(".")[0] in {*TABLES, "drive", "pump"}
         (own if of_system else others).append(text)
-    drive = drive_of(system_of_file(path, data, own))
+    with named(path):
+        drive = drive_of(system_of_file(path, data, own))
     return drive.with_values(dict(parsed(text) for text in others)) if others else drive

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from reluctance.base.errors import named
 from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson
 
@@ -46,10 +47,11 @@ def pump(
         from reluctance.pumping import drive_of
 
         comment = f"The drive of the pumping system {system_file.name} on its array."
-        drive_of(system).save(write_drive, comment=comment)
+        with named(system_file):
+            drive_of(system).save(write_drive, comment=comment)
         print(write_drive)
         return
-    with progress_bar("simulating the drive's loss map", 1.0) as told:
+    with named(system_file), progress_bar("simulating the drive's loss map", 1.0) as told:
         found = pumped(system, progress=told)
     files: list[Path] = []
     if out is not None:
@@ -101,7 +103,7 @@ def size(
     chosen: list[Values] = [dict(parsed(text, system) for text in vary)] if vary else usual(system)
     tables = []
     for values in chosen:
-        with progress_bar("sizing", 1.0) as told:
+        with named(system_file), progress_bar("sizing", 1.0) as told:
             tables.append(sizes(system, values, progress=told))
     demand = None
     if system.demand is not None:  # over all days of the weather

@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.columns import Quantity, recognised
-from reluctance.base.errors import Note, ParameterError
+from reluctance.base.errors import Note, ParameterError, named
 from reluctance.base.files import is_file, read_toml
 from reluctance.base.reading import numbers, read_rows, reading
 from reluctance.base.schema import FileName, NamesFile, Section, checked, did_you_mean, placed
@@ -142,7 +142,8 @@ def pump_from(pump: object, folder: Path) -> Pump:
     """The checked pump that a table is, or that a text names; paths are relative to the folder."""
     if isinstance(pump, str):
         path = pump_file(pump, folder)
-        return pump_from(read_toml(path).get("pump"), path.parent)
+        with named(path):
+            return pump_from(read_toml(path).get("pump"), path.parent)
     if not isinstance(pump, dict):
         raise ParameterError('missing table [pump], or pump = "NAME or FILE"')
     return checked(Pump, placed(Pump, pump, folder), "[pump]")
