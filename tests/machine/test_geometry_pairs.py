@@ -15,18 +15,22 @@ from test_geometry_files import COARSE, changed, drive, geometry, write
 import reluctance as rl
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import read_toml
+from reluctance.base.schema import checked
 from reluctance.machine.coupling import Coupling, Neighbours, check_pairs
 from reluctance.machine.geometry import coupling_of, pairs
 from reluctance.machine.geometry.coupling_of import phase_of
+from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
 from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle, sample
 from reluctance.machine.geometry.solve import solve
 from reluctance.machine.geometry.solved import solved, system_of
+from reluctance.machine.library import flattened
 from reluctance.machine.maps.pairs import apart, pair_table, reasons
 from reluctance.machine.maps.surface import surface
 from reluctance.machine.pair_file import read_pairs, write_pairs
 
+MACHINES = Path(__file__).parents[2] / "machines"
 SEED = int(np.random.SeedSequence().generate_state(1)[0])
 KINDS = {  # poles, and the polarity of all stator poles where it is not that of the sectors
     "6/4 NN": (6, 4, "NNNSSS", 0),
@@ -104,6 +108,22 @@ def test_a_table_of_rank_4_has_the_torque_of_the_field(name):
     assert np.sqrt(np.mean(exact[:, 1] ** 2)) > 10 * np.sqrt(np.mean(left**2))
     for found_psi, psi in ((state.psi_first, exact[:, 2]), (state.psi_second, exact[:, 3])):
         assert np.sqrt(np.mean((found_psi - psi) ** 2)) < 8e-3 * rated.psi.max()
+
+
+def test_the_stored_pairs_are_those_of_their_geometry():
+    """At two points of the library's machine with pairs; the whole table takes a while."""
+    given = flattened(read_toml(MACHINES / "geometry" / "onelab_6_4.toml"))
+    given["winding"]["polarity"] = "NSNSNS"
+    del given["model"]
+    system = system_of(checked(Geometry, given, "[machine]"))
+    stored = read_pairs(MACHINES / "onelab_6_4_pairs.csv", N_r=4, n_phases=3)
+    (table,) = {pair.table for pair in stored.pairs}
+    for phi, a, b in ((np.radians(45.0), 12.0, 12.0), (np.radians(120.0), 12.0, 12 * 5 / 7)):
+        state = table.at(*(np.array([x]) for x in (phi, a, b)))
+        exact = both(system, 0, phi, a, b)
+        assert state.tau[0] == pytest.approx(exact[1], abs=0.04)  # 0.5 % of the peak torque
+        assert state.psi_first[0] == pytest.approx(exact[2], abs=0.002)
+        assert state.psi_second[0] == pytest.approx(exact[3], abs=0.002)
 
 
 def test_the_table_of_the_page_keeps_the_gate():
