@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from command import command, on_terminal, refused
 
+from reluctance.pumping import load_system, sizing
+
 ROOT = Path(__file__).parents[2]
 DAY = str(ROOT / "examples" / "sun_day.toml")
 VILLAGE = str(ROOT / "examples" / "sun_village.toml")
@@ -53,6 +55,19 @@ def test_a_year_prints_its_figures_and_writes_whole_files(tmp_path):
     report = (out / "report.html").read_text()
     assert report.count("<img") == len(figures) and "http" not in report.split("<body")[0]
     assert 'src="data:image/png;base64,' in report and 'src="/' not in report
+
+
+def test_sizing_tells_how_far_it_is_within_a_size(monkeypatch):
+    """The loss map of the first size takes the most time."""
+    parts, pumped = [], sizing.pump
+
+    def told(system, progress):
+        progress(0.5)
+        return pumped(system)
+
+    monkeypatch.setattr(sizing, "pump", told)
+    sizing.sizes(load_system(DAY), {"array.n_series": [7, 6]}, progress=parts.append)
+    assert parts == [0.25, 0.5, 0.75, 1.0]
 
 
 @pytest.mark.parametrize("what", ["pump", "size", "run", "pump --write-drive x.toml"])

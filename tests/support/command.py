@@ -2,7 +2,6 @@
 
 import contextlib
 import io
-import math
 import os
 import shlex
 import subprocess
@@ -13,7 +12,7 @@ from pathlib import Path
 from reluctance.cli import app, progress
 from reluctance.cli.ended import exit_code
 
-progress.EVERY_S = math.inf  # no clock decides what a test sees
+progress.EVERY_S = 1e6  # no clock decides what a test sees
 
 
 @dataclass(frozen=True)

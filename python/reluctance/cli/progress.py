@@ -3,20 +3,23 @@
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from time import monotonic
+from threading import Event, Thread
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
+AFTER_S = 1.0  # of work that a bar appears
 EVERY_S = 10.0  # between lines of progress in a pipe
 
 
 @contextmanager
 def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
-    """A bar on a terminal for work that takes over a second; in a pipe a line now and then."""
+    """A bar on a terminal for work that takes over a second; in a pipe a line now and then, also
+    while the work tells nothing."""
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield _in_lines(title, total)
+        with _in_lines(title, total) as told:
+            yield told
         return
     with Progress(
         TextColumn("{task.description}", markup=False),
@@ -27,25 +30,45 @@ def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
         transient=True,
     ) as progress:
         task = progress.add_task(title, total=total, visible=False)
+        with _each(AFTER_S, lambda: progress.update(task, visible=True)):
+            yield lambda reached: progress.update(task, completed=reached)
 
-        def told(reached: float) -> None:
-            elapsed = progress.tasks[task].elapsed or 0.0
-            progress.update(task, completed=reached, visible=elapsed > 1.0)
 
+@contextmanager
+def _in_lines(title: str, total: float) -> Iterator[Callable[[float], None]]:
+    """Tells a log where the work is, once in EVERY_S."""
+    share = 0.0
+
+    def told(reached: float) -> None:
+        nonlocal share
+        share = reached / total
+
+    def show() -> None:
+        print(f"{title}: {100 * share:.0f} %", file=sys.stderr, flush=True)
+
+    with _each(EVERY_S, show):
         yield told
 
 
-def _in_lines(title: str, total: float) -> Callable[[float], None]:
-    """Tells a log where the work is, at most once in EVERY_S."""
-    last = monotonic()
+@contextmanager
+def _each(seconds: float, show: Callable[[], object]) -> Iterator[None]:
+    """Shows something each time that so many seconds have passed, whatever the work does."""
+    over = Event()
 
-    def told(reached: float) -> None:
-        nonlocal last
-        if monotonic() - last >= EVERY_S:
-            last = monotonic()
-            print(f"{title}: {100 * reached / total:.0f} %", file=sys.stderr, flush=True)
+    def watch() -> None:
+        while not over.wait(seconds):
+            try:
+                show()
+            except OSError:  # nobody listens
+                return
 
-    return told
+    watcher = Thread(target=watch, daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        over.set()
+        watcher.join()
 
 
 @contextmanager

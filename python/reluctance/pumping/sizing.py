@@ -46,16 +46,20 @@ def sizes(
             raise ParameterError(f"{name}: need at least one value")
     rows = []
     combinations = list(product(*values.values()))
-    for combination in combinations:
+    for done, combination in enumerate(combinations):
+
+        def told(part: float, done: int = done) -> None:
+            if progress is not None:
+                progress((done + part) / len(combinations))
+
         row: dict[str, object] = dict(zip(values, combination, strict=True))
         try:
-            found = with_units(pump(system.with_values(row)))
+            found = with_units(pump(system.with_values(row), progress=told))
             row |= {name: found[name] for name in FIGURES} | {"why": ""}
         except ParameterError as fault:
             row |= {name: np.nan for name in FIGURES} | {"water_m3": 0.0, "why": str(fault)}
         rows.append(row)
-        if progress is not None:
-            progress(len(rows) / len(combinations))
+        told(1.0)
     if all(row["why"] for row in rows):
         raise ParameterError(f"none of the {len(rows)} sizes works: {rows[0]['why']}")
     return pd.DataFrame(rows).dropna(axis="columns", how="all")  # no demand: no loss of load
