@@ -16,7 +16,7 @@ class AnyBench {
  public:
   AnyBench(const srm::Commission<double>& routines, const std::vector<int>& phase,
            const std::vector<int>& sensor, const std::vector<int>& sign, int direction, double zero,
-           srm::Routine routine, int pulsed, int count) {
+           srm::Routine routine, int pulsed, int count, int held, double i_held) {
     with_phases(int(phase.size()), [&]<int N>() {
       auto bench = std::make_shared<srm::Bench<N>>();
       srm::assign(bench->routines, routines);
@@ -33,7 +33,8 @@ class AnyBench {
       }
       bench->wires.direction = direction < 0 ? -1 : 1;
       bench->wires.zero = zero;
-      bench->routines.template start<N>(bench->state, routine, pulsed, count);
+      bench->routines.template start<N>(bench->state, routine, pulsed, count, held,
+                                        static_cast<float>(i_held));
       controller.step = srm::Controller<N>(
           [bench](const srm::Measurement<double, N>& y, double) { return bench->step(y); });
       found_ = [bench] { return found_on(*bench); };
@@ -68,12 +69,13 @@ class AnyBench {
   static nb::ndarray<nb::numpy, double> table(const std::vector<srm::PulseRow<float>>& rows) {
     std::vector<double> values;
     for (const srm::PulseRow<float>& row : rows) {
-      for (const double value : {double(row.pulse), double(row.sample), double(row.u_mean),
-                                 double(row.i), double(row.theta_e)}) {
+      for (const double value :
+           {double(row.pulse), double(row.sample), double(row.u_mean), double(row.i),
+            double(row.theta_e), double(row.u_held), double(row.i_held)}) {
         values.push_back(value);
       }
     }
-    return numpy(std::move(values), {rows.size(), 5});
+    return numpy(std::move(values), {rows.size(), 7});
   }
 
   std::function<nb::dict()> found_;
@@ -108,10 +110,10 @@ void bind_bench(nb::module_& m) {
   nb::class_<AnyBench>(m, "Bench", "A routine between a plant and how somebody has wired it.")
       .def(
           nb::init<const srm::Commission<double>&, const std::vector<int>&, const std::vector<int>&,
-                   const std::vector<int>&, int, double, srm::Routine, int, int>(),
+                   const std::vector<int>&, int, double, srm::Routine, int, int, int, double>(),
           nb::kw_only(), nb::arg("routines"), nb::arg("phase"), nb::arg("sensor"), nb::arg("sign"),
           nb::arg("direction"), nb::arg("zero"), nb::arg("routine"), nb::arg("pulsed"),
-          nb::arg("count"))
+          nb::arg("count"), nb::arg("held") = -1, nb::arg("i_held") = 0.0)
       .def_ro("controller", &AnyBench::controller, "Takes the place of a drive's controller.")
       .def_prop_ro(
           "finding", [](const AnyBench& b) { return int(b.finding()); }, "Number of the finding.")
@@ -120,7 +122,8 @@ void bind_bench(nb::module_& m) {
       .def("found", &AnyBench::found, "What was found so far, SI units.")
       .def("rows", &AnyBench::rows,
            "The recording of the pulses: pulse, sample, mean voltage since the row before [V], "
-           "current [A], electrical angle as shown [rad].");
+           "current [A], electrical angle as shown [rad], and of the held phase mean voltage [V] "
+           "and current [A].");
 }
 
 }  // namespace bound

@@ -5,7 +5,7 @@
 
 #include "reluctance_controller.h"
 
-/* 0: main.c leaves commissioning out, which takes 11 KB of flash. For a drive that is commissioned.
+/* 0: main.c leaves commissioning out, which takes 12 KB of flash. For a drive that is commissioned.
  */
 #ifndef COMMISSIONING
 #define COMMISSIONING 1
@@ -63,14 +63,17 @@ void board_trip(const reluctance_fault* fault);
 
 #if COMMISSIONING
 /* A routine takes the place of the control from the next interrupt on, until control_resume. Not
- * while control_interrupt runs. phase and pulses: of the pulses. */
-void control_commission(reluctance_routine routine, int32_t phase, int32_t pulses);
+ * while control_interrupt runs. phase, pulses, held, held_A: as reluctance_commission_start. */
+void control_commission(reluctance_routine routine, int32_t phase, int32_t pulses, int32_t held,
+                        float held_A);
 void control_resume(void);
 
 /* Keeps or sends what was found. While `finding` is RUNNING, each call of `pulses` is a row
  * `t_s,u_mean_V,i_A,theta_m_deg` of the recording that `reluctance map identify` reads:
  * t_s = sample * RELUCTANCE_CONTROL_PERIOD_S, theta_m_deg = theta_e_rad * 180/(pi * @N_r@), an
- * angle just below 2 pi written as a negative one. The call with DONE is not a row. */
+ * angle just below 2 pi written as a negative one. With a held phase the rows have
+ * `u_held_mean_V`, `i_held_A` and `pair` besides: the pulsed and the held phase as letters, ab of
+ * phases 0 and 1. Calls with pulse < 0, and the call with DONE, are no rows. */
 void board_write_found(const reluctance_found* found);
 #endif
 

@@ -32,10 +32,10 @@ const State& state_of(const reluctance_commissioner* commissioner) {
 }  // namespace
 
 void reluctance_commission_start(reluctance_commissioner* commissioner, reluctance_routine routine,
-                                 int32_t phase, int32_t pulses) {
+                                 int32_t phase, int32_t pulses, int32_t held, float held_A) {
   State& x = *::new (commissioner) State();
   drive.control.routines.start<N>(x.control.routine, static_cast<srm::Routine>(routine), phase,
-                                  pulses);
+                                  pulses, held, held_A);
 }
 
 reluctance_mode reluctance_commission(reluctance_commissioner* commissioner,
@@ -73,6 +73,8 @@ void reluctance_get_found(const reluctance_commissioner* commissioner, reluctanc
   found->u_mean_V = row.u_mean;
   found->i_A = row.i;
   found->theta_e_rad = row.theta_e;
+  found->u_held_V = row.u_held;
+  found->i_held_A = row.i_held;
 }
 
 const char* reluctance_describe_finding(reluctance_finding finding) {

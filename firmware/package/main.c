@@ -12,8 +12,9 @@ static const reluctance_command* volatile orders = &buffers[0]; /* in effect */
 static reluctance_commissioner commissioner;
 static int commissions; /* a routine takes the place of the control */
 
-void control_commission(reluctance_routine routine, int32_t phase, int32_t pulses) {
-  reluctance_commission_start(&commissioner, routine, phase, pulses);
+void control_commission(reluctance_routine routine, int32_t phase, int32_t pulses, int32_t held,
+                        float held_A) {
+  reluctance_commission_start(&commissioner, routine, phase, pulses, held, held_A);
   commissions = 1;
 }
 

@@ -52,10 +52,12 @@ typedef struct {
                                         -1 it falls, 0 the legs are in another order */
   float zero_rad;                    /* alignment: angle shown where leg 0 is unaligned */
   float spread_rad;                  /* alignment: greatest distance of a rest from its place */
-  int32_t pulse, sample;             /* pulses: a row of the recording, new in every period */
+  int32_t pulse, sample;             /* pulses: a row of the recording, new in every period; none
+                                        where pulse < 0: a held current settles */
   float u_mean_V;                    /* mean voltage since the row before, less device drops */
   float i_A;
   float theta_e_rad;
+  float u_held_V, i_held_A;          /* of the phase that is held at a current, likewise */
   float offset_A[RELUCTANCE_PHASES]; /* of the current sensors: taken from every reading */
 } reluctance_found;
 
@@ -64,9 +66,10 @@ typedef struct {
   uint32_t word[160];
 } reluctance_commissioner;
 
-/* Begins a routine, all legs off. phase and pulses: of the pulses. */
+/* Begins a routine, all legs off. phase and pulses: of the pulses; held and held_A: phase that has
+ * this current meanwhile, -1 and 0 for none. */
 void reluctance_commission_start(reluctance_commissioner* commissioner, reluctance_routine routine,
-                                 int32_t phase, int32_t pulses);
+                                 int32_t phase, int32_t pulses, int32_t held, float held_A);
 
 /* Once a control period. request->reference has no meaning here. */
 reluctance_mode reluctance_commission(reluctance_commissioner* commissioner,

@@ -747,7 +747,7 @@ class Alignment:
 class FluxPulses:
     """Voltage pulses at a clamped rotor. SI units."""
 
-    def __init__(self, *, duty: float, i_top: float, i_end: float, slack: float, v_switch: float, v_diode: float, n_rest: int, n_pulse: int, delay: int) -> None: ...
+    def __init__(self, *, duty: float, i_top: float, i_beside: float, i_end: float, slack: float, v_switch: float, v_diode: float, n_rest: int, n_pulse: int, delay: int, hold: CurrentHold, duty_dead: float, n_settle: int) -> None: ...
 
 class Commission:
     """The commissioning routines, and the checks around them."""
@@ -760,7 +760,7 @@ def described_commission(routines: Commission) -> dict:
 class Bench:
     """A routine between a plant and how somebody has wired it."""
 
-    def __init__(self, *, routines: Commission, phase: _Sequence[int], sensor: _Sequence[int], sign: _Sequence[int], direction: int, zero: float, routine: Routine, pulsed: int, count: int) -> None: ...
+    def __init__(self, *, routines: Commission, phase: _Sequence[int], sensor: _Sequence[int], sign: _Sequence[int], direction: int, zero: float, routine: Routine, pulsed: int, count: int, held: int = -1, i_held: float = 0.0) -> None: ...
 
     @property
     def controller(self) -> Controller:
@@ -779,7 +779,7 @@ class Bench:
 
     def rows(self) -> NDArray[numpy.float64]:
         """
-        The recording of the pulses: pulse, sample, mean voltage since the row before [V], current [A], electrical angle as shown [rad].
+        The recording of the pulses: pulse, sample, mean voltage since the row before [V], current [A], electrical angle as shown [rad], and of the held phase mean voltage [V] and current [A].
         """
 
 def step_time(controller: Controller, samples: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, repeats: int) -> float:

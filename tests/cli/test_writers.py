@@ -81,7 +81,7 @@ LIKE = {
     ("machine from-geometry", "--out"): "machine file",
     ("machine from-geometry", "--plot"): "png",
 }
-READ = {"--torque", "--cycle", "--drive", "--wires"}
+READ = {"--torque", "--cycle", "--drive", "--pairs", "--wires"}
 GROUPS = ("map", "export", "machine", "law")
 # Among the proofs: those that write as another one does.
 ALIKE = {

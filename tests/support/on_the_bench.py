@@ -1,9 +1,11 @@
 """Commissioning of simulated drives with 12-bit sensors and noise: what is found, and how far off.
 
-`python tests/support/on_the_bench.py` writes bench/commission.csv. It takes some minutes.
+`python tests/support/on_the_bench.py` writes bench/commission.csv and bench/commission_pairs.csv.
+It takes some minutes; with the argument `pairs` it writes only the latter, in two.
 """
 
 import csv
+import sys
 import tempfile
 from dataclasses import dataclass
 from itertools import permutations
@@ -14,14 +16,19 @@ import numpy as np
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.machine.coupling import Coupling
+from reluctance.machine.held_pulses import read_held_pulses
+from reluctance.machine.identify_pairs import PairFactor, pair_factor, pair_torque
 from reluctance.machine.maps import identify, read_pulses, surface
-from reluctance.targets.commission import Wires, commission, write_pulses
+from reluctance.targets.commission import Held, Wires, commission, write_pulses
 
 ROOT = Path(__file__).parents[2]
 NOISE_LSB = 8.0  # rms
 COUNTS = 4096  # of the encoder
 FRICTION = 0.02  # dry, of the greatest torque
 ANGLES, PULSES = 31, 8  # clamped positions from unaligned to aligned, and pulses at each
+POSITIONS, CURRENTS, BESIDE = 12, (0.25, 0.5, 0.75), 2  # beside a held phase: of i_max, and pulses
+BELIEVED = 0.8  # of what the pairs are
 MACHINES = {  # example, and what makes it fit the machine
     "paper_6_4": ("paper_rated", {}),
     "npf_vector_6_4": ("paper_rated", {"reference.tau_Nm": 5.0}),
@@ -48,6 +55,11 @@ def bench_drive(machine: str, converter: str = "ideal", **more: Any) -> rl.Drive
     drive = rl.load(ROOT / "examples" / f"{example}.toml").with_values(
         {"machine": machine, **fitted}
     )
+    return sensed(drive, converter, **more)
+
+
+def sensed(drive: rl.Drive, converter: str = "ideal", **more: Any) -> rl.Drive:
+    """The drive with these sensors."""
     return drive.with_values(
         {
             "sensing.adc_bits": 12,
@@ -100,6 +112,41 @@ def map_from_pulses(drive: rl.Drive, *, angles: int = ANGLES, pulses: int = PULS
     return MapFound(
         R, identified.R_closing, float(tau), float(psi), sum(run.time_s for run in found)
     )
+
+
+@dataclass(frozen=True)
+class PairsFound:
+    """The factor of a drive's pairs on what was believed of them, and the time of all pulses."""
+
+    of: PairFactor
+    time_s: float
+
+
+def pairs_from_pulses(
+    drive: rl.Drive,
+    believed: Coupling,
+    *,
+    positions: int = POSITIONS,
+    currents: tuple[float, ...] = CURRENTS,
+    pulses: int = BESIDE,
+    seed: int = 1,
+) -> PairsFound:
+    """Pulses beside a held phase over a period, of one pair of each kind, written and read as a CSV
+    file, then the factor."""
+    machine, found = drive.machine, []
+    for pair in {pair.table: pair for pair in believed.pairs}.values():
+        for angle in 360 * np.arange(positions) / positions:
+            for part in currents:
+                noise = drive.with_values({"sensing.noise_seed": seed + len(found)})
+                held = Held(pair.second, part * machine.i_max_A)
+                asked = {"phase": pair.first, "pulses": pulses, "theta_e_deg": float(angle)}
+                found.append(commission(noise, "pulses", held=held, **asked))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "pulses.csv"
+        write_pulses(path, found, drive)
+        recorded = read_held_pulses([path], n_phases=machine.n_phases)
+    factor = pair_factor(recorded, believed, machine.magnetics, machine.R)
+    return PairsFound(factor, sum(run.time_s for run in found))
 
 
 def arrangements(n_phases: int) -> list[tuple[tuple[int, ...], int]]:
@@ -175,12 +222,66 @@ def _row(machine: str, converter: str) -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    rows = [_row(machine, converter) for machine in MACHINES for converter in CONVERTERS]
-    with (ROOT / "bench" / "commission.csv").open("w", newline="") as file:
+def row_of_pairs(machine: str, pairs: str, drive: rl.Drive) -> dict[str, Any]:
+    """The factor that is found where pairs are believed 20 % too small, and what it helps."""
+    coupling = drive.machine.coupling
+    assert coupling is not None
+    found = pairs_from_pulses(sensed(drive, "real"), coupling.times(BELIEVED))
+    of, tau = found.of, drive.tau_max
+    factor = BELIEVED * of.factor
+
+    def law(believed: float) -> float:
+        known = drive.with_values({"mismatch.pair_factor": believed})
+        return 100 * (rl.simulate(known, until=0.12, record=None).kpis.torque_error_rms or np.nan)
+
+    pair_part = pair_torque(drive.at(drive.omega_nominal), tau) / tau
+    return {
+        "machine": machine,
+        "pairs": pairs,
+        "u_dc_V": drive.converter.u_dc_V,
+        "tau_Nm": tau,
+        "believed": BELIEVED,
+        "found": round(factor, 4),
+        "error_pct": round(100 * (factor - 1), 2),
+        "standard_error_pct": round(100 * BELIEVED * of.error, 2),
+        "psi_pairs_mWb": round(1e3 * of.psi_rms / BELIEVED, 3),
+        "residual_mWb": round(1e3 * of.residual, 3),
+        "pair_torque_pct": round(100 * pair_part, 2),
+        "expected_before_pct": round(100 * (1 - BELIEVED) * pair_part, 3),
+        "expected_after_pct": round(100 * abs(1 - factor) * pair_part, 3),
+        "torque_error_before_pct": round(law(BELIEVED), 3),
+        "torque_error_after_pct": round(law(factor), 3),
+        "torque_error_exact_pct": round(law(1.0), 3),
+        "pulses": of.n_pulses,
+        "pulses_s": round(found.time_s, 1),
+    }
+
+
+def _rows_of_pairs() -> list[dict[str, Any]]:
+    """Of the machines and the law of docs/control/coupling.md."""
+    sys.path.insert(0, str(ROOT / "studies"))
+    import coupling
+
+    with tempfile.TemporaryDirectory() as folder:
+        return [
+            row_of_pairs(title, at.kind, coupling.drive(at, "edge_mpc_mcu", 1.0))
+            for title in coupling.MACHINES
+            for at in coupling.points(title, Path(folder))
+        ]
+
+
+def _write(name: str, rows: list[dict[str, Any]]) -> None:
+    with (ROOT / "bench" / name).open("w", newline="") as file:
         writer = csv.DictWriter(file, rows[0], lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
+
+
+def main() -> None:
+    _write("commission_pairs.csv", _rows_of_pairs())
+    if "pairs" not in sys.argv:
+        rows = [_row(machine, converter) for machine in MACHINES for converter in CONVERTERS]
+        _write("commission.csv", rows)
 
 
 if __name__ == "__main__":

@@ -9,17 +9,22 @@ from itertools import permutations
 
 import numpy as np
 import pytest
+from coupled import SENSED, WORKING, machine_file, unlike
 from on_the_bench import (
+    CONVERTERS,
     MACHINES,
     ROOT,
     alignment_of,
     arrangements,
     bench_drive,
     map_from_pulses,
+    pairs_from_pulses,
+    sensed,
 )
 
+import reluctance as rl
 from reluctance import ParameterError
-from reluctance.targets.commission import Wires, commission, levels, write_pulses
+from reluctance.targets.commission import Held, Wires, commission, levels, write_pulses
 
 PAPER = bench_drive("paper_6_4")
 SLOW = bench_drive("paper_6_4", **{"control.T_s_us": 50})
@@ -176,11 +181,85 @@ def test_recordings_that_were_not_completed_are_not_written(tmp_path):
         ({"routine": "zero"}, "need one of wiring, resistance, alignment, pulses"),
         ({"routine": "wiring", "wires": Wires(sensor=(0, 0, 1))}, "need each of"),
         ({"routine": "pulses", "phase": 3}, "need a phase"),
+        ({"routine": "pulses", "phase": 1, "held": Held(1, 9.0)}, "need another phase than 1"),
+        ({"routine": "pulses", "held": Held(3, 9.0)}, "need another phase"),
+        ({"routine": "pulses", "held": Held(1, 0.0)}, "a current above 0"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(arguments, said):
     with pytest.raises(ParameterError, match=said):
         commission(PAPER, **arguments)
+
+
+def coupled(folder, converter, **more):
+    """The machine of `coupled` with unlike neighbours, as a drive on the bench."""
+    machine = [f"machine={machine_file(folder, unlike())}", *WORKING, *SENSED]
+    drive = rl.load(ROOT / "examples" / "edge_mpc_mcu.toml", machine)
+    return sensed(drive, converter, **more)
+
+
+@pytest.mark.parametrize("converter", CONVERTERS)
+def test_pulses_beside_a_held_phase_find_the_factor_of_pairs_within_two_percent(
+    converter, tmp_path
+):
+    drive = coupled(tmp_path, converter)
+    found = pairs_from_pulses(drive, drive.machine.coupling.times(0.8), positions=8, pulses=1).of
+    assert 0.8 * found.factor == pytest.approx(1, abs=0.02)
+    assert found.of_pair == {pair: pytest.approx(1.25, abs=0.05) for pair in ("bc", "ca")}
+    assert found.n_positions == 2 * 8
+    assert 0 < found.error < 0.02
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(12))
+def test_the_standard_error_is_that_of_drawn_noise_and_drawn_pairs(seed, tmp_path):
+    random = np.random.default_rng(seed)
+    drive = coupled(tmp_path, ("ideal", "real")[seed % 2])
+    believed = float(random.uniform(0.5, 2))
+    found = pairs_from_pulses(
+        drive, drive.machine.coupling.times(believed), seed=int(random.integers(1 << 20))
+    ).of
+    off = believed * found.factor - 1
+    assert abs(off) < 4 * believed * found.error
+    assert abs(off) < 0.02
+
+
+def test_the_held_current_stays_near_its_reference_and_is_off_at_the_end(tmp_path):
+    drive = coupled(tmp_path, "real")
+    found = commission(drive, "pulses", held=Held(2, 8.0), pulses=2)
+    assert found.pair == "ac"
+    beside = found.rows[:, 6]
+    assert np.abs(beside - 8).max() < 1.6
+    assert found.rows[:, 3].max() > levels(drive).i_beside
+    assert found.rows[:, 3].max() < 1.15 * levels(drive).i_beside
+    alone = commission(drive, "pulses", pulses=2)
+    assert alone.pair == "" and not alone.rows[:, 5:].any()
+
+
+def test_recordings_with_and_without_a_held_phase_need_files_of_their_own(tmp_path):
+    found = [commission(PAPER, "pulses", pulses=1, held=held) for held in (None, Held(1, 20.0))]
+    with pytest.raises(ParameterError, match="need files of their own"):
+        write_pulses(tmp_path / "p.csv", found, PAPER)
+
+
+def test_a_held_phase_without_its_current_is_told():
+    found = commission(
+        PAPER, "pulses", held=Held(1, 60.0), levels=replace(levels(PAPER), t_settle=1e-4)
+    )
+    assert "does not reach its reference" in found.text
+
+
+def test_the_stored_factors_keep_the_bounds():
+    with (ROOT / "bench" / "commission_pairs.csv").open() as file:
+        stored = list(csv.DictReader(file))
+    assert len(stored) == 9
+    for row in stored:
+        assert float(row["believed"]) == 0.8
+        assert abs(float(row["error_pct"])) < 2
+        before, after, exact = (
+            float(row[f"torque_error_{what}_pct"]) for what in ("before", "after", "exact")
+        )
+        assert after < 1.05 * exact < before
 
 
 def rows():

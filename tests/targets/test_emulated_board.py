@@ -14,7 +14,8 @@ from on_the_bench import bench_drive
 
 import reluctance as rl
 from reluctance.base.toolchain import build
-from reluctance.targets.commission import Wires, commission, emulated, read_wires, steps
+from reluctance.machine.held_pulses import read_held_pulses
+from reluctance.targets.commission import Held, Wires, commission, emulated, read_wires, steps
 from reluctance.targets.commission.board import ORDER, Board
 from reluctance.targets.commission.wiring import Wiring, read_wiring, write_wiring
 from reluctance.targets.export import firmware
@@ -104,8 +105,14 @@ def kept(answer, all_answers):
 
 
 @needs_target
-@pytest.mark.parametrize("commissions", [True, False])
-def test_the_target_and_the_desk_agree_in_every_bit(drive, uncorrected, commissions, tmp_path):
+@pytest.mark.parametrize(
+    ("commissions", "held", "until"),
+    [(True, None, 0.25), (True, Held(2, 20.0), 0.55), (False, None, 0.25)],
+    ids=["pulses", "beside a held phase", "first turn"],
+)
+def test_the_target_and_the_desk_agree_in_every_bit(
+    drive, uncorrected, commissions, held, until, tmp_path
+):
     """Pulses at a clamped rotor, or the first turn: the loops are closed by each for itself."""
     write_wiring(uncorrected, Wiring((0, 1, 2), (0, 1, 2), (1, 1, 1), 1, 0.3))
     on = emulated(uncorrected, drive, Wires(zero_deg=np.degrees(0.3)))
@@ -121,14 +128,31 @@ def test_the_target_and_the_desk_agree_in_every_bit(drive, uncorrected, commissi
             )
             board.reference = 4.0
             if commissions:
-                board.begin("pulses", pulses=2)
-            board.run(0.25)
+                board.begin("pulses", pulses=2, held=held)
+            board.run(until)
             assert "run" in [mode for _, mode in board.modes]
             assert board.fault is None
     assert len(answers["target"]) > 4990
     assert answers["target"] == answers["desk"]
     if commissions:
         assert len(board.rows) > 100
+        beside = np.array(board.rows)[:, -1]
+        assert beside == pytest.approx(0.0 if held is None else held.i_A, abs=2.0)
+
+
+@needs_target
+def test_pulses_beside_a_held_phase_are_recorded_over_a_period(uncorrected, tmp_path):
+    path = drive_file("paper_6_4", tmp_path)
+    asked = ["pulses", "--angles", "2", "--pulses", "1", "--held", "1", "--held_A", "20"]
+    out = tmp_path / "p.csv"
+    said = command("emulate", uncorrected, *asked, "--drive", path, "--out", out).out
+    assert f"next: reluctance map identify {out} --R_ohm R --pairs DRIVE.toml" in said
+    read = read_held_pulses([out], n_phases=3)
+    assert [one.pair for one in read] == ["ab", "ab"]
+    turned = np.degrees([one.theta_m for one in read])
+    assert turned[1] - turned[0] == pytest.approx(45, abs=0.2)
+    for one in read:
+        assert one.i_held.mean() == pytest.approx(20, rel=0.02)
 
 
 @needs_target
@@ -234,6 +258,9 @@ WRONG = {
     "--until goes with spin": ["wiring", "--until", "1"],
     "--reference goes with spin or trip": ["pulses", "--reference", "1"],
     "need a finite number": ["spin", "--reference", "nan"],
+    "--held and --held_A go together": ["pulses", "--held", "1", "--out", "p.csv"],
+    "--held goes with pulses": ["spin", "--held", "1", "--held_A", "9"],
+    "need another phase than 0": ["pulses", "--held", "0", "--held_A", "9", "--out", "p.csv"],
     "need at most 400 s": ["spin", "--reference", "1e-6"],
     "spin for inf s": ["spin", "--until", "inf"],
     "has a control period of 5e-05 s": ["spin", "--set", "control.T_s_us=40"],

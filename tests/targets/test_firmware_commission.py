@@ -90,7 +90,8 @@ class Board:
                 *(("sign", "<i4", (n,)), ("R", "<f4", (n,)), ("place", "<i4", (n,))),
                 *(("direction", "<i4"), ("zero", "<f4"), ("spread", "<f4")),
                 *(("pulse", "<i4"), ("sample", "<i4"), ("u_mean", "<f4"), ("i", "<f4")),
-                *(("theta_e", "<f4"), ("offset", "<f4", (n,))),
+                *(("theta_e", "<f4"), ("u_held", "<f4"), ("i_held", "<f4")),
+                ("offset", "<f4", (n,)),
             ],
         )
         self.modes, self.samples, self.commands, self.trip_at = [], 0, True, None
@@ -121,9 +122,10 @@ class Board:
         self._call("commission", *arrays)
         self._call("get_found", self.commissioner, self.found)
 
-    def start(self, routine, phase, pulses):
+    def start(self, routine, phase, pulses, held):
         start = self.library.reluctance_commission_start
-        start(ctypes.c_void_p(self.commissioner.ctypes.data), ROUTINES[routine], phase, pulses)
+        commissioner = ctypes.c_void_p(self.commissioner.ctypes.data)
+        start(commissioner, ROUTINES[routine], phase, pulses, *held)
 
     def fault(self):
         """Status, value and limit of the fault that ended `run`."""
@@ -132,9 +134,19 @@ class Board:
         probe(*(ctypes.c_void_p(a.ctypes.data) for a in (self.commissioner, fault)))
         return [fault[0][n] for n in (0, 2, 3)]
 
-    def run(self, routine, *, theta_e_deg=40.0, until=20.0, phase=0, pulses=1, clamped=True):
+    def run(
+        self,
+        routine,
+        *,
+        theta_e_deg=40.0,
+        until=20.0,
+        phase=0,
+        pulses=1,
+        held=(-1, 0.0),
+        clamped=True,
+    ):
         """One routine, until it ends."""
-        self.start(routine, phase, pulses)
+        self.start(routine, phase, pulses, (held[0], ctypes.c_float(held[1])))
         self.found[:] = np.zeros(1, self.found.dtype)
         n = self.drive.machine.n_phases
         parts = loop_parts(self.drive, -1.0)
@@ -222,6 +234,30 @@ def test_a_pulse_is_told_row_by_row(board):
         assert volt_seconds[0] == pytest.approx(volt_seconds[1], rel=0.05)
 
 
+def test_a_phase_that_is_held_meanwhile_is_told_with_the_voltage_that_holds_it(board):
+    told = []
+    plain = board.step
+
+    def step(*sample):
+        orders = plain(*sample)
+        if board.modes[-1] == "run" and board.found["finding"][0] == RUNNING:
+            told.append(board.found[["pulse", "sample", "u_held", "i_held"]][0].tolist())
+        return orders
+
+    board.step = step
+    found = board.run("pulses", theta_e_deg=180.0, pulses=2, held=(2, 20.0))
+    board.step = plain
+    assert found["finding"] == DONE and board.all_off()
+    rows = np.array(told)
+    settles = rows[:, 0] < 0
+    assert settles.sum() * DRIVE.control.T_s == pytest.approx(0.3, rel=0.02)
+    assert not settles[settles.argmin() :].any()
+    assert rows[settles.argmin(), 1] == 0
+    u, i = rows[~settles, 2:].mean(axis=0)
+    assert i == pytest.approx(20.0, rel=0.01)
+    assert u == pytest.approx(DRIVE.machine.R * i, rel=0.02)
+
+
 class Encoder:
     """The board's interrupt in C, with an encoder that toggles between two counts; its rows."""
 
@@ -229,8 +265,8 @@ class Encoder:
         self.board, self.drive, self.rows = board, drive, []
         self.count = 2 * np.pi * drive.machine.N_r / drive.sensing.encoder_counts
 
-    def start(self, routine, phase, pulses):
-        self.board.library.control_commission(ROUTINES[routine], phase, pulses)
+    def start(self, routine, phase, pulses, held):
+        self.board.library.control_commission(ROUTINES[routine], phase, pulses, *held)
 
     def control(self):
         board = self.board

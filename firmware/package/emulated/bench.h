@@ -11,6 +11,8 @@ typedef struct {
   int32_t routine; /* of commissioning, begins before this period; -1: none does */
   int32_t phase;   /* of the pulses */
   int32_t pulses;
+  int32_t held; /* phase that is held at held_A meanwhile; -1: none */
+  float held_A;
   reluctance_measurement shown;
   reluctance_request request;
 } bench_sample;

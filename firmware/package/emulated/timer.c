@@ -8,7 +8,8 @@ void bench_start(void) { control_start(); }
 void bench_period(const bench_sample* sample, bench_answer* answer) {
   board_show(sample);
   if (sample->routine >= 0) {
-    control_commission(sample->routine, sample->phase, sample->pulses);
+    control_commission(sample->routine, sample->phase, sample->pulses, sample->held,
+                       sample->held_A);
   }
   control_interrupt();
   board_answer(answer);

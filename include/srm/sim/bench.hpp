@@ -38,7 +38,8 @@ struct Bench {
     seen.theta_e = wrap(static_cast<float>(wrap(wires.direction * y.theta_e + wires.zero)));
     seen.u_dc = static_cast<float>(y.u_dc);
     const Command<float, N> ordered = routines.step(state, seen);
-    if (state.routine == Routine::pulses && state.finding == Finding::running) {
+    if (state.routine == Routine::pulses && state.finding == Finding::running &&
+        state.pulses.row.pulse >= 0) {
       rows.push_back(state.pulses.row);
     }
     Orders<N> orders;

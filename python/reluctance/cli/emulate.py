@@ -15,7 +15,7 @@ from reluctance.cli.options import AsJson, Overrides, Trust
 from reluctance.cli.progress import progress_bar
 
 if TYPE_CHECKING:
-    from reluctance.targets.commission.bench import Found
+    from reluctance.targets.commission.bench import Found, Held
     from reluctance.targets.commission.board import Emulated
     from reluctance.targets.commission.wiring import Wiring
 
@@ -50,6 +50,13 @@ def emulate(
     ] = 31,
     pulses: Annotated[int, typer.Option(metavar="N", min=1, help="Pulses at each position.")] = 8,
     phase: Annotated[int, typer.Option(metavar="K", min=0, help="Phase that is pulsed.")] = 0,
+    held: Annotated[
+        int | None,
+        typer.Option(metavar="K", min=0, help="Phase that is held at --held_A meanwhile."),
+    ] = None,
+    held_A: Annotated[
+        float | None, typer.Option("--held_A", metavar="AMPERE", help="Current of the held phase.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="PULSES.csv", help="Recording that `pulses` writes.")
     ] = None,
@@ -66,7 +73,8 @@ def emulate(
     as_json: AsJson = False,
 ) -> None:
     """Take a package into operation on the emulated board. Step by step."""
-    from reluctance.targets.commission import Wires, emulated, read_wires
+    from reluctance.targets.commission import Held, Wires, emulated, read_wires
+    from reluctance.targets.commission.bench import pair_of
     from reluctance.targets.export.target import known_cpu
 
     if step not in STEPS:
@@ -77,12 +85,18 @@ def emulate(
         ("--out", out, ("pulses",)),
         ("--until", until, ("spin",)),
         ("--reference", reference, ("spin", "trip")),
+        ("--held", held, ("pulses",)),
+        ("--held_A", held_A, ("pulses",)),
     ):
         if value is not None and step not in of:
             raise ParameterError(f"{name} goes with {' or '.join(of)}, not with `{step}`")
     drive = load(drive_file, overrides, trust=trust)
     if phase >= drive.machine.n_phases:
         raise ParameterError(f"--phase {phase}, need less than {drive.machine.n_phases}")
+    if (held is None) != (held_A is None):
+        raise ParameterError("--held and --held_A go together: a phase and its current")
+    beside = None if held is None or held_A is None else Held(held, held_A)
+    pair_of(phase, beside, drive.machine.n_phases)
     if step == "pulses":
         if out is None:
             raise ParameterError("`pulses` needs --out PULSES.csv")
@@ -90,7 +104,13 @@ def emulate(
     on = emulated(package, drive, read_wires(wires) if wires else Wires(), known_cpu(cpu))
     with progress_bar(step, 1.0) as progress:
         found, lines = _step(
-            on, step, progress, (angles, pulses, phase), out, reference=reference, until=until
+            on,
+            step,
+            progress,
+            (angles, pulses, phase, beside),
+            out,
+            reference=reference,
+            until=until,
         )
     if correct and found["done"]:
         lines += _corrected(on, step, found)
@@ -106,7 +126,7 @@ def _step(
     on: "Emulated",
     step: str,
     progress: Progress,
-    recording: tuple[int, int, int],
+    recording: "tuple[int, int, int, Held | None]",
     out: Path | None,
     *,
     reference: float | None,
@@ -143,14 +163,20 @@ def _step(
         ]
     if step == "pulses":
         assert out is not None
-        angles, pulses, phase = recording
-        runs = steps.recordings(on, angles=angles, pulses=pulses, phase=phase, progress=progress)
+        angles, pulses, phase, held = recording
+        runs = steps.recordings(
+            on, angles=angles, pulses=pulses, phase=phase, held=held, progress=progress
+        )
         write_whole(out, lambda path: write_pulses(path, runs, on.drive))
         n_rows = sum(len(run.rows) for run in runs)
         return {"done": True, "text": "done", "angles": angles, "rows": n_rows, "file": str(out)}, [
             f"{out}: {pulses} pulses at each of {angles} angles, {n_rows} rows",
-            f"next: reluctance map identify {out} --R_ohm R --N_r {on.drive.machine.N_r} "
-            "--out map.csv",
+            f"next: reluctance map identify {out} --R_ohm R "
+            + (
+                f"--N_r {on.drive.machine.N_r} --out map.csv"
+                if held is None
+                else "--pairs DRIVE.toml"
+            ),
         ]
     one = steps.routine(on, step, progress=progress)
     values = {k: v for k, v in asdict(one).items() if k != "rows"}

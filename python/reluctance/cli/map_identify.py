@@ -20,7 +20,16 @@ def identify(
     R: Annotated[
         float, typer.Option("--R_ohm", "--resistance", metavar="OHM", help="Phase resistance.")
     ],
-    out: Annotated[Path, typer.Option(metavar="MAP.csv", help="Flux table to write.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="MAP.csv", help="Flux table to write.")
+    ] = None,
+    pairs: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DRIVE.toml",
+            help="Of pulses beside a held phase: the drive whose pairs get a factor.",
+        ),
+    ] = None,
     poles: RotorPoles = None,
     angle: Annotated[
         list[float] | None,
@@ -48,6 +57,16 @@ def identify(
     """Make a flux table of voltage pulses from a bench. By oscilloscope or firmware."""
     from reluctance.machine.maps import identify, read_pulses, write_map
 
+    if pairs is not None:
+        from reluctance.cli.map_identify_pairs import identify_pairs
+
+        _only_with_a_map(
+            out=out, N_r=poles, angle=angle, angle_unit=angle_unit, angle_kind=angle_kind,
+            zero=zero, aligned_at=aligned_at, name=name, probe_A_per_V=probe, i_max_A=i_max,
+        )  # fmt: skip
+        return identify_pairs(files, pairs, R)
+    if out is None:
+        raise ParameterError("need --out MAP.csv, or --pairs DRIVE.toml for a factor of the pairs")
     check_ending(out, {".csv"})
     if out.resolve() in [file.resolve() for file in files]:
         raise ParameterError(f"--out {out} is one of the recordings; name another file")
@@ -75,6 +94,12 @@ def identify(
         f"next: reluctance map import {out} --N_r {poles} --angle_kind electrical --R_ohm {R:g} "
         "--N_s POLES --J_kgm2 KGM2 --out MACHINE.toml"
     )
+
+
+def _only_with_a_map(**given: object) -> None:
+    for name, value in given.items():
+        if value is not None:
+            raise ParameterError(f"--{name} goes with a flux table, not with --pairs")
 
 
 def _names(given: list[str] | None) -> dict[str, str]:

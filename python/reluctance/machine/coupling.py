@@ -46,6 +46,11 @@ class Coupling:
         return self if factor == 1 else replace(self, factor=self.factor * factor)
 
     @property
+    def i_last(self) -> float:
+        """Up to which all tables reach [A]."""
+        return min(float(pair.table.i[-1]) for pair in self.pairs)
+
+    @property
     def alike(self) -> Coupling:
         """With the mean of all pairs as far apart in the place of each, so that all phases have the
         same neighbours."""

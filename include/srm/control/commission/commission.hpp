@@ -51,14 +51,15 @@ struct Commission {
     typename FluxPulses<T>::State pulses;
   };
 
-  /// Begins a routine. phase, count: of the pulses.
+  /// Begins a routine. phase, count: of the pulses; held, i_held: phase that has a current [A]
+  /// meanwhile, none below 0.
   template <int N>
-  constexpr void start(State<N>& x, Routine asked, int phase = 0, int count = 1) const {
+  constexpr void start(State<N>& x, Routine asked, int phase = 0, int count = 1, int held = -1,
+                       T i_held = T(0)) const {
     x = {};
     x.routine = asked;
     x.finding = asked == Routine::none ? Finding::idle : Finding::running;
-    x.pulses.k = phase < 0 || phase >= N ? 0 : phase;
-    x.pulses.count = count < 1 ? 1 : count;
+    pulses.template start<N>(x.pulses, phase, count, held, i_held);
   }
 
   /// Once a control period. All legs are off where no routine runs.

@@ -15,6 +15,7 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.units import to_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.run.plant import loop_parts
+from reluctance.machine.coupling import LETTERS
 from reluctance.targets.export.commission_levels import Levels
 from reluctance.targets.export.commission_levels import commission as routines_of
 
@@ -78,6 +79,14 @@ class Wires:
 
 
 @dataclass(frozen=True)
+class Held:
+    """A phase that is held at a current while another is pulsed."""
+
+    phase: int  # leg
+    i_A: float
+
+
+@dataclass(frozen=True)
 class Found:
     """What a routine found.
 
@@ -100,9 +109,11 @@ class Found:
     zero_deg, spread_deg : float
         Electrical angle that is shown where leg 0 is unaligned; greatest distance of a rest from
         its place.
-    rows : ndarray, shape (n, 5)
+    rows : ndarray, shape (n, 7)
         Of `pulses`: pulse, sample, mean voltage since the row before [V], current [A], electrical
-        angle as shown [rad].
+        angle as shown [rad]; mean voltage and current of the held phase, or zeros.
+    pair : str
+        Of `pulses` beside a held phase: the pulsed and the held phase, as `ab`.
     """
 
     done: bool
@@ -116,6 +127,7 @@ class Found:
     zero_deg: float
     spread_deg: float
     rows: NDArray[np.float64]
+    pair: str = ""
 
 
 def commission(
@@ -126,6 +138,7 @@ def commission(
     levels: Levels | None = None,
     phase: int = 0,
     pulses: int = 8,
+    held: Held | None = None,
     theta_e_deg: float = 40.0,
     clamped: bool | None = None,
     friction_Nm: float = 0.0,
@@ -142,6 +155,8 @@ def commission(
         By default those of `export.commission_levels.levels`.
     phase, pulses : int
         Leg and number of the pulses.
+    held : Held, optional
+        Another phase, and the current that it has during the pulses.
     theta_e_deg : float
         Electrical angle of the rotor at the start, and where it is clamped.
     clamped : bool, optional
@@ -160,6 +175,7 @@ def commission(
     wires = (wires or Wires()).checked(n)
     if not 0 <= phase < n or pulses < 1:
         raise ParameterError(f"phase = {phase}, pulses = {pulses}: need a phase and >= 1 pulse")
+    pair = pair_of(phase, held, n)
     bench = _core.Bench(
         routines=routines_of(drive, levels),
         phase=wires.phase,
@@ -170,10 +186,12 @@ def commission(
         routine=getattr(_core.Routine, routine),
         pulsed=phase,
         count=pulses,
+        held=-1 if held is None else held.phase,
+        i_held=0.0 if held is None else held.i_A,
     )
     parts = loop_parts(drive, -1.0)
-    held = routine in CLAMPED if clamped is None else clamped
-    parts["shaft"] = rotor(drive, clamped=held, friction=friction_Nm)
+    stands = routine in CLAMPED if clamped is None else clamped
+    parts["shaft"] = rotor(drive, clamped=stands, friction=friction_Nm)
     parts["theta_m"] = to_si(theta_e_deg, "deg") / drive.machine.N_r
     loop = _core.Simulation(bench.controller, _core.SimulationParts(**parts))
     t = 0.0
@@ -193,7 +211,26 @@ def commission(
         zero_deg=float(np.degrees(found["zero"])),
         spread_deg=float(np.degrees(found["spread"])),
         rows=bench.rows(),
+        pair=pair,
     )
+
+
+def pair_of(phase: int, held: Held | None, n_phases: int) -> str:
+    """The letters of a pulsed and a held phase; empty where none is held.
+
+    Raises
+    ------
+    ParameterError
+        If they cannot be meant.
+    """
+    if held is None:
+        return ""
+    if not 0 <= held.phase < n_phases or held.phase == phase or not 0 < held.i_A < np.inf:
+        raise ParameterError(
+            f"held phase {held.phase} at {held.i_A:g} A, need another phase than {phase} and a "
+            "current above 0"
+        )
+    return LETTERS[phase] + LETTERS[held.phase]
 
 
 def write_pulses(path: str | Path, recordings: Sequence[Found], drive: Drive) -> None:
@@ -202,21 +239,28 @@ def write_pulses(path: str | Path, recordings: Sequence[Found], drive: Drive) ->
     Raises
     ------
     ParameterError
-        If one was not completed.
+        If one was not completed, or only some have a held phase.
     """
     for found in recordings:
         if not found.done:
             raise ParameterError(f"a recording was not completed: {found.text}")
+    pairs = [found.pair for found in recordings]
+    if not all(pairs) and any(pairs):
+        raise ParameterError("recordings with and without a held phase, need files of their own")
     with Path(path).open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["t_s", "u_mean_V", "i_A", "theta_m_deg"])
+        beside = ("u_held_mean_V", "i_held_A", "pair") if any(pairs) else ()
+        writer.writerow(["t_s", "u_mean_V", "i_A", "theta_m_deg", *beside])
         for found in recordings:
-            for _, sample, u, i, theta_e in found.rows:
+            for _, sample, u, i, theta_e, u_held, i_held in found.rows:
                 t = sample * drive.control.T_s
                 # The angle about zero, so that a clamp at zero does not show as a turn.
                 turned = (theta_e + 1) % (2 * np.pi) - 1
                 theta_m = np.degrees(turned) / drive.machine.N_r
-                writer.writerow([f"{t:.9g}", f"{u:.7g}", f"{i:.7g}", f"{theta_m:.7g}"])
+                row = [f"{t:.9g}", f"{u:.7g}", f"{i:.7g}", f"{theta_m:.7g}"]
+                if found.pair:
+                    row += [f"{u_held:.7g}", f"{i_held:.7g}", found.pair]
+                writer.writerow(row)
 
 
 def rotor(drive: Drive, *, clamped: bool, friction: float = 0.0) -> _core.Shaft:

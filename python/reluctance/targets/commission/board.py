@@ -20,7 +20,7 @@ from reluctance.drive.drive import Drive
 from reluctance.drive.run.events import MODES, evidence
 from reluctance.drive.run.plant import loop_parts, precharged
 from reluctance.drive.tables.supervision import Supervision
-from reluctance.targets.commission.bench import ROUTINES, RUNNING, Wires, rotor
+from reluctance.targets.commission.bench import ROUTINES, RUNNING, Held, Wires, rotor
 from reluctance.targets.export.target import PHASE, Cpu, answering, build
 
 NUMBERS = {name: n for n, name in enumerate(("none", *ROUTINES))}  # in reluctance_commission.h
@@ -28,6 +28,8 @@ PRECHARGE = Supervision.model_validate({"enable_s": 0.0, "precharge_ms": 100.0})
 SLICE = 2e-3  # of simulated time between two looks [s]
 WORDS = "".join(f"{prod(of.shape)}{of.base.char}" for of, *_ in (PHASE.fields or {}).values())
 ORDER = struct.Struct("<" + WORDS.replace("V", "x"))  # of one leg: the columns of an order
+NOTHING = (-1, 0, 0, -1, 0.0)  # begins: routine, phase, pulses, held phase and its current
+ROW = ("pulse", "sample", "u_mean", "i", "theta_e", "u_held", "i_held")  # of a recording
 OFF = [0.0] * len(_core.ORDER_COLUMNS)
 
 
@@ -115,10 +117,10 @@ class Board:
     ) -> None:
         n = on.drive.machine.n_phases
         self._answer, self._wires, self._n = answer, on.wires, n
-        self._record = struct.Struct(f"<3i{n + 4}f3iIf")
+        self._record = struct.Struct(f"<4i{n + 5}f3iIf")
         self._told = _answer_type(n)
         self._leg_of = [on.wires.phase.index(k) for k in range(n)]
-        self._start = (-1, 0, 0)
+        self._start = NOTHING
         self._sequence = 0
         self.enable, self.clear, self.tripped, self.commands = True, False, False, True
         self.reference = 0.0
@@ -156,9 +158,12 @@ class Board:
         """What the routine says."""
         return _text(self.last)
 
-    def begin(self, routine: str, *, phase: int = 0, pulses: int = 1) -> None:
+    def begin(
+        self, routine: str, *, phase: int = 0, pulses: int = 1, held: Held | None = None
+    ) -> None:
         """A commissioning routine begins in the next period."""
-        self._start = (NUMBERS[routine], phase, pulses)
+        beside = (-1, 0.0) if held is None else (held.phase, held.i_A)
+        self._start = (NUMBERS[routine], phase, pulses, *beside)
         self._records = routine == "pulses"
 
     def run(self, most: float, until: Callable[[Board], bool] = lambda board: False) -> bool:
@@ -194,7 +199,7 @@ class Board:
             self._sequence,
             self.reference,
         )
-        self._start = (-1, 0, 0)
+        self._start = NOTHING
         told = self._answer(record, self._told.itemsize)
         self._take(told)
         if not self.gates:
@@ -212,8 +217,8 @@ class Board:
             self.modes.append((t, self.mode))
         if self.fault is None and last["status"] != 0:
             self.fault = (t, int(last["status"]), _evidence(last))
-        if self._records and last["rows"] and last["finding"] == RUNNING:
-            row = (last[name] for name in ("pulse", "sample", "u_mean", "i", "theta_e"))
+        if self._records and last["rows"] and last["finding"] == RUNNING and last["pulse"] >= 0:
+            row = (last[name] for name in ROW)
             self.rows.append(tuple(float(value) for value in row))
         self.gates = bool(last["gate_enable"]) and last["status"] == 0 and not self.tripped
         self.period += 1
@@ -253,6 +258,7 @@ def _answer_type(n: int) -> np.dtype[np.void]:
             *(("sensor", "<i4", each), ("sign", "<i4", each), ("R", "<f4", each)),
             *(("place", "<i4", each), ("direction", "<i4"), ("zero", "<f4"), ("spread", "<f4")),
             *(("pulse", "<i4"), ("sample", "<i4"), ("u_mean", "<f4"), ("i", "<f4")),
-            *(("theta_e", "<f4"), ("offset", "<f4", each), ("text", "S128")),
+            *(("theta_e", "<f4"), ("u_held", "<f4"), ("i_held", "<f4")),
+            *(("offset", "<f4", each), ("text", "S128")),
         ]
     )

@@ -12,8 +12,8 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.units import from_si, to_si
 from reluctance.drive.guard.sequence_levels import speed_limit
 from reluctance.drive.guard.trip_levels import protection
-from reluctance.targets.commission.bench import CLAMPED, DONE, RUNNING, Found
-from reluctance.targets.commission.board import Board, Emulated, powered
+from reluctance.targets.commission.bench import CLAMPED, DONE, RUNNING, Found, Held, pair_of
+from reluctance.targets.commission.board import ROW, Board, Emulated, powered
 from reluctance.targets.commission.wiring import read_wiring
 
 MOST_TIME = 400.0  # of a routine [s]; it gives up before
@@ -87,12 +87,13 @@ def routine(
     theta_e_deg: float = 40.0,
     phase: int = 0,
     pulses: int = 8,
+    held: Held | None = None,
     progress: Progress = lambda part: None,
 ) -> Found:
     """One commissioning routine, with the rotor clamped or free as the routine needs it."""
     clamped = name in CLAMPED
     with powered(on, theta_e_deg=theta_e_deg, clamped=clamped) as board:
-        return _routine(board, name, phase, pulses, progress)
+        return _routine(board, name, phase, pulses, held, progress)
 
 
 def recordings(
@@ -101,10 +102,11 @@ def recordings(
     angles: int = 31,
     pulses: int = 8,
     phase: int = 0,
+    held: Held | None = None,
     progress: Progress = lambda part: None,
 ) -> list[Found]:
     """Voltage pulses with the rotor turned to, and clamped at, angles that the board shows: from
-    unaligned to aligned, if the board knows its zero.
+    unaligned to aligned, if the board knows its zero; over a whole period beside a held phase.
 
     Raises
     ------
@@ -113,11 +115,12 @@ def recordings(
     """
     wiring, wires, seed, found = read_wiring(on.package), on.wires, on.drive.sensing.noise_seed, []
     first = 360 * phase / on.drive.machine.n_phases
-    for n, shown in enumerate(np.linspace(first, first + 180, angles).tolist()):
+    span = 180.0 if held is None else 360 * (1 - 1 / angles)
+    for n, shown in enumerate(np.linspace(first, first + span, angles).tolist()):
         counted = wiring.direction * (shown + float(np.degrees(wiring.zero)))
         true = wires.direction * (counted - wires.zero_deg)
         other = replace(on, drive=on.drive.with_values({"sensing.noise_seed": seed + n}))
-        one = routine(other, "pulses", theta_e_deg=true, phase=phase, pulses=pulses)
+        one = routine(other, "pulses", theta_e_deg=true, phase=phase, pulses=pulses, held=held)
         found.append(one)
         if not one.done:
             raise ParameterError(f"at {shown:g} deg electrical: {one.text}")
@@ -234,12 +237,15 @@ CAUSES: dict[str, Callable[[Board, bool], None]] = {
 }
 
 
-def _routine(board: Board, name: str, phase: int, pulses: int, progress: Progress) -> Found:
+def _routine(
+    board: Board, name: str, phase: int, pulses: int, held: Held | None, progress: Progress
+) -> Found:
     def ended(b: Board) -> bool:
         progress(float(b.last["progress"]))
         return b.mode == "fault" or b.last["finding"] > RUNNING
 
-    board.begin(name, phase=phase, pulses=pulses)
+    pair = pair_of(phase, held, len(board.last["sensor"]))
+    board.begin(name, phase=phase, pulses=pulses, held=held)
     board.run(MOST_TIME, ended)
     last = board.last
     return Found(
@@ -253,7 +259,8 @@ def _routine(board: Board, name: str, phase: int, pulses: int, progress: Progres
         direction=int(last["direction"]),
         zero_deg=float(np.degrees(last["zero"])),
         spread_deg=float(np.degrees(last["spread"])),
-        rows=np.array(board.rows).reshape(-1, 5),
+        rows=np.array(board.rows).reshape(-1, len(ROW)),
+        pair=pair,
     )
 
 

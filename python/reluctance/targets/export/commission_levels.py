@@ -21,6 +21,7 @@ LOW = 0.3  # of the holding current, while the rotor swings back
 R_CURRENTS = (0.1, 0.3)  # of i_max: the two of the resistance
 STEP = 0.05  # of i_max: the most that a pulse may add in a sample
 REACH = 1.5  # of R i_max: the least mean voltage of a pulse
+BESIDE = 0.85  # of it beside a held phase: tables of pairs end at i_max, and a pulse passes its top
 END = 0.02  # of the top current: a pulse has ended
 PI_GAIN = 0.25  # of the least inductance over the period: stable with a sample of delay
 PI_ZERO = 0.25  # of the slowest bandwidth
@@ -46,10 +47,11 @@ class Levels:
     i_1: float  # of the resistance [A]
     i_2: float
     i_top: float  # of the pulses [A]
+    i_beside: float  # of pulses beside a held phase [A]
     slack: float  # electrical [rad]
     t_rest: float  # [s]
     t_wait: float
-    t_settle: float
+    t_settle: float  # of a held current
     t_mean: float
     t_pulse: float  # longest rise or fall
     t_max: float  # of a routine
@@ -76,6 +78,7 @@ def levels(drive: Drive) -> Levels:
         i_1=R_CURRENTS[0] / R_CURRENTS[1] * i_2,
         i_2=i_2,
         i_top=i_top,
+        i_beside=BESIDE * i_top,
         slack=max(SLACK_STEPS * step, float(np.radians(SLACK_DEG))),
         t_rest=REST_TIME,
         t_wait=WAIT_TIME,
@@ -128,6 +131,7 @@ def commission(drive: Drive, at: Levels | None = None) -> _core.Commission:
         pulses=_core.FluxPulses(
             duty=at.duty,
             i_top=at.i_top,
+            i_beside=at.i_beside,
             i_end=END * at.i_top,
             slack=4 * at.slack,
             v_switch=devices["v_switch"],
@@ -135,6 +139,9 @@ def commission(drive: Drive, at: Levels | None = None) -> _core.Commission:
             n_rest=BEFORE,
             n_pulse=samples(at.t_pulse),
             delay=drive.sensing.delay_samples,
+            hold=hold,
+            duty_dead=drive.converter.t_dead / T_s,
+            n_settle=samples(at.t_settle),
         ),
     )
 

@@ -1,0 +1,168 @@
+"""Pulses beside a held phase become the factor of the pairs; by the formula of `coupled`."""
+
+import numpy as np
+import pytest
+from coupled import I_MAX, SENSED, WORKING, machine_file, unlike
+from test_map_cli import reluctance
+
+import reluctance as rl
+from reluctance import ParameterError, _core
+from reluctance.base.resources import resources
+from reluctance.machine.held_pulses import COLUMNS, HeldPulse, read_held_pulses
+from reluctance.machine.identify_pairs import pair_factor, pair_torque
+
+R = 1.5
+DT = 5e-5
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory):
+    path = machine_file(tmp_path_factory.mktemp("machine"), unlike())
+    example = resources("examples") / "edge_mpc_mcu.toml"
+    return rl.load(example, [f"machine={path}", *WORKING, *SENSED])
+
+
+def pulse(machine, pair, theta_m, i_held, *, R=R, offset=0.0, drop=0.0):
+    """A triangle of current, and the voltage that the held phase takes for its wobbling one."""
+    first, second = pair
+    rise = np.linspace(0, 0.9 * I_MAX, 60)
+    i = np.concatenate([np.zeros(20), rise, rise[::-1], np.zeros(40)])
+    t = DT * np.arange(len(i))
+    beside = i_held * (1 + 0.05 * np.sin(900 * t))
+    currents = np.zeros((len(i), 3))
+    currents[:, first], currents[:, second] = i, beside
+    theta_e = machine.N_r * theta_m
+    turned = np.full(len(i), (theta_e - 2 * np.pi * second / 3) % (2 * np.pi))
+    psi = _core.magnetics(machine.magnetics, beside, turned)[:, 0]
+    psi = psi + machine.coupling.psi(currents, np.full(len(i), theta_e))[:, second]
+    mean = (beside[1:] + beside[:-1]) / 2
+    u = np.insert(np.diff(psi) / DT + R * mean + drop, 0, 0.0)
+    return HeldPulse(first, second, theta_m, t, i + offset, u, beside + offset)
+
+
+def recorded(machine, **more):
+    angles = np.linspace(0, 2 * np.pi / machine.N_r, 6, endpoint=False)
+    return [
+        pulse(machine, pair, float(angle), part * I_MAX, **more)
+        for pair in ((0, 1), (2, 0))
+        for angle in angles
+        for part in (0.3, 0.7)
+    ]
+
+
+def test_the_factor_is_exact_without_noise(drive):
+    machine = drive.machine
+    pulses = recorded(machine)
+    for believed in (1.0, 0.8, 1.3):
+        found = pair_factor(pulses, machine.coupling.times(believed), machine.magnetics, R)
+        assert believed * found.factor == pytest.approx(1, abs=1e-9)
+        assert found.error < 1e-9
+        assert found.residual < 1e-9
+        assert set(found.of_pair) == {"ab", "ca"}
+        assert (found.n_pulses, found.n_positions) == (24, 12)
+
+
+def test_offsets_drops_and_an_error_of_the_resistance_hardly_matter(drive):
+    machine = drive.machine
+    pulses = recorded(machine, R=1.1 * R, offset=0.05, drop=2.0)
+    found = pair_factor(pulses, machine.coupling, machine.magnetics, R)
+    assert found.factor == pytest.approx(1, abs=0.01)
+    assert abs(found.factor - 1) < 4 * found.error
+
+
+def test_one_kind_of_pairs_that_is_wrong_alone_shows(drive):
+    """The factor is of all pairs; those of each pair tell where they do not agree."""
+    machine = drive.machine
+    pulses = recorded(machine)
+    wrong = unlike(-0.2, -0.2, 0.3)  # for 0.15
+    found = pair_factor(pulses, wrong, machine.magnetics, R)
+    assert found.of_pair["ab"] == pytest.approx(1, abs=1e-6)
+    assert found.of_pair["ca"] == pytest.approx(0.5, abs=1e-6)
+    assert found.error > 0.01
+
+
+def test_samples_past_the_end_of_the_table_are_left_out(drive):
+    machine = drive.machine
+    pulses = recorded(machine)
+    for one in pulses:
+        one.i[40:44] += 2 * I_MAX
+    found = pair_factor(pulses, machine.coupling, machine.magnetics, R)
+    assert found.factor == pytest.approx(1, abs=1e-9)
+
+
+def test_what_shows_no_pairs_is_refused(drive):
+    machine = drive.machine
+    pulses = recorded(machine)
+    with pytest.raises(ParameterError, match="2 clamped positions, need at least 4"):
+        pair_factor(pulses[:4], machine.coupling, machine.magnetics, R)
+    with pytest.raises(ParameterError, match="add nothing"):
+        pair_factor(pulses, machine.coupling.times(0), machine.magnetics, R)
+    late = pulse(machine, (0, 1), 0.3, 5.0)
+    cut = HeldPulse(0, 1, 0.3, *(x[24:] for x in (late.t, late.i, late.u_held, late.i_held)))
+    with pytest.raises(ParameterError, match="rows after its record"):
+        pair_factor([cut], machine.coupling, machine.magnetics, R)
+
+
+@pytest.mark.long
+def test_the_torque_of_pairs_at_a_point_is_that_of_its_currents(drive):
+    point = drive.at(drive.omega_nominal)
+    rms = pair_torque(point, drive.tau_max)
+    k = rl.simulate(drive.with_values({"mismatch.pair_factor": 0.8}), until=0.04, record=None).kpis
+    exact = rl.simulate(drive, until=0.04, record=None).kpis
+    caused = np.sqrt(k.torque_error_rms**2 - exact.torque_error_rms**2)
+    assert 0.2 * rms / drive.tau_max == pytest.approx(caused, rel=0.3)
+
+
+def written(path, pulses):
+    lines = [",".join(COLUMNS)]
+    for one in pulses:
+        angle = f"{np.degrees(one.theta_m):.7g}"
+        columns = zip(one.t, one.i, one.u_held, one.i_held, strict=True)
+        lines += [f"{t:.9g},{i:.9g},{angle},{u:.9g},{b:.9g},{one.pair}" for t, i, u, b in columns]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_a_file_is_read_pulse_by_pulse(drive, tmp_path):
+    pulses = recorded(drive.machine)
+    read = read_held_pulses([written(tmp_path / "p.csv", pulses)], n_phases=3)
+    assert [one.pair for one in read] == [one.pair for one in pulses]
+    for one, given in zip(read, pulses, strict=True):
+        assert one.theta_m == pytest.approx(given.theta_m, rel=1e-6)
+        assert one.u_held == pytest.approx(given.u_held, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("t_s,u_mean_V,i_A,theta_m_deg\n0,0,0,0\n", "u_held_mean_V is missing"),
+        (",".join(COLUMNS) + "\n0,0,0,0,0,ab\n", "data row 2: the pulse there has 1 rows"),
+        (",".join(COLUMNS) + "\n0,0,0,0,0,ad\n", "pair `ad` is none of phases a, b, c"),
+        (",".join(COLUMNS) + "\n0,0,0,0,0,aa\n", "write the pulsed phase and the held one"),
+        (",".join(COLUMNS) + "\n0,x,0,0,0,ab\n", "i_A"),
+    ],
+)
+def test_a_file_of_another_kind_is_refused(text, said, tmp_path):
+    path = tmp_path / "p.csv"
+    path.write_text(text)
+    with pytest.raises(ParameterError, match=said):
+        read_held_pulses([path], n_phases=3)
+
+
+def test_the_command_tells_factor_error_and_torque(drive, tmp_path):
+    file = written(tmp_path / "p.csv", recorded(drive.machine))
+    believed = drive.with_values({"machine.pair_factor": 0.8})
+    believed.save(tmp_path / "d.toml")
+    asked = ("map", "identify", file, "--R_ohm", R)
+    said = reluctance(*asked, "--pairs", tmp_path / "d.toml")
+    assert "24 pulses at 12 clamped positions" in said
+    assert "the pairs are 1.2500 +- 0.0000 of those believed (ab 1.250, ca 1.250)" in said
+    assert "next: pair_factor = 1 in the machine file" in said
+    for option, told in (
+        (("--out", tmp_path / "m.csv"), "--out goes with a flux table, not with --pairs"),
+        (("--N_r", 4), "--N_r goes with a flux table, not with --pairs"),
+    ):
+        assert told in reluctance(*asked, "--pairs", tmp_path / "d.toml", *option, fails="line")
+    assert "need --out" in reluctance(*asked, fails="line")
+    plain = resources("examples") / "paper_rated.toml"
+    assert "has no pairs" in reluctance(*asked, "--pairs", plain, fails="line")
