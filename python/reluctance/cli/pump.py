@@ -2,13 +2,16 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from reluctance.base.errors import named
 from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 SystemFile = Annotated[Path, typer.Argument(metavar="SYSTEM.toml", help="Pumping system.")]
 Overrides = Annotated[
@@ -101,10 +104,10 @@ def size(
 
     system = load_system(system_file, overrides or [])
     chosen: list[Values] = [dict(parsed(text, system) for text in vary)] if vary else usual(system)
-    tables = []
-    for values in chosen:
-        with named(system_file), progress_bar("sizing", 1.0) as told:
-            tables.append(sizes(system, values, progress=told))
+    tables: list[DataFrame] = []
+    with named(system_file), progress_bar("sizing", len(chosen)) as told:
+        for values in chosen:
+            tables.append(sizes(system, values, progress=lambda part: told(len(tables) + part)))
     demand = None
     if system.demand is not None:  # over all days of the weather
         demand = next((float(m) for table in tables for m in table["demand_m3"].dropna()), None)
