@@ -36,6 +36,14 @@ def test_every_example_loads(path):
 
 
 FAULTS = [
+    (
+        {"converter__u_dc_kV": 0.24},
+        "unknown key `u_dc_kV` in [converter]; did you mean `u_dc_V = 240`",
+    ),
+    ({"control__T_s_s": 2e-5}, "did you mean `T_s_us = 20`"),
+    ({"control__T_s_Hz": 50e3}, "did you mean `T_s_us`?"),  # no length of time
+    ({"load__T_s_us": 20}, "unknown key `T_s_us` in [load]; remove it, [control] has it"),
+    ({"converter__kind": "locked"}, "unknown key `kind` in [converter]; it belongs in [source]"),
     ({"machine__n_r": 4}, "unknown key `n_r` in [machine]"),
     ({"machine__R": 0.7}, "unknown key `R` in [machine]"),
     ({"converter__u_dc": 240.0}, "unknown key `u_dc` in [converter]"),

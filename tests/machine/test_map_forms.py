@@ -280,6 +280,11 @@ def test_units_that_leave_no_machine_are_no_good_map(tmp_path):
     )
 
 
+def test_a_torque_of_an_unknown_unit_is_not_left_out(tmp_path):
+    path = stated(tmp_path / "m.csv", tau="tau_turns")
+    assert "for the torque write `tau_Nm`" in refused("map", "check", path, "--N_r", 6)
+
+
 FACTOR = {"mA": 1e3, "kA": 1e-3}
 
 

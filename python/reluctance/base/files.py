@@ -62,15 +62,24 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 def _toml_hint(fault: Exception, content: bytes) -> str:
     """What people write instead of TOML."""
+    from reluctance.base.mended import meant  # for mistakes only
+
     if isinstance(fault, UnicodeDecodeError):
         return "; save the file as UTF-8"
     if "Invalid date" in str(fault):
         return "; need a day of the calendar, as in 2025-02-28"
+    if "Cannot overwrite" in str(fault) or "twice" in str(fault):
+        return "; it stands there twice, remove one"
     place = re.search(r"line (\d+)", str(fault))
     lines = content.decode("utf-8-sig", "replace").splitlines()
     line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
     if comma := re.search(r"=\s*([-+]?\d+),(\d+)\s*(#.*)?$", line):
         return f"; write a decimal point, as in {comma[1]}.{comma[2]}"
+    if place:
+        return f"; write `{right}`" if (right := meant(line)) else ""
+    for number, each in enumerate(lines, 1):  # a text without its end
+        if right := meant(each):
+            return f"; in line {number} write `{right}`"
     return ""
 
 

@@ -185,6 +185,33 @@ def checked(section: type[S], table: object, where: str) -> S:
         raise _error(fault, section, where) from None
 
 
+def check_places(
+    data: Mapping[str, object], kinds: Mapping[str, type[Section]], within: str = ""
+) -> None:
+    """Refuses a key that stands in the wrong one of several tables, and names the right one.
+
+    Raises
+    ------
+    ParameterError
+        For a key that its table does not have, and another one has.
+    """
+    given = {name: table for name, table in data.items() if isinstance(table, dict)}
+    for name, table in given.items():
+        kind = kinds.get(name)
+        if kind is None or kind.model_config.get("extra") != "forbid":
+            continue
+        for key in table:
+            if key in _keys(kind):
+                continue
+            homes = [other for other, its in kinds.items() if key in _keys(its)]
+            bare = [other for other in homes if key not in given.get(other, {})]
+            best = [other for other in bare if other in given] or bare or homes
+            if best:
+                places = " or ".join(f"[{within}{home}]" for home in best)
+                todo = f"it belongs in {places}" if bare else f"remove it, {places} has it"
+                raise ParameterError(f"unknown key `{key}` in [{within}{name}]; {todo}")
+
+
 def _error(fault: ValidationError, section: type[Section], where: str) -> ParameterError:
     """The first fault on one line, and the count of the others."""
     # An unknown key first: it is often the cause of a missing one.
@@ -211,11 +238,22 @@ def did_you_mean(word: str, words: Iterable[str]) -> str:
     return f"; known: {', '.join(f'`{w}`' for w in known.values())}"
 
 
+def _in_its_unit(name: str, value: object, known: Iterable[str]) -> str:
+    """The ending of an error about a key that is known in another unit, with the value in it."""
+    for key in known:
+        factor = units.in_unit_of(name, key)
+        if factor is not None and isinstance(value, int | float) and not isinstance(value, bool):
+            return f"; did you mean `{key} = {factor * value:.10g}`?"
+    return ""
+
+
 def _line(error: dict[str, Any], section: type[Section], where: str) -> str:
     section, where, path = _inner(error["loc"], section, where)
     key = ".".join(map(str, path))
     if error["type"] == "extra_forbidden":
-        return f"unknown key `{key}` in {where}{did_you_mean(str(path[-1]), _keys(section))}"
+        known, name = _keys(section), str(path[-1])
+        near = _in_its_unit(name, error["input"], known) or did_you_mean(name, known)
+        return f"unknown key `{key}` in {where}{near}"
     if error["type"] == "missing":
         field = section.model_fields.get(key)
         if field is not None and _section_of(field) is not None:
@@ -264,6 +302,12 @@ def _number_hint(text: str) -> str:
 def _keys(section: type[Section]) -> list[str]:
     """The keys of a table as files have them."""
     return [field.alias or name for name, field in section.model_fields.items()]
+
+
+def inner_sections(section: type[Section]) -> dict[str, type[Section]]:
+    """The tables within a table, by their keys."""
+    found = {key: _section_of(field) for key, field in section.model_fields.items()}
+    return {key: inner for key, inner in found.items() if inner is not None}
 
 
 def _section_of(field: FieldInfo) -> type[Section] | None:

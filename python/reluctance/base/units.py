@@ -42,6 +42,18 @@ UNITS: dict[str, tuple[float, float]] = {
     ),
     (1.0, 1.0),
 )
+# Units as people write them, each with its prefixes: of what, and how much in SI.
+PREFIXES = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
+PLAIN = ("s", "Hz", "m", "V", "A", "W", "J", "ohm", "H", "F", "Wb", "Nm")
+WRITTEN = {prefix + unit: (unit, a) for unit in PLAIN for prefix, a in PREFIXES.items()} | {
+    "cm": ("m", 1e-2),
+    "min": ("s", 60.0),
+    "h": ("s", 3600.0),
+    "rad": ("rad", 1.0),
+    "deg": ("rad", math.pi / 180),
+    "radps": ("radps", 1.0),
+    "rpm": ("radps", math.pi / 30),
+}
 COUNTS = {"N_s"}  # names that only look as if they ended in a unit: stator poles
 
 
@@ -50,6 +62,16 @@ def name_and_unit(key: str) -> tuple[str, str | None]:
     """The name and the unit of a key: `speed_rpm` is `speed` in rpm; None where it has no unit."""
     name, _, suffix = key.rpartition("_")
     return (name, suffix) if name and suffix in UNITS and key not in COUNTS else (key, None)
+
+
+def in_unit_of(written: str, key: str) -> float | None:
+    """The factor from the unit of a name as somebody wrote it, `u_dc_kV`, to that of a key,
+    `u_dc_V`; None where these are no two units of one quantity."""
+    (name, _, unit), (known, _, own) = written.rpartition("_"), key.rpartition("_")
+    if name.lower() != known.lower() or unit == own or not {unit, own} <= WRITTEN.keys():
+        return None
+    (what, a), (needed, b) = WRITTEN[unit], WRITTEN[own]
+    return a / b if what == needed else None
 
 
 def to_si(value: Value, unit: str | None) -> Value:

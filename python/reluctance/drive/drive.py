@@ -7,16 +7,18 @@ from pathlib import Path
 from typing import Any
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.schema import Section, checked, did_you_mean
+from reluctance.base.schema import Section, check_places, checked, did_you_mean
 from reluctance.drive.all_tables import OPTIONAL, TABLES, Tables
 from reluctance.drive.checks import check_together, check_torque_in_reach
-from reluctance.drive.laws import table_of
+from reluctance.drive.laws import LAWS, table_of
+from reluctance.drive.laws.own_code import names_code
 from reluctance.drive.overrides import plain, put
 from reluctance.drive.plausible import check_plausible
 from reluctance.drive.tables.control import Control
 from reluctance.drive.write import write_drive
-from reluctance.machine.library import machine_from
+from reluctance.machine.library import machine_from, model_class
 from reluctance.machine.machine_file import MachineFile
+from reluctance.machine.models import MODELS
 
 
 class Drive(Tables):
@@ -141,6 +143,8 @@ def drive_from(
     for key in ("machine", "control", *TABLES):
         if key not in data and key not in kept and key not in OPTIONAL:
             raise ParameterError(f"missing table [{key}]")
+    own = {key: table for key, table in data.items() if key != "machine"}  # that is another file
+    check_places(own, _kinds(data))
     sections: dict[str, Any] = {
         key: kept.get(key) or section.read(data.get(key, {}), f"[{key}]")
         for key, section in TABLES.items()
@@ -148,6 +152,25 @@ def drive_from(
     sections["machine"] = kept.get("machine") or machine_from(data["machine"])
     sections["control"] = kept.get("control") or _control(data["control"])
     return Drive(name=name, check_torque=check_torque, **sections)
+
+
+def _kinds(data: Mapping[str, Any]) -> dict[str, type[Section]]:
+    """The tables that a drive file may have; without a law or a model that nobody knows, which is
+    told later."""
+    kinds: dict[str, type[Section]] = dict(TABLES)
+    law, model = (_value(data, *key) for key in (("control", "law"), ("machine", "model")))
+    if law in LAWS or names_code(law):
+        kinds["control"] = table_of(law)
+    if model in MODELS:
+        kinds["machine"] = model_class(model).filed()
+    return kinds
+
+
+def _value(data: Mapping[str, Any], table: str, key: str) -> Any:
+    """Of a key that is text, where a table has it."""
+    given = data.get(table)
+    value = given.get(key) if isinstance(given, dict) else None
+    return value if isinstance(value, str) else None
 
 
 def _control(table: object) -> Control:

@@ -13,7 +13,7 @@ import reluctance
 from reluctance.base.errors import ParameterError, one_line
 from reluctance.base.files import read_toml, toml_value
 from reluctance.base.reading import reading
-from reluctance.base.schema import Section, checked, did_you_mean
+from reluctance.base.schema import Section, check_places, checked, did_you_mean
 from reluctance.drive.drive import Drive
 from reluctance.drive.tables.source import COLD_G
 from reluctance.plant.hydraulics.pipe import Pipe
@@ -232,6 +232,7 @@ def system_from(data: dict[str, Any], *, folder: Path, name: str = "system") -> 
         raise ParameterError(f"drive = {data['drive']!r}, need the path of a drive file in quotes")
     if "tank" in data and "demand" not in data:
         raise ParameterError("[tank] has no effect without [demand]")
+    check_places(data, {**TABLES, "pump": Pump})
     parts: dict[str, Callable[[], object]] = {
         key: partial(checked, section, data.get(key, {}), f"[{key}]")
         for key, section in TABLES.items()

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from reluctance import _core
 from reluctance.base.files import is_file
-from reluctance.base.schema import Section, checked
+from reluctance.base.schema import Section, check_places, checked, inner_sections
 from reluctance.machine.coupling import Coupling
 from reluctance.machine.flux_map_machine import FluxMapMachine
 from reluctance.machine.geometry.coupling_of import coupling_of
@@ -93,6 +93,7 @@ class GeometryMachine(FluxMapMachine):
 
 def geometry_of(table: dict[str, Any], where: str) -> Geometry:
     """The geometry of a [machine] table, checked."""
+    check_places(table, inner_sections(Geometry), "machine.")
     return checked(Geometry, {k: v for k, v in table.items() if k != "model"}, where)
 
 

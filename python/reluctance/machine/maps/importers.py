@@ -214,7 +214,9 @@ def _check_torque_name(head: list[str], read: set[str]) -> None:
     from difflib import get_close_matches  # for mistakes only
 
     for name in head:
-        if name not in read and get_close_matches(name.lower(), ("tau_nm", "torque_nm", "torque")):
+        low = name.lower()
+        near = low.startswith(("tau", "torque")) or get_close_matches(low, ("tau_nm", "torque_nm"))
+        if name not in read and near:
             raise ParameterError(
                 f"column {name!r} is not known; for the torque write `tau_Nm`, else remove it"
             )
