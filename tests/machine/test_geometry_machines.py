@@ -57,7 +57,7 @@ def test_the_tuned_laminations_are_as_good_as_the_table_says():
     with (ROOT / "docs" / "geometry_tune.csv").open() as file:
         rows = list(csv.DictReader(file))
     best = min(rows, key=lambda row: float(row["torque_error_rms"]))
-    assert best["tuned"] in ("poles", "both")
+    assert best["tuned"] in ("law after poles", "both")
     assert all(float(row["p_cu_W"]) <= float(rows[0]["p_cu_W"]) for row in rows)
     for row in rows:
         columns = {"_".join(key.split(".")[-2:]): key for key in geometry_tune.WAYS["both"]}
