@@ -307,7 +307,7 @@ def test_a_machine_that_another_unit_of_the_currents_makes_usual_is_asked_about(
     assert done.code == 0
     said = f"a machine of {FACTOR[unit] * largest:.4g} A"
     assert said in text and f"are the currents in {unit}? Then it has {largest:.4g} A" in text
-    new = re.search(r"name the columns (\w+)(?: and (\w+))?", text)
+    new = re.search(r"name the columns? (\w+)(?: and (\w+))?", text)
     out = tmp_path / "motor.toml"
     winding = ("--N_r", 6, "--N_s", 8, "--R_ohm", 1.0, "--J_kgm2", 1.0, "--out", out)
     assert said in " ".join(command("map", "import", path, *winding).out.split())

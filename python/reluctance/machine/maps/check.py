@@ -276,11 +276,12 @@ def _asked(table: FluxTable, tau_max: float) -> str | None:
     i, psi = float(table.i[-1]), float(np.abs(table.psi).max())
     for unit, factor in (("mA", 1e-3), ("kA", 1e3)):
         if implausible(factor * i, psi) is None and _unusual(factor * i, psi) < _unusual(i, psi):
-            names = f"i_{unit}" if table.tau is None else f"i_{unit} and tau_{unit[0]}Nm"
+            remedy = f"name the column i_{unit}, or multiply it"
+            if table.tau is not None:
+                remedy = f"name the columns i_{unit} and tau_{unit[0]}Nm, or multiply them"
             return (
                 f"a machine of {_size(i, psi, tau_max)}; are the currents in {unit}? Then it has "
-                f"{_size(factor * i, psi, factor * tau_max)}: name the columns {names}, or "
-                f"multiply them by {factor:g}"
+                f"{_size(factor * i, psi, factor * tau_max)}: {remedy} by {factor:g}"
             )
     return None
 
