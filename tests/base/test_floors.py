@@ -115,6 +115,16 @@ def test_heavy_libraries_load_when_they_are_used() -> None:
     assert not set(HEAVY) & used
 
 
+def test_the_command_line_starts_without_heavy_libraries() -> None:
+    """Each command imports its own: `reluctance --help` and `run` wait for none."""
+    allowed = {"typer", "rich"}
+    assert not ({*HEAVY} - allowed) & libraries("import reluctance.cli.main")
+
+
+def test_a_map_is_read_without_matplotlib() -> None:
+    assert "matplotlib" not in libraries("import reluctance.machine.maps")
+
+
 def test_use_loads_little_more_than_numpy_and_pydantic() -> None:
     """Modules besides our own, which are small, are counted: times depend on what else runs."""
     theirs = loaded("import numpy; from pydantic import BaseModel")

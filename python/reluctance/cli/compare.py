@@ -14,8 +14,6 @@ from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Tr
 from reluctance.cli.progress import progress_bar
 from reluctance.drive.laws.own_code import refuse_untrusted
 from reluctance.drive.load import load
-from reluctance.explore import comparison
-from reluctance.explore.comparison import conditions, table
 
 
 def compare(
@@ -40,6 +38,9 @@ def compare(
     ] = False,
 ) -> None:
     """Control laws side by side at equal switching frequency. Conditions are equal, too."""
+    from reluctance.explore import comparison  # here, because SciPy is slow to import
+    from reluctance.explore.comparison import conditions, table
+
     f_switch = hertz(at_switching_frequency)
     if out is not None:
         check_folder(out)

@@ -14,6 +14,6 @@ def main() -> None:
 
 
 def _command() -> object:
-    from reluctance.cli.main import app  # here: half a second of imports
+    from reluctance.cli.main import app  # here: it takes longer than the rest
 
     return app(prog_name="reluctance", standalone_mode=False)

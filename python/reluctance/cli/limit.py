@@ -15,8 +15,6 @@ from reluctance.base.units import hertz, to_si
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.cli.progress import progress_bar
 from reluctance.drive.load import load
-from reluctance.explore import limits
-from reluctance.explore.limits import envelope_of, text
 
 
 def limit(
@@ -46,7 +44,8 @@ def limit(
     style: Style = None,
 ) -> None:
     """What physics allows at the operating point. It holds for any controller."""
-    from reluctance.explore.limits import files  # here, because Matplotlib is slow to import
+    from reluctance.explore import limits  # here, because SciPy and Matplotlib are slow to import
+    from reluctance.explore.limits import envelope_of, files, text
 
     f_switch = None if at_switching_frequency is None else hertz(at_switching_frequency)
     for path in (out, envelope):

@@ -148,7 +148,7 @@ def _table(
     psi_factor: float,
     contents: tuple[bytes, bytes | None],
 ) -> FluxTable:
-    from reluctance.machine.maps import read_map  # here, because it brings Matplotlib along
+    from reluctance.machine.maps import read_map  # here, because it brings SciPy along
 
     conventions = dict(zip(CONVENTIONS, stated, strict=True))
     table = read_map(path, N_r=N_r, torque=torque, names=dict(names), **conventions)

@@ -1,11 +1,16 @@
 """The four figures of a machine: magnetisation, torque, incremental inductance, co-energy."""
 
-import matplotlib.pyplot as plt
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
 
 from reluctance import _core
 from reluctance.machine.maps.table import FluxTable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 ANGLES = (0.0, 45.0, 90.0, 135.0, 180.0)  # deg el.
 LEVELS = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the last current
@@ -70,10 +75,14 @@ def _levels(machine: _core.FluxMap) -> list[float]:
 
 
 def _colour(n: int) -> tuple[float, float, float, float]:
+    import matplotlib.pyplot as plt
+
     return plt.get_cmap()(n / 5)
 
 
 def _axes(axes: Axes | None) -> Axes:
+    import matplotlib.pyplot as plt  # here, because it is slow to import
+
     return plt.subplots(layout="constrained")[1] if axes is None else axes
 
 
