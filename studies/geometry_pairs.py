@@ -22,6 +22,7 @@ import numpy as np
 from reluctance.base.files import read_toml
 from reluctance.base.schema import checked
 from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.coupling import apart
 from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
 from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle, sample
@@ -30,7 +31,7 @@ from reluctance.machine.geometry.solved import system_of
 from reluctance.machine.geometry.steel import Array
 from reluctance.machine.geometry.system import System
 from reluctance.machine.library import flattened
-from reluctance.machine.maps.pairs import apart, pair_table
+from reluctance.machine.maps.pairs import pair_table
 
 ROOT = Path(__file__).parents[1]
 MACHINES = ("onelab_6_4", "own_12_8")

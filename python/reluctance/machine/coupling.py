@@ -5,17 +5,25 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from reluctance import _core
+from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
-from reluctance.machine.maps.pairs import Array, PairState, PairTable, apart, mean_table
 from reluctance.machine.models import Magnetics
 
+if TYPE_CHECKING:
+    from reluctance.machine.maps.pairs import PairState, PairTable
+
 LETTERS = "abcdef"
+
+
+def apart(first: int, second: int, n_phases: int) -> float:
+    """From the electrical angle of the second phase to that of the first, the short way [rad]."""
+    return float(np.pi - (np.pi - 2 * np.pi * (second - first) / n_phases) % (2 * np.pi))
 
 
 @dataclass(frozen=True)
@@ -54,6 +62,8 @@ class Coupling:
     def alike(self) -> Coupling:
         """With the mean of all pairs as far apart in the place of each, so that all phases have the
         same neighbours."""
+        from reluctance.machine.maps.pairs import mean_table  # here: SciPy is slow to import
+
         n, pairs = self.n_phases, []
         for d in sorted({(pair.second - pair.first) % n for pair in self.pairs}):
             kinds = [pair.table for pair in self.pairs if (pair.second - pair.first) % n == d]
@@ -96,7 +106,7 @@ class Coupling:
             found += [pair.first, pair.second, digest]
         return found
 
-    def tau(self, i: ArrayLike, theta_e: ArrayLike) -> Array:
+    def tau(self, i: ArrayLike, theta_e: ArrayLike) -> FloatArray:
         """Torque that the pairs add [N m].
 
         Parameters
@@ -112,7 +122,7 @@ class Coupling:
             total = total + self._of(pair, i, theta_e).tau
         return self.factor * total
 
-    def psi(self, i: Array, theta_e: Array) -> Array:
+    def psi(self, i: FloatArray, theta_e: FloatArray) -> FloatArray:
         """What the pairs add to the flux linkage of each phase (..., n_phases) [Wb]; i and theta_e
         as in `tau`."""
         added = np.zeros(i.shape)
@@ -122,7 +132,7 @@ class Coupling:
             added[..., pair.second] += self.factor * x.psi_second
         return added
 
-    def tau_i(self, i: Array, theta_e: Array) -> Array:
+    def tau_i(self, i: FloatArray, theta_e: FloatArray) -> FloatArray:
         """What the pairs add to the torque per current of each phase (..., n_phases) [N m/A]."""
         added = np.zeros(i.shape)
         for pair in self.pairs:
@@ -131,7 +141,7 @@ class Coupling:
             added[..., pair.second] += self.factor * x.tau_second
         return added
 
-    def inductance(self, magnetics: Magnetics, i: Array, theta_e: Array) -> Array:
+    def inductance(self, magnetics: Magnetics, i: FloatArray, theta_e: FloatArray) -> FloatArray:
         """Incremental inductance matrix of a machine whose phases alone are `magnetics`
         (..., n_phases, n_phases) [H]. i, theta_e: as in `tau`."""
         theta_e = np.broadcast_to(theta_e, i.shape[:-1])
@@ -147,7 +157,7 @@ class Coupling:
             L[..., n, m] += self.factor * x.L_mutual
         return L
 
-    def _of(self, pair: Neighbours, i: Array, theta_e: Array) -> PairState:
+    def _of(self, pair: Neighbours, i: FloatArray, theta_e: FloatArray) -> PairState:
         """Without the factor."""
         phi = theta_e - self.behind(pair)
         return pair.table.at(phi, i[..., pair.first], i[..., pair.second])
@@ -168,7 +178,7 @@ class Coupling:
                 "the same for all"
             )
 
-        def padded(x: Array, *axes: int) -> Array:
+        def padded(x: FloatArray, *axes: int) -> FloatArray:
             more = [(0, rank - n if axis in axes else 0) for axis, n in enumerate(x.shape)]
             return np.pad(x, more)
 
@@ -222,12 +232,12 @@ def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
             )
 
 
-def _L_inc(magnetics: Magnetics, i: Array, theta_e: Array) -> Array:
+def _L_inc(magnetics: Magnetics, i: FloatArray, theta_e: FloatArray) -> FloatArray:
     """Incremental inductance of one phase [H]."""
     return _column(magnetics, 3, i, theta_e)
 
 
-def _column(magnetics: Magnetics, column: int, i: Array, theta_e: Array) -> Array:
+def _column(magnetics: Magnetics, column: int, i: FloatArray, theta_e: FloatArray) -> FloatArray:
     turned = np.mod(theta_e, 2 * np.pi)
     flat = _core.magnetics(magnetics, i.ravel().copy(), turned.ravel().copy())
     return np.asarray(flat[:, column]).reshape(i.shape)

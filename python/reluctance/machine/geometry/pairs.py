@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reluctance.base.cache import cached
+from reluctance.machine.coupling import apart
 from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.mesh import Grid
 from reluctance.machine.geometry.position import Position, at_angle
@@ -20,7 +21,7 @@ from reluctance.machine.geometry.solve import Field, solve
 from reluctance.machine.geometry.solved import content, system_of
 from reluctance.machine.geometry.steel import Array
 from reluctance.machine.geometry.system import System
-from reluctance.machine.maps.pairs import PairSamples, apart
+from reluctance.machine.maps.pairs import PairSamples
 
 ANGLES, CURRENTS = 13, 7  # nodes over half a period, and above zero (docs/geometry.md)
 ALGORITHM = 2  # raised whenever the same geometry gives other numbers

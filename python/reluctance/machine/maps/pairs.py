@@ -40,11 +40,6 @@ WRONG = 0.1
 CELLS = 36
 
 
-def apart(first: int, second: int, n_phases: int) -> float:
-    """From the electrical angle of the second phase to that of the first, the short way [rad]."""
-    return float(np.pi - (np.pi - 2 * np.pi * (second - first) / n_phases) % (2 * np.pi))
-
-
 @dataclass(frozen=True)
 class PairSamples:
     """A pair at nodes, less each phase alone. Arrays are over angle, first and second current."""

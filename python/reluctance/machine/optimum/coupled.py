@@ -1,14 +1,18 @@
 """What neighbouring phases add to each other, as functions that CasADi can differentiate."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from reluctance.base.arrays import FloatArray
-from reluctance.machine.coupling import Coupling
-from reluctance.machine.maps.pairs import PairTable, apart
+from reluctance.machine.coupling import Coupling, apart
 from reluctance.machine.piecewise import parts, risen, widths
+
+if TYPE_CHECKING:
+    from reluctance.machine.maps.pairs import PairTable
 
 
 def of_pairs(
