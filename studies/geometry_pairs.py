@@ -21,8 +21,8 @@ import numpy as np
 
 from reluctance.base.files import read_toml
 from reluctance.base.schema import checked
-from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.coupling import apart
+from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
 from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle, sample
