@@ -16,7 +16,7 @@ import reluctance as rl
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import read_toml
 from reluctance.base.schema import checked
-from reluctance.machine.coupling import Coupling, Neighbours, check_pairs
+from reluctance.machine.coupling import Coupling, Neighbours, apart, check_pairs
 from reluctance.machine.geometry import coupling_of, pairs
 from reluctance.machine.geometry.coupling_of import phase_of
 from reluctance.machine.geometry.file import Geometry
@@ -26,7 +26,7 @@ from reluctance.machine.geometry.samples import rotor_angle, sample
 from reluctance.machine.geometry.solve import solve
 from reluctance.machine.geometry.solved import solved, system_of
 from reluctance.machine.library import flattened
-from reluctance.machine.maps.pairs import apart, pair_table, reasons
+from reluctance.machine.maps.pairs import pair_table, reasons
 from reluctance.machine.maps.surface import surface
 from reluctance.machine.pair_file import read_pairs, write_pairs
 
