@@ -118,27 +118,27 @@ class Coupling:
         """
         i, theta_e = np.asarray(i, dtype=np.float64), np.asarray(theta_e, dtype=np.float64)
         total = np.zeros(np.broadcast_shapes(i.shape[:-1], theta_e.shape))
-        for pair in self.pairs:
-            total = total + self._of(pair, i, theta_e).tau
-        return self.factor * total
+        for n in range(len(self.pairs)):
+            total = total + self._of(n, i, theta_e).tau
+        return total
 
     def psi(self, i: FloatArray, theta_e: FloatArray) -> FloatArray:
         """What the pairs add to the flux linkage of each phase (..., n_phases) [Wb]; i and theta_e
         as in `tau`."""
         added = np.zeros(i.shape)
-        for pair in self.pairs:
-            x = self._of(pair, i, theta_e)
-            added[..., pair.first] += self.factor * x.psi_first
-            added[..., pair.second] += self.factor * x.psi_second
+        for n, pair in enumerate(self.pairs):
+            x = self._of(n, i, theta_e)
+            added[..., pair.first] += x.psi_first
+            added[..., pair.second] += x.psi_second
         return added
 
     def tau_i(self, i: FloatArray, theta_e: FloatArray) -> FloatArray:
         """What the pairs add to the torque per current of each phase (..., n_phases) [N m/A]."""
         added = np.zeros(i.shape)
-        for pair in self.pairs:
-            x = self._of(pair, i, theta_e)
-            added[..., pair.first] += self.factor * x.tau_first
-            added[..., pair.second] += self.factor * x.tau_second
+        for n, pair in enumerate(self.pairs):
+            x = self._of(n, i, theta_e)
+            added[..., pair.first] += x.tau_first
+            added[..., pair.second] += x.tau_second
         return added
 
     def inductance(self, magnetics: Magnetics, i: FloatArray, theta_e: FloatArray) -> FloatArray:
@@ -149,18 +149,22 @@ class Coupling:
         for k in range(self.n_phases):
             turned = theta_e - 2 * np.pi * k / self.n_phases
             L[..., k, k] = _L_inc(magnetics, i[..., k], turned)
-        for pair in self.pairs:
-            m, n, x = pair.first, pair.second, self._of(pair, i, theta_e)
-            L[..., m, m] += self.factor * x.L_first
-            L[..., n, n] += self.factor * x.L_second
-            L[..., m, n] += self.factor * x.L_mutual
-            L[..., n, m] += self.factor * x.L_mutual
+        for n, pair in enumerate(self.pairs):
+            a, b, x = pair.first, pair.second, self._of(n, i, theta_e)
+            L[..., a, a] += x.L_first
+            L[..., b, b] += x.L_second
+            L[..., a, b] += x.L_mutual
+            L[..., b, a] += x.L_mutual
         return L
 
-    def _of(self, pair: Neighbours, i: FloatArray, theta_e: FloatArray) -> PairState:
-        """Without the factor."""
-        phi = theta_e - self.behind(pair)
-        return pair.table.at(phi, i[..., pair.first], i[..., pair.second])
+    def _of(self, n: int, i: FloatArray, theta_e: FloatArray) -> PairState:
+        """What pair n adds, with the factor."""
+        from reluctance.machine.maps.pairs import PairState
+
+        pair = self.pairs[n]
+        given = np.broadcast_arrays(i[..., pair.first], i[..., pair.second], theta_e)
+        columns = self.core.at(n, *(np.ascontiguousarray(x).ravel() for x in given))
+        return PairState(*columns.T.reshape(-1, *given[0].shape))
 
     @property
     def core(self) -> _core.Coupling:

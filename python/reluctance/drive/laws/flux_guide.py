@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -139,7 +140,7 @@ class FluxGuide:
     slack: float = 1.0  # factor on psi_slack [1]
     pairs: Coupling | None = None  # of phases, as they are
 
-    @property
+    @cached_property
     def profiles(self) -> _core.ReferenceProfile:
         """Flux linkage over torque, angle and speed."""
         return packed(self.tables, "psi", self.point, self.pairs)
