@@ -1,4 +1,4 @@
-#include "bind_law.hpp"
+#include "bind_pairs.hpp"
 #include "srm/control/laws.hpp"
 
 namespace bound {
@@ -9,6 +9,7 @@ void bind_built_in<srm::laws::PaperMpc>(nb::module_& m) {
   m.attr("N_c_max") = srm::laws::Nc_max;
   bind_law<srm::laws::PaperMpc>(
       m, "paper_mpc", "Predictive controller of current references. guide: phase current [A].");
+  bind_coupled<srm::laws::PaperMpc>(m, "coupled_paper_mpc");
 }
 
 }  // namespace bound

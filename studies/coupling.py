@@ -51,6 +51,7 @@ LAWS = {  # and the example whose [control], [sensing] and [simulation] it has
     "deadbeat": "deadbeat",
     "sharing_cubic": "sharing_cubic",
     "ditc": "ditc",
+    "paper_mpc": "paper_rated",
 }
 LOADS = (1.0, 0.5, 0.25)  # of the rated torque
 RANK = 3

@@ -1140,6 +1140,9 @@ N_c_max: int = 4
 def paper_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: ReferenceProfile, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: float, short_from: float) -> Law:
     """Predictive controller of current references. guide: phase current [A]."""
 
+def coupled_paper_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, pairs: Coupling, guide: ReferenceProfile, N_p: int, N_c: int, r_w: float, w_i: float, R: float, i_max: float, i_band: float, T_s: float, delay: float, short_from: float) -> Law:
+    """The same law, which computes with the pairs of phases."""
+
 def finite_set_mpc(machine: LeHuy | FluxMap, n_phases: int, single: bool, *, guide: ReferenceProfile, horizon: int, w_psi: _Sequence[float], feedback: _Sequence[float], w_i: float, w_sw: float, t_end: float, R: float, i_max: float, T_s: float, delay: int) -> Law:
     """
     Finite-control-set predictive torque control. guide: flux linkage [Wb]; w_psi: weight of the distance to it [N^2 m^2/Wb^2], feedback: 1 where feedback holds the mean, else 0 [1], each at each of its speeds.

@@ -18,7 +18,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def on_the_coupled_machine(folder, example, pairs=None):
-    """An example of the repository with the machine of `coupled`."""
+    """An example whose law leaves the pairs to the controller, with the machine of `coupled`."""
     machine = machine_file(folder, pairs)
     path = folder / f"{example}.toml"
     text = (EXAMPLES / f"{example}.toml").read_text()
@@ -39,7 +39,7 @@ class Asked(rl.Law):
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
-    return on_the_coupled_machine(tmp_path_factory.mktemp("coupled"), "paper_rated")
+    return on_the_coupled_machine(tmp_path_factory.mktemp("coupled"), "pwm_current")
 
 
 def asked(given, i, theta_e, reference):

@@ -25,6 +25,7 @@ K = 0.2  # [J]
 # current sensors.
 WORKING = ["converter.u_dc_V=160", "load.speed_rpm=1500", "reference.tau_Nm=2.5"]
 SENSED = ["sensing.i_range_A=20"]
+BAND = ["control.i_band_A=0.1"]
 
 
 def g(x: Array) -> tuple[Array, Array]:

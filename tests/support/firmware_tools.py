@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from coupled import SENSED, WORKING, machine_file, unlike
+from coupled import BAND, SENSED, WORKING, machine_file, unlike
 from needs import needs
 
 import reluctance as rl
@@ -90,6 +90,7 @@ DRIVES = {
     "deadbeat_pairs": ("deadbeat", WORKING),
     "edge_mpc_pairs": ("edge_mpc_mcu", [*WORKING, *SENSED]),
     "finite_set_pairs": ("finite_set_mpc", WORKING),
+    "paper_mpc_pairs": ("paper_rated", [*WORKING, *BAND]),
     "deadbeat_learning_pairs": ("deadbeat_learning", [*WORKING, *SENSED]),
     "edge_mpc_learning_pairs": ("edge_mpc_learning", [*WORKING, *SENSED]),
 }
@@ -98,7 +99,8 @@ VARIANTS = {  # of laws that other drives have too: among the proofs
     *("edge_mpc_speeds", "edge_mpc_8_6", "edge_mpc_learning_map"),
     *("deadbeat_braking", "deadbeat_fast", "deadbeat_dead_time", "ditc_fast", "angles_braking"),
     *("sharing_braking", "sharing_fast", "sharing_sampled", "sun_cloud_no_sensor"),
-    *("edge_mpc_pairs", "finite_set_pairs", "edge_mpc_learning_pairs", "deadbeat_learning_pairs"),
+    *("edge_mpc_pairs", "finite_set_pairs", "paper_mpc_pairs"),
+    *("edge_mpc_learning_pairs", "deadbeat_learning_pairs"),
 }
 each_drive = pytest.mark.parametrize(
     "name", [pytest.param(n, marks=pytest.mark.long) if n in VARIANTS else n for n in DRIVES]

@@ -18,7 +18,8 @@
 
 /// Those that compute with pairs of phases where a machine has them, by their names then.
 #define SRM_LAWS_OF_PAIRS \
-  TorqueSharingOfPairs, DitcOfPairs, DeadbeatOfPairs, FiniteSetMpcOfPairs, EdgeMpcOfPairs
+  TorqueSharingOfPairs, DitcOfPairs, DeadbeatOfPairs, PaperMpcOfPairs, FiniteSetMpcOfPairs, \
+      EdgeMpcOfPairs
 
 /// In one form: machine model and number of phases.
 namespace srm::laws {
@@ -42,6 +43,8 @@ template <Machine M, int N>
 using DeadbeatOfPairs = srm::Deadbeat<WithPairs<M>, N>;
 template <Machine M, int N>
 using DitcOfPairs = srm::Ditc<WithPairs<M>, N>;
+template <Machine M, int N>
+using PaperMpcOfPairs = PaperMpc<WithPairs<M>, N>;
 template <Machine M, int N>
 using FiniteSetMpcOfPairs = srm::FiniteSetMpc<WithPairs<M>, N>;
 template <Machine M, int N>

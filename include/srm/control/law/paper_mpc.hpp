@@ -16,6 +16,9 @@
 //
 // At high speed the guide takes all of the voltage, and the optimiser has nothing to choose. There
 // the references keep the flux linkages on the guide (guide_currents.hpp).
+//
+// Where phases couple, each phase has its own guide, and the output has the torque of the pairs,
+// linearised around the same currents.
 // docs/control/paper_mpc.md has the reasons in full.
 #pragma once
 
@@ -27,7 +30,7 @@
 #include "srm/control/part/guide_currents.hpp"
 #include "srm/control/part/level_programme.hpp"
 #include "srm/control/part/per_phase.hpp"
-#include "srm/control/part/reference_profile.hpp"
+#include "srm/control/part/phase_profile.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -105,6 +108,7 @@ struct PaperMpc {
     programme.r_w = r_w;
     programme.w_i = w_i;
     std::array<int, N> phase;
+    [[maybe_unused]] std::array<std::array<T, Np_max>, N> along;  // currents of the channels [A]
     std::array<T, Np_max> error;
     for (int j = 0; j < n_samples; ++j) error[j] = demand;
     const T to_begin = turn * delay, to_end = turn * (delay + T(1));
@@ -121,12 +125,13 @@ struct PaperMpc {
       const T here =
           max(clamp(state.i_ref[k], y.i[k] - T(2) * i_band, y.i[k] + T(2) * i_band), T(0));
 
+      const auto& own = phase_profile<M>(profile, k, sense);
       std::array<T, Np_max> middle;  // mid-sample angles: there the mean torque of a sample is
       std::array<T, Np_max> target;  // the guide there
       T most = here;
       for (int j = 0; j < n_samples; ++j) {
         middle[j] = wrap(theta_k + to_middle[j]);
-        target[j] = profile.at(middle[j]);
+        target[j] = own.at(middle[j]);
         most = max(most, target[j]);
       }
       if (!(most > i_band / T(100))) {
@@ -156,11 +161,29 @@ struct PaperMpc {
         const T i = clamp(target[j], max(here + samples * fall, T(0)), here + samples * rise);
         const Magnetics<T> m = machine.at(i, middle[j]);
         x.c[j] = m.psi_theta;
+        if constexpr (has_pairs<M>) along[programme.n - 1][j] = i;
         error[j] = error[j] - (m.tau + m.psi_theta * (here - i));
         if (j >= n_moves) continue;
         x.near[j] = target[j] - here;
         x.hi[j] = clamp(samples * rise, -here, i_max - here);
         x.lo[j] = clamp(samples * fall, -here, x.hi[j]);
+      }
+    }
+    if constexpr (has_pairs<M>) {
+      for (int n = 0; n < machine.pairs.n_pairs(); ++n) {
+        const int a = channel_of(phase, programme.n, machine.pairs.first[n]);
+        const int b = channel_of(phase, programme.n, machine.pairs.second[n]);
+        if (a < 0 || b < 0) continue;
+        const T here_a = state.i_ref[phase[a]], here_b = state.i_ref[phase[b]];
+        for (int j = 0; j < n_samples; ++j) {
+          const T i_a = along[a][j], i_b = along[b][j];
+          const PairMagnetics<T> m =
+              machine.pairs.at(n, i_a, i_b, wrap(y.theta_e + sense * to_middle[j]));
+          const T c_a = sense * m.psi_theta_first, c_b = sense * m.psi_theta_second;
+          programme.channels[a].c[j] = programme.channels[a].c[j] + c_a;
+          programme.channels[b].c[j] = programme.channels[b].c[j] + c_b;
+          error[j] = error[j] - (sense * m.tau + c_a * (here_a - i_a) + c_b * (here_b - i_b));
+        }
       }
     }
     programme.error = error;
@@ -170,6 +193,13 @@ struct PaperMpc {
       state.i_ref[k] = state.i_ref[k] + programme.channels[j].v[0];
       state.side[k] = programme.channels[j].side;
     }
+  }
+
+  /// The channel of a phase, or -1.
+  static constexpr int channel_of(const std::array<int, N>& phase, int n, int k) {
+    int j = n;
+    while (--j >= 0 && phase[j] != k) continue;
+    return j;
   }
 };
 

@@ -39,6 +39,7 @@ class PaperMpc(Guided):
             needs="one current comparator per phase",
         ),
     )
+    knows_pairs: ClassVar[bool] = True
     law: Literal["paper_mpc"] = "paper_mpc"
     N_p: int = Field(3, ge=1, le=_core.N_p_max)
     N_c: int = Field(2, ge=1, le=_core.N_c_max)
@@ -67,13 +68,13 @@ class PaperMpc(Guided):
         if short_from(tables, known) == NEVER:
             return tables
         make = super().tables
-        return with_room(known, lambda known: make(known, n_points), MORE_TORQUE)
+        return with_room(known, lambda known: make(known, n_points), self.room(known, MORE_TORQUE))
 
     def core(self, known: Known) -> _core.Law:
         i_max, tables = known.i_max, self.tables(known)
-        return _core.paper_mpc(
-            *self.built_for(known),
-            guide=packed(tables, "i", known.at(known.omega_m)),
+        make = self.maker(known, _core.paper_mpc, _core.coupled_paper_mpc)
+        return make(
+            guide=packed(tables, "i", known.at(known.omega_m), known.pairs),
             N_p=self.N_p,
             N_c=self.N_c,
             r_w=self.r_w,
