@@ -103,7 +103,7 @@ template <Forms here, class Make>
 AnyLaw any_law(const AnyMachine& machine, int n_phases, bool single, const Make& make) {
   const auto of = [&]<class T>() {
     return with_phases(n_phases, [&]<int N>() -> AnyLaw {
-      if constexpr (has_form<here, T, N>) {
+      if constexpr (has_form_of<here, Make::seldom, T, N>) {
         return law_of<here, T, N>(machine, make);
       } else {
         return other_form<Make>(machine, n_phases, single, make);
@@ -154,6 +154,8 @@ void bind_made(nb::module_& m, const char* name, const char* doc,
 
 template <template <class, int> class Law>
 struct GivenAlone {
+  static constexpr bool seldom = false;  // forms.hpp
+
   GivenFields<Law> law;
 
   /// Makes the law.

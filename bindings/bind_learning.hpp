@@ -9,6 +9,8 @@ namespace bound {
 /// What Python gives for a law that learns.
 template <template <class, int> class Law>
 struct GivenLearning {
+  static constexpr bool seldom = true;  // forms.hpp
+
   const srm::StrokeFit<double>& fit;
   const AnyCoupling& pairs;
   double w_sw_torque, w_sw_voltage;

@@ -9,20 +9,18 @@ namespace bound {
 /// What Python gives for such a law.
 template <template <class, int> class Law>
 struct GivenCoupled {
+  static constexpr bool seldom = true;  // forms.hpp
+
   const srm::Held<srm::Coupling<double>>& pairs;
   GivenFields<Law> law;
 
   /// Makes the law.
   template <class T, int N, class M>
   auto operator()(const M& machine, srm::Tables& memory) const {
-    if constexpr (srm::may_couple<M>) {
-      srm::WithPairs<M> own{machine, machine.N_r, {}};
-      srm::assign(own.pairs, pairs.value, memory);
-      return law.template operator()<T, N>(own, memory);
-    } else {
-      throw std::invalid_argument("machines of this model have no pairs");
-      return law.template operator()<T, N>(machine, memory);
-    }
+    if (!machine.couples) throw std::invalid_argument("machines of this model have no pairs");
+    srm::WithPairs<M> own{machine, machine.N_r, {}};
+    srm::assign(own.pairs, pairs.value, memory);
+    return law.template operator()<T, N>(own, memory);
   }
 };
 

@@ -11,7 +11,7 @@ CalledMachine<T> called(const AnyMachine& machine, srm::Tables& memory) {
         const auto at = [](const void* self, T i, T theta_e) {
           return static_cast<const M<T>*>(self)->at(i, theta_e);
         };
-        return {own.N_r, memory.keep_one(own), at, &show<M<T>>};
+        return {own.N_r, srm::may_couple<M<T>>, memory.keep_one(own), at, &show<M<T>>};
       },
       machine);
 }

@@ -3,15 +3,16 @@
 #pragma once
 
 #include "bindings.hpp"
+#include "srm/machine/with_pairs.hpp"
 
 namespace bound {
 
 template <srm::Real T>
 struct CalledMachine {
   using Scalar = T;
-  static constexpr bool may_couple = true;
 
-  int N_r;  // rotor poles
+  int N_r;       // rotor poles
+  bool couples;  // machines of its model may have pairs
   const void* model;
   srm::Magnetics<T> (*call)(const void* model, T i, T theta_e);
   void (*show)(const void* model, srm::Archive&);

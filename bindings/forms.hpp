@@ -28,4 +28,9 @@ inline constexpr bool has_form = forms == Forms::all ||
                                  (forms == Forms::usual) ==
                                      (std::is_same_v<T, double> && (N == 3 || N == 4));
 
+/// What is seldom asked for is compiled among the others in all forms.
+template <Forms forms, bool seldom, srm::Real T, int N>
+inline constexpr bool has_form_of =
+    seldom ? forms != Forms::usual : has_form<forms, T, N>;
+
 }  // namespace bound
