@@ -10,6 +10,7 @@ from reluctance import ParameterError, _core
 from reluctance.base.resources import resources
 from reluctance.machine.held_pulses import COLUMNS, HeldPulse, read_held_pulses
 from reluctance.machine.identify_pairs import pair_factor, pair_torque
+from reluctance.machine.measured_pairs import kinds_of, measured_pairs
 
 R = 1.5
 DT = 5e-5
@@ -40,14 +41,26 @@ def pulse(machine, pair, theta_m, i_held, *, R=R, offset=0.0, drop=0.0):
     return HeldPulse(first, second, theta_m, t, i + offset, u, beside + offset)
 
 
-def recorded(machine, **more):
-    angles = np.linspace(0, 2 * np.pi / machine.N_r, 6, endpoint=False)
+def recorded(machine, pairs=((0, 1), (2, 0)), positions=6, currents=(0.3, 0.7), **more):
+    angles = np.linspace(0, 2 * np.pi / machine.N_r, positions, endpoint=False)
     return [
         pulse(machine, pair, float(angle), part * I_MAX, **more)
-        for pair in ((0, 1), (2, 0))
+        for pair in pairs
         for angle in angles
-        for part in (0.3, 0.7)
+        for part in currents
     ]
+
+
+def for_a_table(machine, pairs=((0, 1), (2, 0))):
+    return recorded(machine, pairs, 16, (0.1, 0.3, 0.5, 0.7, 0.85))
+
+
+def field():
+    """Angles of phase a and currents of all phases, within what the pulses reach."""
+    angles = np.linspace(0, 2 * np.pi, 90)
+    levels = np.array([0.0, 0.2, 0.45, 0.8]) * I_MAX
+    i = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.repeat(i, len(angles), axis=0), np.tile(angles, len(i))
 
 
 def test_the_factor_is_exact_without_noise(drive):
@@ -113,6 +126,63 @@ def test_the_torque_of_pairs_at_a_point_is_that_of_its_currents(drive):
     assert 0.2 * rms / drive.tau_max == pytest.approx(caused, rel=0.3)
 
 
+def measured(machine, pulses, coupling):
+    return measured_pairs(
+        pulses,
+        kinds_of(coupling, pulses),
+        machine.magnetics,
+        R=R,
+        n_phases=3,
+        i_max=machine.i_max_A,
+    )
+
+
+def test_a_table_from_pulses_has_the_torque_of_the_formula(drive):
+    """The kinds are those of the machine, what is believed of them does not matter."""
+    machine = drive.machine
+    found = measured(machine, for_a_table(machine), machine.coupling.times(0.3))
+    tau, true = found.coupling.tau(*field()), machine.coupling.tau(*field())
+    off = np.sqrt(((tau - true) ** 2).mean())
+    assert off < 0.01 * np.sqrt((true**2).mean())
+    assert found.torque_error(*field()) < 0.01 * np.sqrt((true**2).mean())
+    assert {(pair.first, pair.second) for pair in found.coupling.pairs} == {(0, 1), (1, 2), (2, 0)}
+    assert found.i_reached == pytest.approx(0.85 * 1.05 * I_MAX, rel=0.01)
+
+
+def test_pairs_of_a_machine_that_has_none_so_far_are_those_pulsed(drive):
+    machine = drive.machine
+    pulses = for_a_table(machine, ((1, 0), (1, 2), (0, 2)))
+    found = measured(machine, pulses, None)
+    assert [pair.letters for pair in found.coupling.pairs] == ["ab", "ac", "bc"]
+    tau, true = found.coupling.tau(*field()), machine.coupling.tau(*field())
+    assert np.sqrt(((tau - true) ** 2).mean()) < 0.01 * np.sqrt((true**2).mean())
+
+
+def test_a_pair_without_pulses_is_named(drive):
+    machine = drive.machine
+    pulses = for_a_table(machine, ((0, 1),))
+    with pytest.raises(ParameterError, match="no pulses of any of the pairs ca"):
+        measured(machine, pulses, machine.coupling)
+
+
+def test_the_command_writes_a_table_for_the_machine_file(drive, tmp_path):
+    file = written(tmp_path / "p.csv", for_a_table(drive.machine))
+    drive.save(tmp_path / "d.toml")
+    out = tmp_path / "measured.csv"
+    asked = ("map", "identify", file, "--R_ohm", R, "--pairs", tmp_path / "d.toml", "--out", out)
+    said = reluctance(*asked)
+    assert "the pairs are 1.0000" in said
+    assert f'next: pairs = "{out}" in the machine file' in said
+    again = drive.with_values({"machine.pairs": str(out)}).machine.coupling
+    tau, true = again.tau(*field()), drive.machine.coupling.tau(*field())
+    assert np.sqrt(((tau - true) ** 2).mean()) < 0.01 * np.sqrt((true**2).mean())
+    blank = drive.with_values({"machine.pair_factor": 0.0})
+    blank.save(tmp_path / "blank.toml")
+    asked = ("map", "identify", file, "--R_ohm", R, "--pairs", tmp_path / "blank.toml")
+    assert "has no pairs" in reluctance(*asked, fails="line")
+    assert "the pairs are" not in reluctance(*asked, "--out", out)
+
+
 def written(path, pulses):
     lines = [",".join(COLUMNS)]
     for one in pulses:
@@ -159,7 +229,8 @@ def test_the_command_tells_factor_error_and_torque(drive, tmp_path):
     assert "the pairs are 1.2500 +- 0.0000 of those believed (ab 1.250, ca 1.250)" in said
     assert "next: pair_factor = 1 in the machine file" in said
     for option, told in (
-        (("--out", tmp_path / "m.csv"), "--out goes with a flux table, not with --pairs"),
+        (("--out", file), "is one of the recordings"),
+        (("--out", tmp_path / "m.csv"), "6 clamped positions and 2 held currents, need"),
         (("--N_r", 4), "--N_r goes with a flux table, not with --pairs"),
     ):
         assert told in reluctance(*asked, "--pairs", tmp_path / "d.toml", *option, fails="line")

@@ -21,6 +21,7 @@ from reluctance.explore.efficiency_map.cycle import read_cycle
 from reluctance.explore.sweeps.store import Row, Store
 from reluctance.machine.geometry.geometry_machine import geometry_of
 from reluctance.machine.geometry.steel_file import read_curve
+from reluctance.machine.held_pulses import read_held_pulses
 from reluctance.machine.library import machine_from, machine_table
 from reluctance.machine.maps.check import check_map
 from reluctance.machine.maps.importers import read_map
@@ -216,6 +217,9 @@ PULSE = "t_s,u_V,i_A,theta_m_deg\n" + "\n".join(
     f"{k * 1e-4:g},{100 if 20 <= k < 40 else 0},{max(0, k - 20) if k < 40 else 0},0"
     for k in range(80)
 )
+HELD = "t_s,i_A,theta_m_deg,u_held_mean_V,i_held_A,pair\n" + "\n".join(
+    f"{k * 1e-4:g},{max(0, k - 20) if k < 40 else 0},0,5,3,ab" for k in range(60)
+)
 PAIRS = "pair,phi_deg,i_first_A,i_second_A,energy_J,tau_Nm,psi_first_Wb,psi_second_Wb\n"
 
 
@@ -245,6 +249,7 @@ FORMATS = {
     "course": Format(".csv", lambda path: read_course(path, "tau_Nm"), lines(COURSE)),
     "cycle": Format(".csv", read_cycle, lines(CYCLE)),
     "pulses": Format(".csv", lambda path: read_pulses([path]), lines(PULSE)),
+    "held_pulses": Format(".csv", lambda path: read_held_pulses([path], n_phases=3), lines(HELD)),
     "weather_csv": Format(".csv", weather("csv"), lines(CSV_WEATHER)),
     "weather_epw": Format(".epw", weather("epw"), lines(EPW)),
     "weather_tmy3": Format(".csv", weather("tmy3"), tmy3, taken=False),

@@ -17,9 +17,15 @@ import numpy as np
 import reluctance as rl
 from reluctance import _core
 from reluctance.machine.coupling import Coupling
-from reluctance.machine.held_pulses import read_held_pulses
-from reluctance.machine.identify_pairs import PairFactor, pair_factor, pair_torque
+from reluctance.machine.held_pulses import HeldPulse, read_held_pulses
+from reluctance.machine.identify_pairs import (
+    PairFactor,
+    pair_factor,
+    pair_torque,
+    smooth_currents,
+)
 from reluctance.machine.maps import identify, read_pulses, surface
+from reluctance.machine.measured_pairs import Measured, kinds_of, measured_pairs
 from reluctance.targets.commission import Held, Wires, commission, write_pulses
 
 ROOT = Path(__file__).parents[2]
@@ -28,6 +34,7 @@ COUNTS = 4096  # of the encoder
 FRICTION = 0.02  # dry, of the greatest torque
 ANGLES, PULSES = 31, 8  # clamped positions from unaligned to aligned, and pulses at each
 POSITIONS, CURRENTS, BESIDE = 12, (0.25, 0.5, 0.75), 2  # beside a held phase: of i_max, and pulses
+TABLE_POSITIONS, TABLE_CURRENTS = 24, (0.1, 0.25, 0.4, 0.55, 0.7, 0.85)  # for a pair table
 BELIEVED = 0.8  # of what the pairs are
 MACHINES = {  # example, and what makes it fit the machine
     "paper_6_4": ("paper_rated", {}),
@@ -122,19 +129,14 @@ class PairsFound:
     time_s: float
 
 
-def pairs_from_pulses(
-    drive: rl.Drive,
-    believed: Coupling,
-    *,
-    positions: int = POSITIONS,
-    currents: tuple[float, ...] = CURRENTS,
-    pulses: int = BESIDE,
-    seed: int = 1,
-) -> PairsFound:
+def beside_held(
+    drive: rl.Drive, positions: int, currents: tuple[float, ...], pulses: int, seed: int
+) -> tuple[tuple[HeldPulse, ...], float]:
     """Pulses beside a held phase over a period, of one pair of each kind, written and read as a CSV
-    file, then the factor."""
+    file; and the time of all."""
     machine, found = drive.machine, []
-    for pair in {pair.table: pair for pair in believed.pairs}.values():
+    assert machine.coupling is not None
+    for pair in {pair.table: pair for pair in machine.coupling.pairs}.values():
         for angle in 360 * np.arange(positions) / positions:
             for part in currents:
                 noise = drive.with_values({"sensing.noise_seed": seed + len(found)})
@@ -145,8 +147,47 @@ def pairs_from_pulses(
         path = Path(folder) / "pulses.csv"
         write_pulses(path, found, drive)
         recorded = read_held_pulses([path], n_phases=machine.n_phases)
-    factor = pair_factor(recorded, believed, machine.magnetics, machine.R)
-    return PairsFound(factor, sum(run.time_s for run in found))
+    return recorded, sum(run.time_s for run in found)
+
+
+def pairs_from_pulses(
+    drive: rl.Drive,
+    believed: Coupling,
+    *,
+    positions: int = POSITIONS,
+    currents: tuple[float, ...] = CURRENTS,
+    pulses: int = BESIDE,
+    seed: int = 1,
+) -> PairsFound:
+    """The factor from few positions and currents."""
+    recorded, time_s = beside_held(drive, positions, currents, pulses, seed)
+    machine = drive.machine
+    return PairsFound(pair_factor(recorded, believed, machine.magnetics, machine.R), time_s)
+
+
+def table_from_pulses(drive: rl.Drive, seed: int = 1) -> Measured:
+    """Pair tables from many."""
+    recorded, _ = beside_held(drive, TABLE_POSITIONS, TABLE_CURRENTS, BESIDE, seed)
+    machine = drive.machine
+    return measured_pairs(
+        recorded,
+        kinds_of(machine.coupling, recorded),
+        machine.magnetics,
+        R=machine.R,
+        n_phases=machine.n_phases,
+        i_max=machine.i_max_A,
+    )
+
+
+def torque_of_table(drive: rl.Drive, found: Measured) -> tuple[float, float]:
+    """Error of its torque at the currents of a smooth one, and the standard error, of the greatest
+    torque, rms [%]."""
+    true = drive.machine.coupling
+    assert true is not None
+    i, theta_e = smooth_currents(drive.at(drive.omega_nominal), drive.tau_max)
+    off = found.coupling.tau(i, theta_e) - true.tau(i, theta_e)
+    both = float(np.sqrt((off**2).mean())), found.torque_error(i, theta_e)
+    return 100 * both[0] / drive.tau_max, 100 * both[1] / drive.tau_max
 
 
 def arrangements(n_phases: int) -> list[tuple[tuple[int, ...], int]]:
@@ -226,7 +267,8 @@ def row_of_pairs(machine: str, pairs: str, drive: rl.Drive) -> dict[str, Any]:
     """The factor that is found where pairs are believed 20 % too small, and what it helps."""
     coupling = drive.machine.coupling
     assert coupling is not None
-    found = pairs_from_pulses(sensed(drive, "real"), coupling.times(BELIEVED))
+    measured = sensed(drive, "real")
+    found = pairs_from_pulses(measured, coupling.times(BELIEVED))
     of, tau = found.of, drive.tau_max
     factor = BELIEVED * of.factor
 
@@ -235,6 +277,9 @@ def row_of_pairs(machine: str, pairs: str, drive: rl.Drive) -> dict[str, Any]:
         return 100 * (rl.simulate(known, until=0.12, record=None).kpis.torque_error_rms or np.nan)
 
     pair_part = pair_torque(drive.at(drive.omega_nominal), tau) / tau
+    table: list[float | None] = [None, None]
+    if pairs == "groups":  # of both kinds
+        table = [round(x, 3) for x in torque_of_table(drive, table_from_pulses(measured))]
     return {
         "machine": machine,
         "pairs": pairs,
@@ -252,6 +297,8 @@ def row_of_pairs(machine: str, pairs: str, drive: rl.Drive) -> dict[str, Any]:
         "torque_error_before_pct": round(law(BELIEVED), 3),
         "torque_error_after_pct": round(law(factor), 3),
         "torque_error_exact_pct": round(law(1.0), 3),
+        "table_torque_pct": table[0],
+        "table_standard_error_pct": table[1],
         "pulses": of.n_pulses,
         "pulses_s": round(found.time_s, 1),
     }

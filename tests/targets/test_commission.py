@@ -9,7 +9,7 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from coupled import SENSED, WORKING, machine_file, unlike
+from coupled import SENSED, WORKING, coupling, machine_file, unlike
 from on_the_bench import (
     CONVERTERS,
     MACHINES,
@@ -20,6 +20,8 @@ from on_the_bench import (
     map_from_pulses,
     pairs_from_pulses,
     sensed,
+    table_from_pulses,
+    torque_of_table,
 )
 
 import reluctance as rl
@@ -191,11 +193,11 @@ def test_what_cannot_be_meant_is_refused(arguments, said):
         commission(PAPER, **arguments)
 
 
-def coupled(folder, converter, **more):
-    """The machine of `coupled` with unlike neighbours, as a drive on the bench."""
-    machine = [f"machine={machine_file(folder, unlike())}", *WORKING, *SENSED]
+def coupled(folder, converter, pairs=None):
+    """The machine of `coupled`, by default with unlike neighbours, as a drive on the bench."""
+    machine = [f"machine={machine_file(folder, pairs or unlike())}", *WORKING, *SENSED]
     drive = rl.load(ROOT / "examples" / "edge_mpc_mcu.toml", machine)
-    return sensed(drive, converter, **more)
+    return sensed(drive, converter)
 
 
 @pytest.mark.parametrize("converter", CONVERTERS)
@@ -222,6 +224,15 @@ def test_the_standard_error_is_that_of_drawn_noise_and_drawn_pairs(seed, tmp_pat
     off = believed * found.factor - 1
     assert abs(off) < 4 * believed * found.error
     assert abs(off) < 0.02
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(2))
+def test_a_pair_table_from_pulses_has_the_torque_of_the_plant(seed, tmp_path):
+    drive = coupled(tmp_path, ("ideal", "real")[seed], coupling())
+    off, error = torque_of_table(drive, table_from_pulses(drive, seed=1000 * seed + 1))
+    assert off < 0.5  # per cent of the torque, as a share of which the pairs make 1.4
+    assert off < 4 * error
 
 
 def test_the_held_current_stays_near_its_reference_and_is_off_at_the_end(tmp_path):
@@ -260,6 +271,10 @@ def test_the_stored_factors_keep_the_bounds():
             float(row[f"torque_error_{what}_pct"]) for what in ("before", "after", "exact")
         )
         assert after < 1.05 * exact < before
+    for row in (row for row in stored if row["pairs"] == "groups"):
+        table, error = (float(row[f"table_{what}_pct"]) for what in ("torque", "standard_error"))
+        assert table < 1
+        assert table < 4 * error
 
 
 def rows():

@@ -21,13 +21,14 @@ def identify(
         float, typer.Option("--R_ohm", "--resistance", metavar="OHM", help="Phase resistance.")
     ],
     out: Annotated[
-        Path | None, typer.Option(metavar="MAP.csv", help="Flux table to write.")
+        Path | None,
+        typer.Option(metavar="MAP.csv", help="Flux table to write; pair table with --pairs."),
     ] = None,
     pairs: Annotated[
         Path | None,
         typer.Option(
             metavar="DRIVE.toml",
-            help="Of pulses beside a held phase: the drive whose pairs get a factor.",
+            help="Drive whose pairs pulses beside a held phase tell: a factor; with --out a table.",
         ),
     ] = None,
     poles: RotorPoles = None,
@@ -61,12 +62,12 @@ def identify(
         from reluctance.cli.map_identify_pairs import identify_pairs
 
         _only_with_a_map(
-            out=out, N_r=poles, angle=angle, angle_unit=angle_unit, angle_kind=angle_kind,
-            zero=zero, aligned_at=aligned_at, name=name, probe_A_per_V=probe, i_max_A=i_max,
+            N_r=poles, angle=angle, angle_unit=angle_unit, angle_kind=angle_kind, zero=zero,
+            aligned_at=aligned_at, name=name, probe_A_per_V=probe,
         )  # fmt: skip
-        return identify_pairs(files, pairs, R)
+        return identify_pairs(files, pairs, R, out, i_max)
     if out is None:
-        raise ParameterError("need --out MAP.csv, or --pairs DRIVE.toml for a factor of the pairs")
+        raise ParameterError("need --out MAP.csv, or --pairs DRIVE.toml for a factor of its pairs")
     check_ending(out, {".csv"})
     if out.resolve() in [file.resolve() for file in files]:
         raise ParameterError(f"--out {out} is one of the recordings; name another file")

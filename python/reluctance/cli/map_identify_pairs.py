@@ -1,24 +1,50 @@
-"""`reluctance map identify --pairs`: from pulses beside a held phase to the factor of the pairs."""
+"""`reluctance map identify --pairs`: from pulses beside a held phase to the pairs of a machine."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from reluctance import load
 from reluctance.base.errors import ParameterError
+from reluctance.base.files import check_ending, write_whole
+
+if TYPE_CHECKING:
+    from reluctance.drive.drive import Drive
+    from reluctance.machine.held_pulses import HeldPulse
 
 
-def identify_pairs(files: Sequence[Path], drive_file: Path, R: float) -> None:
-    """The factor of a drive's pairs, how certain it is, and what torque its error costs."""
+def identify_pairs(
+    files: Sequence[Path], drive_file: Path, R: float, out: Path | None, i_max: float | None
+) -> None:
+    """The factor of a drive's pairs, or with `out` a table of them; how certain, and what torque
+    that costs."""
     from reluctance.machine.held_pulses import read_held_pulses
+
+    if out is not None:
+        check_ending(out, {".csv"})
+        if out.resolve() in [file.resolve() for file in files]:
+            raise ParameterError(f"--out {out} is one of the recordings; name another file")
+    drive = load(drive_file)
+    pulses = read_held_pulses(files, n_phases=drive.machine.n_phases)
+    coupling = drive.machine.coupling
+    believed = coupling is not None and coupling.factor != 0
+    if not believed and out is None:
+        raise ParameterError(
+            f"the machine of {drive_file} has no pairs, need a pair table that is believed, or "
+            "--out PAIRS.csv for one from the pulses"
+        )
+    if believed:
+        _factor(drive, pulses, R)
+    if out is not None:
+        _table(drive, pulses, R, out, drive.machine.i_max_A if i_max is None else i_max)
+
+
+def _factor(drive: "Drive", pulses: "Sequence[HeldPulse]", R: float) -> None:
     from reluctance.machine.identify_pairs import pair_factor, pair_torque
 
-    drive = load(drive_file)
-    machine = drive.machine
-    if machine.coupling is None or machine.coupling.factor == 0:
-        raise ParameterError(
-            f"the machine of {drive_file} has no pairs, need a pair table that is believed"
-        )
-    pulses = read_held_pulses(files, n_phases=machine.n_phases)
+    machine, tau = drive.machine, drive.tau_max
+    assert machine.coupling is not None
     found = pair_factor(pulses, machine.coupling, machine.magnetics, R)
     print(f"{found.n_pulses} pulses at {found.n_positions} clamped positions")
     alone = ", ".join(f"{pair} {factor:.3f}" for pair, factor in found.of_pair.items())
@@ -27,7 +53,6 @@ def identify_pairs(files: Sequence[Path], drive_file: Path, R: float) -> None:
         f"left over: {1e3 * found.residual:.3g} mWb rms, where the pairs add "
         f"{1e3 * abs(found.factor) * found.psi_rms:.3g} mWb"
     )
-    tau = drive.tau_max
     rms = pair_torque(drive.at(drive.omega_nominal), tau)  # as believed
     print(
         f"the pairs as believed make {rms:.3g} N m rms at {tau:g} N m: the error of the factor "
@@ -38,3 +63,31 @@ def identify_pairs(files: Sequence[Path], drive_file: Path, R: float) -> None:
     print(
         f"next: pair_factor = {key:.4g} in the machine file, or --set machine.pair_factor={key:.4g}"
     )
+
+
+def _table(
+    drive: "Drive", pulses: "Sequence[HeldPulse]", R: float, out: Path, i_max: float
+) -> None:
+    from reluctance.machine.coupling import check_pairs
+    from reluctance.machine.identify_pairs import smooth_currents
+    from reluctance.machine.measured_pairs import kinds_of, measured_pairs
+    from reluctance.machine.pair_file import write_pairs
+
+    machine, tau = drive.machine, drive.tau_max
+    kinds = kinds_of(machine.coupling, pulses)
+    found = measured_pairs(
+        pulses, kinds, machine.magnetics, R=R, n_phases=machine.n_phases, i_max=i_max
+    )
+    try:
+        check_pairs(found.coupling, machine.magnetics, i_max)
+    except ParameterError as fault:
+        raise ParameterError(
+            f"{fault}; both phases reached {found.i_reached:.3g} A: pass --i_max_A "
+            f"{0.95 * found.i_reached:.3g}, here and in the machine file"
+        ) from None
+    write_whole(out, lambda path: write_pairs(found.coupling, path))
+    point = replace(drive.at(drive.omega_nominal), coupling=found.coupling)
+    error = found.torque_error(*smooth_currents(point, tau))
+    print(f"wrote {out}, to {i_max:.4g} A; both phases reached {found.i_reached:.4g} A")
+    print(f"the torque of the table is certain to {100 * error / tau:.2g} % rms of {tau:g} N m")
+    print(f'next: pairs = "{out}" in the machine file, without pair_factor')

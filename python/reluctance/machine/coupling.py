@@ -40,6 +40,12 @@ class Neighbours:
         return LETTERS[self.first] + LETTERS[self.second]
 
 
+def behind(first: int, second: int, n_phases: int) -> float:
+    """The electrical angle of phase a less that of a pair, in [0, 2 pi) [rad]."""
+    delta = apart(first, second, n_phases)
+    return float((2 * np.pi * first / n_phases + delta / 2) % (2 * np.pi))
+
+
 @dataclass(frozen=True)
 class Coupling:
     """All pairs of a machine. Phases that are no neighbours do not couple here, and what three
@@ -92,8 +98,7 @@ class Coupling:
 
     def behind(self, pair: Neighbours) -> float:
         """The electrical angle of phase a less that of a pair, in [0, 2 pi) [rad]."""
-        delta = apart(pair.first, pair.second, self.n_phases)
-        return float((2 * np.pi * pair.first / self.n_phases + delta / 2) % (2 * np.pi))
+        return behind(pair.first, pair.second, self.n_phases)
 
     @property
     def content(self) -> list[Any]:

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.base.errors import ParameterError
@@ -110,39 +111,66 @@ def pair_factor(
     )
 
 
-def pair_torque(point: OperatingPoint, tau_ref: float) -> float:
-    """What the pairs add to a torque without ripple and with the least copper loss, rms [N m]:
-    an error of their factor, times this, is an error of the torque."""
+def smooth_currents(point: OperatingPoint, tau_ref: float) -> tuple[Array, Array]:
+    """Currents (n, n_phases) [A] of a torque without ripple and with the least copper loss, at
+    electrical angles of phase a (n) [rad]: where an error of the pairs is an error of the torque.
+    """
     from reluctance.machine.optimum.coupled import at_once  # a tenth of the start-up time
     from reluctance.machine.optimum.profile import best_profile
 
+    profile = best_profile(point, tau_ref)
+    return at_once(np.atleast_2d(profile.i), point.n_phases), profile.theta_e
+
+
+def pair_torque(point: OperatingPoint, tau_ref: float) -> float:
+    """What the pairs add to such a torque, rms [N m]: times an error of their factor, it is one of
+    the torque."""
     if point.coupling is None:
         return 0.0
-    profile = best_profile(point, tau_ref)
-    tau = point.coupling.tau(at_once(np.atleast_2d(profile.i), point.n_phases), profile.theta_e)
-    return float(np.sqrt((tau**2).mean()))
+    return float(np.sqrt((point.coupling.tau(*smooth_currents(point, tau_ref)) ** 2).mean()))
 
 
 def _columns(
     pulse: HeldPulse, coupling: Coupling, magnetics: Magnetics, R: float
 ) -> tuple[Array, Array]:
     """What the pair adds to the held phase as believed, and as measured, without c and d [Wb]."""
-    theta_e = magnetics.N_r * pulse.theta_m
     i = np.zeros((len(pulse.t), coupling.n_phases))
-    i[:, pulse.pulsed] = np.maximum(pulse.i - _offset(pulse.i), 0.0)
-    i[:, pulse.held] = pulse.i_held
-    believed = coupling.psi(i, np.full(len(i), theta_e))[:, pulse.held]
-    turned = np.mod(theta_e - 2 * np.pi * pulse.held / coupling.n_phases, 2 * np.pi)
-    alone = _core.magnetics(magnetics, pulse.i_held.copy(), np.full(len(i), turned))[:, 0]
-    dt = np.diff(pulse.t)
-    mean = (pulse.i_held[1:] + pulse.i_held[:-1]) / 2
-    psi = np.insert(np.cumsum(dt * (pulse.u_held[1:] - R * mean)), 0, 0.0)
+    i[:, pulse.pulsed], i[:, pulse.held] = pulsed_current(pulse), pulse.i_held
+    theta_e = np.full(len(i), magnetics.N_r * pulse.theta_m)
+    believed = coupling.psi(i, theta_e)[:, pulse.held]
     within = i.max(axis=1) <= coupling.i_last
-    free = np.stack([np.ones(len(i)), pulse.t - pulse.t.mean()], axis=1)[within]
-    basis, _ = np.linalg.qr(free)
-    both = np.stack([believed, psi - alone], axis=1)[within]
-    both -= basis @ (basis.T @ both)
+    turn = 2 * np.pi * pulse.held / coupling.n_phases
+    both = free_of_drift(pulse, believed[:, None], within, magnetics, R, turn)
     return both[:, 0], both[:, 1]
+
+
+def free_of_drift(
+    pulse: HeldPulse,
+    explaining: Array,
+    within: NDArray[np.bool_],
+    magnetics: Magnetics,
+    R: float,
+    turn: float,
+) -> Array:
+    """Explaining columns (n, k), and as the last one what the pair adds to the flux linkage of the
+    held phase as measured [Wb]: of the samples `within`, all without c and d.
+
+    turn : electrical angle by which the held phase is behind phase a [rad]
+    """
+    angle = np.full(len(pulse.t), np.mod(magnetics.N_r * pulse.theta_m - turn, 2 * np.pi))
+    alone = _core.magnetics(magnetics, pulse.i_held.copy(), angle)[:, 0]
+    mean = (pulse.i_held[1:] + pulse.i_held[:-1]) / 2
+    rise = np.diff(pulse.t) * (pulse.u_held[1:] - R * mean)
+    added = np.insert(np.cumsum(rise), 0, 0.0) - alone
+    drift = np.stack([np.ones(len(pulse.t)), pulse.t - pulse.t.mean()], axis=1)[within]
+    basis, _ = np.linalg.qr(drift)
+    columns = np.column_stack([explaining, added])[within]
+    return np.asarray(columns - basis @ (basis.T @ columns))
+
+
+def pulsed_current(pulse: HeldPulse) -> Array:
+    """Less its mean before the pulse, and none below 0 [A]."""
+    return np.maximum(pulse.i - _offset(pulse.i), 0.0)
 
 
 def _offset(i: Array) -> float:
