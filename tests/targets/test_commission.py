@@ -25,7 +25,7 @@ from on_the_bench import (
 )
 
 import reluctance as rl
-from reluctance import ParameterError
+from reluctance import ParameterError, _core
 from reluctance.targets.commission import Held, Wires, commission, levels, write_pulses
 
 PAPER = bench_drive("paper_6_4")
@@ -245,6 +245,18 @@ def test_the_held_current_stays_near_its_reference_and_is_off_at_the_end(tmp_pat
     assert found.rows[:, 3].max() < 1.15 * levels(drive).i_beside
     alone = commission(drive, "pulses", pulses=2)
     assert alone.pair == "" and not alone.rows[:, 5:].any()
+
+
+def test_a_plant_whose_steps_become_too_short_is_told(monkeypatch):
+    """As where two currents leave a pair table and have no inductance beyond it."""
+
+    class Stuck(_core.Simulation):
+        def advance(self, t_stop):
+            return min(super().advance(min(t_stop, 0.2)), 0.2)
+
+    monkeypatch.setattr(_core, "Simulation", Stuck)
+    with pytest.raises(ParameterError, match=r"does not get past 0\.2 s, where currents are"):
+        commission(PAPER, "resistance")
 
 
 def test_recordings_with_and_without_a_held_phase_need_files_of_their_own(tmp_path):

@@ -24,6 +24,7 @@ CLAMPED = ("resistance", "pulses")  # those with a clamped rotor
 DONE = 2  # Finding::done
 RUNNING = 1
 SLICE = 0.05  # of simulated time between two looks [s]
+STUCK = 1e-9  # of simulated time in thousands of steps: these have become too short [s]
 CREEP = 0.02  # rad/s: speed from which dry friction is all there
 
 
@@ -167,7 +168,7 @@ def commission(
     Raises
     ------
     ParameterError
-        If the routine or a wire cannot be meant.
+        If the routine or a wire cannot be meant, or the plant cannot be simulated.
     """
     if routine not in ROUTINES:
         raise ParameterError(f"routine {routine!r}, need one of {', '.join(ROUTINES)}")
@@ -196,7 +197,13 @@ def commission(
     loop = _core.Simulation(bench.controller, _core.SimulationParts(**parts))
     t = 0.0
     while bench.finding == RUNNING:
-        t = loop.advance(t + SLICE)
+        before, t = t, loop.advance(t + SLICE)
+        if t - before < STUCK:
+            raise ParameterError(
+                f"the simulation does not get past {t:.6g} s, where currents are "
+                f"{', '.join(f'{i:.4g}' for i in loop.state()[0])} A: past the end of its tables "
+                "the machine may be none; lower the currents of the routine"
+            )
         loop.take_periods()  # a full table stops the loop
     found = bench.found()
     return Found(
