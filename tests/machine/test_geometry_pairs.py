@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from command import command, refused
-from coupled import Formula
+from coupled import I_MAX, Formula, coupling
 from test_geometry_files import COARSE, changed, drive, geometry, write
 
 import reluctance as rl
@@ -181,6 +181,17 @@ def test_a_table_holds_its_nodes_and_mirrors():
     np.testing.assert_allclose(mirrored.energy, x.energy, atol=1e-5 * np.abs(x.energy).max())
     np.testing.assert_allclose(mirrored.tau, -x.tau, atol=1e-9 * np.abs(x.tau).max())
     assert reasons(samples, 6) == []
+
+
+def test_flux_linkages_go_on_as_straight_lines_past_the_last_current():
+    """A regulated current passes i_max by its band: inductances do not jump there."""
+    core = coupling().core
+    last, theta_e = np.full(24, I_MAX), np.linspace(0, 2 * np.pi, 24)
+    below, above = (core.at(0, x * last, 0.7 * last, theta_e) for x in (1 - 1e-9, 1 + 1e-9))
+    np.testing.assert_allclose(above, below, rtol=1e-6, atol=1e-9 * np.abs(below).max(axis=0).max())
+    psi = [core.at(0, x * last, 0.7 * last, theta_e)[:, 2] for x in (1.0, 1.1, 1.2)]
+    np.testing.assert_allclose(psi[2] - psi[1], psi[1] - psi[0], atol=1e-12)
+    assert np.abs(psi[1] - psi[0]).max() > 1e-5
 
 
 def test_the_kinds_of_a_winding():

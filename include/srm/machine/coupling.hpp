@@ -6,8 +6,9 @@
 //   W_c(phi, a, b) = sum over p, q of C_pq(phi) f_p(a) f_q(b),    W_c(phi, a, b) = W_c(-phi, b, a).
 //
 // f are cubics on pieces of the current, with two continuous derivatives; past i_max they are
-// straight lines. C are cubic B-splines on equal cells of half a period (C2), as in flux_map.hpp.
-// All outputs are exact derivatives of the one function, so a pair keeps the energy.
+// parabolas, so that flux linkages go on as straight lines. C are cubic B-splines on equal cells of
+// half a period (C2), as in flux_map.hpp. All outputs are exact derivatives of the one function, so
+// a pair keeps the energy.
 //
 // A winding has pairs of one or two kinds, poles of like and of opposite polarity, with a table
 // each. All tables have the same cells, pieces and number of functions. A default Coupling has no

@@ -84,11 +84,11 @@ class PairTable:
 
     def current_coefficients(self, knots: Array) -> Array:
         """Powers 0 to 3 of the current above each knot, (n_knots, rank, 4). The nodes are among the
-        knots; past the last one f is a straight line."""
+        knots; past the last one f is a parabola, so that flux linkages go on as straight lines."""
         spline = self._over_current
         powers = [spline(knots, p) / factorial(p) for p in range(4)]
         coefficients = np.stack([np.asarray(x).T for x in powers], axis=-1)
-        coefficients[-1, :, 2:] = 0.0
+        coefficients[-1, :, 3] = 0.0
         return np.ascontiguousarray(coefficients)
 
     def at(self, phi: ArrayLike, a: ArrayLike, b: ArrayLike) -> PairState:
