@@ -167,7 +167,7 @@ def row(at: Point, law: str, load: float) -> dict[str, str]:
 
 def draw(rows: list[dict[str, str]], path: Path) -> None:
     """Rms torque error of each law at rated torque: three points a machine and kind of pairs."""
-    figure, axes = plt.subplots(1, len(MACHINES), figsize=(10, 5), sharex=True, sharey=True)
+    figure, axes = plt.subplots(1, len(MACHINES), figsize=(10, 5.2), sharex=True, sharey=True)
     marks = (("uncoupled", "o", "#888888"), ("blind", "x", "#D55E00"), ("aware", "s", "#0072B2"))
     for ax, title in zip(axes, MACHINES, strict=True):
         here = [r for r in rows if r["machine"] == title and r["load"] == "1"]
@@ -185,8 +185,9 @@ def draw(rows: list[dict[str, str]], path: Path) -> None:
         ax.set_xlabel("rms torque error [%]", fontsize=8)
         ax.grid(True, axis="x", which="both", alpha=0.3)
     axes[0].set_xlim(0.1, 10)
-    axes[2].legend(fontsize=7, loc="upper right")
-    figure.tight_layout()
+    figure.set_layout_engine("constrained")
+    marked = axes[0].get_legend_handles_labels()
+    figure.legend(*marked, fontsize=8, loc="outside lower center", ncols=3)
     figure.savefig(path, dpi=130)
 
 
