@@ -142,7 +142,10 @@ def test_an_addition_costs_the_stated_files(name: str) -> None:
 
 
 @needs("patch")
-@pytest.mark.parametrize("name", PATCHES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.long) if n.startswith("A key") else n for n in PATCHES],
+)
 def test_the_patch_does_what_it_says(name: str, tmp_path: Path) -> None:
     patch(name, tmp_path)
     run(PYTHON[name], tmp_path)

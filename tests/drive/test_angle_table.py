@@ -107,6 +107,7 @@ def test_a_table_of_the_same_angles_everywhere_is_the_law_with_these(tmp_path: P
         assert np.allclose(a, b, rtol=0.01)
 
 
+@pytest.mark.long
 def test_braking_standstill_and_the_start_window_stay_as_by_the_rule(tabled: rl.Drive) -> None:
     rule = tabled.with_values({"control.angle_table": None})
     for rpm, tau in ((1500, -20.0), (-1500, 20.0), (3000, -5.0)):

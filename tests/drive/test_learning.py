@@ -56,6 +56,7 @@ def test_mean_and_ripple_are_those_of_the_right_map(law, point, belief):
     assert row.state == "settled"
 
 
+@pytest.mark.long
 def test_what_is_learned_is_the_truth():
     """A map that is off by a factor: all four numbers are known."""
     row = study.measured(("edge_mpc", HALF, "flux +10 %, R -20 %"))

@@ -96,6 +96,7 @@ def test_a_belief_about_pairs_needs_pairs():
         rl.load(EXAMPLES / "sharing_cubic.toml", ["mismatch.pair_factor=0.9"]).known()
 
 
+@pytest.mark.long
 def test_a_supervised_drive_knows_the_pairs_too(tmp_path):
     given = rl.load(on_the_coupled_machine(tmp_path, "deadbeat"), WORKING)
     errors = []

@@ -213,6 +213,7 @@ def test_a_step_of_the_torque_where_the_current_never_ends(
     assert kpis.torque_error_rms < ripple
 
 
+@pytest.mark.long
 def test_a_weight_on_ripple_saves_current_where_the_current_never_ends(tmp_path: Path) -> None:
     """Twice the base speed of a machine that was drawn: more weight, less ripple, more current; and
     the mean is held with each."""
@@ -313,10 +314,10 @@ def compared(machine: str, laws: list[str], tmp_path: Path, path: Path = TABLE) 
 @pytest.mark.parametrize(
     "law",
     [
-        *("deadbeat", "ditc"),
+        "ditc",
         *(
             pytest.param(law, marks=pytest.mark.long)
-            for law in ("torque_sharing", "angles", "pwm_current", "paper_mpc")
+            for law in ("deadbeat", "torque_sharing", "angles", "pwm_current", "paper_mpc")
         ),
     ],
 )

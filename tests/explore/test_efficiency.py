@@ -59,6 +59,7 @@ def test_grid_points_are_the_runs_themselves(cubic) -> None:  # type: ignore[no-
     assert cubic.figure("i_rms_A", SPEEDS[1], k.tau_mean) == pytest.approx(k.i_rms, rel=1e-3)
 
 
+@pytest.mark.long
 def test_kinds_of_losses_are_what_the_power_drawn_leaves(lossy) -> None:  # type: ignore[no-untyped-def]
     """But for the field energy, which need not return to its value within a run's window."""
     assert set(lossy.kinds_per_torque) == {"p_cu_W", "p_dev_W", "p_sw_W", "p_fe_W"}
@@ -156,6 +157,7 @@ def test_axes_that_cannot_be_meant_are_one_line() -> None:
         efficiency(rl.load(EXAMPLES / "single_pulse.toml"))
 
 
+@pytest.mark.long
 def test_device_conduction_is_counted_only_with_its_data(cubic, lossy) -> None:  # type: ignore[no-untyped-def]
     counted = [dict(rows(found, None))["losses counted"] for found in (cubic, lossy)]
     assert "device" not in counted[0] and "device conduction" in counted[1]

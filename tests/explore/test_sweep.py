@@ -121,6 +121,7 @@ def test_a_failed_run_is_not_run_again(tmp_path: Path) -> None:
         assert ["the speed is" in why for why in found.why] == [True, True, False]
 
 
+@pytest.mark.long
 def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
     """At random moments: what is in the store stays in it and is never begun again."""
     store, log = tmp_path / "s.sqlite", tmp_path / "log"

@@ -169,6 +169,7 @@ def test_torque_and_flux_linkages_are_derivatives_of_one_coenergy():
     assert alone.psi_second != 0  # the flux of the other phase
 
 
+@pytest.mark.long
 def test_a_table_holds_its_nodes_and_mirrors():
     samples = coarse("8/6 NN")[3]
     table = pair_table(samples, 6, rank=5)  # of five currents: nothing is left out

@@ -223,6 +223,7 @@ def test_controller_is_never_faster_than_physics(found: study.Study) -> None:
         assert response.u_least <= response.u_reached
 
 
+@pytest.mark.long
 def test_command_writes_what_it_says_and_the_same_bytes_again(
     written: tuple[paper.Report, Path], tmp_path: Path
 ) -> None:
