@@ -17,7 +17,7 @@ struct GivenCoupled {
   /// Makes the law.
   template <class T, int N, class M>
   auto operator()(const M& machine, srm::Tables& memory) const {
-    if (!machine.couples) throw std::invalid_argument("machines of this model have no pairs");
+    if (!couples(machine)) throw std::invalid_argument("machines of this model have no pairs");
     srm::WithPairs<M> own{machine, machine.N_r, {}};
     srm::assign(own.pairs, pairs.value, memory);
     return law.template operator()<T, N>(own, memory);

@@ -12,7 +12,7 @@ struct CalledMachine {
   using Scalar = T;
 
   int N_r;       // rotor poles
-  bool couples;  // machines of its model may have pairs
+  bool couples;  // whether machines of the model may have pairs
   const void* model;
   srm::Magnetics<T> (*call)(const void* model, T i, T theta_e);
   void (*show)(const void* model, srm::Archive&);
@@ -24,6 +24,16 @@ struct CalledMachine {
     show(model, shower.archive);
   }
 };
+
+/// Whether machines of a model may have pairs.
+template <srm::Machine M>
+bool couples(const M&) {
+  return srm::may_couple<M>;
+}
+template <srm::Real T>
+bool couples(const CalledMachine<T>& machine) {
+  return machine.couples;
+}
 
 /// The model in the precision of a controller, kept in the memory.
 template <srm::Real T>

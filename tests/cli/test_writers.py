@@ -124,7 +124,7 @@ def _quick(tmp_path_factory):
         patch.setattr(import_module("reluctance.targets.studio.write"), "about", lambda *_: {})
         _once(patch, "reluctance.explore.comparison", "compare")
         _once(patch, "reluctance.explore.limits", "limit")
-        _once(patch, "reluctance.cli.limit", "envelope_of")
+        _once(patch, "reluctance.explore.limits", "envelope_of")
         _once(patch, "reluctance.cli.run", "simulate")
         yield
 

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import os
+import re
 import shlex
 import subprocess
 import time
@@ -13,6 +14,7 @@ from reluctance.cli import app, progress
 from reluctance.cli.ended import exit_code
 
 progress.EVERY_S = 1e6  # no clock decides what a test sees
+ESCAPE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")  # what moves the cursor of a terminal
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ def on_terminal(*arguments: object, errors: bool = False) -> list[str]:
         os.environ.pop("COLUMNS")
         if usual is not None:
             os.environ["COLUMNS"] = usual
-    return screen.getvalue().splitlines()
+    return ESCAPE.sub("", screen.getvalue()).splitlines()
 
 
 def refused(*arguments: object) -> str:

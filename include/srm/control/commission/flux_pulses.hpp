@@ -117,8 +117,8 @@ struct FluxPulses {
   }
 
   /// Voltage over a period of a winding that carries current.
-  constexpr T mean(T duty, T before, T now) const {
-    return duty * (before + now) / T(2) - (v_switch + v_diode + duty * (v_switch - v_diode));
+  constexpr T mean(T ordered, T before, T now) const {
+    return ordered * (before + now) / T(2) - (v_switch + v_diode + ordered * (v_switch - v_diode));
   }
 
   constexpr void advance(State& x, T i) const {
