@@ -30,7 +30,6 @@ inline constexpr bool has_form = forms == Forms::all ||
 
 /// What is seldom asked for is compiled among the others in all forms.
 template <Forms forms, bool seldom, srm::Real T, int N>
-inline constexpr bool has_form_of =
-    seldom ? forms != Forms::usual : has_form<forms, T, N>;
+inline constexpr bool has_form_of = seldom ? forms != Forms::usual : has_form<forms, T, N>;
 
 }  // namespace bound

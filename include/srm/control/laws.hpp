@@ -17,7 +17,7 @@
   Angles, PwmCurrent, TorqueSharing, Ditc, Deadbeat, PaperMpc, FiniteSetMpc, EdgeMpc
 
 /// Those that compute with pairs of phases where a machine has them, by their names then.
-#define SRM_LAWS_OF_PAIRS \
+#define SRM_LAWS_OF_PAIRS                                                                   \
   TorqueSharingOfPairs, DitcOfPairs, DeadbeatOfPairs, PaperMpcOfPairs, FiniteSetMpcOfPairs, \
       EdgeMpcOfPairs
 

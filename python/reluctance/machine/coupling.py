@@ -223,9 +223,8 @@ def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
                 f"pair of phases {pair.letters}: the table ends at {pair.table.i[-1]:.4g} A, below "
                 f"i_max_A = {i_max:.4g}; extend it or lower i_max_A"
             )
-    within = i_max * (1 - 1e-9)  # at its last current a table is already the line past it
     theta_e, a, b = np.meshgrid(
-        np.linspace(0, 2 * np.pi, 61), *(np.linspace(0, within, 13),) * 2, indexing="ij"
+        np.linspace(0, 2 * np.pi, 61), *(np.linspace(0, i_max, 13),) * 2, indexing="ij"
     )
     for pair in coupling.pairs:
         i = np.zeros((*a.shape, coupling.n_phases))
