@@ -23,7 +23,7 @@ from reluctance.base.files import read_toml
 from reluctance.base.schema import checked
 from reluctance.machine.coupling import apart
 from reluctance.machine.geometry.file import Geometry
-from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
+from reluctance.machine.geometry.pairs import ANGLES, currents, kind_of, sample_pair
 from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle, sample
 from reluctance.machine.geometry.solve import solve
@@ -71,8 +71,7 @@ def row(
     """What the tables of all ranks leave at random points."""
     random = np.random.default_rng(SEED)
     system, i_max = system_of(geometry), geometry.map.current_max_A
-    currents = i_max * np.arange(1, CURRENTS + 1) / CURRENTS
-    samples = sample_pair(system, pole, np.linspace(0, np.pi, ANGLES), currents)
+    samples = sample_pair(system, pole, np.linspace(0, np.pi, ANGLES), currents(i_max))
     alone = sample(system, np.array([0, RATED * i_max]), np.linspace(0, np.pi, 31))
     phi = random.uniform(-np.pi, np.pi, n_points)
     a, b = random.uniform(0, i_max, (2, n_points))

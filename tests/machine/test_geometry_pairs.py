@@ -20,7 +20,7 @@ from reluctance.machine.coupling import Coupling, Neighbours, apart, check_pairs
 from reluctance.machine.geometry import coupling_of, pairs
 from reluctance.machine.geometry.coupling_of import phase_of
 from reluctance.machine.geometry.file import Geometry
-from reluctance.machine.geometry.pairs import ANGLES, CURRENTS, kind_of, sample_pair
+from reluctance.machine.geometry.pairs import ANGLES, currents, kind_of, sample_pair
 from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle, sample
 from reluctance.machine.geometry.solve import solve
@@ -87,13 +87,13 @@ def both(system, pole, phi, a, b):
 @pytest.mark.parametrize("name", ["6/4 NN", "8/6 NS", "12/8 NN"])
 def test_a_table_of_rank_4_has_the_torque_of_the_field(name):
     """At random angles and currents, to 1.5 times the rated: torque 0.5 % rms of the peak of one
-    phase at rated current, flux linkages 0.8 % of the aligned one. None: 5 % and more."""
+    phase at rated current, flux linkages 0.3 % of the aligned one. None: 5 % and more."""
     print(f"seed {SEED}")
     random = np.random.default_rng(SEED)
     N_s, N_r, polarity, pole = KINDS[name]
     found = case(N_s, N_r, polarity)
     system, i_max = system_of(found), found.map.current_max_A
-    i = i_max * np.arange(1, CURRENTS + 1) / CURRENTS
+    i = currents(i_max)
     table = pair_table(sample_pair(system, pole, np.linspace(0, np.pi, ANGLES), i), N_r, rank=4)
     rated = sample(system, np.array([0, 2 / 3 * i_max]), np.linspace(0, np.pi, 31))
     phi = random.uniform(-np.pi, np.pi, 40)
@@ -107,7 +107,7 @@ def test_a_table_of_rank_4_has_the_torque_of_the_field(name):
     assert np.sqrt(np.mean(left**2)) < 5e-3 * rated.tau.max()
     assert np.sqrt(np.mean(exact[:, 1] ** 2)) > 10 * np.sqrt(np.mean(left**2))
     for found_psi, psi in ((state.psi_first, exact[:, 2]), (state.psi_second, exact[:, 3])):
-        assert np.sqrt(np.mean((found_psi - psi) ** 2)) < 8e-3 * rated.psi.max()
+        assert np.sqrt(np.mean((found_psi - psi) ** 2)) < 3e-3 * rated.psi.max()
 
 
 def test_the_stored_pairs_are_those_of_their_geometry():
