@@ -49,8 +49,8 @@ struct FluxPulses {
   /// The duty cycle in effect, and the one ordered [1].
   struct Ordered {
     T duty{}, next{};
-    constexpr void order(T ordered, int delay) {
-      duty = delay > 0 ? next : ordered;
+    constexpr void order(T ordered, int samples) {
+      duty = samples > 0 ? next : ordered;
       next = ordered;
     }
   };
