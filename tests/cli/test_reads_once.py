@@ -22,7 +22,10 @@ print(*opened, sep="\\n")
 """
 
 
-@pytest.mark.parametrize("name", ["edge_mpc_mcu", "map_mpc", "sun_cloud", "sun_day"])
+@pytest.mark.parametrize(
+    "name",
+    ["edge_mpc_mcu", "map_mpc", "sun_cloud", pytest.param("sun_day", marks=pytest.mark.long)],
+)
 def test_a_file_is_read_once(name):
     """A flux map twice: its content is also what the cache knows its surface by."""
     given = ROOT / "examples" / f"{name}.toml"

@@ -107,6 +107,7 @@ def test_a_frequency_out_of_reach_is_told_and_not_hidden(rated):
     assert any(line.startswith("ditc *") for line in plain(out))
 
 
+@pytest.mark.long
 def test_a_law_that_is_smoother_with_less_switching_is_told(rated):
     sampled = replace(rated, sensing=type(rated.sensing)(comparators="sampled"))
     slow = replace(sampled, control=rated.control.model_copy(update={"T_s_us": 4.0}))

@@ -154,6 +154,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
         assert whole[band] == row
 
 
+@pytest.mark.long
 def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     drive, store = rl.load(DRIVE), tmp_path / "s.sqlite"
     vary = {"control.i_band_A": [0.5 + n / 100 for n in range(300)]}

@@ -46,6 +46,7 @@ def test_the_diode_goes_through_the_printed_points():
     assert gamma == pytest.approx(-0.40, abs=0.03)
 
 
+@pytest.mark.long
 def test_modules_of_the_cec_table_have_a_diode():
     """Of 40 crystalline modules drawn from it, 33 are taken and meet their points, and half are
     within 0.03 %/K. Two count half cells; of five no diode through the points has coefficients

@@ -111,6 +111,7 @@ def as_the_pages_say(system):
     pvgis_file(system.with_name("tmy_nairobi.csv"), load_system(system).site, tmy=True)
 
 
+@pytest.mark.long
 def test_a_notebook_has_its_pictures_in_it(tmp_path):
     """The Python of two pages as cells, executed as an editor of notebooks does."""
     nbformat = pytest.importorskip("nbformat", reason="needs nbformat")
