@@ -146,7 +146,9 @@ def test_the_statuses_of_firmware_are_those_of_the_header() -> None:
     assert shown == [[number[name], text] for name, text in texts]
 
 
-@pytest.mark.parametrize("name", ["paper_rated", "deadbeat", "five_phases_losses"])
+@pytest.mark.parametrize(
+    "name", ["paper_rated", "deadbeat", "five_phases_losses", "coupled_phases"]
+)
 def test_the_results_file_is_what_the_examples_give(name: str) -> None:
     """Within 1 %: two computers may round differently."""
     (row,) = [row for row in rows("docs/results.csv") if row["example"] == name]

@@ -93,6 +93,8 @@ def test_the_torque_is_as_smooth_as_on_phases_that_do_not_couple(example, pairs,
         pytest.param("edge_mpc_mcu", "unlike", marks=pytest.mark.long),
         pytest.param("deadbeat", "unlike", marks=pytest.mark.long),
         pytest.param("deadbeat", "three kinds", marks=pytest.mark.long),
+        pytest.param("paper_rated", "unlike", marks=pytest.mark.long),
+        pytest.param("paper_rated", "three kinds", marks=pytest.mark.long),
     ],
 )
 def test_a_negative_torque_is_the_mirror_image(example, pairs, tmp_path):

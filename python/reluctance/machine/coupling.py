@@ -96,10 +96,6 @@ class Coupling:
         pairs = (Neighbours(-p.second % n, -p.first % n, p.table) for p in self.pairs)
         return replace(self, pairs=tuple(pairs))
 
-    def behind(self, pair: Neighbours) -> float:
-        """The electrical angle of phase a less that of a pair, in [0, 2 pi) [rad]."""
-        return behind(pair.first, pair.second, self.n_phases)
-
     @property
     def content(self) -> list[Any]:
         """All that results depend on, for a cache key."""
@@ -195,7 +191,7 @@ class Coupling:
             N_r=tables[0].N_r,
             factor=self.factor,
             pairs=[(pair.first, pair.second, tables.index(pair.table)) for pair in self.pairs],
-            behind=[self.behind(pair) for pair in self.pairs],
+            behind=[behind(p.first, p.second, self.n_phases) for p in self.pairs],
             knots=knots,
             functions=np.stack([padded(t.current_coefficients(knots), 1) for t in tables]),
             tables=np.stack([padded(t.angle_coefficients, 1, 2) for t in tables]),
@@ -232,7 +228,8 @@ def check_pairs(coupling: Coupling, magnetics: Magnetics, i_max: float) -> None:
         least = np.linalg.eigvalsh(coupling.inductance(magnetics, i, theta_e))[..., 0]
         n = np.unravel_index(np.argmin(least), least.shape)
         if least[n] <= 0:
-            phi = np.mod(theta_e[n] - coupling.behind(pair) + np.pi, 2 * np.pi) - np.pi
+            begin = behind(pair.first, pair.second, coupling.n_phases)
+            phi = np.mod(theta_e[n] - begin + np.pi, 2 * np.pi) - np.pi
             raise ParameterError(
                 f"pair of phases {pair.letters}: the least eigenvalue of the incremental "
                 f"inductance matrix is {1e3 * least[n]:.3g} mH at {a[n]:.3g} A and {b[n]:.3g} A, "

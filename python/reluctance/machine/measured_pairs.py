@@ -44,7 +44,7 @@ class Measured:
 
     coupling: Coupling
     without_one: tuple[Coupling, ...]
-    i_reached: float  # by both phases; straight lines beyond [A]
+    i_reached: float  # by both phases; flux linkages go on as straight lines beyond [A]
 
     def torque_error(self, i: Array, theta_e: Array) -> float:
         """Standard error of the torque of all pairs at currents (n, n_phases) [A] and angles of
@@ -166,13 +166,14 @@ def _place(pulse: HeldPulse) -> float:
     return round(pulse.theta_m, 3)
 
 
-def _powers(i: Array, i_reached: float) -> tuple[Array, Array]:
-    """g and their derivatives over the current [1/A], (n, DEGREE)."""
+def _powers(i: Array, i_reached: float) -> tuple[Array, Array, Array]:
+    """g [1] and their two derivatives over the current [1/A], [1/A^2], each (n, DEGREE)."""
     x = i / i_reached
     of = [Legendre.basis(k, domain=[0, 1]) for k in range(DEGREE)]
     g = np.stack([x * p(x) for p in of], axis=-1)
     slope = np.stack([p(x) + x * p.deriv()(x) for p in of], axis=-1)
-    return g, slope / i_reached
+    bend = np.stack([2 * p.deriv()(x) + x * p.deriv(2)(x) for p in of], axis=-1)
+    return g, slope / i_reached, bend / i_reached**2
 
 
 def _said(
@@ -185,8 +186,8 @@ def _said(
     i_reached: float,
 ) -> _Said:
     i = pulsed_current(pulse)
-    g, _ = _powers(i, i_reached)
-    _, slope = _powers(pulse.i_held, i_reached)
+    g, _, _ = _powers(i, i_reached)
+    _, slope, _ = _powers(pulse.i_held, i_reached)
     first = pulse.pulsed == pair[0]
     columns = (g[:, :, None] * slope[:, None, :]) if first else (slope[:, :, None] * g[:, None, :])
     within = np.maximum(i, pulse.i_held) <= i_reached
@@ -208,11 +209,10 @@ def _table(said: list[_Said], N_r: int, i_reached: float, i_max: float) -> PairT
     phi = np.linspace(0, np.pi, ANGLES)
     i = i_max * np.arange(1, CURRENTS + 1) / CURRENTS
     inside = np.minimum(i, i_reached)
-    g, slope = _powers(inside, i_reached)
-    g = g + (i - inside)[:, None] * slope
+    past = (i - inside)[:, None]
+    g, slope, bend = _powers(inside, i_reached)
+    g, slope = g + past * (slope + past * bend / 2), slope + past * bend
     C, rate = (np.stack([(_shapes(x, d) @ c).reshape(DEGREE, DEGREE) for x in phi]) for d in (0, 1))
-    _, end = _powers(np.array([i_reached]), i_reached)
-    slope = np.where((i > i_reached)[:, None], end, slope)
     samples = PairSamples(
         phi,
         i,
