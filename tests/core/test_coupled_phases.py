@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 import reluctance as rl
 from reluctance import _core
 from reluctance.cli.run import crowded
+from reluctance.machine.coupling import behind
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COLUMNS = ("energy", "tau", "psi_first", "psi_second", "L_first", "L_second", "L_mutual")
@@ -27,7 +28,7 @@ def test_the_core_has_the_numbers_of_the_table():
     a, b, theta_e = points(400)
     for n, pair in enumerate(pairs.pairs):
         found = pairs.core.at(n, a, b, theta_e)
-        table = pair.table.at(theta_e - pairs.behind(pair), a, b)
+        table = pair.table.at(theta_e - behind(pair.first, pair.second, pairs.n_phases), a, b)
         for column, name in enumerate(COLUMNS):
             wanted = 0.7 * getattr(table, name)
             np.testing.assert_allclose(found[:, column], wanted, atol=1e-12 * np.abs(wanted).max())
@@ -39,7 +40,7 @@ def test_the_table_has_the_numbers_of_the_formula():
     pair = pairs.pairs[1]
     a, b, theta_e = points(400)
     found = pairs.core.at(1, a, b, theta_e)
-    wanted = Formula().at(theta_e - pairs.behind(pair), a, b)
+    wanted = Formula().at(theta_e - behind(pair.first, pair.second, pairs.n_phases), a, b)
     for column, exact in enumerate(wanted):
         np.testing.assert_allclose(found[:, column], exact, atol=4e-3 * np.abs(exact).max())
 
@@ -74,7 +75,8 @@ def test_the_torque_has_a_continuous_slope_in_the_angle():
     """Also where a cell ends, and where half a period does."""
     core = coupling().core
     pairs = coupling()
-    edges = pairs.behind(pairs.pairs[0]) + np.pi / 36 * np.arange(72)
+    first, second = pairs.pairs[0].first, pairs.pairs[0].second
+    edges = behind(first, second, pairs.n_phases) + np.pi / 36 * np.arange(72)
     a, b, h = np.full(72, 7.0), np.full(72, 11.0), 1e-6
     before, at, after = (core.at(0, a, b, edges + s * h)[:, 1] for s in (-1, 0, 1))
     jump = (after - 2 * at + before) / h
