@@ -123,7 +123,8 @@ wheels:
 # where it fails.
 PIP := $(BIN)/pip install --no-compile --no-build-isolation
 LOG := $(VENV)/install.log
-install = @{ $(PIP) -v --config-settings=cmake.define.RELUCTANCE_TEST_MODULE=$(1) $(2) 2>&1 || \
+DEFINE := --config-settings=cmake.define.RELUCTANCE_
+install = @{ $(PIP) -v $(DEFINE)OTHER_FORMS=$(1) $(DEFINE)TEST_MODULE=$(1) $(2) 2>&1 || \
   echo 'error: pip install failed'; } | tee $(LOG) | grep --line-buffered -oE $(SHOWN); \
   ! grep -q '^error: pip install failed' $(LOG) || { cat $(LOG); exit 2; }
 SHOWN := '^Collecting [^ ]+|^Installing collected|\[[0-9]+/[0-9]+\] [A-Z].*'

@@ -2,8 +2,8 @@
 
 The commands are those of CMake for a release; nothing is taken from a compiler cache.
 
-    python bench/build.py                      writes bench/build.csv
-    python bench/build.py edge_mpc            prints the files with `edge_mpc` in their name
+    python bench/build.py                      what `make run` compiles, into bench/build.csv
+    python bench/build.py other_forms         prints the files with `other_forms` in their name
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ ROOT = Path(__file__).parents[1]
 HEADER = ("file", "processor_s", "memory_MB")
 
 
-def configured(build: Path) -> list[dict[str, str]]:
+def configured(build: Path, other_forms: str) -> list[dict[str, str]]:
     """The commands of the compiler, as CMake makes them."""
     command = ["cmake", "-S", str(ROOT), "-B", str(build), "-G", "Ninja"]
-    command += ["-DCMAKE_BUILD_TYPE=Release"]
+    command += ["-DCMAKE_BUILD_TYPE=Release", f"-DRELUCTANCE_OTHER_FORMS={other_forms}"]
     command += [f"-DPython_EXECUTABLE={sys.executable}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"]
     command += [f"-Dnanobind_DIR={nanobind.cmake_dir()}", "-DCMAKE_CXX_COMPILER_LAUNCHER="]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -59,7 +59,7 @@ def measured(part: str) -> list[tuple[str, float, float]]:
     """A row for each file, the costliest first, and the sum."""
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        commands = configured(Path(folder))
+        commands = configured(Path(folder), "ON" if part else "OFF")
         for each in sorted(commands, key=lambda c: "cmake_pch" not in c["file"]):  # it comes first
             file = Path(each["file"])
             name = short(file, Path(folder))

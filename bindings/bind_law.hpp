@@ -5,6 +5,7 @@
 
 #include "bindings.hpp"
 #include "called_machine.hpp"
+#include "other_forms.hpp"
 #include "srm/control/part/reference_profile.hpp"
 
 namespace bound {
@@ -93,20 +94,21 @@ template <Forms here, srm::Real T, int N, class Make>
   });
 }
 
-/// Makes a law of another form than the usual ones: compiled in another file, which puts it here.
+/// Makes a law that Python can hold.
 template <class Make>
-inline AnyLaw (*other_form)(const AnyMachine&, int n_phases, bool single, const Make&) = nullptr;
+using MakesLaw = AnyLaw(const AnyMachine&, int n_phases, bool single, const Make&);
 
-/// A law that Python can hold. `make.template operator()<T, N>(machine, memory)` returns the law as
-/// it is.
-template <Forms here, class Make>
-AnyLaw any_law(const AnyMachine& machine, int n_phases, bool single, const Make& make) {
+/// `make.template operator()<T, N>(machine, memory)` returns the law as it is. Where its form is
+/// not here, `others` is asked.
+template <Forms here, class Make, class Others>
+AnyLaw any_law(const AnyMachine& machine, int n_phases, bool single, const Make& make,
+               const Others& others) {
   const auto of = [&]<class T>() {
     return with_phases(n_phases, [&]<int N>() -> AnyLaw {
       if constexpr (has_form_of<here, Make::seldom, T, N>) {
         return law_of<here, T, N>(machine, make);
       } else {
-        return other_form<Make>(machine, n_phases, single, make);
+        return others()(machine, n_phases, single, make);
       }
     });
   };
@@ -132,18 +134,23 @@ struct GivenFields<Law, std::index_sequence<n...>> {
 /// machine. Make is made of the same.
 template <template <class, int> class Law, Forms here, class Make, class... More>
 void bind_made(nb::module_& m, const char* name, const char* doc,
-               const std::array<const char*, sizeof...(More)>& more) {
+               const std::array<const char*, sizeof...(More)>& more, const Place& place) {
+  const auto others = [=] { return other_form<MakesLaw<Make>>(name, place.file_name()); };
   if constexpr (here == Forms::other) {
-    other_form<Make> = &any_law<here, Make>;
+    const auto made = [](const AnyMachine& model, int n_phases, bool single, const Make& make) {
+      return any_law<here>(model, n_phases, single, make,
+                           []() -> MakesLaw<Make>* { return nullptr; });
+    };
+    add_other_form<MakesLaw<Make>>(name, made);
   } else {
     Sample<Law> sample{};
     const auto list = field_list(sample);
     [&]<std::size_t... j, std::size_t... n>(std::index_sequence<j...>, std::index_sequence<n...>) {
       m.def(
           name,
-          [](const AnyMachine& model, int n_phases, bool single, const More&... given,
-             const GivenField<Law, n>&... value) {
-            return any_law<here>(model, n_phases, single, Make{given..., {{value...}}});
+          [others](const AnyMachine& model, int n_phases, bool single, const More&... given,
+                   const GivenField<Law, n>&... value) {
+            return any_law<here>(model, n_phases, single, Make{given..., {{value...}}}, others);
           },
           nb::arg("machine"), nb::arg("n_phases"), nb::arg("single"), nb::kw_only(),
           nb::arg(more[j])..., nb::arg(std::get<n + has_machine<Law>>(list).name)..., doc);
@@ -166,8 +173,9 @@ struct GivenAlone {
 };
 
 template <template <class, int> class Law, Forms here = forms_here>
-void bind_law(nb::module_& m, const char* name, const char* doc) {
-  bind_made<Law, here, GivenAlone<Law>>(m, name, doc, {});
+void bind_law(nb::module_& m, const char* name, const char* doc,
+              const Place& place = Place::current()) {
+  bind_made<Law, here, GivenAlone<Law>>(m, name, doc, {}, place);
 }
 
 }  // namespace bound

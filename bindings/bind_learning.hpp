@@ -34,10 +34,10 @@ struct GivenLearning {
 
 /// Python's function that makes a law that learns: as bind_law, and what Learning adds to the law.
 template <template <class, int> class Law, Forms here = forms_here>
-void bind_learning(nb::module_& m, const char* name) {
+void bind_learning(nb::module_& m, const char* name, const Place& place = Place::current()) {
   bind_made<Law, here, GivenLearning<Law>, srm::StrokeFit<double>, AnyCoupling, double, double>(
       m, name, "The same law, which learns the machine that it drives.",
-      {"fit", "pairs", "w_sw_torque", "w_sw_voltage"});
+      {"fit", "pairs", "w_sw_torque", "w_sw_voltage"}, place);
 }
 
 }  // namespace bound

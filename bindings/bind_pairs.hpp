@@ -26,9 +26,9 @@ struct GivenCoupled {
 
 /// Python's function that makes it: as bind_law, and the pairs.
 template <template <class, int> class Law, Forms here = forms_here>
-void bind_coupled(nb::module_& m, const char* name) {
+void bind_coupled(nb::module_& m, const char* name, const Place& place = Place::current()) {
   bind_made<Law, here, GivenCoupled<Law>, srm::Held<srm::Coupling<double>>>(
-      m, name, "The same law, which computes with the pairs of phases.", {"pairs"});
+      m, name, "The same law, which computes with the pairs of phases.", {"pairs"}, place);
 }
 
 }  // namespace bound

@@ -113,8 +113,13 @@ void bind_step_time(nb::module_& m);
 void bind_supervised(nb::module_& m);
 
 /// Python's function of a built-in law (control/laws.hpp). Each has a file: all of them in one took
-/// 1.6 GB to compile. `Forms::other` adds the other forms to what `Forms::usual` has bound.
+/// 1.6 GB to compile. `Forms::other` adds the other forms to those of other_forms.hpp.
 template <template <class, int> class Law, Forms here = forms_here>
 void bind_built_in(nb::module_& m);
+
+/// Likewise controllers, and loops of runs and environments (other_loops.cpp).
+template <Forms here = forms_here>
+void bind_controllers(nb::module_& m);
+void bind_other_loops(nb::module_& m);
 
 }  // namespace bound

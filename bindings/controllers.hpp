@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bindings.hpp"
+#include "other_forms.hpp"
 #include "srm/control/frame/frame.hpp"
 #include "srm/control/guard/diagnosed.hpp"
 #include "srm/control/guard/supervised.hpp"

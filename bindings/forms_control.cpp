@@ -20,6 +20,12 @@ AnyController with_law(const AnyLaw& law, const Make& make, const Others& others
   return std::visit([&](const auto& any) { return std::visit(of, any); }, law.called);
 }
 
+/// The same function for other forms.
+template <class Function>
+Function* elsewhere(const char* name, Function*) {
+  return other_form<Function>(name, __FILE__);
+}
+
 /// The pairs that a control knows, their tables kept in the memory.
 template <class Control>
 void know(Control& control, const AnyCoupling& coupling, srm::Tables& memory) {
@@ -74,7 +80,9 @@ AnyController controlled<forms_here>(const AnyLaw& law, const srm::Frame<double>
     made.exported = exported<T>(law, control, memory.owner());
     return made;
   };
-  return with_law(law, around, [&] { return controlled<Forms::other>(law, given, coupling); });
+  return with_law(law, around, [&] {
+    return elsewhere("controlled", &controlled<forms_here>)(law, given, coupling);
+  });
 }
 
 template <>
@@ -112,10 +120,16 @@ AnyController supervised<forms_here>(const AnyLaw& law, const srm::Frame<double>
     return with_machine<forms_here, T>(machine, guarded);
   };
   const auto others = [&] {
-    return supervised<Forms::other>(law, frame, machine, protection, sequence, plan, coupling,
-                                    diagnosis);
+    return elsewhere("supervised", &supervised<forms_here>)(law, frame, machine, protection,
+                                                            sequence, plan, coupling, diagnosis);
   };
   return with_law(law, around, others);
+}
+
+template <>
+void bind_controllers<forms_here>(nb::module_&) {
+  add_other_form("controlled", &controlled<forms_here>);
+  add_other_form("supervised", &supervised<forms_here>);
 }
 
 }  // namespace bound

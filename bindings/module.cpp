@@ -1,12 +1,18 @@
 // The extension module `reluctance._core`: one function per binding file.
 #include "bindings.hpp"
+#include "other_forms.hpp"
 #include "srm/control/laws.hpp"
 
 namespace bound {
 
 template <template <class, int> class... Law>
 void bind_all(nb::module_& m) {
-  ((bind_built_in<Law, Forms::usual>(m), bind_built_in<Law, Forms::other>(m)), ...);
+  (bind_built_in<Law, Forms::usual>(m), ...);
+#ifdef RELUCTANCE_OTHER_FORMS
+  (bind_built_in<Law, Forms::other>(m), ...);
+  bind_controllers<Forms::other>(m);
+  bind_other_loops(m);
+#endif
 }
 
 }  // namespace bound
@@ -15,6 +21,7 @@ NB_MODULE(_core, m) {
   // Objects alive at interpreter exit (a traceback, a module-level machine) are no leaks of ours.
   nanobind::set_leak_warnings(false);
   m.doc() = "Machine, plant and control in C++. SI units and radians throughout.";
+  bound::share_other_forms(m, true);
   bound::bind_enums(m);
   bound::bind_machine(m);
   bound::bind_coupling(m);

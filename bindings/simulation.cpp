@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "bind_struct.hpp"
+#include "other_forms.hpp"
 
 namespace bound {
 
@@ -23,7 +24,7 @@ AnySimulation::AnySimulation(const AnyController& controller, const SimulationPa
         if constexpr (has_form<Forms::usual, double, N>) {
           make(step, given, model.value, faults);
         } else {
-          make_other(controller, given, faults);
+          other_form<MakesLoop>("loop", other_loops)(*this, controller, given, faults);
         }
       },
       controller.step, given.machine);

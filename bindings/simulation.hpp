@@ -78,14 +78,11 @@ class AnySimulation {
   std::vector<double> periods() { return taken(*periods_); }
   int period_columns() const { return periods_->columns(); }
 
- private:
-  /// Of a number of phases that is not usual (forms.hpp), in environments.cpp.
-  void make_other(const AnyController& controller, const SimulationParts& given,
-                  const Faults& faults);
   template <srm::Motor M, int N>
   void make(const srm::Controller<N>& step, const SimulationParts& given, const M& machine,
             const Faults& faults);
 
+ private:
   static std::vector<double> taken(srm::Rows& rows) {
     std::vector<double> values(rows.data(),
                                rows.data() + std::size_t(rows.size()) * rows.columns());
@@ -132,6 +129,12 @@ void AnySimulation::make(const srm::Controller<N>& step, const SimulationParts& 
   };
   close_period_ = [loop](srm::Rows& p) { loop->close_period(p); };
 }
+
+/// Of a number of phases that is not usual (forms.hpp).
+using MakesLoop = void(AnySimulation&, const AnyController&, const SimulationParts&,
+                       const AnySimulation::Faults&);
+/// The file that adds it.
+inline constexpr auto other_loops = "other_loops.cpp";
 
 /// Threads that run many loops; bound together with the loop.
 void bind_runs(nb::module_& m);

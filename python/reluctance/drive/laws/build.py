@@ -9,22 +9,16 @@ from __future__ import annotations
 import json
 import posixpath
 import re
-import shutil
-import sysconfig
 from pathlib import Path
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import check_ending, is_file, scratch, write_whole
+from reluctance.base.extension import compile_extension, core_fingerprint
+from reluctance.base.files import check_ending, is_file, write_whole
 from reluctance.base.resources import resources
-from reluctance.base.toolchain import build
-from reluctance.drive.laws.compiled_law import core_fingerprint
 from reluctance.drive.laws.own_code import COMPILED, below
 
 # The firmware's warnings, as errors: what builds here builds for the target.
-FLAGS = (
-    "-O1 -fvisibility=hidden -fno-strict-aliasing -DNDEBUG "
-    "-Wall -Wextra -Wconversion -Wno-sign-conversion -Wdouble-promotion -Werror"
-).split()
+WARNINGS = ("-Wall -Wextra -Wconversion -Wno-sign-conversion -Wdouble-promotion -Werror").split()
 LOCAL = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]+)"', re.MULTILINE)
 
 
@@ -91,30 +85,8 @@ def local_headers(header: Path) -> dict[str, str]:
 
 
 def _compile(header: Path, name: str, texts: dict[str, str], out: Path) -> None:
-    try:
-        import nanobind
-    except ImportError:
-        raise ParameterError(
-            "nanobind is not installed: pip install 'reluctance[own-law]'"
-        ) from None
-    python = sysconfig.get_path("include")
-    if not (Path(python) / "Python.h").is_file():
-        raise ParameterError(f"no Python.h in {python}; on Debian: apt install python3-dev")
-    source, library = nanobind.source_dir(), nanobind.include_dir()
-    folders = (resources("include"), library, f"{library}/../ext/robin_map/include", python)
-    include = [f"-isystem{folder}" for folder in folders]
-    with scratch() as place:
-        unit = "own_law.cpp"
-        (place / unit).write_text(_source(header.absolute(), name, texts), "utf-8")
-        made = build(
-            [unit, f"{source}/nb_combined.cpp"],
-            "own_law.so",  # its objects lie beside it, not beside what the user asked for
-            [*FLAGS, *include],
-            folder=place,
-            what=header.name,
-            files=texts,
-        )
-        shutil.copyfile(made, out)
+    text = _source(header.absolute(), name, texts)
+    compile_extension(text, out, what=header.name, flags=WARNINGS, files=texts)
 
 
 def _source(header: Path, name: str, texts: dict[str, str]) -> str:

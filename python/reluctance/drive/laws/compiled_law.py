@@ -6,16 +6,14 @@ from the very text that was compiled.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
 from pydantic import ConfigDict
 
 from reluctance import _core
 from reluctance.base.errors import ParameterError
-from reluctance.base.resources import resources
+from reluctance.base.extension import core_fingerprint
 from reluctance.base.schema import did_you_mean
 from reluctance.base.units import si
 from reluctance.drive.laws.own_code import CodeName, below, module_of, of_the_user, own_code
@@ -97,13 +95,3 @@ def _struct(law: str) -> Any:
     if not hasattr(module, code.name):
         raise ParameterError(f"{code.file} holds the law {module.NAME}, not {code.name}")
     return getattr(module, code.name)
-
-
-@cache
-def core_fingerprint() -> str:
-    """Of the headers that a law is compiled against: types must agree to the byte."""
-    sha = hashlib.sha256()
-    for folder in ("include", "bindings"):
-        for path in sorted(resources(folder).rglob("*.hpp")):
-            sha.update(path.name.encode() + b"\0" + path.read_bytes())
-    return sha.hexdigest()[:16]

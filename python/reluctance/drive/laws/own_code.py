@@ -5,17 +5,16 @@ Such a law runs only with the user's word for it (`--trust`, `load(..., trust=Tr
 
 from __future__ import annotations
 
-import importlib.util
 import posixpath
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated
 
 from reluctance.base.errors import ParameterError
+from reluctance.base.extension import load_extension
 from reluctance.base.files import is_file
 from reluctance.base.schema import NamesFile
 
@@ -120,17 +119,13 @@ def _python(path: Path) -> ModuleType:
 
 
 def _compiled(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_loader(COMPILED, ExtensionFileLoader(COMPILED, str(path)))
-    assert spec is not None and spec.loader is not None
     try:
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
+        return load_extension(COMPILED, path)
     except ImportError as fault:
         raise ParameterError(
             f"{path} is not a compiled law ({of_the_user(fault)}); make it with "
             "`reluctance law build`"
         ) from fault
-    return module
 
 
 def below(header: str) -> str:

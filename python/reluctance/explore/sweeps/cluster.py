@@ -12,9 +12,9 @@ from typing import Any
 
 import reluctance
 from reluctance.base.errors import ParameterError, one_line
+from reluctance.base.extension import core_fingerprint
 from reluctance.base.key_figures import Kpis
 from reluctance.drive.drive import Drive, drive_from
-from reluctance.drive.laws.compiled_law import core_fingerprint
 from reluctance.drive.run.simulate_all import finished
 
 AT_ONCE = 8  # drives of one task

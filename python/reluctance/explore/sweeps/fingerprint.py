@@ -8,9 +8,9 @@ from functools import cache
 from pathlib import Path
 
 import reluctance
+from reluctance.base.extension import core_fingerprint
 from reluctance.base.files import is_file
 from reluctance.drive.drive import Drive
-from reluctance.drive.laws.compiled_law import core_fingerprint
 
 ALGORITHM = 2  # raised when the same drive gives other key figures
 DIGITS = 16  # bytes of a key: two of 1e12 drives share one with a probability of 1e-15
