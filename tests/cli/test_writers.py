@@ -120,7 +120,7 @@ def _quick(tmp_path_factory):
             lambda *_: {"report.html": b"x" * 200_000, "claims.json": b"y" * 200_000},
         )
         _compiled_once(patch, tmp_path_factory.mktemp("unit") / "unit.so")
-        patch.setattr(import_module("reluctance.drive.laws.build"), "build", _any_library)
+        patch.setattr(import_module("reluctance.base.toolchain"), "build", _any_library)
         patch.setattr(import_module("reluctance.targets.studio.write"), "about", lambda *_: {})
         _once(patch, "reluctance.explore.comparison", "compare")
         _once(patch, "reluctance.explore.limits", "limit")
