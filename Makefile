@@ -14,7 +14,7 @@ PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 C_FOLDERS := include bindings tests examples firmware web bench
 CHECKED := python tests studies bench machines docs examples
 
-.PHONY: run test proofs drawn mutants fuzz published benchmark-faults lint bench docs wheels c-library wasm studio clean
+.PHONY: run test fast proofs drawn mutants fuzz published benchmark-faults lint bench docs wheels c-library wasm studio clean
 
 run: $(VENV)/installed
 	@mkdir -p out
@@ -25,7 +25,10 @@ run: $(VENV)/installed
 	@echo '  reluctance run examples/edge_mpc_mcu.toml --plot out/edge_mpc_mcu.png'
 	@echo '  reluctance limit examples/edge_mpc_mcu.toml'
 
-test: $(VENV)/installed-test lint
+# Side by side: the linters have one core only.
+test: $(VENV)/installed-test
+	@$(MAKE) --no-print-directory -j2 lint fast
+fast: $(VENV)/installed-test
 	$(PYTEST) -m "not long"
 
 # What takes longer: random cases, a second compiler, emulated searches, browsers, mock-up units.

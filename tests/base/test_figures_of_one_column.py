@@ -18,6 +18,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"
 BANDS, TORQUES = "control.i_band_A=0.5:2:6", "reference.tau_Nm=10:50:5"
 TWO = ("--figure", "torque_error_rms,f_switch_Hz")
+QUICK = ("run", "limit", "sweep over two keys")  # the others are proofs
 COMMANDS = {
     "run": ("run", CUBIC, "--until", 0.03),
     "run on an array": ("run", EXAMPLES / "sun_cloud.toml", "--until", 0.03),
@@ -83,7 +84,10 @@ def faults(drawn):
     return found
 
 
-@pytest.mark.parametrize("name", list(COMMANDS))
+@pytest.mark.parametrize(
+    "name",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in COMMANDS],
+)
 def test_texts_have_their_places(name, texts, tmp_path):
     out = tmp_path / "a.png"
     where = (out,) if COMMANDS[name][-1] == "--out" else ("--plot", out)
@@ -101,6 +105,7 @@ def found():
     return compare(drive, laws, f_switch=5e3, octaves=(-1, 1), processes=1)
 
 
+@pytest.mark.long
 def test_a_comparison_fits_one_column(found, texts, tmp_path):
     with look("grayscale", "88mm"):
         save_figure(comparison_figure.figure(found), tmp_path / "a.png")

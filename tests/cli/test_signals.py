@@ -69,7 +69,10 @@ def test_an_end_while_modules_are_imported_is_one_line(module: str) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "terminate"])
-@pytest.mark.parametrize("name", ["run", "limit", "sweep", "compare"])
+@pytest.mark.parametrize(
+    "name",
+    ["run", *(pytest.param(n, marks=pytest.mark.long) for n in ("limit", "sweep", "compare"))],
+)
 def test_a_signal_ends_it_at_once_and_leaves_nothing(
     name: str, number: int, tmp_path: Path
 ) -> None:

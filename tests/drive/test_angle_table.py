@@ -95,6 +95,7 @@ def test_the_windows_of_the_law_are_those_of_the_table(tabled: rl.Drive) -> None
         assert np.allclose(mirrored[:, off], np.mod(-wanted[0], 2 * np.pi), atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_table_of_the_same_angles_everywhere_is_the_law_with_these(tmp_path: Path) -> None:
     """At the working speed; the currents differ by what interpolation leaves."""
     file = write(tmp_path / "a.csv", lambda *_: tuple(FIXED.values()))

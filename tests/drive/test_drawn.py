@@ -15,6 +15,7 @@ import drawn  # noqa: E402
 import quadrants  # noqa: E402
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "ranges",
     [pytest.param(r, marks=pytest.mark.long) if r == "wide" else r for r in drawn.RANGES],

@@ -126,6 +126,7 @@ def test_braking_follows_the_same_guide(law, single):
     assert y.i_rms < 1.05 * 49.1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", ["edge_mpc", "finite_set_mpc"])
 def test_a_sagging_dc_link_is_a_higher_speed(law):
     """240 V -> 200 V at 2250 rpm: as fast as 2893 rpm. The limit: 2.0 % error, 69.6 A."""
@@ -162,6 +163,7 @@ def test_one_speed_and_a_list_of_it_are_the_same_guide():
     assert one.control.tables(one.known())[0].omega_m == pytest.approx(1500 * RPM)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("case", "searches", "iterations"),
     [

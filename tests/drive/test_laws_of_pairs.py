@@ -35,28 +35,23 @@ PAIRS = {
 
 CASES = [
     ("edge_mpc_mcu", "take"),
-    *(
-        pytest.param(*case, marks=pytest.mark.long)
-        for case in [
-            ("edge_mpc_mcu", "add"),
-            ("edge_mpc_mcu", "unlike"),
-            ("finite_set_mpc", "take"),
-            ("finite_set_mpc", "add"),
-            ("finite_set_mpc", "unlike"),
-            ("deadbeat", "take"),
-            ("deadbeat", "unlike"),
-            ("deadbeat", "three kinds"),
-            ("ditc", "take"),
-            ("ditc", "unlike"),
-            ("sharing_cubic", "add"),
-            ("sharing_cubic", "unlike"),
-            ("paper_rated", "take"),  # paper_mpc
-            ("paper_rated", "unlike"),
-            ("paper_rated", "three kinds"),
-            ("edge_mpc_fpga", "take"),  # of least ripple
-            ("edge_mpc_fpga", "unlike"),
-        ]
-    ),
+    ("edge_mpc_mcu", "add"),
+    ("edge_mpc_mcu", "unlike"),
+    ("finite_set_mpc", "take"),
+    ("finite_set_mpc", "add"),
+    ("finite_set_mpc", "unlike"),
+    ("deadbeat", "take"),
+    ("deadbeat", "unlike"),
+    ("deadbeat", "three kinds"),
+    ("ditc", "take"),
+    ("ditc", "unlike"),
+    ("sharing_cubic", "add"),
+    ("sharing_cubic", "unlike"),
+    ("paper_rated", "take"),  # paper_mpc
+    ("paper_rated", "unlike"),
+    ("paper_rated", "three kinds"),
+    ("edge_mpc_fpga", "take"),  # of least ripple
+    ("edge_mpc_fpga", "unlike"),
 ]
 MOST = 1.25  # error with pairs over that without [1]
 
@@ -78,6 +73,7 @@ def errors(given):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("example", "pairs"), CASES)
 def test_the_torque_is_as_smooth_as_on_phases_that_do_not_couple(example, pairs, tmp_path):
     uncoupled, blind, aware = errors(drive(machine_file(tmp_path, PAIRS[pairs]), example))

@@ -65,6 +65,7 @@ def test_what_is_learned_is_the_truth():
         assert factor == pytest.approx(1 / 1.1, rel=0.002)
 
 
+@pytest.mark.long
 def test_a_map_from_a_file_is_learned_too():
     (point,) = [p for p in study.OTHERS if p.machine == "npf_vector_6_4"]
     row = study.measured(("edge_mpc", point, "flux -10 %, R +20 %"))

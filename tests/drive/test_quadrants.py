@@ -70,6 +70,7 @@ def test_laws_hold_the_mean(
     assert not [row for row in rows if row.torque_part > 0.2 and not row.holds]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("delay", [0, 1])
 def test_predictive_current_references_above_base_speed(delay: int, tmp_path: Path) -> None:
     """Twice the base speed of the 60 kW machine: -97 % before the references followed the flux of
@@ -311,15 +312,9 @@ def compared(machine: str, laws: list[str], tmp_path: Path, path: Path = TABLE) 
     return len(rows)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
-    "law",
-    [
-        "ditc",
-        *(
-            pytest.param(law, marks=pytest.mark.long)
-            for law in ("deadbeat", "torque_sharing", "angles", "pwm_current", "paper_mpc")
-        ),
-    ],
+    "law", ["ditc", "deadbeat", "torque_sharing", "angles", "pwm_current", "paper_mpc"]
 )
 def test_the_table_is_current(law: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(quadrants, "SPEEDS", (1.0, 2.0))

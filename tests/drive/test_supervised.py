@@ -237,7 +237,9 @@ until_s = 0.8
 """
 
 
-@pytest.mark.parametrize("counts", [512, 1024, 4096])
+@pytest.mark.parametrize(
+    "counts", [4096, *(pytest.param(n, marks=pytest.mark.long) for n in (512, 1024))]
+)
 @pytest.mark.parametrize("start", [0.0, 7.5, 20.0, 31.0, 44.0])
 def test_edges_at_the_true_angle_are_no_fault_of_a_coarse_encoder(start, counts, tmp_path):
     """The window's edges come at the true angle, and the protection knows the measured one."""

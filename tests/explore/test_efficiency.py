@@ -52,6 +52,7 @@ def test_runs_at_random_points_agree_with_the_map(cubic) -> None:  # type: ignor
     assert np.median(np.abs(off)) < 0.003
 
 
+@pytest.mark.long
 def test_grid_points_are_the_runs_themselves(cubic) -> None:  # type: ignore[no-untyped-def]
     k = run(cubic.drive, float(SPEEDS[1]), 25.0, max(TORQUES))
     assert cubic.loss(SPEEDS[1], k.tau_mean) == pytest.approx(k.p_cu, rel=2e-3)
@@ -72,6 +73,7 @@ def test_kinds_of_losses_are_what_the_power_drawn_leaves(lossy) -> None:  # type
         assert whole == pytest.approx(k.p_in - k.p_mech, rel=most)
 
 
+@pytest.mark.long
 def test_what_the_drive_cannot_hold_is_no_point_of_the_map(cubic) -> None:  # type: ignore[no-untyped-def]
     table = cubic.columns()
     assert cubic.tau_max[0] == 70 > cubic.tau_max[-1] > 25
@@ -90,6 +92,7 @@ def test_another_dc_voltage_is_another_map(cubic) -> None:  # type: ignore[no-un
     assert low.tau_max[-1] < 0.7 * cubic.tau_max[-1]
 
 
+@pytest.mark.long
 def test_a_constant_cycle_takes_power_times_time(cubic) -> None:  # type: ignore[no-untyped-def]
     t = np.array([0.0, 1.0, 3.5, 10.0])
     omega, tau = 1000 * RPM, 20.0
@@ -101,6 +104,7 @@ def test_a_constant_cycle_takes_power_times_time(cubic) -> None:  # type: ignore
     assert found.efficiency == pytest.approx(cubic.efficiency(omega, tau), rel=1e-12)
 
 
+@pytest.mark.long
 def test_braking_returns_what_its_losses_leave(cubic) -> None:  # type: ignore[no-untyped-def]
     braking = efficiency(cubic.drive, omega=SPEEDS, tau=[-3, -12, -25])
     omega, tau = 2000 * RPM, -10.0

@@ -205,6 +205,7 @@ def drive(machine, law="angles", **control):
     }
 
 
+@pytest.mark.long
 def test_machine_file_and_geometry_file_give_the_same_drive(made, tmp_path):
     """Resistance and inertia of the file are rounded to four digits."""
     geometry_path, machine_path, _ = made
@@ -235,6 +236,7 @@ def test_keys_of_the_geometry_are_keys_of_the_drive(made, tmp_path):
         first.with_values({"machine.stator.pole_arc_deg": 70.0})
 
 
+@pytest.mark.long
 def test_a_control_may_know_the_geometry_wrong(made, tmp_path):
     """[mismatch] scales what the control knows of flux linkage and resistance."""
     path = write(tmp_path / "d.toml", drive({}))
@@ -245,6 +247,7 @@ def test_a_control_may_know_the_geometry_wrong(made, tmp_path):
         assert scaled == pytest.approx(1.2 * known, rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_map_is_energy_consistent_and_judged_good(made):
     solution = solved(geometry())
     report = check_map(solution.table(4))
@@ -281,6 +284,7 @@ def test_a_stated_coil_has_its_width_times_its_height(width, height):
     assert by_products_of(case).R_ohm == pytest.approx(R, rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_machine_of_a_geometry_is_copied_and_its_file_fits_the_schema(made, tmp_path):
     import jsonschema
 
@@ -358,6 +362,7 @@ def test_end_windings_turns_and_paths_scale_as_they_must():
     np.testing.assert_allclose(fixed.tau, one.tau, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.long
 def test_the_radial_force_is_that_of_the_flux_of_the_pole():
     """Aligned and unsaturated, the stress on the pole is B^2/(2 mu_0), B its flux over its area."""
     solution, case = solved(geometry()), geometry()

@@ -165,6 +165,7 @@ def test_a_pair_without_pulses_is_named(drive):
         measured(machine, pulses, machine.coupling)
 
 
+@pytest.mark.long
 def test_the_command_writes_a_table_for_the_machine_file(drive, tmp_path):
     file = written(tmp_path / "p.csv", for_a_table(drive.machine))
     drive.save(tmp_path / "d.toml")

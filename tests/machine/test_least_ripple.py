@@ -66,6 +66,7 @@ def test_the_law_is_within_1_20_of_the_bound_from_5_to_40_kHz() -> None:
             assert float(row["i_rms_A"]) <= 1.03 * float(other["i_rms_A"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", [("least_ripple", "rated", 20), ("least_copper", "half", 10)])
 def test_the_file_is_what_the_study_writes(case: tuple[str, str, int]) -> None:
     found, given = study.row(*case), shown()[f"{case[0]} {case[1]} {case[2]}"]

@@ -134,6 +134,7 @@ def independent(at, tau_ref, start):
     return scale * found.fun**0.5 if found.success else None
 
 
+@pytest.mark.long
 def test_the_optimum_of_a_torque_near_by_leads_to_the_same():
     """As growing strength of the pairs does; where none without ripple is found, strength grows."""
     programme = optimum.Programme(point(ALIKE), n_points=N, smoothing=1e-3)
@@ -183,6 +184,7 @@ def test_no_programme_finds_less(mutual):
     assert found >= 5
 
 
+@pytest.mark.long
 def test_weak_pairs_change_nothing():
     """With pairs of a millionth the limit is that of phases alone."""
     alone = replace(point(ALIKE), coupling=None)
@@ -233,6 +235,7 @@ def test_the_ripple_floor_has_the_slopes_of_all_phases(mutual):
         np.testing.assert_allclose(ours[j, k], exact, rtol=1e-4, atol=1e-4 * np.abs(gain).max())
 
 
+@pytest.mark.long
 def test_a_drive_with_pairs_gets_a_coupled_limit(tmp_path):
     """`limit` of a machine file with pairs says so, writes a profile of each phase where they
     differ, and leaves out what is not proven."""
@@ -260,6 +263,7 @@ def test_what_pairs_do_not_have_is_refused():
         optimum.profile_table(point(MIXED), 3.0, n_points=N)
 
 
+@pytest.mark.long
 def test_each_phase_has_a_profile_next_to_that_of_the_mean():
     """It makes the torque of the mean within the voltage; its copper is hardly above the least."""
     real = point(MIXED)

@@ -223,6 +223,7 @@ def test_edge_mpc_steps_the_torque_within_a_tenth_of_the_bound(
     is_in_the_file(found, named(before, after, rpm), sampling)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("step", FARTHER, ids=lambda step: named(*step))
 @pytest.mark.parametrize("sampling", TIMINGS)
 def test_steps_at_other_points_are_those_of_the_file(

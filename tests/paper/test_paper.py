@@ -215,6 +215,7 @@ def test_least_voltage_lies_between_flux_alone_and_flux_with_greatest_drop(
     assert psi[torque_one >= tau].min() / within == pytest.approx(u_flux, rel=0.005)
 
 
+@pytest.mark.long
 def test_controller_is_never_faster_than_physics(found: study.Study) -> None:
     for response in (found.rated_response, found.half_response):
         assert np.isfinite(response.reached).all()
@@ -239,6 +240,7 @@ def test_command_writes_what_it_says_and_the_same_bytes_again(
     assert "not confirmed" in answer.output
 
 
+@pytest.mark.long
 def test_every_claim_has_the_same_seven_fields(written: tuple[paper.Report, Path]) -> None:
     report, folder = written
     rows = rows_of(folder)
@@ -254,6 +256,7 @@ def test_every_claim_has_the_same_seven_fields(written: tuple[paper.Report, Path
     assert len({r["claim"] for r in rows}) == len(rows)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("start", "says", "gives", "verdict"),
     [
@@ -290,6 +293,7 @@ def test_claim_is_there_with_its_numbers(
     assert found["verdict"] == verdict
 
 
+@pytest.mark.long
 def test_physical_limits_are_the_published_ones(written: tuple[paper.Report, Path]) -> None:
     for load, i_rms, p_cu in (("rated", 48.9, 5171), ("half", 28.7, 1780)):
         current = row(written[1], f"Abstract: the MPC minimises the stator currents ({load}")
@@ -299,6 +303,7 @@ def test_physical_limits_are_the_published_ones(written: tuple[paper.Report, Pat
         assert loss["physical_limit"] == pytest.approx(p_cu, rel=2e-3)
 
 
+@pytest.mark.long
 def test_bound_of_the_report_is_that_of_95_percent(written: tuple[paper.Report, Path]) -> None:
     least = row(written[1], "Section 4: the dc-link voltage that 0.35 ms")
     u = float(str(least["physical_limit"]))
@@ -315,6 +320,7 @@ def test_bound_of_the_report_is_that_of_95_percent(written: tuple[paper.Report, 
         assert np.isfinite(time).any() == possible
 
 
+@pytest.mark.long
 def test_report_needs_no_other_file(written: tuple[paper.Report, Path]) -> None:
     text = (written[1] / "report.html").read_text(encoding="utf-8")
     assert not re.search(r"https?:|<script|<link|@import|url\(", text)
@@ -329,6 +335,7 @@ def test_report_needs_no_other_file(written: tuple[paper.Report, Path]) -> None:
         assert needed in text
 
 
+@pytest.mark.long
 def test_every_axis_has_a_label(found: study.Study) -> None:
     for picture in figures.PICTURES:
         for ax in picture.draw(found).axes:
@@ -336,6 +343,7 @@ def test_every_axis_has_a_label(found: study.Study) -> None:
             assert ax.get_xlabel() or picture.name == "settings"
 
 
+@pytest.mark.long
 def test_interrupted_command_leaves_nothing(
     written: tuple[paper.Report, Path], tmp_path: Path
 ) -> None:
@@ -354,6 +362,7 @@ def test_file_in_place_of_the_folder_is_named_before_the_work(tmp_path: Path) ->
     assert (tmp_path / "taken").read_text() == "mine"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("picture", figures.PICTURES, ids=lambda p: p.name)
 def test_no_title_overlaps_a_legend(picture: figures.Picture, found: study.Study) -> None:
     figure = picture.draw(found)
@@ -367,6 +376,7 @@ def test_no_title_overlaps_a_legend(picture: figures.Picture, found: study.Study
                 assert not title.get_window_extent().overlaps(legend.get_window_extent())
 
 
+@pytest.mark.long
 def test_claims_stand_below_each_other_on_a_narrow_screen(
     written: tuple[paper.Report, Path],
 ) -> None:

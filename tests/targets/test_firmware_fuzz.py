@@ -8,8 +8,9 @@ from firmware_tools import ROOT, drive
 
 from reluctance.base.toolchain import build
 
-EACH_LAW = ["angles", "sharing", "ditc", "paper_mpc_map", "finite_set_2", "edge_mpc"]
-EACH_LAW += ["deadbeat", "pwm_current", "sun_cloud", "sun_cloud_no_sensor"]
+OTHERS = ["angles", "sharing", "ditc", "paper_mpc_map", "finite_set_2", "deadbeat", "pwm_current"]
+OTHERS += ["sun_cloud", "sun_cloud_no_sensor"]
+EACH_LAW = ["edge_mpc", *(pytest.param(name, marks=pytest.mark.long) for name in OTHERS)]
 
 
 @pytest.mark.parametrize("name", EACH_LAW)

@@ -222,7 +222,13 @@ def scene(parameter):
         yield ([i, 0.0, 0.0], theta_e, omega_m, u_dc, 0.0), (1, 0, 0, sequence, reference)
 
 
-@pytest.mark.parametrize("parameter, value, key, in_file", AROUND_THE_STEP)
+@pytest.mark.parametrize(
+    "parameter, value, key, in_file",
+    [
+        *AROUND_THE_STEP[:3],
+        *(pytest.param(*case, marks=pytest.mark.long) for case in AROUND_THE_STEP[3:]),
+    ],
+)
 def test_the_states_go_as_those_of_a_drive_file_that_has_the_value(
     compiled, parameter, value, key, in_file
 ):
