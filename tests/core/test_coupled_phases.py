@@ -12,6 +12,9 @@ from scipy.integrate import solve_ivp
 import reluctance as rl
 from reluctance import _core
 from reluctance.cli.run import crowded
+from reluctance.drive.guard.supervised import controller as guarded
+from reluctance.drive.run.plant import closed_loop
+from reluctance.drive.run.simulate import core_of
 from reluctance.machine.coupling import behind
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -262,6 +265,32 @@ def test_a_phase_that_freewheels_conducts_where_the_flux_of_the_others_drives_it
     assert len(starts) >= 3  # some at no sample
     assert i[1:].max() > 0.004 * i[0].max()
     compared(result, equations, i, omega)
+
+
+class Chops(OthersFreewheel):
+    """Phase a magnetizes every other sample. All legs freewheel besides."""
+
+    def step(self, y, tau_ref):
+        a = rl.Leg.freewheel if self.sample % 2 else rl.Leg.magnetize
+        self.sample += 1
+        return [rl.Order.hold(leg) for leg in (a, rl.Leg.freewheel, rl.Leg.freewheel)]
+
+
+def test_a_phase_that_opens_just_before_a_row_is_recorded_does_not_stop_the_run(tmp_path):
+    """20 us and four times 5 us are apart by the last bit of a number: in a step of that length a
+    current from zero is nothing but rounding."""
+    machine = machine_file(tmp_path, coupling(-0.2))
+    text = (EXAMPLES / "single_pulse.toml").read_text()
+    path = tmp_path / "drive.toml"
+    path.write_text(text.replace('"paper_6_4"', f'"{machine}"'))
+    given = rl.load(path, [*PULSES, "control.T_s_us=20"])
+    law = core_of(Chops(), given.known())
+    loop = closed_loop(given, guarded(given, law), record_every=5e-6)
+    t = loop.advance(4e-3)  # in as many steps as it takes, at most 20 000
+    assert (t, loop.steps < 2000) == (4e-3, True)
+    rows = loop.take_waveforms()
+    currents = rows[:, [_core.waveform_columns(3).index(f"i_{k}") for k in range(3)]]
+    assert currents.min() == 0 and (currents[:, 1:].max(axis=0) > 0).all()
 
 
 @pytest.mark.parametrize(

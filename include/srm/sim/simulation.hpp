@@ -475,7 +475,9 @@ class Simulation {
   Span span(int k) const {
     Span s = compared_span(k);
     const bool diodes = now_.legs[k] != Leg::magnetize || plant_.coupling.any();
-    if (diodes) s.below = std::max(s.below, 0.0);
+    // Rounding may take the current of a phase that has just opened below zero: that is no event.
+    const double blocks = x().i[k] > 0 ? 0 : -no_current_part * resolution_.scale.i;
+    if (diodes) s.below = std::max(s.below, blocks);
     if (now_.circuit.leak[k].G > 0 && now_.legs[k] != Leg::magnetize) {
       s.below = std::max(s.below, blocks_at(k));
     }
@@ -661,6 +663,9 @@ class Simulation {
       if (on > 2) now_.sums.three_on += y.h;
     }
     now_.here = 1 - now_.here;
+    if (plant_.coupling.any()) {
+      for (double& i : at().x.i) i = std::max(i, 0.0);
+    }
     if (opens) now_.rated = false;
     now_.t = whole ? t_limit : now_.t + y.h;
     now_.prepared = false;
@@ -798,6 +803,8 @@ class Simulation {
 
   static constexpr double arc_part = 2;      // voltage of an arc, of u_dc
   static constexpr double kink_part = 1e-7;  // of the table: a current this near its end is on it
+  // Of the current scale: a thousand times what rounding makes of a current that is zero.
+  static constexpr double no_current_part = 1e-12;
 
   Plant<M, N> plant_;
   double t_dead_;  // of the switches [s]
