@@ -129,10 +129,10 @@ def test_the_mean_table_is_the_mean_of_the_tables():
 
 
 def test_all_phases_are_alike_with_the_mean_of_their_neighbours():
-    alike = PAIRS["unlike"].alike
+    alike = PAIRS["unlike"].mean
     assert len({pair.table for pair in alike.pairs}) == 1
     assert [(p.first, p.second) for p in alike.pairs] == [(0, 1), (1, 2), (2, 0)]
-    same = PAIRS["take"].alike
+    same = PAIRS["take"].mean
     assert same.pairs == PAIRS["take"].pairs
 
 

@@ -267,7 +267,7 @@ def test_what_pairs_do_not_have_is_refused():
 def test_each_phase_has_a_profile_next_to_that_of_the_mean():
     """It makes the torque of the mean within the voltage; its copper is hardly above the least."""
     real = point(MIXED)
-    mean = replace(real, coupling=real.coupling.alike)
+    mean = replace(real, coupling=real.coupling.mean)
     table = optimum.profile_table(mean, 3.0, n_points=N, n_levels=4, smoothing=0.0)
     found = each_phase(real, table).i
     programme = optimum.programme.Programme(real, n_points=N)

@@ -65,7 +65,17 @@ class Coupling:
         return min(float(pair.table.i[-1]) for pair in self.pairs)
 
     @property
-    def alike(self) -> Coupling:
+    def is_alike(self) -> bool:
+        """Whether every phase sees the same: then all have the same current, one after another."""
+        n = self.n_phases
+        tables = {(pair.first, pair.second): pair.table for pair in self.pairs}
+        return all(
+            tables.get(((first + 1) % n, (second + 1) % n)) is table
+            for (first, second), table in tables.items()
+        )
+
+    @property
+    def mean(self) -> Coupling:
         """With the mean of all pairs as far apart in the place of each, so that all phases have the
         same neighbours."""
         from reluctance.machine.maps.pairs import mean_table  # here: SciPy is slow to import

@@ -48,7 +48,7 @@ def packed(
     windings = [] if point.coupling is None else [point.coupling]
     mirrored: list[int] = []
     rows = [np.stack([table.i for table in tables])[np.newaxis]]  # all phases, speed, torque, angle
-    if pairs is not None and _differ(pairs):
+    if pairs is not None and not pairs.is_alike:
         n, m = pairs.n_phases, pairs.mirror
         windings = [pairs] if m is not None else [pairs, pairs.reversed]
         mirrored = [(m - k) % n if m is not None else n + -k % n for k in range(n)]
@@ -72,13 +72,6 @@ def packed(
         mutual=mutual,
         mirrored=mirrored,
     )
-
-
-def _differ(pairs: Coupling) -> bool:
-    """Whether the neighbours of the phases do."""
-    from reluctance.machine.optimum.coupled import alike  # a tenth of the start-up time
-
-    return not alike(pairs)
 
 
 def _of_each(point: OperatingPoint, tables: Sequence[Table]) -> NDArray[np.float64]:

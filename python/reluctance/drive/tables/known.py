@@ -66,4 +66,4 @@ class Known:
     def at(self, omega_m: float) -> OperatingPoint:
         """This machine and voltage at a speed [rad/s], with the mean of the pairs."""
         alone = self.machine.at(u_dc=self.u_dc, omega_m=omega_m)
-        return alone if self.pairs is None else replace(alone, coupling=self.pairs.alike)
+        return alone if self.pairs is None else replace(alone, coupling=self.pairs.mean)

@@ -68,16 +68,6 @@ def _functions(table: PairTable, i: Any) -> tuple[list[Any], list[Any]]:
     return f, slope
 
 
-def alike(coupling: Coupling) -> bool:
-    """Whether every phase sees the same: then all have the same current, one after another."""
-    n = coupling.n_phases
-    tables = {(pair.first, pair.second): pair.table for pair in coupling.pairs}
-    return all(
-        tables.get(((first + 1) % n, (second + 1) % n)) is table
-        for (first, second), table in tables.items()
-    )
-
-
 def at_once(values: NDArray[Any], n_phases: int) -> NDArray[Any]:
     """Of every phase over the angle of the first, (n, n_phases), of one or all over their own."""
     n = values.shape[-1]

@@ -1,6 +1,6 @@
 """The profile of each phase where their neighbours differ.
 
-With the mean of all pairs (`Coupling.alike`) all phases carry the same current. With the pairs as
+With the mean of all pairs (`Coupling.mean`) all phases carry the same current. With the pairs as
 they are, these currents make another torque. So each phase has the current next to it with which
 all of them make the torque of the mean again, on the grid of `programme.py`,
 
@@ -68,7 +68,7 @@ class _Search:
 
         assert point.coupling is not None
         self.n_phases, self.i_max = point.n_phases, point.i_max
-        self._mean = Programme(replace(point, coupling=point.coupling.alike), n_points=n)
+        self._mean = Programme(replace(point, coupling=point.coupling.mean), n_points=n)
         size = n * point.n_phases
         x, near, wanted = ca.MX.sym("x", size), ca.MX.sym("near", size), ca.MX.sym("wanted", n)
         lacks, i_unit = ca.MX.sym("lacks", n), ca.MX.sym("i_unit")  # lacks: relative

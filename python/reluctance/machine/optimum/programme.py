@@ -41,7 +41,7 @@ import numpy as np
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import need
 from reluctance.machine.operating_point import OperatingPoint
-from reluctance.machine.optimum.coupled import alike, of_pairs
+from reluctance.machine.optimum.coupled import of_pairs
 from reluctance.machine.optimum.magnetics import content, phase_magnetics
 
 Norm = Literal["max", "rms"]
@@ -113,7 +113,7 @@ class Programme:
         self._pairs = () if point.coupling is None else point.coupling.pairs
         # Currents that differ: one, of which phase k does what phase 0 did k m points earlier, or
         # one of each phase; all over the angle of their own phase.
-        self.n_currents = 1 if point.coupling is None or alike(point.coupling) else n_phases
+        self.n_currents = 1 if point.coupling is None or point.coupling.is_alike else n_phases
         self._n = n * self.n_currents
         x, s = ca.MX.sym("x", self._n), ca.MX.sym("s")
         tau_ref, i_unit, strength = (ca.MX.sym(name) for name in ("tau_ref", "i_unit", "strength"))

@@ -8,7 +8,6 @@ from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
 from reluctance.base.errors import ParameterError, need
 from reluctance.machine.operating_point import OperatingPoint
-from reluctance.machine.optimum.coupled import alike
 from reluctance.machine.optimum.profile import Profile, profile_of
 from reluctance.machine.optimum.programme import (
     ALGORITHM,
@@ -66,7 +65,7 @@ def profile_table(
     need(tau_max > 0, "tau_max", tau_max, "a torque > 0 N m")
     need(n_levels >= 2, "n_levels", n_levels, "at least 2: zero and tau_max")
     need(norm in ("max", "rms"), "norm", norm, "'max' or 'rms'")
-    if point.coupling is not None and not alike(point.coupling):
+    if point.coupling is not None and not point.coupling.is_alike:
         raise ParameterError(
             "the neighbours of the phases differ, so that each phase has a profile of its own, and "
             "a table holds one for all; leave the coupling of the operating point out"
