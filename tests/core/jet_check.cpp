@@ -1,10 +1,14 @@
-// The derivatives that a machine answers, against differences of what it answers at two points.
+// The derivatives that a machine answers, against differences of what it answers at two points; and
+// those of a pair of phases.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <vector>
 
 #include "srm/machine/flux_map.hpp"
 #include "srm/machine/lehuy.hpp"
+#include "srm/plant/pair_piece.hpp"
 
 using namespace srm;
 
@@ -70,11 +74,100 @@ double worst_of_a_map() {
   return worst_error(map, 3.0);
 }
 
+/// Two pairs of three phases, with any coefficients.
+struct AnyPairs {
+  std::vector<std::uint8_t> first{0, 2}, second{1, 0}, kind{0, 1};
+  std::vector<double> behind{1.1, 5.3}, knot{0.0, 3.7, 9.0}, f, C;
+  Coupling<double> pairs{};
+
+  AnyPairs() {
+    for (int n = 0; n < 2 * 3 * 3 * 4; ++n) f.push_back(std::sin(1.0 + n * n));
+    for (int n = 0; n < 2 * 8 * 9; ++n) C.push_back(std::sin(2.0 + n * n));
+    const auto view = []<class T>(const std::vector<T>& of) {
+      return View<T>{of.data(), static_cast<int>(of.size())};
+    };
+    pairs.N_r = 6;
+    pairs.n_i = 3;
+    pairs.n_phi = 5;
+    pairs.rank = 3;
+    pairs.factor = 0.7;
+    pairs.cells_per_rad = pairs.n_phi / pi<double>;
+    pairs.first = view(first);
+    pairs.second = view(second);
+    pairs.kind = view(kind);
+    pairs.behind = view(behind);
+    pairs.knot = view(knot);
+    pairs.f = view(f);
+    pairs.C = view(C);
+  }
+};
+
+/// The polynomial of a pair against its tables, at currents and angles in all of their pieces.
+/// Writes how often the answer has other bits where it was asked elsewhere before.
+double worst_of_pairs(int& other_bits) {
+  const AnyPairs any;
+  const Coupling<double>& pairs = any.pairs;
+  const double h = 1e-5, per_theta = pairs.N_r / (2 * h), per_i = 1 / (2 * h);
+  double worst = 0;
+  const auto compare = [&](std::initializer_list<double> found,
+                           std::initializer_list<double> expected, double scale) {
+    for (auto [a, b] = std::pair(found.begin(), expected.begin()); a != found.end(); ++a, ++b) {
+      worst = std::max(worst, std::fabs(*a - *b) / scale);
+    }
+  };
+  for (int n = 0; n < 2; ++n) {
+    PairPiece used;
+    for (double a = 0.21; a < 14; a += 2.3) {
+      for (double b = 0.33; b < 14; b += 2.3) {
+        for (double theta = 0.05; theta < 6.25; theta += 0.2137) {
+          const auto at = [&](double da, double db, double dtheta) {
+            return pairs.at(n, a + da, b + db, theta + dtheta);
+          };
+          const auto m = at(0, 0, 0), on = at(0, 0, h), back = at(0, 0, -h), up = at(h, 0, 0),
+                     down = at(-h, 0, 0), more = at(0, h, 0), less = at(0, -h, 0);
+          const PairJet jet = used.jet(pairs, n, a, b, theta);
+          const double scale = std::max({std::fabs(m.tau_theta), std::fabs(m.W_c), 1.0});
+          compare(
+              {jet.first.psi, jet.first.tau, jet.first.L_inc, jet.first.psi_theta,
+               jet.first.tau_theta, jet.second.psi, jet.second.tau, jet.second.L_inc,
+               jet.second.psi_theta, jet.second.tau_theta, jet.link.L},
+              {m.psi_first, m.tau / 2, m.L_first, m.psi_theta_first, m.tau_theta / 2, m.psi_second,
+               m.tau / 2, m.L_second, m.psi_theta_second, m.tau_theta / 2, m.L_mutual},
+              scale * 1e-4);  // to 1e-11
+          compare(
+              {jet.first.L_i, jet.first.L_theta, jet.first.psi_theta_2, jet.second.L_i,
+               jet.second.L_theta, jet.second.psi_theta_2, jet.link.L_theta, jet.link.L_first,
+               jet.link.L_second},
+              {(up.L_first - down.L_first) * per_i, (on.L_first - back.L_first) * per_theta,
+               (on.psi_theta_first - back.psi_theta_first) * per_theta,
+               (more.L_second - less.L_second) * per_i, (on.L_second - back.L_second) * per_theta,
+               (on.psi_theta_second - back.psi_theta_second) * per_theta,
+               (on.L_mutual - back.L_mutual) * per_theta, (up.L_mutual - down.L_mutual) * per_i,
+               (more.L_mutual - less.L_mutual) * per_i},
+              scale);
+          const auto of_second = pairs.at(n, a, 0, theta), of_first = pairs.at(n, 0, b, theta);
+          compare({used.induced(pairs, n, a, 0, 7, theta, 30),
+                   used.induced(pairs, n, 0, b, 7, theta, 30)},
+                  {7 * of_second.L_mutual + 30 * of_second.psi_theta_second,
+                   7 * of_first.L_mutual + 30 * of_first.psi_theta_first},
+                  scale * 1e-2);
+          const PairJet fresh = PairPiece().jet(pairs, n, a, b, theta);
+          other_bits += std::memcmp(&fresh, &jet, sizeof jet) != 0;
+        }
+      }
+    }
+  }
+  return worst;
+}
+
 }  // namespace
 
 int main() {
   check("analytic machine",
         worst_error(lehuy<double>(4, 0.67e-3, 23.62e-3, 0.15e-3, 450, 0.468), 200));
   check("flux map", worst_of_a_map());
+  int other_bits = 0;
+  check("pair of phases", worst_of_pairs(other_bits));
+  check("pair of phases, asked in any order", other_bits);
   return failures == 0 ? 0 : 1;
 }

@@ -17,7 +17,6 @@
 
 #include <array>
 #include <cstdint>
-#include <type_traits>
 
 #include "srm/base/fields.hpp"
 #include "srm/base/view.hpp"
@@ -34,16 +33,6 @@ struct PairMagnetics {
   T L_first{}, L_second{}, L_mutual{};      // incremental inductances [H]
   T psi_theta_first{}, psi_theta_second{};  // [Wb/rad]
   T tau_theta{};                            // [N m/rad]
-};
-
-/// The same, and how it changes: what the plant needs besides (magnetics.hpp, Jet).
-template <Real T>
-struct PairJet {
-  PairMagnetics<T> at{};
-  T psi_theta_2_first{}, psi_theta_2_second{};            // d2psi/dtheta_m2 [Wb/rad^2]
-  T L_theta_first{}, L_theta_second{}, L_theta_mutual{};  // dL/dtheta_m [H/rad]
-  // Third derivatives of the co-energy: the first current thrice, and so on [H/A].
-  T W_aaa{}, W_aab{}, W_abb{}, W_bbb{};
 };
 
 /// A view of tables that live elsewhere.
@@ -92,7 +81,7 @@ struct Coupling {
 
   /// Torque of pair n at currents of its phases [N m].
   constexpr T torque(int n, T a, T b, T theta_e) const {
-    const Place at = place(n, theta_e);
+    const Cell at = cell(n, theta_e);
     const T x = at.mirrored ? b : a, y = at.mirrored ? a : b;
     const T v = at.v, v2 = v * v, rest = T(1) - v;
     const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
@@ -101,7 +90,7 @@ struct Coupling {
     values(n, x, fx);
     values(n, y, fy);
     const int next = rank * rank;
-    const T* c = at.C;
+    const T* c = splines(n, at);
     T tau = T(0);
     for (int p = 0; p < rank; ++p) {
       T row = T(0);
@@ -110,23 +99,97 @@ struct Coupling {
       }
       tau = tau + row * fx[p];
     }
-    return at.slope * tau;
+    return slope_of(at) * tau;
   }
 
   /// Pair n at currents of its phases >= 0 [A] and the electrical angle of phase 0 in [0, 2 pi).
   constexpr PairMagnetics<T> at(int n, T a, T b, T theta_e) const {
-    return evaluate<PairMagnetics<T>>(n, a, b, theta_e);
+    const Cell here = cell(n, theta_e);
+    const Functions x = functions(n, here.mirrored ? b : a);
+    const Functions y = functions(n, here.mirrored ? a : b);
+    const T v = here.v, v2 = v * v, rest = T(1) - v;
+    const T b0 = rest * rest * rest * T(1.0 / 6), b3 = v2 * v * T(1.0 / 6);
+    const T b1 = T(2.0 / 3) - v2 + v2 * v * T(0.5);
+    const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
+    const Weights value{{b0, b1, T(1) - b0 - b1 - b3, b3}};
+    const Weights slope{{d0, d1, -(d0 + d1 + d3), d3}};
+    const Weights curve{{rest, T(3) * v - T(2), T(1) - T(3) * v, v}};
+    PairMagnetics<T> m{};
+    const int next = rank * rank;
+    const T* c = splines(n, here);
+    for (int p = 0; p < rank; ++p) {
+      T u[3]{}, s[2]{}, t = T(0);
+      for (int q = 0; q < rank; ++q, ++c) {
+        const T here_C = value.of(c, next), C_v = slope.of(c, next), C_vv = curve.of(c, next);
+        for (int d = 0; d < 3; ++d) u[d] = u[d] + here_C * y.f[d][q];
+        for (int d = 0; d < 2; ++d) s[d] = s[d] + C_v * y.f[d][q];
+        t = t + C_vv * y.f[0][q];
+      }
+      const T f0 = x.f[0][p], f1 = x.f[1][p], f2 = x.f[2][p];
+      m.W_c = m.W_c + f0 * u[0];
+      m.psi_first = m.psi_first + f1 * u[0];
+      m.psi_second = m.psi_second + f0 * u[1];
+      m.L_first = m.L_first + f2 * u[0];
+      m.L_second = m.L_second + f0 * u[2];
+      m.L_mutual = m.L_mutual + f1 * u[1];
+      m.tau = m.tau + f0 * s[0];
+      m.psi_theta_first = m.psi_theta_first + f1 * s[0];
+      m.psi_theta_second = m.psi_theta_second + f0 * s[1];
+      m.tau_theta = m.tau_theta + f0 * t;
+    }
+    const T turn = slope_of(here);
+    for (T* k : {&m.W_c, &m.psi_first, &m.psi_second, &m.L_first, &m.L_second, &m.L_mutual}) {
+      *k = factor * *k;
+    }
+    for (T* k : {&m.tau, &m.psi_theta_first, &m.psi_theta_second}) *k = turn * *k;
+    const T per_rad = T(N_r) * cells_per_rad;
+    m.tau_theta = factor * per_rad * per_rad * m.tau_theta;
+    if (here.mirrored) {
+      swap(m.psi_first, m.psi_second);
+      swap(m.L_first, m.L_second);
+      swap(m.psi_theta_first, m.psi_theta_second);
+    }
+    return m;
   }
-  constexpr PairJet<T> jet(int n, T a, T b, T theta_e) const {
-    return evaluate<PairJet<T>>(n, a, b, theta_e);
+
+  /// Where an angle is in the table of a pair.
+  struct Cell {
+    bool mirrored;  // the other half of the period: the two currents change places
+    int m;          // its number
+    T v;            // the place within it
+  };
+  constexpr Cell cell(int n, T theta_e) const {
+    T phi = theta_e - behind[n];
+    if (phi < T(0)) phi = phi + two_pi<T>;
+    const bool mirrored = phi > pi<T>;
+    if (mirrored) phi = two_pi<T> - phi;
+    const T y = phi * cells_per_rad;
+    const int m = static_cast<int>(clamp(y, T(0), T(n_phi - 1)));
+    return {mirrored, m, y - static_cast<T>(m)};
+  }
+  /// The first of the four B-splines of a cell, (rank, rank).
+  constexpr const T* splines(int n, const Cell& at) const {
+    return C.data + (kind[n] * (n_phi + 3) + at.m) * rank * rank;
+  }
+
+  /// Index of the piece that holds a current; NaN and negative ones give the first.
+  constexpr int piece_of(T i) const {
+    int j = 0;
+    while (j + 1 < n_i && i >= knot[j + 1]) ++j;
+    return j;
+  }
+  /// Its functions, powers of the current above its knot.
+  constexpr const T* functions_of(int n, int j) const {
+    return f.data + (kind[n] * n_i + j) * rank * n_power;
   }
 
   /// The name of what is wrong, for N phases; null where nothing is.
   constexpr const char* fault(int N) const {
     if (n_pairs() == 0) return nullptr;
-    const bool sizes = N_r >= 1 && n_i >= 2 && n_i <= 255 && n_phi >= 2 && n_phi <= 10000 &&
-                       rank >= 1 && rank <= most_functions && second.size == n_pairs() &&
-                       kind.size == n_pairs() && behind.size == n_pairs() && knot.size == n_i;
+    const bool sizes = N_r >= 1 && n_pairs() <= N * (N - 1) && n_i >= 2 && n_i <= 255 &&
+                       n_phi >= 2 && n_phi <= 10000 && rank >= 1 && rank <= most_functions &&
+                       second.size == n_pairs() && kind.size == n_pairs() &&
+                       behind.size == n_pairs() && knot.size == n_i;
     if (!sizes) return "sizes of the pairs";
     int kinds = 0;
     for (int n = 0; n < n_pairs(); ++n) {
@@ -143,32 +206,17 @@ struct Coupling {
   }
 
  private:
-  /// Where an angle is in the table of a pair.
-  struct Place {
-    bool mirrored;  // the other half of the period: the two currents change places
-    T slope;        // d(cell coordinate)/dtheta_m, with the factor on all
-    T v;            // within the cell
-    const T* C;     // of the first of its four B-splines
-  };
-
-  constexpr Place place(int n, T theta_e) const {
-    T phi = theta_e - behind[n];
-    if (phi < T(0)) phi = phi + two_pi<T>;
-    const bool mirrored = phi > pi<T>;
-    if (mirrored) phi = two_pi<T> - phi;
-    const T y = phi * cells_per_rad;
-    const int m = static_cast<int>(clamp(y, T(0), T(n_phi - 1)));
-    const T slope = factor * static_cast<T>(N_r) * cells_per_rad;
-    return {mirrored, mirrored ? -slope : slope, y - static_cast<T>(m),
-            C.data + (kind[n] * (n_phi + 3) + m) * rank * rank};
+  /// d(cell coordinate)/dtheta_m, with the factor on all.
+  constexpr T slope_of(const Cell& at) const {
+    const T rising = factor * static_cast<T>(N_r) * cells_per_rad;
+    return at.mirrored ? -rising : rising;
   }
 
   /// The polynomials of the piece that holds a current, which becomes the one above its knot.
   constexpr const T* piece(int n, T& i) const {
-    int j = 0;
-    while (j + 1 < n_i && i >= knot[j + 1]) ++j;
+    const int j = piece_of(i);
     i = i - knot[j];
-    return f.data + (kind[n] * n_i + j) * rank * n_power;
+    return functions_of(n, j);
   }
 
   constexpr void values(int n, T i, T* to) const {
@@ -178,21 +226,18 @@ struct Coupling {
     }
   }
 
-  /// Functions of a current and their derivatives, up to one of some order.
-  template <int order>
+  /// Functions of a current and their first two derivatives.
   struct Functions {
-    T f[order + 1][most_functions];
+    T f[3][most_functions];
   };
-  template <int order>
-  constexpr Functions<order> functions(int n, T i) const {
-    Functions<order> g;
+  constexpr Functions functions(int n, T i) const {
+    Functions g;
     const T* c = piece(n, i);
     for (int p = 0; p < rank; ++p, c += n_power) {
       const T bend = T(2) * c[2], more = T(3) * c[3];
       g.f[0][p] = c[0] + i * (c[1] + i * (c[2] + i * c[3]));
       g.f[1][p] = c[1] + i * (bend + i * more);
       g.f[2][p] = bend + i * (T(2) * more);
-      if constexpr (order > 2) g.f[3][p] = T(2) * more;
     }
     return g;
   }
@@ -206,91 +251,10 @@ struct Coupling {
     }
   };
 
-  template <class Found>
-  constexpr Found evaluate(int n, T a, T b, T theta_e) const {
-    constexpr bool moving = std::is_same_v<Found, PairJet<T>>;
-    constexpr int order = moving ? 3 : 2;
-    const Place here = place(n, theta_e);
-    const Functions<order> x = functions<order>(n, here.mirrored ? b : a);
-    const Functions<order> y = functions<order>(n, here.mirrored ? a : b);
-    const T v = here.v, v2 = v * v, rest = T(1) - v;
-    const T b0 = rest * rest * rest * T(1.0 / 6), b3 = v2 * v * T(1.0 / 6);
-    const T b1 = T(2.0 / 3) - v2 + v2 * v * T(0.5);
-    const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
-    const Weights value{{b0, b1, T(1) - b0 - b1 - b3, b3}};
-    const Weights slope{{d0, d1, -(d0 + d1 + d3), d3}};
-    const Weights curve{{rest, T(3) * v - T(2), T(1) - T(3) * v, v}};
-    PairMagnetics<T> m{};
-    [[maybe_unused]] PairJet<T> g{};
-    const int next = rank * rank;
-    const T* c = here.C;
-    for (int p = 0; p < rank; ++p) {
-      T u[4]{}, s[3]{}, t[2]{};
-      for (int q = 0; q < rank; ++q, ++c) {
-        const T here_C = value.of(c, next), C_v = slope.of(c, next), C_vv = curve.of(c, next);
-        for (int d = 0; d <= order; ++d) u[d] = u[d] + here_C * y.f[d][q];
-        for (int d = 0; d < order; ++d) s[d] = s[d] + C_v * y.f[d][q];
-        for (int d = 0; d < (moving ? 2 : 1); ++d) t[d] = t[d] + C_vv * y.f[d][q];
-      }
-      const T f0 = x.f[0][p], f1 = x.f[1][p], f2 = x.f[2][p];
-      m.W_c = m.W_c + f0 * u[0];
-      m.psi_first = m.psi_first + f1 * u[0];
-      m.psi_second = m.psi_second + f0 * u[1];
-      m.L_first = m.L_first + f2 * u[0];
-      m.L_second = m.L_second + f0 * u[2];
-      m.L_mutual = m.L_mutual + f1 * u[1];
-      m.tau = m.tau + f0 * s[0];
-      m.psi_theta_first = m.psi_theta_first + f1 * s[0];
-      m.psi_theta_second = m.psi_theta_second + f0 * s[1];
-      m.tau_theta = m.tau_theta + f0 * t[0];
-      if constexpr (moving) {
-        g.W_aaa = g.W_aaa + x.f[3][p] * u[0];
-        g.W_aab = g.W_aab + f2 * u[1];
-        g.W_abb = g.W_abb + f1 * u[2];
-        g.W_bbb = g.W_bbb + f0 * u[3];
-        g.L_theta_first = g.L_theta_first + f2 * s[0];
-        g.L_theta_second = g.L_theta_second + f0 * s[2];
-        g.L_theta_mutual = g.L_theta_mutual + f1 * s[1];
-        g.psi_theta_2_first = g.psi_theta_2_first + f1 * t[0];
-        g.psi_theta_2_second = g.psi_theta_2_second + f0 * t[1];
-      }
-    }
-    const T turn = here.slope;
-    for (T* k : {&m.W_c, &m.psi_first, &m.psi_second, &m.L_first, &m.L_second, &m.L_mutual}) {
-      *k = factor * *k;
-    }
-    for (T* k : {&m.tau, &m.psi_theta_first, &m.psi_theta_second}) *k = turn * *k;
-    const T per_rad = T(N_r) * cells_per_rad, bend = factor * per_rad * per_rad;
-    m.tau_theta = bend * m.tau_theta;
-    if (here.mirrored) exchange(m);
-    if constexpr (moving) {
-      for (T* k : {&g.W_aaa, &g.W_aab, &g.W_abb, &g.W_bbb}) *k = factor * *k;
-      for (T* k : {&g.L_theta_first, &g.L_theta_second, &g.L_theta_mutual}) *k = turn * *k;
-      for (T* k : {&g.psi_theta_2_first, &g.psi_theta_2_second}) *k = bend * *k;
-      g.at = m;
-      if (here.mirrored) exchange(g);
-      return g;
-    } else {
-      return m;
-    }
-  }
-
   static constexpr void swap(T& one, T& other) {
     const T kept = one;
     one = other;
     other = kept;
-  }
-  /// The phases change places.
-  static constexpr void exchange(PairMagnetics<T>& m) {
-    swap(m.psi_first, m.psi_second);
-    swap(m.L_first, m.L_second);
-    swap(m.psi_theta_first, m.psi_theta_second);
-  }
-  static constexpr void exchange(PairJet<T>& g) {
-    swap(g.psi_theta_2_first, g.psi_theta_2_second);
-    swap(g.L_theta_first, g.L_theta_second);
-    swap(g.W_aaa, g.W_bbb);
-    swap(g.W_aab, g.W_abb);
   }
 };
 

@@ -93,20 +93,21 @@ Moving leaked(const Plant<M, N>& p, const Circuit<N>& circuit, const Moving& u_d
 /// The magnetics of the phases that flow.
 template <Machine M, int N>
 void evaluate(const Plant<M, N>& p, const State<N>& x,
-              const std::type_identity_t<std::array<bool, N>>& flows,
+              const std::type_identity_t<std::array<bool, N>>& flows, PairPieces& pieces,
               std::type_identity_t<Jets<N>>& jets, Links<N>& links) {
   const double theta_e = wrap(p.machine.N_r * x.theta_m);
   for (int k = 0; k < N; ++k) {
     if (flows[k]) jets[k] = p.machine.jet(x.i[k], phase_angle<N>(theta_e, k));
   }
-  if (p.coupling.any()) add_pairs<N>(p.coupling, flows, x.i, theta_e, jets, links);
+  if (p.coupling.any()) add_pairs<N>(p.coupling, pieces, flows, x.i, theta_e, jets, links);
 }
 
 /// Per phase di/dt = (u - R i - omega dpsi/dtheta)/(dpsi/di), of phases that couple with the matrix
-/// of their inductances; a blocked phase stays at zero. m, links: of the phases that flow.
+/// of their inductances; a blocked phase stays at zero. m, links: of the phases that flow; links
+/// are factored.
 template <Machine M, int N>
 void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<Jets<N>>& m,
-           const std::type_identity_t<Links<N>>& links, const Circuit<N>& circuit, Moment now,
+           std::type_identity_t<Links<N>>& links, const Circuit<N>& circuit, Moment now,
            Rates<N>& r) {
   const double R_shared = circuit.paths.R_shared;
   const double v_shared = R_shared == 0 ? 0 : R_shared * sum<N>(x.i);
@@ -123,11 +124,15 @@ void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<J
     r.v[k].now = v;
     i_rates[k] = v - x.omega_m * m[k].psi_theta;
   }
-  if (p.coupling.any()) i_rates = solved<N>(circuit.flows, m, links, {}, i_rates);
+  const bool coupled = p.coupling.any();
+  if (coupled) {
+    factor<N>(circuit.flows, m, links, {}, links.factored);
+    solve<double, N>(circuit.flows, links.factored, i_rates);
+  }
   for (int k = 0; k < N; ++k) {
     if (!circuit.flows[k]) continue;
     const Path& path = circuit.paths.phase[k];
-    const double i_rate = p.coupling.any() ? i_rates[k] : i_rates[k] / m[k].L_inc;
+    const double i_rate = coupled ? i_rates[k] : i_rates[k] / m[k].L_inc;
     i_sum_rate += i_rate;
     r.i[k] = {x.i[k], i_rate};
     r.i_dc += path.level * r.i[k];

@@ -84,9 +84,10 @@ template <Machine M, int N>
   Trial y{.h = h, .spread = 0, .fine = false, .landed = false};
   predict(start, s, h, end.x);
   std::array<double, N> off{};
+  const bool coupled = p.coupling.any();
   for (int round = 0; round < 8; ++round) {
-    evaluate(p, end.x, s.circuit.flows, end.jets, end.links);
-    std::array<double, N> d = corrections(start, end, s, y.h, off, p.coupling.any());
+    evaluate(p, end.x, s.circuit.flows, s.pieces, end.jets, end.links);
+    std::array<double, N> d = corrections(start, end, s, y.h, off, coupled);
     double most = 0, dh = 0;
     for (int k = 0; k < N; ++k) {
       most = max(most, abs(d[k]));
@@ -119,12 +120,10 @@ template <Machine M, int N>
     for (int k = 0; k < N; ++k) {
       if (!s.circuit.flows[k]) continue;
       end.x.i[k] += d[k];
-      if (y.fine && !p.coupling.any()) move(end.jets[k], d[k], dh * end.x.omega_m);
+      if (y.fine && !coupled) move(end.jets[k], d[k], dh * end.x.omega_m);
     }
     if (!y.fine) continue;
-    if (p.coupling.any()) {
-      move_all<N>(s.circuit.flows, end.jets, end.links, d, dh * end.x.omega_m);
-    }
+    if (coupled) move_all<N>(end.jets, end.links, d, dh * end.x.omega_m);
     break;
   }
   if (!y.fine) return y;

@@ -154,6 +154,7 @@ class Simulation {
   void change(const F& how) {
     finish_all();
     how(plant_, reference_);
+    pieces_.assign(plant_.coupling.n_pairs(), {});
     now_.circuit.paths = paths(plant_, now_.legs);
     if (!sound()) connect_all();
     now_.t_course = now_.t;
@@ -508,7 +509,7 @@ class Simulation {
   /// stay what they were integrated to: a phase without current adds nothing to them.
   void join(int k) {
     const Jets<N> before = at().jets;
-    evaluate(plant_, x(), now_.circuit.flows, at().jets, at().links);
+    evaluate(plant_, x(), now_.circuit.flows, pieces_, at().jets, at().links);
     for (int l = 0; l < N; ++l) {
       if (l != k) at().jets[l].psi = before[l].psi;
     }
@@ -520,13 +521,14 @@ class Simulation {
   }
 
   /// What drives a current through a phase that has none, less what the others induce in it [V].
-  double opening(const Instant<N>& now, int k) const {
+  double opening(const Instant<N>& now, int k) {
     const Circuit<N>& circuit = now_.circuit;
     const Path& path = circuit.paths.phase[k];
     const double shared = circuit.paths.R_shared * sum<N>(now.x.i);
     const double theta_e = electrical_angle(plant_, now.x.theta_m, 0);
     return path.level * now.x.u_dc - path.v - shared -
-           induced<N>(plant_.coupling, circuit.flows, now.rates.i, theta_e, now.x.omega_m, k);
+           induced<N>(plant_.coupling, pieces_, circuit.flows, now.rates.i, theta_e, now.x.omega_m,
+                      k);
   }
 
   /// Which phases flow, where they couple: those with current, and those where the voltage of the
@@ -591,7 +593,7 @@ class Simulation {
     if (shorted != circuit.shorted) now_.rated = false;
     circuit.shorted = shorted;
     if (!now_.rated) rate_here();
-    StepStart<N> s{.circuit = circuit, .t = now_.t, .d2i = {}};
+    StepStart<N> s{.circuit = circuit, .pieces = pieces_, .t = now_.t, .d2i = {}};
     const Rates<N>& r = at().rates;
     if (coupled) {
       s.d2i = bends<N>(circuit.flows, at().jets, at().links, r.i, r.v, r.omega_m);
@@ -814,6 +816,7 @@ class Simulation {
   Resolution resolution_;
   std::vector<BrokenPart> faults_;
   SimulationState<N> now_;
+  PairPieces pieces_ = PairPieces(plant_.coupling.n_pairs());
 };
 
 }  // namespace srm

@@ -85,6 +85,7 @@ struct Instant {
 template <int N>
 struct StepStart {
   const Circuit<N>& circuit;
+  PairPieces& pieces;
   double t;                   // start of the step [s]
   std::array<double, N> d2i;  // second derivatives of the currents at the start [A/s^2]
 };
