@@ -5,12 +5,16 @@
 A drive is run to two ends; the difference is free of set-up. Counts do not depend on the load of
 the machine that runs this, only on the compiler: g++ 12 -O3 for x86-64, with the loop as the C
 interface has it. Needs valgrind.
+
+A machine whose phases couple is compared with the same machine uncoupled: by a controller that does
+not know the pairs (blind), which is the same one, and by one that does (aware). There the steps of
+integration are counted, too.
 """
 
 import re
 import subprocess
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +22,15 @@ import numpy as np
 import reluctance as rl
 from reluctance import _core
 from reluctance.base.toolchain import build
+from reluctance.drive.run.plant import closed_loop
 from reluctance.targets.export.blob import blob
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 FLAGS = "-O3 -fno-math-errno -fno-trapping-math".split()
 KINDS = {
-    "LAWS": "Angles,TorqueSharing,PaperMpc,EdgeMpc",
+    "LAWS": "Angles,TorqueSharing,Deadbeat,PaperMpc,EdgeMpc,"
+    "DeadbeatOfPairs,PaperMpcOfPairs,EdgeMpcOfPairs",
     "MACHINES": "LeHuy,FluxMap",
     "PHASES": "3",
     "PRECISIONS": "double",
@@ -71,6 +77,23 @@ CASES = {
     ),
     "rated point with every point recorded": Case("paper_rated", record=0.0),
 }
+PAIRS = [
+    "machine=onelab_6_4_pairs",
+    "converter.u_dc_V=285",
+    "reference.tau_Nm=4.44",
+    "control.tau_max_Nm=4.44",
+]
+COUPLED = {
+    "6/4: example coupled_phases": Case("coupled_phases"),
+    "6/4: edge_mpc at 2 us": Case("edge_mpc_fpga", PAIRS),
+    "6/4: paper_mpc": Case("paper_rated", [*PAIRS, "control.i_band_A=0.12"]),
+    "6/4: deadbeat": Case("deadbeat", PAIRS),
+}
+KNOWS = {
+    "uncoupled": ["machine.pair_factor=0"],
+    "blind": ["control.pair_torque=false"],
+    "aware": [],
+}
 
 
 def mapped(drive: rl.Drive, place: Path) -> str:
@@ -114,17 +137,39 @@ def counted(program: Path, blob_file: Path, end: float) -> int:
     return int(match[1].replace(",", ""))
 
 
+def steps(drive: rl.Drive, end: float) -> int:
+    """Integration steps of a run to an end."""
+    loop, t = closed_loop(drive, drive.controller(), -1.0), 0.0
+    while t < end:
+        t = loop.advance(end)
+        loop.take_periods()
+    return loop.steps
+
+
 def main() -> None:
-    print("case,M_instructions_per_s")
+    print("case,pairs,M_instructions_per_s,of_uncoupled,k_steps_per_s")
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)
         program = compiled(place)
-        for case, how in CASES.items():
+
+        def found(how: Case) -> float:
             file = place / "drive.blob"
             file.write_bytes(blob(how.drive(place), record=how.record))
             first, second = (counted(program, file, end) for end in how.ends)
-            found = (second - first) / (how.ends[1] - how.ends[0]) / 1e6
-            print(f"{case},{found:.0f}", flush=True)
+            return (second - first) / (how.ends[1] - how.ends[0]) / 1e6
+
+        for case, how in CASES.items():
+            print(f"{case},,{found(how):.0f},,", flush=True)
+        for case, how in COUPLED.items():
+            uncoupled = None
+            for pairs, changes in KNOWS.items():
+                case_of = replace(how, changes=[*how.changes, *changes])
+                count = found(case_of)
+                uncoupled = uncoupled or count
+                taken = [steps(case_of.drive(place), end) for end in how.ends]
+                per_ms = (taken[1] - taken[0]) / (how.ends[1] - how.ends[0]) / 1e3
+                row = f"{count:.0f},{count / uncoupled:.2f},{per_ms:.0f}"
+                print(f"{case},{pairs},{row}", flush=True)
 
 
 if __name__ == "__main__":

@@ -107,6 +107,26 @@ PULSES = ["converter.u_dc_V=120", "load.speed_rpm=1500", "control.theta_on_deg=-
 PULSES += ["control.theta_off_deg=120", "simulation.dt_max_us=20"]
 
 
+def steps(drive, until=0.02):
+    loop, t = closed_loop(drive, drive.controller(), -1.0), 0.0
+    while t < until:
+        t = loop.advance(until)
+        loop.take_periods()
+    return loop.steps
+
+
+@pytest.mark.parametrize("law", ["edge_mpc_mcu", "paper_rated", "deadbeat"])
+def test_phases_that_couple_take_about_as_many_steps(law):
+    """Under the same controller. An event of one ends the step of all, and steps of all count once;
+    so what coupling costs is the work in a step (bench/instructions.csv)."""
+    changes = ["machine=onelab_6_4_pairs", "converter.u_dc_V=285", "reference.tau_Nm=4.44"]
+    if law == "edge_mpc_mcu":
+        changes.append("sensing.i_range_A=18")
+    drive = rl.load(EXAMPLES / f"{law}.toml", [*changes, "control.tau_max_Nm=4.44"])
+    alone = steps(drive.with_values({"machine.pair_factor": 0.0}))
+    assert steps(drive.with_values({"control.pair_torque": False})) < 1.25 * alone
+
+
 class Equations:
     """The coupled phases by themselves: what one knows from `magnetics` and `Coupling.at`."""
 
