@@ -1,10 +1,11 @@
 """Question: how smooth is the torque of a machine whose phases couple, and what does it help that
 the controller knows the pairs?
 
-    python studies/coupling.py [--out DIR] [--machines 6/4,8/6,12/8] [--laws NAME,NAME]
+    python studies/coupling.py [--out DIR] [--machines 6/4,6/4_6kW] [--laws NAME,NAME]
 
-Three machines of machines/geometry, with all neighbours of one polarity (NN), of two (NS), and with
-one NS pair among NN, as a winding in groups has it (groups), at 1500 rpm. The poles of a phase
+Four machines of machines/geometry, with all neighbours of one polarity (NN), of two (NS), and with
+one NS pair among NN, as a winding in groups has it (groups), at 1500 rpm. The last one has torque
+and voltage of the source paper's machine. The poles of a phase
 alternate, so that an odd number of pairs is NS: no winding has NN alone, and none of four phases
 has NS alone. They are here at their purest, with the tables of the field of the machine. The dc
 link has three times the voltage that brings the flux linkage of the aligned pole at rated current
@@ -13,8 +14,9 @@ that do not couple.
 
 Writes coupling.csv: rms torque error in per cent of the reference on phases that do not couple, of
 a controller that knows no pairs (blind) and of one that does (aware), the mean torque of both, and
-the error with pairs that are believed 20 % too small or too large. Draws coupling.png of it. The
-fields of three machines take five minutes where they are not in the cache.
+the error with pairs that are believed 20 % too small or too large. Rows of machines and laws that
+are not asked for stay as they are. Draws coupling.png of it. The fields of four machines take six
+minutes where they are not in the cache.
 """
 
 from __future__ import annotations
@@ -43,7 +45,12 @@ from reluctance.machine.optimum import torque_speed_envelope
 from reluctance.machine.pair_file import write_pairs
 
 ROOT = Path(__file__).parents[1]
-MACHINES = {"6/4": "onelab_6_4", "8/6": "emdlab_8_6", "12/8": "own_12_8"}
+MACHINES = {
+    "6/4": "onelab_6_4",
+    "8/6": "emdlab_8_6",
+    "12/8": "own_12_8",
+    "6/4_6kW": "emdlab_6_4_6kw",
+}
 LAWS = {  # and the example whose [control], [sensing] and [simulation] it has
     "edge_mpc_2us": "edge_mpc_fpga",
     "edge_mpc_20us": "edge_mpc_mcu",
@@ -165,11 +172,33 @@ def row(at: Point, law: str, load: float) -> dict[str, str]:
     return found
 
 
+def among(path: Path, rows: list[dict[str, str]]) -> list[dict[str, str]]:
+    """These rows, in the place of those that a table has of the same machines and laws."""
+    names = ("machine", "law")
+    new = {tuple(row[name] for name in names) for row in rows}
+    if path.exists():
+        with path.open(newline="", encoding="utf-8") as file:
+            old = [r for r in csv.DictReader(file) if tuple(r[n] for n in names) not in new]
+        rows = old + rows
+    kinds = ("NN", "NS", "groups")
+    titles, laws = list(MACHINES), list(LAWS)
+    return sorted(
+        rows,
+        key=lambda row: (
+            *(titles.index(row["machine"]), kinds.index(row["pairs"]), laws.index(row["law"])),
+            -float(row["load"]),
+        ),
+    )
+
+
 def draw(rows: list[dict[str, str]], path: Path) -> None:
     """Rms torque error of each law at rated torque: three points a machine and kind of pairs."""
-    figure, axes = plt.subplots(1, len(MACHINES), figsize=(10, 5.2), sharex=True, sharey=True)
+    titles = list(dict.fromkeys(row["machine"] for row in rows))
+    size = (1 + 3 * len(titles), 5.2)
+    figure, grid = plt.subplots(1, len(titles), figsize=size, sharex=True, sharey=True)
+    axes = np.atleast_1d(grid)
     marks = (("uncoupled", "o", "#888888"), ("blind", "x", "#D55E00"), ("aware", "s", "#0072B2"))
-    for ax, title in zip(axes, MACHINES, strict=True):
+    for ax, title in zip(axes, titles, strict=True):
         here = [r for r in rows if r["machine"] == title and r["load"] == "1"]
         names = [f"{r['law']}, {r['pairs']}" for r in here]
         for what, mark, colour in marks:
@@ -209,12 +238,12 @@ def main() -> None:
                             print(rows[-1], flush=True)
                         except ParameterError as fault:
                             print(f"{title} {at.kind} {law} {load:g}: {fault}", flush=True)
+    rows = among(given.out / "coupling.csv", rows)
     with (given.out / "coupling.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
-    if given.machines.split(",") == list(MACHINES):
-        draw(rows, given.out / "coupling.png")
+    draw(rows, given.out / "coupling.png")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,9 @@ torque is 95 % of the one at standstill. Everything is by rule: a drive is set u
 for 80 % of the limit, and no key is tuned. Ideal sensors; the shaft turns forwards: backwards the
 figures are the same with both signs changed (`tests/drive/test_quadrants.py`).
 
+--machine onelab_6_4_pairs runs a machine whose phases couple, with the limit of its pairs
+(docs/control/coupled).
+
 --drive takes a drive file's machine, voltage, sensors and law instead of the study's.
 
 Writes quadrants.csv, one row a run: error of the mean over the torque asked for, rms ripple over
@@ -52,6 +55,8 @@ MACHINES = {  # and their dc-link voltage [V]
     "generic_1hp_8_6": 240.0,
     f"random_{SEED}": None,  # drawn with the machine
 }
+# One whose phases couple, and the same uncoupled; the voltage of studies/coupling.py [V].
+COUPLED = {"onelab_6_4": 285.0, "onelab_6_4_pairs": 285.0}
 PERIODS = {  # control period [us]: those of the examples, PWM as fast as deadbeat
     "angles": 20,
     "pwm_current": 20,
@@ -183,8 +188,9 @@ def _loaded(file: Path, overrides: tuple[str, ...]) -> Drive:
 
 
 def bench(name: str, folder: Path) -> Bench:
-    """One of MACHINES, or drawn from another seed; a drawn one is written to the folder."""
-    machine, u_dc = name, MACHINES.get(name)
+    """One of MACHINES or COUPLED, or drawn from another seed; a drawn one is written to the
+    folder."""
+    machine, u_dc = name, {**MACHINES, **COUPLED}.get(name)
     if u_dc is None:
         text, u_dc = drawn_machine(int(name.removeprefix("random_")))
         machine = str(folder / f"{name}.toml")
@@ -316,7 +322,7 @@ def shown(value: float | str) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "control")
-    parser.add_argument("--machine", choices=[*MACHINES], action="append")
+    parser.add_argument("--machine", choices=[*MACHINES, *COUPLED], action="append")
     parser.add_argument("--seed", type=int, nargs="+", help="machines drawn from these seeds")
     parser.add_argument("--law", choices=[*PERIODS], action="append")
     parser.add_argument("--drive", type=Path, help="a drive file instead of the study's machines")

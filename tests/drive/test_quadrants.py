@@ -22,6 +22,7 @@ BY_RULE = LAWS[:6]  # those whose whole range takes seconds
 BAND = {"torque_sharing": ["control.i_band_A=1"], "deadbeat": [], "ditc": ["control.T_s_us=5"]}
 TABLE = ROOT / "docs" / "control" / "quadrants.csv"
 DRAWN = ROOT / "docs" / "control" / "drawn" / "quadrants.csv"  # machines of other seeds
+COUPLED = ROOT / "docs" / "control" / "coupled" / "quadrants.csv"  # and the same uncoupled
 each_law = pytest.mark.parametrize("law", LAWS)
 
 
@@ -347,3 +348,31 @@ def test_ditc_brakes_at_low_speed_with_short_strokes(tmp_path: Path) -> None:
     drive = quadrants.bench("random_22", tmp_path).drive("ditc", 481.5, -1.141, 1.141)
     kpis = rl.simulate(drive, until=0.3, record=None).kpis
     assert kpis.tau_mean == pytest.approx(-1.141, rel=0.05)
+
+
+def test_the_table_with_pairs_says_what_holds() -> None:
+    rows = table(COUPLED)
+    assert len(rows) == len(quadrants.COUPLED) * 5 * 2 * 6 * 3
+    assert all(row["holds"] == "1" for row in rows if row["torque_part"] != "0.2")
+
+
+POINTS_SEED = 77
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("law", ["edge_mpc", "deadbeat"])
+def test_laws_hold_the_mean_of_phases_that_couple(
+    law: str, direction: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A machine that is not in the table, at a speed and a torque that nobody chose."""
+    draw = np.random.default_rng([POINTS_SEED, direction + 1])
+    rpm, part = float(round(draw.uniform(150, 4500))), float(draw.choice([0.5, 0.8]))
+    monkeypatch.setitem(quadrants.COUPLED, "emdlab_6_4_6kw_pairs", 240.0)
+    bench = quadrants.bench("emdlab_6_4_6kw_pairs", tmp_path)
+    (most,) = quadrants.limits(bench.at_rest(), [rpm * np.pi / 30], direction)
+    drive = bench.drive(law, rpm, part * most, 0.8 * abs(most))
+    kpis = rl.simulate(drive, until=0.2, record=None).kpis
+    error = kpis.tau_mean / (part * most) - 1
+    print(f"{law}: {rpm:g} rpm, {part * most:.4g} N m: {100 * error:+.2f} %")
+    assert abs(error) < quadrants.BOUNDS[part]

@@ -191,12 +191,24 @@ struct EdgeMpc {
       }
       x.z[j] = (p.psi - p.goal) * per_flux;
       set_levels(a, p, x.z[j], x.e);
+      if (must_start(p, u_dc)) a.lowest = a.highest;
     }
     return plan;
   }
 
   /// The torque is far from its reference, and this phase can take it there.
   static bool is_far(const PhasePrediction<T>& p, T e) { return abs(e) > far && p.gain > T(0); }
+
+  /// With pairs: a phase without current that is behind the guide, where this takes more than half
+  /// of the voltage. As late as the slack lets it be it would be late for good, and with it the
+  /// torque that its current makes with those of its neighbours.
+  bool must_start(const PhasePrediction<T>& p, T u_dc) const {
+    if constexpr (has_pairs<M>) {
+      return p.i < machine.no_current() && p.psi < p.goal && p.goal_rate > u_dc / T(2);
+    } else {
+      return false;
+    }
+  }
 
   /// The two levels around the voltage that the guide asks for; beyond twice its slack, or with the
   /// torque far away, also the third; and no magnetizing above the current limit.
