@@ -16,10 +16,7 @@ import quadrants  # noqa: E402
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "ranges",
-    [pytest.param(r, marks=pytest.mark.long) if r == "wide" else r for r in drawn.RANGES],
-)
+@pytest.mark.parametrize("ranges", [*drawn.RANGES])
 def test_each_drive_file_gives_its_point(
     ranges: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

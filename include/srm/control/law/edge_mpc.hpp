@@ -200,8 +200,8 @@ struct EdgeMpc {
   static bool is_far(const PhasePrediction<T>& p, T e) { return abs(e) > far && p.gain > T(0); }
 
   /// With pairs: a phase without current that is behind the guide, where this takes more than half
-  /// of the voltage. As late as the slack lets it be it would be late for good, and with it the
-  /// torque that its current makes with those of its neighbours.
+  /// of the voltage. In a sample that it waits the guide gains goal_rate T_s, and in the next one
+  /// it can make up (u_dc - goal_rate) T_s, which is less.
   bool must_start(const PhasePrediction<T>& p, T u_dc) const {
     if constexpr (has_pairs<M>) {
       return p.i < machine.no_current() && p.psi < p.goal && p.goal_rate > u_dc / T(2);
