@@ -49,15 +49,21 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Deals the tests to shards by a hash of their names, so that a new test moves no other."""
+    """Deals the tests to shards by a hash of their names, so that a new test moves no other. Tests
+    marked `together` go by the name of their file: they share a set-up that is dear."""
     if config.getoption("--skipped"):
         _only(set(config.cache.get(SKIPPED, [])), config, items)
     given = config.getoption("--shard")
     shard, _, shards = (int(part) if part.isdecimal() else 0 for part in given.partition("/"))
     if not 1 <= shard <= shards:
         raise pytest.UsageError(f"--shard {given}, need K/N with 1 <= K <= N, as in 2/8")
-    names = {item.nodeid for item in items}
-    _only({n for n in names if zlib.crc32(n.encode()) % shards == shard - 1}, config, items)
+    dealt_by = {i.nodeid: _file(i) if i.get_closest_marker("together") else i.nodeid for i in items}
+    kept = {n for n, name in dealt_by.items() if zlib.crc32(name.encode()) % shards == shard - 1}
+    _only(kept, config, items)
+
+
+def _file(item: pytest.Item) -> str:
+    return item.nodeid.partition("::")[0]
 
 
 def _only(names: set[str], config: pytest.Config, items: list[pytest.Item]) -> None:

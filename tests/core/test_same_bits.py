@@ -18,7 +18,7 @@ from needs import needs
 import reluctance as rl
 from reluctance.targets.export.blob import blob
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.together]
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"

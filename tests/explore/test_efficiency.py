@@ -17,6 +17,7 @@ CUBIC = EXAMPLES / "sharing_cubic.toml"
 RPM = np.pi / 30
 SPEEDS = np.array([400, 1200, 2000, 2400, 2800, 3100, 3400]) * RPM
 TORQUES = [3.0, 12, 25, 45, 57, 70]
+pytestmark = pytest.mark.together
 CYCLE = "t_s,speed_rpm,tau_Nm\n0,1000,20\n10,1000,20\n"
 
 

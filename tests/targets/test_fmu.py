@@ -28,7 +28,7 @@ from reluctance.drive.run.events import MODES
 from reluctance.drive.run.kpis import kpis
 from reluctance.targets import export
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.together]
 
 ROOT = Path(__file__).parents[2]
 DRIVE = rl.load(ROOT / "examples" / "sharing_cubic.toml")

@@ -30,6 +30,7 @@ KINDS = shlex.split(KINDS.partition("\nstudio:")[0].replace("\\\n", " "))
 SHOTS = os.environ.get("STUDIO_SHOTS")  # screenshots are left in this folder
 pytestmark = [
     pytest.mark.long,
+    pytest.mark.together,
     needs("chromium", "clang++-19"),
 ]
 COUNTED = """() => { document.body.dataset.seen = document.body.dataset.ran; }"""
