@@ -3,15 +3,18 @@
     python bench/faults.py [CASES.toml] [--out FILE.csv]
 
 The cases are in bench/faults.toml: drives, speeds, faults and instants; and starts from rest with
-something wrong from the beginning, as rows of speed 0. Every drive is supervised, with the sensors
-that the file states. A row counts, over the instants, how often the protection has ended the run,
-which status it gave most often, whether it named the right phase, after how long (of starts, since
-the state `run`), and the greatest current until the end.
+something wrong from the beginning, as rows of speed 0. bench/faults_published.toml has published
+cases, in which a fault is there from the beginning at a held speed. Every drive is supervised, with
+the sensors that the file states. A row counts, over the instants, how often the protection has
+ended the run, which status it gave most often, whether it named the right phase, after how long (of
+a fault from the beginning, since the state `run`, or since the enable where that was not reached),
+and the greatest current until the end.
 """
 
 import argparse
 import csv
 import re
+import sys
 import tomllib
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
@@ -26,6 +29,9 @@ from reluctance import _core
 from reluctance.base.phases import LETTERS
 
 BENCH = Path(__file__).parent
+sys.path.insert(0, str(BENCH.parent / "studies" / "published"))
+import closed_form_6_4  # noqa: E402  a machine of faults_published.toml
+
 PHASE = "b"
 BEFORE_RUN = 0.1  # precharge and calibration; until then the drive has settled [s]
 
@@ -38,9 +44,13 @@ class Case:
     drive: rl.Drive
     speed_rpm: float  # 0: starts from rest
     fault: dict[str, Any]  # its kind may be several words: as many faults
-    instants: list[float]  # electrical angles of the phase; of a start, of the rotor [deg]
+    instants: list[float]  # electrical angles of the phase; from the beginning, of the rotor [deg]
     seed: int
     watched: float  # [s]
+
+    @property
+    def from_beginning(self) -> bool:
+        return "t_s" not in self.fault
 
 
 @dataclass(frozen=True)
@@ -60,7 +70,10 @@ def drive_of(name: str, speed_rpm: float, cases: dict[str, Any]) -> rl.Drive:
     machine, law = name.split("/")
     values = {**cases["machines"][machine], **cases["laws"][law], **cases["sensing"]}
     values |= {"load.speed_rpm": speed_rpm, "supervision.enable_s": 0.0}
-    return rl.load(BENCH.parent / "examples" / "edge_mpc_mcu.toml").with_values(values)
+    if values["machine"] == "closed_form_6_4":
+        closed_form_6_4.OUT.mkdir(parents=True, exist_ok=True)
+        values["machine"] = str(closed_form_6_4.machine_file(closed_form_6_4.OUT))
+    return rl.load(BENCH.parent / "examples" / cases["base"]).with_values(values)
 
 
 def cases(file: Path) -> list[Case]:
@@ -77,9 +90,13 @@ def cases(file: Path) -> list[Case]:
         for speed in given["speeds_rpm"]:
             drive = drive_of(name, float(speed), given)
             watched = (1 + given["watched_periods"]) * 60 / (speed * drive.machine.N_r)
-            for fault in given["faults"]:
+            for fault in given.get("faults", []):
                 late = {**fault, "t_s": given["settled_s"]}
                 add(drive, name, speed, (late, given["instants_deg"], watched))
+            for fault in given.get("from_beginning", []):
+                add(drive, name, speed, (fault, given["theta_start_deg"], watched))
+        if "starts" not in given:
+            continue
         starts = given["starts"]
         drive = drive_of(name, 0.0, given)
         torque = {"reference.tau_Nm": None, "control.tau_max_Nm": drive.reference.tau_Nm}
@@ -95,11 +112,10 @@ def run(case: Case) -> list[Found]:
 
 
 def _run(case: Case, n: int, angle: float) -> Found:
-    starts = case.speed_rpm == 0
-    at = {} if starts else {"theta_e_deg": float(angle)}
+    at = {} if case.from_beginning else {"theta_e_deg": float(angle)}
     faults = [{**case.fault, **at, "kind": kind, "phase": PHASE} for kind in _kinds(case)]
     values: dict[str, Any] = {"faults": faults, "sensing.noise_seed": case.seed + n}
-    if starts:
+    if case.from_beginning:
         values["simulation.theta_start_deg"] = float(angle)
     drive = case.drive.with_values(values)
     result = rl.simulate(drive, until=BEFORE_RUN + case.watched, record=drive.control.T_s)

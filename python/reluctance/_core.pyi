@@ -488,34 +488,37 @@ class Broken(enum.Enum):
     winding_to_ground = 7
     """the upper end of the winding is at the negative rail, with R"""
 
-    sensor_gain = 8
+    poor_contact = 8
+    """R is in series with the winding"""
+
+    sensor_gain = 9
     """a current channel shows a multiple"""
 
-    sensor_offset = 9
+    sensor_offset = 10
     """a current channel shows too much"""
 
-    sensor_stuck = 10
+    sensor_stuck = 11
     """a current channel stays at what it showed"""
 
-    sensor_dead = 11
+    sensor_dead = 12
     """a current channel shows zero"""
 
-    encoder_off = 12
+    encoder_off = 13
     """the angle is shown off: a jump, or a wrong zero"""
 
-    encoder_frozen = 13
+    encoder_frozen = 14
     """the angle stays at what it showed"""
 
-    encoder_lost_counts = 14
+    encoder_lost_counts = 15
     """a part of the counts is lost"""
 
-    encoder_reversed = 15
+    encoder_reversed = 16
     """the angle is shown in the other direction"""
 
-    power_exchanged = 16
+    power_exchanged = 17
     """two phases drive each other's windings"""
 
-    sensors_exchanged = 17
+    sensors_exchanged = 18
     """two phases show each other's currents"""
 
 most_faults: int = 8

@@ -6,7 +6,7 @@ import json
 import subprocess
 import sys
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -268,6 +268,28 @@ def test_shorted_turns(part, R, source):
     assert i_1 > i
 
 
+class BehindContact(ShortedTurns):
+    """Half an ohm between the bridge and the winding."""
+
+    def outer(self, level, u_dc):
+        u, R = super().outer(level, u_dc)
+        return u, R + 0.5
+
+
+class Contact(BehindContact):
+    """Of a winding without shorted turns."""
+
+    rates = Circuit.rates
+
+
+@pytest.mark.parametrize("source", [{}, BATTERY], ids=["stiff", "battery"])
+def test_poor_contact(source):
+    one = drive(fault("poor_contact"), source=source)
+    compare(one, Contact(one, HEALTHY))
+    both = drive(fault("poor_contact"), fault("turns_shorted"), source=source)
+    compare(both, BehindContact(both, HEALTHY))
+
+
 @pytest.mark.parametrize(
     ("kind", "shown"),
     [
@@ -477,15 +499,48 @@ def test_the_command_line_marks_them(tmp_path):
     assert "open_wire, phase a" in (tmp_path / "run.svg").read_text(encoding="utf-8")
 
 
-def test_a_row_of_the_benchmark_is_a_function_of_its_seeds():
+def benchmark(name):
+    """The script, a file's cases, and the rows that it has written of them."""
     spec = importlib.util.spec_from_file_location("bench_faults", BENCH / "faults.py")
     bench = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = bench
     spec.loader.exec_module(bench)
-    with (BENCH / "faults.csv").open(encoding="utf-8") as file:
+    with (BENCH / f"{name}.csv").open(encoding="utf-8") as file:
         kept = list(csv.DictReader(file))
-    every = bench.cases(BENCH / "faults.toml")
+    every = bench.cases(BENCH / f"{name}.toml")
     assert len(kept) == len(every)
-    n = next(n for n, row in enumerate(kept) if row["fault"] == "power_exchanged c")
+    return bench, every, kept
+
+
+@pytest.mark.parametrize(
+    ("name", "fault"),
+    [("faults", "power_exchanged c"), ("faults_published", "encoder_off 15.0")],
+)
+def test_a_row_of_the_benchmark_is_a_function_of_its_seeds(name, fault):
+    bench, every, kept = benchmark(name)
+    n = next(n for n, row in enumerate(kept) if row["fault"] == fault)
     row = bench.row(every[n], bench.run(every[n]))
     assert {key: str(value) for key, value in row.items()} == kept[n]
+
+
+def test_of_the_published_faults_only_a_wrong_zero_can_be_missed():
+    """And a sound drive raises no alarm."""
+    _, every, kept = benchmark("faults_published")
+    assert len(kept) == 9 * 8  # speeds and currents, conditions
+    for row in kept:
+        if row["fault"] == "none":
+            assert row["found"] == "0"
+        elif not row["fault"].startswith("encoder_off"):
+            assert row["found"] == row["right_phase"] == row["instants"]
+        assert row["before"] == "0"
+    assert {case.drive.converter.u_dc_V for case in every} == {540}
+
+
+def test_the_stated_error_of_the_voltage_hides_a_small_error_of_the_zero():
+    """15 deg at 300 rpm and 10 A: docs/faults.md, Published fault cases."""
+    bench, every, kept = benchmark("faults_published")
+    n = next(n for n, row in enumerate(kept) if row["fault"] == "encoder_off 15.0")
+    assert (kept[n]["drive"], kept[n]["speed_rpm"]) == ("closed_form_6_4/10A", "300")
+    assert int(kept[n]["found"]) < 4
+    exact = every[n].drive.with_values({"protection.u_error_pct": 0.5})
+    assert bench.row(every[n], bench.run(replace(every[n], drive=exact)))["found"] == 8

@@ -34,6 +34,7 @@ namespace srm {
   X(diode_shorted, "the lower diode conducts both ways, with R")                       \
   X(turns_shorted, "a part of the turns is bridged by R")                              \
   X(winding_to_ground, "the upper end of the winding is at the negative rail, with R") \
+  X(poor_contact, "R is in series with the winding")                                   \
   X(sensor_gain, "a current channel shows a multiple")                                 \
   X(sensor_offset, "a current channel shows too much")                                 \
   X(sensor_stuck, "a current channel stays at what it showed")                         \
@@ -87,6 +88,7 @@ struct BrokenPhase {
   double G_turns{};          // across the winding [S]
   double G_link{};           // across the dc link while the upper switch is on [S]
   double G_ground{};         // the part of it that the current channel sees
+  double R_contact{};        // in series with the winding [ohm]
   Line channel;              // of the current
   int ordered{}, watched{};  // whose orders drive this winding; whose current its gate compares
 
@@ -147,6 +149,9 @@ struct Condition {
       case Broken::winding_to_ground:
         p.G_link += 1 / part.R;
         p.G_ground += 1 / part.R;
+        break;
+      case Broken::poor_contact:
+        p.R_contact += part.R;
         break;
       case Broken::sensor_gain:
         p.channel = p.channel.then({s, 0});

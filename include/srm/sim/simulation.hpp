@@ -395,6 +395,7 @@ class Simulation {
     now_.legs[k] = leg;
     Path& path = now_.circuit.paths.phase[k];
     path = bridge.path(leg);
+    path.R += is.R_contact;
     if (is.open) path = {0, arc_part * x().u_dc, 0};
     path.R += plant_.R;
     now_.rated = false;
@@ -418,7 +419,8 @@ class Simulation {
       if constexpr (PhaseByPhase<B>) return bridge.path(now_.legs[k]);
       return Path{};
     };
-    const Path outer = std::visit(outer_path, plant_.bridge);
+    Path outer = std::visit(outer_path, plant_.bridge);
+    outer.R += is.R_contact;
     const bool upper = is.upper_on(now_.gates.switches[k].leg);
     leak = {0, outer.level, upper ? is.G_link : 0, upper ? is.G_ground : 0};
     now_.rated = false;

@@ -28,6 +28,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "diode_shorted": ("R_ohm",),
     "turns_shorted": ("part", "R_ohm"),
     "winding_to_ground": ("R_ohm",),
+    "poor_contact": ("R_ohm",),
     "sensor_gain": ("gain",),
     "sensor_offset": ("offset_A",),
     "sensor_stuck": (),
@@ -54,7 +55,7 @@ class Fault(Section):
     theta_e_deg: float | None = Field(None, ge=0, lt=360)  # electrical, of the phase
     end_s: float | None = Field(None, gt=0)  # its cause is gone; by default it stays
     part: float | None = Field(None, gt=0, lt=1)  # of turns, of counts, of the voltage that is left
-    R_ohm: float | None = Field(None, gt=0)  # of what conducts and should not
+    R_ohm: float | None = Field(None, gt=0)  # of what conducts and should not, or of a contact
     gain: float | None = Field(None, gt=0)  # shown over true
     offset_A: float | None = None  # shown less true
     angle_deg: float | None = Field(None, ge=-180, le=180)  # electrical, shown less true
