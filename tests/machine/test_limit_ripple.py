@@ -62,6 +62,22 @@ def test_returning_fluxes_are_free_where_no_angle_has_two_phases() -> None:
     assert mean == pytest.approx(np.mean(alone), rel=1e-3)
 
 
+@pytest.mark.parametrize("seed", [9, 17, 23, 26, 28])
+def test_a_rounding_of_the_full_voltage_does_not_change_the_bound(seed: int) -> None:
+    """A solver leaves 1e-9 of it. With these the programme was called infeasible."""
+    n, N, u_dc = 60, 3, 36.0
+    rng = np.random.default_rng(seed)
+    j = np.arange(n)
+    flows = j < 45
+    u = np.select([j < 8, j < 28, j < 45], [1.0, rng.uniform(0.2, 0.8, n), -1.0], 0.0)
+    rounded = u * (1 - rng.uniform(0, 3e-9, n) * (np.abs(u) == 1))
+    gain = np.where(flows, rng.uniform(5, 60, n) * np.where(j < 30, 1, -1), 0.0)
+    exact, near = (
+        returning_mean(u_dc * v, gain, flows, n_phases=N, u_dc=u_dc) for v in (u, rounded)
+    )
+    assert near == pytest.approx(exact, rel=1e-9)
+
+
 def test_no_sharing_of_time_between_vectors_undercuts_the_bound() -> None:
     """Shares of independent phases are one way to hold all fluxes: the bound lies below."""
     rng = np.random.default_rng(6)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from reluctance.base.arrays import FloatArray
 
 FULL = 0.98  # of the dc link: a phase with more is driven as the profile drives it [1]
+ROUNDING = 1e-6  # of the dc link: what the profile's solver leaves of it is no voltage of a leg [1]
 WEIGHTS = 9  # pairs of weights per angle; fewer lower the bound, never raise it
 
 
@@ -64,7 +65,8 @@ class SwitchingProgramme:
     def _angle(
         self, j: int, on: NDArray[np.intp], u: FloatArray, gain: FloatArray, u_dc: float
     ) -> Angle:
-        mean = np.clip(u[j, on] / u_dc, -1.0, 1.0)
+        mean = u[j, on] / u_dc
+        mean = np.where(np.abs(mean) > 1 - ROUNDING, np.sign(mean), mean)
         vectors = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(on))))
         slope = (vectors - mean) @ gain[j, on] * u_dc
         shares = self.unknowns(np.zeros(len(vectors)), 0.0)
