@@ -53,9 +53,10 @@ fuzz: $(VENV)/installed-test
 	$(BIN)/python tests/support/fuzz_files.py $(FORMATS) --seconds $(SECONDS) \
 	  $(if $(SEED),--seed $(SEED))
 
-# Every published and measured case, into docs/published.csv.
+# Every published and measured case, into docs/published.csv, and our laws on one of the drives.
 published: $(VENV)/installed
 	$(BIN)/python studies/published/all.py
+	$(BIN)/python studies/published/tanala_laws.py
 
 # What the protection finds of every fault at every instant, into bench/faults.csv; the cases and
 # their seeds are in bench/faults.toml. Then the same of published cases.

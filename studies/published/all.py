@@ -17,7 +17,7 @@ from figure import rows, show, write
 
 CASES = (
     *("guc", "closed_form_torque", "closed_form_current", "closed_form_speed", "micro_8_6"),
-    *("emdlab_8_6", "tanala_12_8", "team_24"),
+    *("emdlab_8_6", "tanala_12_8", "tanala_sharing", "tanala_coupled", "team_24"),
 )
 
 

@@ -48,9 +48,14 @@ class Figure:
         return self.kind != "at most" or self.ours <= self.published
 
 
+# What cases share, by the first word of their names.
+SHARED = {"closed": ("closed_form_6_4",), "tanala": ("tanala_12_8", "tanala_sharing")}
+
+
 def inputs(case: str) -> str:
     """A digest of what a case is computed from: its file, and the machine that some share."""
-    names = [f"{case}.py", *(["closed_form_6_4.py"] if case.startswith("closed_form") else [])]
+    shared = SHARED.get(case.split("_")[0], ())
+    names = [f"{name}.py" for name in dict.fromkeys((case, *shared))]
     text = b"".join((HERE / name).read_bytes() for name in names)
     return hashlib.sha256(text).hexdigest()[:12]
 

@@ -9,21 +9,24 @@ figures are of its own 2-D field, its estimates and its parts. The stacking fact
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from figure import Figure, rows, show
 
-from reluctance.machine.geometry.by_products import ByProducts, by_products
-from reluctance.machine.geometry.cross_section import CrossSection
-from reluctance.machine.geometry.mesh import Grid
+from reluctance.base.files import read_toml
+from reluctance.base.schema import checked
+from reluctance.machine.geometry.by_products import ByProducts
+from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.solve import Field, solve
-from reluctance.machine.geometry.steel import Steel
-from reluctance.machine.geometry.system import System, assemble
-from reluctance.machine.geometry.winding import Winding
+from reluctance.machine.geometry.solved import by_products_of, system_of
+from reluctance.machine.geometry.system import System
+from reluctance.machine.library import flattened
 
-MM = 1e-3
+OUT = Path(__file__).parents[2] / "out" / "published"
 CURRENT = 15.0  # [A]
+I_MAX = 29.192  # of the source's converter [A]
 
 # The source's 14 points of M270-35A [A/m, T].
 BH = [
@@ -44,25 +47,67 @@ BH = [
 ]
 
 
-@cache
-def system(gap: float = 0.3) -> System:
-    """12/8 with flat stator pole faces: 71.7 mm bore, 35.9 mm stack, 41 turns a coil."""
-    section = CrossSection(
-        N_s=12,
-        N_r=8,
-        r_shaft=7.45 * MM,
-        r_rotor=(35.85 - gap) * MM,
-        r_bore=35.85 * MM,
-        r_out=67.65 * MM,
-        beta_s=np.radians(15),
-        beta_r=np.radians(17),
-        h_s=24.8 * MM,
-        h_r=9.0 * MM,
-        flat_face=True,
+def machine_file(folder: Path) -> Path:
+    """Writes geometry file and B-H curve: 12/8 with flat stator pole faces, neighbouring poles NNN
+    SSS, and a resistance at 100 degC."""
+    curve = folder / "tanala_bh.csv"
+    points = "".join(f"{H},{B}\n" for H, B in BH)
+    curve.write_text(f"H_A_per_m,B_T\n{points}", encoding="utf-8")
+    path = folder / "tanala_12_8.toml"
+    path.write_text(
+        f"""[machine]
+name = "12/8 of an e-bike"
+source = "github.com/subrahmanyamtanala-rgb @ e7919ad"
+licence = "none: numbers only"
+stator_poles = 12
+rotor_poles = 8
+phases = 3
+i_max_A = {I_MAX}
+
+[lamination]
+stack_length_mm = 35.9
+stacking_factor = 1.0
+steel = "{curve}"
+saturation_polarisation_T = 2.03
+
+[stator]
+outer_diameter_mm = 135.3
+bore_diameter_mm = 71.7
+pole_arc_deg = 15
+pole_height_mm = 24.8
+pole_face = "flat"
+
+[rotor]
+pole_arc_deg = 17
+pole_height_mm = 9.0
+shaft_diameter_mm = 14.9
+
+[air_gap]
+length_mm = 0.3
+
+[winding]
+turns_per_pole = 41
+slot_fill = 0.45
+temperature_degC = 100
+
+[map]
+current_max_A = 40
+""",
+        encoding="utf-8",
     )
-    H, B = np.array(BH, dtype=float).T
-    coils = Winding(3, (1, 1, 1, -1, -1, -1) * 2, turns=41, parallel_paths=1)
-    return assemble(section, Steel(H, B, J_sat=2.03), coils, stack=35.9 * MM, grid=Grid())
+    return path
+
+
+@cache
+def geometry() -> Geometry:
+    OUT.mkdir(parents=True, exist_ok=True)
+    table = flattened(read_toml(machine_file(OUT)))
+    return checked(Geometry, {key: v for key, v in table.items() if key != "model"}, "tanala_12_8")
+
+
+@cache
+def system() -> System:
+    return system_of(geometry())
 
 
 @cache
@@ -78,14 +123,7 @@ def mean_torque() -> float:
 
 
 def estimates() -> ByProducts:
-    return by_products(
-        system(),
-        stack=35.9 * MM,
-        stacking_factor=1.0,
-        slot_fill=0.45,
-        temperature_degC=100,
-        L_end_H=None,
-    )
+    return by_products_of(geometry())
 
 
 def figures() -> list[Figure]:
