@@ -106,8 +106,13 @@ def geometry() -> Geometry:
 
 
 @cache
-def system() -> System:
-    return system_of(geometry())
+def system(outer_diameter_mm: float | None = None) -> System:
+    """The field problem; with another outer diameter, and with it another yoke, if one is given."""
+    given = geometry()
+    if outer_diameter_mm is not None:
+        stator = given.stator.model_copy(update={"outer_diameter_mm": outer_diameter_mm})
+        given = given.model_copy(update={"stator": stator})
+    return system_of(given)
 
 
 @cache
