@@ -2,7 +2,9 @@
 
 The samples of a start from rest, of bench/faults.toml, with a fault from the beginning go through
 two packages on the emulated Cortex-M7: with the diagnosis and without. A row has the most that a
-sample cost more, of those where both run, and the dearest sample of each package.
+sample cost more, of those where both run, and the dearest sample of each package. In doubt the
+first one tries each phase, which the recorded currents do not follow: its status is none of the
+fault's.
 """
 
 import csv

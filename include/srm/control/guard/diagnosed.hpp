@@ -35,6 +35,7 @@ struct Diagnosed {
   void start(State& x) const {
     guarded.start(x.guarded);
     x.diagnosis = {};
+    x.diagnosis.trial = {.rounds = 2, .to_come = N + 1, .phase = N - 1, .left = diagnosis.psi_max};
   }
   void forget(State& x) const {
     guarded.forget(x.guarded);
@@ -57,6 +58,10 @@ struct Diagnosed {
     bool finds(const Measurement<T, N>& y) const {
       return self.diagnosis.finds(x.diagnosis, x.guarded.guard, self.guarded.protection,
                                   self.guarded.machine, y);
+    }
+    bool tries(const Measurement<T, N>& y, Command<T, N>& orders) const {
+      return self.diagnosis.tries(x.diagnosis, x.guarded.guard, self.guarded.protection,
+                                  self.guarded.machine, y, orders);
     }
     void explain() const { self.diagnosis.explain(x.diagnosis, x.guarded.guard); }
     void remember(const Command<T, N>& orders) const {

@@ -17,9 +17,14 @@
 // what decides is the errors stated. (Set-membership fault diagnosis: F. C. Schweppe, Uncertain
 // Dynamic Systems, 1973, ch. 4.)
 //
+// Phases that are wired wrongly carry currents that no control asks for. So the law runs neither in
+// doubt nor before a trial: each phase is magnetized alone by timers, as far as i_trial in
+// whichever channel, and demagnetized. There is a second trial when the rotor has turned by half a
+// stroke: where one angle leaves a zero that is off unseen, that one does not (docs/faults.md).
+//
 // A doubt ends with what is left after `patience` samples, where a current would pass i_max before
 // legs that are switched off now can act, or where the phase has more flux linkage than i_max
-// means: phases that are wired wrongly carry currents that no control asks for.
+// means.
 //
 // Angles are kept in steps of 15 deg, electrical, each with the angles half a step around it. The
 // map is monotone from unaligned to aligned, so that a phase leaves an arc of them, the end of
@@ -63,9 +68,12 @@ struct Diagnosis {
   T psi_max;      // most flux linkage at i_max, at any angle [Wb]
   T theta_error;  // of the angle, electrical [rad]
   T i_max;        // a doubt ends before a current passes this one [A]
+  T i_trial;      // to which each phase is magnetized alone before the law runs [A]
+  T psi_trial;    // most flux linkage at i_trial, at any angle [Wb]
+  T psi_sample;   // which a sample of a trial adds at most [Wb]
   int patience;   // samples of doubt, at most
   SRM_FIELDS(drops, likeness, R_error, u_error, i_gain, map_error, psi_error, psi_zero, psi_max,
-             theta_error, i_max, patience)
+             theta_error, i_max, i_trial, psi_trial, psi_sample, patience)
 
   /// Between which bounds a flux linkage is [Wb].
   struct Span {
@@ -100,8 +108,20 @@ struct Diagnosis {
     bool found = false;
   };
 
+  /// One phase after the other is magnetized alone, while the law does not run.
+  struct Trial {
+    int rounds = 0;   // to come, with this one
+    int to_come = 0;  // phases of this round, and one more for the last current to end
+    int phase = 0;    // the last one
+    bool magnetizes = false;
+    T volt_seconds{};   // of the dc link since this changed [V s]
+    T left = never<T>;  // which a current may take to end [V s]
+    T theta_e{};        // of the last round [rad]
+  };
+
   template <int N>
   struct State {
+    Trial trial;
     std::array<Phase, N> phase;
     T u_dc{};                   // at the last sample [V]
     std::uint32_t doubted = 0;  // samples since the first contradiction, with it
@@ -126,6 +146,7 @@ struct Diagnosis {
     x.u_dc = y.u_dc;
     if (!guard.has_last) {
       x.phase = {};
+      x.trial.magnetizes = false;
       x.doubted = 0;
       x.unlike = -1;
       likeness.forget(x.likeness);
@@ -150,6 +171,16 @@ struct Diagnosis {
       return true;
     }
     return in_doubt && judge(x, guard, p, machine, y, u_dc);
+  }
+
+  /// The orders of a sample in which the law does not run; false where it does. Where the law
+  /// begins again, no current flows.
+  template <Machine M, int N>
+  constexpr bool tries(State<N>& x, const typename Protection<T>::template State<N>& guard,
+                       const Protection<T>& p, const M& machine, const Measurement<T, N>& y,
+                       std::type_identity_t<Command<T, N>>& orders) const {
+    const bool none = x.trial.to_come == 0 && x.trial.rounds == 0 && x.doubted == 0;
+    return !none && tries_phases(x, guard, p, machine, y, orders);
   }
 
   /// A sample that guard has not admitted: too much current in two phases that contradict a sound
@@ -195,6 +226,83 @@ struct Diagnosis {
     T again{};          // at least so much may have built up
     T drop{};           // of the devices: where no current flows, it does not count
   };
+
+  template <Machine M, int N>
+  [[gnu::noinline, gnu::cold]] constexpr bool tries_phases(
+      State<N>& x, const typename Protection<T>::template State<N>& guard, const Protection<T>& p,
+      const M& machine, const Measurement<T, N>& y,
+      std::type_identity_t<Command<T, N>>& orders) const {
+    Trial& trial = x.trial;
+    if (trial.to_come == 0 && x.doubted == 0) {
+      const T turned = wrap(y.theta_e - trial.theta_e + pi<T>) - pi<T>;
+      if (abs(turned) < pi<T> / T(N)) return false;
+      trial.to_come = N + 1;
+    }
+    const T u = p.flux.T_s * y.u_dc;
+    trial.volt_seconds = trial.volt_seconds + u;
+    if (trial.magnetizes) {
+      if (ends(x, guard, p, machine, y)) {
+        trial.magnetizes = false;
+        trial.left = T(5) / T(4) * trial.volt_seconds + static_cast<T>(2 + p.delay) * u;
+        trial.volt_seconds = T(0);
+        if (trial.to_come > 1) --trial.to_come;
+      }
+    } else if (const int k = at_rest(x, p, y); k >= 0) {
+      if (trial.to_come == 1 && x.doubted == 0) {
+        trial = {.rounds = trial.rounds - 1, .phase = k, .left = psi_max, .theta_e = y.theta_e};
+        return false;
+      }
+      trial.phase = k;
+      trial.magnetizes = true;
+      trial.volt_seconds = T(0);
+    }
+    orders = {};
+    if (trial.magnetizes) {
+      orders[trial.phase] = hold<T>(Leg::freewheel);
+      orders[trial.phase].leg[0] = Leg::magnetize;
+      const T t = drops.t_dead + psi_sample / y.u_dc;
+      if (t < p.flux.T_s) orders[trial.phase].t_edge[0] = t;
+    }
+    return true;
+  }
+
+  /// The next phase without flux linkage, when no other one has any or it lasts for too long; less
+  /// than 0 before.
+  template <int N>
+  constexpr int at_rest(const State<N>& x, const Protection<T>& p,
+                        const Measurement<T, N>& y) const {
+    const bool waits = x.trial.volt_seconds < x.trial.left;
+    int found = -1;
+    for (int n = N; n > 0; --n) {
+      const int k = (x.trial.phase + n) % N;
+      if (y.i[k] <= p.i_zero && !(x.phase[k].any.most > psi_error)) {
+        found = k;
+      } else if (waits) {
+        return -1;
+      }
+    }
+    return found;
+  }
+
+  /// Whether a current has reached i_trial, in whichever channel it shows. Where it shows in none,
+  /// either the phase is broken and the angle right, and it has twice this current at most; or the
+  /// channel is right, and tells that it has none.
+  template <Machine M, int N>
+  constexpr bool ends(const State<N>& x, const typename Protection<T>::template State<N>& guard,
+                      const Protection<T>& p, const M& machine, const Measurement<T, N>& y) const {
+    bool shows = false;
+    for (int k = 0; k < N; ++k) {
+      if (y.i[k] >= i_trial && y.i[k] > guard.i[k]) return true;  // else it is of no trial
+      shows = shows || y.i[k] > p.i_zero;
+    }
+    if (x.trial.volt_seconds > T(2) * psi_max) return true;
+    const int k = x.trial.phase;
+    const T least = x.phase[k].any.least;
+    if (shows) return least > psi_trial;
+    if (least > psi_zero) return true;
+    const T psi = machine.at(T(2) * i_trial, phase_angle_in_turn<N>(y.theta_e, k)).psi;
+    return least > (T(1) - map_error) * psi;
+  }
 
   constexpr Drop drop_of(const Protection<T>& p, T i0, T i1, T u_dc) const {
     const T T_s = p.flux.T_s, margin = u_error * T_s * u_dc;
@@ -336,12 +444,8 @@ struct Diagnosis {
       if (y.i[k] + ahead * (y.i[k] - guard.i[k]) > i_max) beyond = true;
     }
     const int turn = static_cast<int>(x.doubted % 4);
-    const int k = turn < 2 ? -1 : hidden(x, p, y);
     const bool pairs = (x.left.power | x.left.sensors) != 0;
-    if (k >= 0) {
-      const T most = machine.at(i_max, phase_angle_in_turn<N>(y.theta_e, k)).psi;
-      beyond = beyond || x.phase[k].shown.least > most;
-    } else if (turn == 1 && pairs) {
+    if (turn == 1 && pairs) {
       ask_pair(x, p, machine, y);
     } else if (turn == 1 || (turn == 2 && pairs)) {
       search(x, p, machine, y);
@@ -356,20 +460,6 @@ struct Diagnosis {
       return named(x, guard, true);
     }
     return turn != 1 && named(x, guard, false);  // the dearest sample concludes later
-  }
-
-  /// The phase that reads no current with most flux linkage; less than 0 where there is none.
-  template <int N>
-  constexpr int hidden(const State<N>& x, const Protection<T>& p,
-                       const Measurement<T, N>& y) const {
-    int found = -1;
-    T most = psi_error;
-    for (int k = 0; k < N; ++k) {
-      if (y.i[k] > p.i_zero || !(x.phase[k].shown.least > most)) continue;
-      most = x.phase[k].shown.least;
-      found = k;
-    }
-    return found;
   }
 
   /// Moves the bounds of phases that may be exchanged, or begins with them.

@@ -73,8 +73,14 @@ struct Guarded {
         protection.template admits<!Diagnose::on>(x.guard, machine, seen, reference, at.levels);
     if constexpr (Diagnose::on) good = good && !diagnose.finds(seen);
     if (good) {
-      ::new (&orders)  // in place: a copy would cost as much as an angle law's arithmetic
-          Command<T, N>(control.template step<used>(x.law, y, reference, at.control));
+      bool runs = true;
+      if constexpr (Diagnose::on) runs = !diagnose.tries(y, orders);
+      if (runs) {
+        ::new (&orders)  // in place: a copy would cost as much as an angle law's arithmetic
+            Command<T, N>(control.template step<used>(x.law, y, reference, at.control));
+      } else {
+        pause<used>(x, y, orders);
+      }
       protection.remember(x.guard, machine.N_r, seen, orders, at.levels);
       if constexpr (Diagnose::on) diagnose.remember(orders);
     } else {
@@ -82,6 +88,16 @@ struct Guarded {
       if constexpr (Diagnose::on) diagnose.explain();
     }
     return x.guard.fault.status;
+  }
+
+  /// Other orders than the law's: it starts anew afterwards, and the rotor is followed.
+  template <Uses used>
+  void pause(State& x, Measurement<T, N> y, Command<T, N>& orders) const {
+    x.law.law = {};
+    if constexpr (used.observer) control.frame.follow(x.law.frame, y, T(0));
+    if (control.frame.edges.any()) {
+      for (PhaseCommand<T>& order : orders) control.frame.edges.apply(order);
+    }
   }
 
   /// The law starts anew, with the rotor already followed.

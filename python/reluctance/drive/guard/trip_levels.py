@@ -29,6 +29,7 @@ MEMORY = 64  # samples over which the slip is summed (protection.hpp)
 MOST_SLACK_DEG = 170.0  # electrical; beyond, an angle looks like one the other way round
 MUTUAL = 0.01  # of the greatest flux linkage: what the other phases may add to one
 NOISE_AHEAD = 2.0  # n samples of noise of the dc link add up to sqrt(n) <= 2 + n/8 of one
+TRIAL = 1 / 3  # of i_max_A: of a phase alone before the law runs, and at most as much again
 PATIENCE = 0.2  # a fault is named after so long, whatever explains it [s]
 SETTLE = 8.0  # time constants of the angle tracker: e^-8 of a wrong first speed is left
 
@@ -136,6 +137,7 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
     def aligned(i: float) -> float:
         return float(_core.magnetics(machine.magnetics, np.array([i]), np.array([np.pi]))[0, 0])
 
+    i_trial = TRIAL * machine.i_max_A
     reads_zero = aligned(guard.i_zero + guard.flux.i_error)
     psi_error = MUTUAL * aligned(machine.i_max_A) + u_noise * NOISE_AHEAD * drive.control.T_s
     return _core.Diagnosis(
@@ -165,8 +167,23 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
         psi_max=(1 + parts["map_error"]) * aligned(machine.i_max_A) + psi_error,
         theta_error=_angle_error(drive, angle_step(drive)) + table.si["zero_error"],
         i_max=machine.i_max_A,
+        i_trial=i_trial,
+        psi_trial=(1 + parts["map_error"]) * aligned(i_trial) + psi_error,
+        psi_sample=_trial_step(drive, i_trial),
         patience=patience,
     )
+
+
+def _trial_step(drive: Drive, i_trial: float) -> float:
+    """Flux linkage of a sample from which no current rises by more than i_trial until an order to
+    end it acts [Wb]."""
+    i = np.linspace(0.0, 2 * i_trial, 41)
+    theta_e = np.linspace(0.0, np.pi, 37)
+    at = np.meshgrid(i, theta_e, indexing="ij")
+    psi = _core.magnetics(drive.machine.magnetics, at[0].ravel(), at[1].ravel())[:, 0]
+    least = np.diff(psi.reshape(at[0].shape), axis=0).min() / i[1]  # incremental inductance [H]
+    known = 1 - drive.protection.map_error_pct / 100
+    return float(known * i_trial * least / (1 + drive.sensing.delay_samples))
 
 
 def current_error(drive: Drive) -> float:

@@ -383,11 +383,12 @@ NO_FAST_LOOP = "So `fast_loop` of `main.c` is not needed."
 
 
 def gates_of(drive: Drive) -> set[int]:
-    """Which gates the law uses, over one electrical period at the drive's speed."""
+    """Which gates the law uses, over one electrical period at the drive's speed, and the timer of a
+    diagnosis, which magnetizes each phase before the law runs."""
     controller = desk_controller(drive)
     reference = float(np.max(drive.reference.course[1]))
     columns = _core.ORDER_COLUMNS
-    used: set[int] = set()
+    used: set[int] = {1} if drive.protection.diagnosis else set()
     for theta_e in np.linspace(0, 2 * np.pi, 36, endpoint=False):
         y = _core.Measurement(
             i=[0.0] * drive.machine.n_phases,
