@@ -79,6 +79,23 @@ struct PaperMpc {
   }
 
  private:
+  /// What the dc link makes of the current of a phase in a sample.
+  struct Reach {
+    T here;            // its current [A]
+    T L_rise, L_fall;  // inductances towards the guide and at this current [H]
+    T coasting;        // change of flux linkage without a voltage, at this current [Wb]
+
+    T rise(T full) const { return (coasting + full) / L_rise; }
+    T fall(T full) const { return (coasting - full) / L_fall; }
+    T towards(T target, T full) const { return clamp(target - here, fall(full), rise(full)); }
+    /// Pairs have an inductance, which saturates as the phase's own, and change its flux linkage.
+    void add(T L, T psi) {
+      L_rise = L_rise * (T(1) + L / L_fall);
+      L_fall = L_fall + L;
+      coasting = coasting - psi;
+    }
+  };
+
   /// References that remove the torque error; for the horizons of most drives the loops are written
   /// out.
   void plan(State& state, const Measurement<T, N>& y, T demand, T sense, T turn) const {
@@ -108,6 +125,9 @@ struct PaperMpc {
     programme.r_w = r_w;
     programme.w_i = w_i;
     std::array<int, N> phase;
+    std::array<Reach, N> reach;
+    std::array<std::array<T, Np_max>, N> middle;  // of a sample, where its mean torque is
+    std::array<std::array<T, Np_max>, N> target;  // the guide there
     [[maybe_unused]] std::array<std::array<T, Np_max>, N> along;  // currents of the channels [A]
     std::array<T, Np_max> error;
     for (int j = 0; j < n_samples; ++j) error[j] = demand;
@@ -126,13 +146,12 @@ struct PaperMpc {
           max(clamp(state.i_ref[k], y.i[k] - T(2) * i_band, y.i[k] + T(2) * i_band), T(0));
 
       const auto& own = phase_profile<M>(profile, k, sense);
-      std::array<T, Np_max> middle;  // mid-sample angles: there the mean torque of a sample is
-      std::array<T, Np_max> target;  // the guide there
+      const int c = programme.n;
       T most = here;
       for (int j = 0; j < n_samples; ++j) {
-        middle[j] = wrap(theta_k + to_middle[j]);
-        target[j] = own.at(middle[j]);
-        most = max(most, target[j]);
+        middle[c][j] = wrap(theta_k + to_middle[j]);
+        target[c][j] = own.at(middle[c][j]);
+        most = max(most, target[c][j]);
       }
       if (!(most > i_band / T(100))) {
         state.i_ref[k] = T(0);
@@ -143,28 +162,48 @@ struct PaperMpc {
       // What a sample of full voltage makes of the flux linkage, as a current at its end. A secant
       // towards the guide serves upwards, where saturation makes the present slope too careful.
       const T theta_end = wrap(theta_k + to_end);
-      const T goal = max(target[0], here + i_band);
+      const T goal = max(target[c][0], here + i_band);
       const T psi = machine.at(here, wrap(theta_k + to_begin)).psi;
-      const T full = T_s * y.u_dc;
       const Magnetics<T> from = machine.at(here, theta_end);
-      const T L_rise = (machine.at(goal, theta_end).psi - from.psi) / (goal - here);
-      const T coasting = psi - T_s * (R * here) - from.psi;
-      const T rise = (coasting + full) / L_rise;
-      const T fall = (coasting - full) / from.L_inc;
-
-      auto& x = programme.channels[programme.n];
+      reach[c] = {here, (machine.at(goal, theta_end).psi - from.psi) / (goal - here), from.L_inc,
+                  psi - T_s * (R * here) - from.psi};
       phase[programme.n++] = k;
+    }
+    const T full = T_s * y.u_dc;
+    if constexpr (has_pairs<M>) {
+      const T moved = turn / static_cast<T>(machine.N_r);
+      std::array<T, N> L{}, psi{};  // what the pairs add
+      for (int n = 0; n < machine.pairs.n_pairs(); ++n) {
+        const int a = channel_of(phase, programme.n, machine.pairs.first[n]);
+        const int b = channel_of(phase, programme.n, machine.pairs.second[n]);
+        if (a < 0 || b < 0) continue;
+        const PairMagnetics<T> m =
+            machine.pairs.at(n, reach[a].here, reach[b].here, wrap(y.theta_e + sense * to_end));
+        L[a] = L[a] + m.L_first;
+        L[b] = L[b] + m.L_second;
+        psi[a] = psi[a] + sense * m.psi_theta_first * moved +
+                 m.L_mutual * reach[b].towards(target[b][0], full);
+        psi[b] = psi[b] + sense * m.psi_theta_second * moved +
+                 m.L_mutual * reach[a].towards(target[a][0], full);
+      }
+      for (int c = 0; c < programme.n; ++c) reach[c].add(L[c], psi[c]);
+    }
+
+    for (int c = 0; c < programme.n; ++c) {
+      const int k = phase[c];
+      const T here = reach[c].here, rise = reach[c].rise(full), fall = reach[c].fall(full);
+      auto& x = programme.channels[c];
       state.i_ref[k] = here;
       x.side = state.side[k];
       for (int j = 0; j < n_samples; ++j) {
         const T samples = static_cast<T>(j + 1);
-        const T i = clamp(target[j], max(here + samples * fall, T(0)), here + samples * rise);
-        const Magnetics<T> m = machine.at(i, middle[j]);
+        const T i = clamp(target[c][j], max(here + samples * fall, T(0)), here + samples * rise);
+        const Magnetics<T> m = machine.at(i, middle[c][j]);
         x.c[j] = m.psi_theta;
-        if constexpr (has_pairs<M>) along[programme.n - 1][j] = i;
+        if constexpr (has_pairs<M>) along[c][j] = i;
         error[j] = error[j] - (m.tau + m.psi_theta * (here - i));
         if (j >= n_moves) continue;
-        x.near[j] = target[j] - here;
+        x.near[j] = target[c][j] - here;
         x.hi[j] = clamp(samples * rise, -here, i_max - here);
         x.lo[j] = clamp(samples * fall, -here, x.hi[j]);
       }
