@@ -199,15 +199,12 @@ struct EdgeMpc {
   /// The torque is far from its reference, and this phase can take it there.
   static bool is_far(const PhasePrediction<T>& p, T e) { return abs(e) > far && p.gain > T(0); }
 
-  /// With pairs: a phase without current that is behind the guide, where this takes more than half
-  /// of the voltage. In a sample that it waits the guide gains goal_rate T_s, and in the next one
-  /// it can make up (u_dc - goal_rate) T_s, which is less.
+  /// A phase without current that is behind the guide, where this takes more than half of the
+  /// voltage. In a sample that it waits the guide gains goal_rate T_s, and in the next one it can
+  /// make up (u_dc - goal_rate) T_s, which is less.
   bool must_start(const PhasePrediction<T>& p, T u_dc) const {
-    if constexpr (has_pairs<M>) {
-      return p.i < machine.no_current() && p.psi < p.goal && p.goal_rate > u_dc / T(2);
-    } else {
-      return false;
-    }
+    const T no_current = T(0.003) * i_max;  // makes 1e-5 of the greatest torque
+    return p.i < no_current && p.psi < p.goal && p.goal_rate > u_dc / T(2);
   }
 
   /// The two levels around the voltage that the guide asks for; beyond twice its slack, or with the
