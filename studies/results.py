@@ -86,6 +86,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "docs")
     out: Path = parser.parse_args().out
+    out.mkdir(parents=True, exist_ok=True)
     rows = [row(path) for path in EXAMPLES]
     columns = list(dict.fromkeys(name for found in rows for name in found))
     with (out / "results.csv").open("w", newline="", encoding="utf-8") as file:

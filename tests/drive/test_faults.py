@@ -6,7 +6,7 @@ import json
 import subprocess
 import sys
 import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -523,24 +523,17 @@ def test_a_row_of_the_benchmark_is_a_function_of_its_seeds(name, fault):
     assert {key: str(value) for key, value in row.items()} == kept[n]
 
 
-def test_of_the_published_faults_only_a_wrong_zero_can_be_missed():
-    """And a sound drive raises no alarm."""
+def test_of_the_published_faults_a_poor_contact_at_600_rpm_can_be_missed():
+    """And a sound drive raises no alarm. A trial before the law runs finds a zero off by 15 deg."""
     _, every, kept = benchmark("faults_published")
     assert len(kept) == 9 * 8  # speeds and currents, conditions
     for row in kept:
-        if row["fault"] == "none":
-            assert row["found"] == "0"
-        elif not row["fault"].startswith("encoder_off"):
-            assert row["found"] == row["right_phase"] == row["instants"]
+        fault, found = row["fault"].split()[0], int(row["found"])
         assert row["before"] == "0"
+        if fault == "none":
+            assert found == 0
+            continue
+        missed = int(row["instants"]) - found
+        assert missed <= (2 if (fault, row["speed_rpm"]) == ("poor_contact", "600") else 0)
+        assert fault == "encoder_off" or int(row["right_phase"]) == found
     assert {case.drive.converter.u_dc_V for case in every} == {540}
-
-
-def test_the_stated_error_of_the_voltage_hides_a_small_error_of_the_zero():
-    """15 deg at 300 rpm and 10 A: docs/faults.md, Published fault cases."""
-    bench, every, kept = benchmark("faults_published")
-    n = next(n for n, row in enumerate(kept) if row["fault"] == "encoder_off 15.0")
-    assert (kept[n]["drive"], kept[n]["speed_rpm"]) == ("closed_form_6_4/10A", "300")
-    assert int(kept[n]["found"]) < 4
-    exact = every[n].drive.with_values({"protection.u_error_pct": 0.5})
-    assert bench.row(every[n], bench.run(replace(every[n], drive=exact)))["found"] == 8
