@@ -79,15 +79,17 @@ struct PaperMpc {
   }
 
  private:
-  /// What the dc link makes of the current of a phase in a sample.
-  struct Reach {
-    T here;            // its current [A]
-    T L_rise, L_fall;  // inductances towards the guide and at this current [H]
-    T coasting;        // change of flux linkage without a voltage, at this current [Wb]
+  /// A phase in the samples to come, and what the dc link makes of its current in one.
+  struct Ahead {
+    std::array<T, Np_max> middle;  // angle of a sample, where its mean torque is
+    std::array<T, Np_max> target;  // the guide there
+    T here;                        // its current [A]
+    T L_rise, L_fall;              // inductances towards the guide and at this current [H]
+    T coasting;                    // change of flux linkage without a voltage, at this current [Wb]
 
     T rise(T full) const { return (coasting + full) / L_rise; }
     T fall(T full) const { return (coasting - full) / L_fall; }
-    T towards(T target, T full) const { return clamp(target - here, fall(full), rise(full)); }
+    T to_target(T full) const { return clamp(target[0] - here, fall(full), rise(full)); }
     /// Pairs have an inductance, which saturates as the phase's own, and change its flux linkage.
     void add(T L, T psi) {
       L_rise = L_rise * (T(1) + L / L_fall);
@@ -125,9 +127,7 @@ struct PaperMpc {
     programme.r_w = r_w;
     programme.w_i = w_i;
     std::array<int, N> phase;
-    std::array<Reach, N> reach;
-    std::array<std::array<T, Np_max>, N> middle;  // of a sample, where its mean torque is
-    std::array<std::array<T, Np_max>, N> target;  // the guide there
+    std::array<Ahead, has_pairs<M> ? N : 1> ahead;  // of the channels; of one after the other
     [[maybe_unused]] std::array<std::array<T, Np_max>, N> along;  // currents of the channels [A]
     std::array<T, Np_max> error;
     for (int j = 0; j < n_samples; ++j) error[j] = demand;
@@ -137,8 +137,29 @@ struct PaperMpc {
       to_middle[j] = turn * (delay + static_cast<T>(j) + T(0.5));
     }
 
+    const T full = T_s * y.u_dc;
+    const auto place = [&](int c, const Ahead& x) {
+      auto& channel = programme.channels[c];
+      const T here = x.here, rise = x.rise(full), fall = x.fall(full);
+      state.i_ref[phase[c]] = here;
+      channel.side = state.side[phase[c]];
+      for (int j = 0; j < n_samples; ++j) {
+        const T samples = static_cast<T>(j + 1);
+        const T i = clamp(x.target[j], max(here + samples * fall, T(0)), here + samples * rise);
+        const Magnetics<T> m = machine.at(i, x.middle[j]);
+        channel.c[j] = m.psi_theta;
+        if constexpr (has_pairs<M>) along[c][j] = i;
+        error[j] = error[j] - (m.tau + m.psi_theta * (here - i));
+        if (j >= n_moves) continue;
+        channel.near[j] = x.target[j] - here;
+        channel.hi[j] = clamp(samples * rise, -here, i_max - here);
+        channel.lo[j] = clamp(samples * fall, -here, channel.hi[j]);
+      }
+    };
+
     for (int k = 0; k < N; ++k) {
       const T theta_k = sense * phase_angle<N>(y.theta_e, k);
+      Ahead& x = ahead[has_pairs<M> ? programme.n : 0];
 
       // Within reach of the regulator (twice its band, where it applies full voltage) the current
       // is as good as at its reference; outside, the prediction starts from what was reached.
@@ -146,12 +167,11 @@ struct PaperMpc {
           max(clamp(state.i_ref[k], y.i[k] - T(2) * i_band, y.i[k] + T(2) * i_band), T(0));
 
       const auto& own = phase_profile<M>(profile, k, sense);
-      const int c = programme.n;
       T most = here;
       for (int j = 0; j < n_samples; ++j) {
-        middle[c][j] = wrap(theta_k + to_middle[j]);
-        target[c][j] = own.at(middle[c][j]);
-        most = max(most, target[c][j]);
+        x.middle[j] = wrap(theta_k + to_middle[j]);
+        x.target[j] = own.at(x.middle[j]);
+        most = max(most, x.target[j]);
       }
       if (!(most > i_band / T(100))) {
         state.i_ref[k] = T(0);
@@ -162,50 +182,34 @@ struct PaperMpc {
       // What a sample of full voltage makes of the flux linkage, as a current at its end. A secant
       // towards the guide serves upwards, where saturation makes the present slope too careful.
       const T theta_end = wrap(theta_k + to_end);
-      const T goal = max(target[c][0], here + i_band);
+      const T goal = max(x.target[0], here + i_band);
       const T psi = machine.at(here, wrap(theta_k + to_begin)).psi;
       const Magnetics<T> from = machine.at(here, theta_end);
-      reach[c] = {here, (machine.at(goal, theta_end).psi - from.psi) / (goal - here), from.L_inc,
-                  psi - T_s * (R * here) - from.psi};
+      x.here = here;
+      x.L_rise = (machine.at(goal, theta_end).psi - from.psi) / (goal - here);
+      x.L_fall = from.L_inc;
+      x.coasting = psi - T_s * (R * here) - from.psi;
       phase[programme.n++] = k;
+      if constexpr (!has_pairs<M>) place(programme.n - 1, x);
     }
-    const T full = T_s * y.u_dc;
     if constexpr (has_pairs<M>) {
+      std::array<T, N> L{}, psi{};  // what pairs add
       const T moved = turn / static_cast<T>(machine.N_r);
-      std::array<T, N> L{}, psi{};  // what the pairs add
       for (int n = 0; n < machine.pairs.n_pairs(); ++n) {
         const int a = channel_of(phase, programme.n, machine.pairs.first[n]);
         const int b = channel_of(phase, programme.n, machine.pairs.second[n]);
         if (a < 0 || b < 0) continue;
         const PairMagnetics<T> m =
-            machine.pairs.at(n, reach[a].here, reach[b].here, wrap(y.theta_e + sense * to_end));
+            machine.pairs.at(n, ahead[a].here, ahead[b].here, wrap(y.theta_e + sense * to_end));
         L[a] = L[a] + m.L_first;
         L[b] = L[b] + m.L_second;
-        psi[a] = psi[a] + sense * m.psi_theta_first * moved +
-                 m.L_mutual * reach[b].towards(target[b][0], full);
-        psi[b] = psi[b] + sense * m.psi_theta_second * moved +
-                 m.L_mutual * reach[a].towards(target[a][0], full);
+        const T to_a = ahead[a].to_target(full), to_b = ahead[b].to_target(full);
+        psi[a] = psi[a] + sense * m.psi_theta_first * moved + m.L_mutual * to_b;
+        psi[b] = psi[b] + sense * m.psi_theta_second * moved + m.L_mutual * to_a;
       }
-      for (int c = 0; c < programme.n; ++c) reach[c].add(L[c], psi[c]);
-    }
-
-    for (int c = 0; c < programme.n; ++c) {
-      const int k = phase[c];
-      const T here = reach[c].here, rise = reach[c].rise(full), fall = reach[c].fall(full);
-      auto& x = programme.channels[c];
-      state.i_ref[k] = here;
-      x.side = state.side[k];
-      for (int j = 0; j < n_samples; ++j) {
-        const T samples = static_cast<T>(j + 1);
-        const T i = clamp(target[c][j], max(here + samples * fall, T(0)), here + samples * rise);
-        const Magnetics<T> m = machine.at(i, middle[c][j]);
-        x.c[j] = m.psi_theta;
-        if constexpr (has_pairs<M>) along[c][j] = i;
-        error[j] = error[j] - (m.tau + m.psi_theta * (here - i));
-        if (j >= n_moves) continue;
-        x.near[j] = target[c][j] - here;
-        x.hi[j] = clamp(samples * rise, -here, i_max - here);
-        x.lo[j] = clamp(samples * fall, -here, x.hi[j]);
+      for (int c = 0; c < programme.n; ++c) {
+        ahead[c].add(L[c], psi[c]);
+        place(c, ahead[c]);
       }
     }
     if constexpr (has_pairs<M>) {
