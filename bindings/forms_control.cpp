@@ -23,7 +23,7 @@ AnyController with_law(const AnyLaw& law, const Make& make, const Others& others
 /// The same function for other forms.
 template <class Function>
 Function* elsewhere(const char* name, Function*) {
-  return other_form<Function>(name, __FILE__);
+  return other_form<Function>(name, Place::current().file_name());
 }
 
 /// The pairs that a control knows, their tables kept in the memory.
