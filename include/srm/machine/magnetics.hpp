@@ -19,6 +19,11 @@ struct Magnetics {
   T psi_theta;  // dpsi/dtheta_m [Wb/rad]
 };
 
+/// Of its greatest current: a phase with less makes 1e-5 of its greatest torque, and counts as one
+/// without current where a law asks whether it has to start.
+template <Real T>
+inline constexpr T no_current_part = T(0.003);
+
 /// The same without the co-energy, and how it changes: all partial derivatives of the co-energy to
 /// order 2, and those of order 3 that a rate of change needs.
 template <Real T>

@@ -29,9 +29,8 @@ struct WithPairs {
     return map.at(i, theta_e);
   }
 
-  /// A phase with less makes 1e-5 of its greatest torque: where nothing is asked of it, it counts
-  /// as one without current [A].
-  constexpr T no_current() const { return T(0.003) * i_last(pairs); }
+  /// Where nothing is asked of a phase with less, it counts as one without current [A].
+  constexpr T no_current() const { return no_current_part<T> * i_last(pairs); }
 
   /// The name of what is wrong with the phases alone; null where nothing is.
   constexpr const char* fault() const { return map.fault(); }

@@ -203,8 +203,8 @@ struct EdgeMpc {
   /// voltage. In a sample that it waits the guide gains goal_rate T_s, and in the next one it can
   /// make up (u_dc - goal_rate) T_s, which is less.
   bool must_start(const PhasePrediction<T>& p, T u_dc) const {
-    const T no_current = T(0.003) * i_max;  // makes 1e-5 of the greatest torque
-    return p.i < no_current && p.psi < p.goal && p.goal_rate > u_dc / T(2);
+    const bool flows = !(p.i < no_current_part<T> * i_max);
+    return !flows && p.psi < p.goal && p.goal_rate > u_dc / T(2);
   }
 
   /// The two levels around the voltage that the guide asks for; beyond twice its slack, or with the

@@ -137,7 +137,7 @@ struct PaperMpc {
       to_middle[j] = turn * (delay + static_cast<T>(j) + T(0.5));
     }
 
-    const T full = T_s * y.u_dc;
+    const T full = T_s * y.u_dc;  // flux linkage that a sample of full voltage adds [Wb]
     const auto place = [&](int c, const Ahead& x) {
       auto& channel = programme.channels[c];
       const T here = x.here, rise = x.rise(full), fall = x.fall(full);
@@ -193,12 +193,16 @@ struct PaperMpc {
       if constexpr (!has_pairs<M>) place(programme.n - 1, x);
     }
     if constexpr (has_pairs<M>) {
-      std::array<T, N> L{}, psi{};  // what pairs add
-      const T moved = turn / static_cast<T>(machine.N_r);
-      for (int n = 0; n < machine.pairs.n_pairs(); ++n) {
-        const int a = channel_of(phase, programme.n, machine.pairs.first[n]);
-        const int b = channel_of(phase, programme.n, machine.pairs.second[n]);
-        if (a < 0 || b < 0) continue;
+      const auto for_each_pair = [&](const auto& act) {
+        for (int n = 0; n < machine.pairs.n_pairs(); ++n) {
+          const int a = channel_of(phase, programme.n, machine.pairs.first[n]);
+          const int b = channel_of(phase, programme.n, machine.pairs.second[n]);
+          if (a >= 0 && b >= 0) act(n, a, b);
+        }
+      };
+      std::array<T, N> L{}, psi{};                         // what pairs add
+      const T moved = turn / static_cast<T>(machine.N_r);  // mechanical [rad]
+      for_each_pair([&](int n, int a, int b) {
         const PairMagnetics<T> m =
             machine.pairs.at(n, ahead[a].here, ahead[b].here, wrap(y.theta_e + sense * to_end));
         L[a] = L[a] + m.L_first;
@@ -206,18 +210,13 @@ struct PaperMpc {
         const T to_a = ahead[a].to_target(full), to_b = ahead[b].to_target(full);
         psi[a] = psi[a] + sense * m.psi_theta_first * moved + m.L_mutual * to_b;
         psi[b] = psi[b] + sense * m.psi_theta_second * moved + m.L_mutual * to_a;
-      }
+      });
       for (int c = 0; c < programme.n; ++c) {
         ahead[c].add(L[c], psi[c]);
         place(c, ahead[c]);
       }
-    }
-    if constexpr (has_pairs<M>) {
-      for (int n = 0; n < machine.pairs.n_pairs(); ++n) {
-        const int a = channel_of(phase, programme.n, machine.pairs.first[n]);
-        const int b = channel_of(phase, programme.n, machine.pairs.second[n]);
-        if (a < 0 || b < 0) continue;
-        const T here_a = state.i_ref[phase[a]], here_b = state.i_ref[phase[b]];
+      for_each_pair([&](int n, int a, int b) {
+        const T here_a = ahead[a].here, here_b = ahead[b].here;
         for (int j = 0; j < n_samples; ++j) {
           const T i_a = along[a][j], i_b = along[b][j];
           const PairMagnetics<T> m =
@@ -227,7 +226,7 @@ struct PaperMpc {
           programme.channels[b].c[j] = programme.channels[b].c[j] + c_b;
           error[j] = error[j] - (sense * m.tau + c_a * (here_a - i_a) + c_b * (here_b - i_b));
         }
-      }
+      });
     }
     programme.error = error;
     if (!programme.guess(guesses)) programme.solve_exactly();
