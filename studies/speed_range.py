@@ -112,7 +112,7 @@ def measured(task: Task) -> Row:
 
 
 def capability(task: Task, free: float) -> float:
-    """The greatest of LEVELS torques that the law follows, by bisection [N m]."""
+    """The greatest of LEVELS torques that the law follows, asked from above [N m]."""
     contender = task.contender
 
     def follows(level: int) -> bool:
@@ -127,11 +127,7 @@ def capability(task: Task, free: float) -> float:
             return False
         return k.tau_mean >= FOLLOWS * tau and k.i_peak <= CURRENT_SLACK * drive.machine.i_max_A
 
-    below, above = 0, LEVELS + 1
-    while above - below > 1:
-        middle = (below + above) // 2
-        below, above = (middle, above) if follows(middle) else (below, middle)
-    return task.top * below / LEVELS
+    return task.top * next(filter(follows, range(LEVELS, 0, -1)), 0) / LEVELS
 
 
 def bound(points: list[Drive]) -> list[Row]:

@@ -25,6 +25,9 @@ from reluctance.explore.comparison.table import as_json, markdown, plain
 from reluctance.explore.comparison.tuning import TOLERANCE, Tuner
 
 ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "studies"))
+import speed_range  # noqa: E402
+
 RATED = ROOT / "examples" / "paper_rated.toml"
 FAST = ["sharing_cubic", "deadbeat"]
 
@@ -296,6 +299,19 @@ def most_torque(drive: rl.Drive, omega: float) -> float:
     ends = on.ravel()[:, None], off.ravel()[:, None]
     law = chopped(replace(drive.known(), omega_m=omega), 3.0, brakes=False, hard=False)
     return float(pulses(law, *ends, i[None, :]).tau.max())
+
+
+@pytest.mark.long
+def test_the_table_of_laws_over_speed_is_current():
+    """Tuned anew, at every speed: a guide is one for all of them."""
+    with (ROOT / "docs" / "control" / "speed_range.csv").open() as file:
+        kept = [row for row in csv.DictReader(file) if row["control"] in ("limit", "edge_mpc")]
+    found = speed_range.study(speed_range.PARTS, ["edge_mpc"], speed_range.BUDGET)
+    for row, stored in zip(found, kept, strict=True):
+        for key, within in (("i_rms_A", 0.01), ("torque_capability_Nm", 0.01)):
+            assert getattr(row, key) == pytest.approx(float(stored[key]), rel=within), stored
+        error = pytest.approx(float(stored["torque_error_rms"]), rel=0.1, abs=1e-4)
+        assert row.torque_error_rms == error, stored
 
 
 @pytest.mark.long
