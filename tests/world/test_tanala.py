@@ -16,6 +16,7 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "studies" / "published"))
 import tanala_12_8  # noqa: E402
 import tanala_coupled  # noqa: E402
+import tanala_laws  # noqa: E402
 import tanala_sharing as sharing  # noqa: E402
 
 
@@ -56,6 +57,21 @@ def test_no_law_passes_the_bound_and_one_halves_the_published_ripple_with_fewer_
         assert float(best["edges"]) <= point.changes
         assert float(best["ripple_pct"]) < point.ripple / 2
         assert float(best["i_rms_A"]) < 1.006 * point.i_rms
+
+
+@pytest.mark.parametrize("law", ["deadbeat", "edge_mpc"])
+def test_a_row_of_the_other_laws_is_current(law: str) -> None:
+    """At 500 rpm and 3 N m."""
+    point = sharing.POINTS[2]
+    (kept,) = (
+        line
+        for line in table("published_laws")
+        if (line["point"], line["law"]) == (tanala_laws.label(point), law)
+    )
+    found = tanala_laws.by_itself(point, law)
+    assert found["T_s_us"] == kept["T_s_us"]
+    for key in ("tau_mean_Nm", "i_rms_A", "ripple_pct", "edges"):
+        assert float(found[key]) == pytest.approx(float(kept[key]), rel=0.01), key
 
 
 def test_the_published_torque_of_two_phases_is_that_of_a_yoke_that_does_not_saturate() -> None:
