@@ -170,4 +170,21 @@ template <int N>
   return v;
 }
 
+/// False where the phases that flow cannot induce as much as opposes a current in phase k, which
+/// has none. drive: what drives one through it, without them [V].
+template <int N>
+bool may_open(const Coupling<double>& coupling, const PairPieces& pieces,
+              const std::array<bool, N>& flows, const std::array<Moving, N>& i, double omega_m,
+              int k, double drive) {
+  for (int n = 0; n < coupling.n_pairs(); ++n) {
+    const int a = coupling.first[n], b = coupling.second[n];
+    if (a != k && b != k) continue;
+    const Moving& other = i[a == k ? b : a];
+    if (!flows[a == k ? b : a]) continue;
+    if (other.now > i_last(coupling)) return true;
+    drive += pieces[n].most_induced(other.rate, omega_m);
+  }
+  return drive > 0;
+}
+
 }  // namespace srm

@@ -10,7 +10,11 @@
 // their evaluation and has all derivatives that the plant needs.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "srm/machine/coupling.hpp"
@@ -89,6 +93,11 @@ class PairPiece {
             .link = {pairs.first[n], pairs.second[n], w1.c1, s1.c1, 2 * w1.c2, 2 * w2.c1}};
   }
 
+  /// What `induced` is at most, while the other current is within the table [V].
+  double most_induced(double rate, double omega_m) const {
+    return most_L_ * std::abs(rate) + most_psi_theta_ * std::abs(omega_m);
+  }
+
   /// The rate of the flux linkage of the one phase of pair n that has no current [V]. a, b: as in
   /// `jet`; rate: of the current of the other.
   double induced(const Coupling<double>& pairs, int n, double a, double b, double rate,
@@ -138,6 +147,7 @@ class PairPiece {
 
   [[gnu::noinline]] void fill(const Coupling<double>& pairs, int n, double a, double b,
                               const Cell& cell) {
+    if (cell_.m < 0) bound(pairs, n);
     cell_ = cell;
     width_ = 1 / (pairs.N_r * pairs.cells_per_rad);
     const double* f_first = enter(pairs, n, a, first_);
@@ -148,23 +158,69 @@ class PairPiece {
     const int first_step = cell.mirrored ? 1 : pairs.rank,
               second_step = pairs.rank + 1 - first_step;
     const double* begin_C = pairs.splines(n, cell) + (cell.mirrored ? 3 * next : 0);
-    for (double& c : c_) c = 0;
+    double sum[Coupling<double>::most_functions][4][4];  // of z and of the second current, for p
     for (int p = 0; p < pairs.rank; ++p) {
-      double sum[16]{};  // powers of z, and of the second current
+      double along[4][4]{};
       for (int q = 0; q < pairs.rank; ++q) {
         const double* C = begin_C + p * first_step + q * second_step;
+        const double* f = f_second + 4 * q;
         const double C0 = C[0], C1 = C[turn], C2 = C[2 * turn], C3 = C[3 * turn];
         const double power[] = {(C0 + 4 * C1 + C2) / 6, (C2 - C0) / 2, (C0 - 2 * C1 + C2) / 2,
                                 (C3 - C0 + 3 * (C1 - C2)) / 6};
-        for (int j = 0; j < 16; ++j) sum[j] += power[j / 4] * f_second[4 * q + j % 4];
+        for (int r = 0; r < 4; ++r) {
+          for (int l = 0; l < 4; ++l) along[r][l] += power[r] * f[l];
+        }
       }
-      for (int j = 0; j < 16; ++j) {
-        for (int m = 0; m < 4; ++m) c_[4 * j + m] += sum[j] * f_first[4 * p + m];
-      }
+      std::memcpy(sum[p], along, sizeof along);
     }
     double scale = pairs.factor;
     for (int r = 0; r < 4; ++r, scale /= width_) {
-      for (int j = 0; j < 16; ++j) c_[16 * r + j] *= scale;
+      for (int l = 0; l < 4; ++l) {
+        double c[4]{};
+        for (int p = 0; p < pairs.rank; ++p) {
+          for (int m = 0; m < 4; ++m) c[m] += sum[p][r][l] * f_first[4 * p + m];
+        }
+        for (int m = 0; m < 4; ++m) c_[16 * r + 4 * l + m] = scale * c[m];
+      }
+    }
+  }
+
+  /// The greatest mutual inductance and flux linkage over the angle where one current is zero. A
+  /// B-spline is no greater than its coefficients, a function no greater than its powers.
+  void bound(const Coupling<double>& pairs, int n) {
+    constexpr int most = Coupling<double>::most_functions;
+    double value[most]{}, slope[most]{};  // of each function, at most
+    for (int j = 0; j + 1 < pairs.n_i; ++j) {
+      const double d = pairs.knot[j + 1] - pairs.knot[j];
+      const double* f = pairs.functions_of(n, j);
+      for (int p = 0; p < pairs.rank; ++p, f += 4) {
+        const double c[] = {std::abs(f[0]), std::abs(f[1]), std::abs(f[2]), std::abs(f[3])};
+        value[p] = std::max(value[p], c[0] + d * (c[1] + d * (c[2] + d * c[3])));
+        slope[p] = std::max(slope[p], c[1] + d * (2 * c[2] + d * 3 * c[3]));
+      }
+    }
+    const int next = pairs.rank * pairs.rank;
+    const double* at_zero = pairs.functions_of(n, 0);
+    const double factor = std::abs(pairs.factor);
+    most_L_ = most_psi_theta_ = 0;
+    for (int m = 0; m < pairs.n_phi + 3; ++m) {
+      const double* C = pairs.splines(n, {false, m, 0});
+      for (const auto [along, across] : {std::pair(1, pairs.rank), std::pair(pairs.rank, 1)}) {
+        double L = 0, psi_theta = 0;
+        for (int q = 0; q < pairs.rank; ++q) {
+          double c = 0, rise = 0;
+          for (int p = 0; p < pairs.rank; ++p) {
+            const double* C_pq = C + p * across + q * along;
+            c += at_zero[4 * p + 1] * *C_pq;
+            if (m > 0) rise += at_zero[4 * p + 1] * (C_pq[0] - C_pq[-next]);
+          }
+          L += std::abs(c) * slope[q];
+          psi_theta += std::abs(rise) * value[q];
+        }
+        most_L_ = std::max(most_L_, factor * L);
+        most_psi_theta_ =
+            std::max(most_psi_theta_, factor * psi_theta * pairs.N_r * pairs.cells_per_rad);
+      }
     }
   }
 
@@ -180,6 +236,8 @@ class PairPiece {
   double width_ = 0;      // of the cell [rad]
   Range first_, second_;  // pieces [A]
   double c_[64]{};        // powers of z; of the second current; of the first
+  double most_L_ = std::numeric_limits<double>::infinity();          // until it is filled
+  double most_psi_theta_ = std::numeric_limits<double>::infinity();  // [Wb/rad]
 };
 
 /// Of each pair.

@@ -522,15 +522,25 @@ class Simulation {
     now_.rated = true;
   }
 
-  /// What drives a current through a phase that has none, less what the others induce in it [V].
+  /// What drives a current through a phase that has none, without the others [V].
+  double driving(const Instant<N>& now, int k) const {
+    const Path& path = now_.circuit.paths.phase[k];
+    const double shared = now_.circuit.paths.R_shared * sum<N>(now.x.i);
+    return path.level * now.x.u_dc - path.v - shared;
+  }
+
+  /// The same, less what the others induce in it.
   double opening(const Instant<N>& now, int k) {
-    const Circuit<N>& circuit = now_.circuit;
-    const Path& path = circuit.paths.phase[k];
-    const double shared = circuit.paths.R_shared * sum<N>(now.x.i);
     const double theta_e = electrical_angle(plant_, now.x.theta_m, 0);
-    return path.level * now.x.u_dc - path.v - shared -
-           induced<N>(plant_.coupling, pieces_, circuit.flows, now.rates.i, theta_e, now.x.omega_m,
-                      k);
+    return driving(now, k) - induced<N>(plant_.coupling, pieces_, now_.circuit.flows, now.rates.i,
+                                        theta_e, now.x.omega_m, k);
+  }
+
+  /// False where that cannot be: spares its evaluation.
+  bool may_open(const Instant<N>& now, int k) const {
+    return !now_.circuit.flows[k] &&
+           srm::may_open<N>(plant_.coupling, pieces_, now_.circuit.flows, now.rates.i,
+                            now.x.omega_m, k, driving(now, k));
   }
 
   /// Which phases flow, where they couple: those with current, and those where the voltage of the
@@ -544,7 +554,7 @@ class Simulation {
     for (bool more = true; more;) {  // one that opens may open another
       if (!now_.rated) rate_here();
       std::array<bool, N> opens{};
-      for (int k = 0; k < N; ++k) opens[k] = !now_.circuit.flows[k] && opening(at(), k) > 0;
+      for (int k = 0; k < N; ++k) opens[k] = may_open(at(), k) && opening(at(), k) > 0;
       more = false;
       for (int k = 0; k < N; ++k) {
         if (opens[k]) flow(k);
@@ -556,6 +566,9 @@ class Simulation {
   /// Where a phase without current begins to conduct within a step, ends the step there. True
   /// where one does.
   bool ends_on_opening(const StepStart<N>& s, Trial& y) {
+    bool may = false;
+    for (int k = 0; k < N; ++k) may = may || may_open(end(), k);
+    if (!may) return false;
     const auto opened = [&](const Instant<N>& now) {
       double most = -std::numeric_limits<double>::infinity();
       for (int k = 0; k < N; ++k) {
