@@ -236,8 +236,8 @@ class PairPiece {
   double width_ = 0;      // of the cell [rad]
   Range first_, second_;  // pieces [A]
   double c_[64]{};        // powers of z; of the second current; of the first
-  double most_L_ = std::numeric_limits<double>::infinity();          // until it is filled
-  double most_psi_theta_ = std::numeric_limits<double>::infinity();  // [Wb/rad]
+  double most_L_ = std::numeric_limits<double>::max();          // until it is filled; 0 of it is 0
+  double most_psi_theta_ = std::numeric_limits<double>::max();  // [Wb/rad]
 };
 
 /// Of each pair.
