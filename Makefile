@@ -106,7 +106,8 @@ wasm:
 STUDIO_KINDS := -fno-vectorize -fno-slp-vectorize -fno-unroll-loops -mllvm -inline-threshold=75 \
   -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double '-DSRM_TOGETHER(law,machine,phases)=( \
   !law.ends_with("OfPairs") && (phases == 3 || \
-  (machine == "LeHuy" && (law == "TorqueSharing" || law == "Ditc"))))'
+  (machine == "LeHuy" && (law == "TorqueSharing" || law == "Ditc"))))' \
+  '-DSRM_AROUND(around,machine,phases)=(around == "frame" || (machine == "LeHuy" && phases == 3))'
 studio: $(VENV)/installed
 	@echo '#include <array>' | $(WASM_CXX) --target=wasm32-wasi -fsyntax-only -x c++ - 2>/dev/null || \
 	  { echo 'error: $(WASM_CXX) does not compile for WebAssembly;' \

@@ -84,7 +84,8 @@ struct AnyLaw {
 struct Exported {
   ShownLaw law;
   AnyMachine machine;  // as the law believes it
-  bool single, supervised;
+  bool single;
+  std::string_view around;                     // the law, see c_api/blob.hpp
   std::function<void(srm::Archive&)> control;  // shows it
 };
 

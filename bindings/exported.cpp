@@ -58,7 +58,7 @@ nb::bytes blob(const AnyController& controller, const SimulationParts& loop) {
   of.machine = std::visit(
       []<class M>(const srm::Held<M>&) { return template_name(type_text<M>()); }, loop.machine);
   of.precision = given.single ? "float" : "double";
-  of.around = given.supervised ? "states" : "frame";
+  of.around = given.around;
   const std::string bytes = srm::c_api::written(of, parameters);
   return nb::bytes(bytes.data(), bytes.size());
 }

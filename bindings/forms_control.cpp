@@ -1,6 +1,7 @@
 // Controllers of any law with its frame, alone and supervised (forms.hpp).
 #include "called_machine.hpp"
 #include "controllers.hpp"
+#include "srm/c_api/blob.hpp"
 #include "srm/sim/desk.hpp"
 
 namespace bound {
@@ -41,9 +42,8 @@ template <class T, class P>
 std::shared_ptr<const Exported> exported(const AnyLaw& law, const P& parameters,
                                          std::shared_ptr<const void> memory = {}) {
   if (law.itself.show == nullptr) return nullptr;
-  constexpr bool supervised = requires { parameters.supervision; };
   return std::make_shared<const Exported>(
-      Exported{law.itself, law.machine, std::is_same_v<T, float>, supervised,
+      Exported{law.itself, law.machine, std::is_same_v<T, float>, srm::c_api::around<P>(),
                [itself = law.itself, parameters, memory](srm::Archive& archive) {
                  Shower shower(archive, &itself);
                  srm::walk(shower, parameters);
@@ -105,17 +105,14 @@ AnyController supervised<forms_here>(const AnyLaw& law, const srm::Frame<double>
       const auto made = [&]<class Control>(const Control& control) {
         srm::SupervisedDrive<srm::Supervised<Control>> given{{{}, control}, plan};
         srm::assign(given.drive.sequence, sequence);
-        return given;
+        AnyController any = sampled(given, memory.owner());
+        any.exported = exported<T>(law, given, memory.owner());
+        return any;
       };
-      if (diagnosis) {
-        srm::Diagnosed<Guarded> names{guarded, {}};
-        srm::assign(names.diagnosis, *diagnosis);
-        return sampled(made(names), memory.owner());
-      }
-      const auto given = made(guarded);
-      AnyController plain = sampled(given, memory.owner());
-      plain.exported = exported<T>(law, given, memory.owner());
-      return plain;
+      if (!diagnosis) return made(guarded);
+      srm::Diagnosed<Guarded> names{guarded, {}};
+      srm::assign(names.diagnosis, *diagnosis);
+      return made(names);
     };
     return with_machine<forms_here, T>(machine, guarded);
   };

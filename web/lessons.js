@@ -59,9 +59,9 @@ export const LESSONS = [
     drive: "supervised",
     at: {},
     text: `The same states and protection as in the firmware stand around the control. The dc link is
-      charged, the current sensors are calibrated, and the drive runs. Then a sensor shows too much
-      current: the gates are off within one control period. The fault stays until it is cleared while
-      the drive is not enabled.`,
+      charged, the current sensors are calibrated, and the drive runs. The diagnosis first magnetizes
+      each phase alone. Then a sensor shows too much current: the gates are off within one control
+      period. The fault stays until it is cleared while the drive is not enabled.`,
     look: "Go from state to state with the buttons below the charts; then choose another fault.",
   },
 ];

@@ -25,6 +25,7 @@ import reluctance as rl
 from reluctance.targets.export.blob import blob
 
 ROOT = Path(__file__).parents[2]
+DIAGNOSED = {"supervision.enable_s": 0.0, "protection.diagnosis": True}
 EXAMPLES = ROOT / "examples"
 CHUNK = 50_000  # sequences of one process
 FLAGS = (
@@ -47,6 +48,7 @@ def program(place: Path) -> list[Path]:
         ("ditc", rl.load(EXAMPLES / "ditc.toml"), None),
         ("edge_mpc", rl.load(EXAMPLES / "edge_mpc_mcu.toml"), None),
         ("states", sharing.with_values({"supervision.enable_s": 0.0}), None),
+        ("diagnosed", sharing.with_values(DIAGNOSED), None),
     ):
         files.append(place / f"{name}.srm")
         files[-1].write_bytes(blob(drive, record=record))

@@ -55,6 +55,9 @@ DRIVES = {
     "states, float": rl.load(EXAMPLES / "map_mpc.toml").with_values(
         {"control.law": "torque_sharing", "control.precision": "float", **STATES}
     ),
+    "states, diagnosed": rl.load(EXAMPLES / "sharing_cubic.toml").with_values(
+        {**SENSORS, **STATES, "protection.diagnosis": True}
+    ),
     "angle table": rl.load(EXAMPLES / "angle_table.toml", TURNING),
     "pairs of the law": rl.load(EXAMPLES / "sharing_cubic.toml", COUPLED),
     "pairs of the frame": rl.load(EXAMPLES / "pwm_current.toml", COUPLED),
@@ -227,17 +230,28 @@ def test_inputs_take_the_place_of_constants(lib):
     unit.free()
 
 
-FAULTS = {"over_current": 2, "dead_current_sensor": 8, "no_command": 14, "hardware_trip": 15}
-
-
 @pytest.mark.parametrize(
-    ("part", "fault"), [*(("drive", fault) for fault in FAULTS), ("controller", "over_current")]
+    ("part", "fault", "diagnosis", "expected"),
+    [
+        ("drive", "over_current", False, 2),
+        ("drive", "dead_current_sensor", False, 8),
+        ("drive", "no_command", False, 14),
+        ("drive", "hardware_trip", False, 15),
+        ("controller", "over_current", False, 2),
+        ("drive", "frozen_current_sensor", False, 10),
+        ("drive", "frozen_current_sensor", True, 9),
+        ("controller", "frozen_current_sensor", True, 9),
+    ],
 )
-def test_its_states_and_faults_are_those_of_the_desk(lib, part, fault):
+def test_its_states_and_faults_are_those_of_the_desk(lib, part, fault, diagnosis, expected):
     """Times, states and faults with their evidence in every bit: of a drive in one run, and of a
     controller that is shown sample by sample what the stage measures."""
     drive = DRIVES["states"].with_values(
-        {"supervision.fault": fault, "protection.command_timeout_ms": 2.0}
+        {
+            "supervision.fault": fault,
+            "protection.command_timeout_ms": 2.0,
+            "protection.diagnosis": diagnosis,
+        }
     )
     control = controller(drive)
     loop = closed_loop(drive, control, -1.0)
@@ -263,7 +277,7 @@ def test_its_states_and_faults_are_those_of_the_desk(lib, part, fault):
     entered = [lib.srm_mode_text(int(mode)).decode() for mode in told[:, 1]]
     assert entered[:7] == [*MODES[1:], "off", "precharge"]
     status = int(told[4, 2])
-    assert status == FAULTS[fault]
+    assert status == expected
     assert lib.srm_fault_text(status).decode() == _core.describe_status(status)
     assert len(unit.take("states")) == 0
     unit.free()

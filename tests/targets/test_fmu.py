@@ -253,8 +253,8 @@ def test_a_drive_with_states_is_enabled_trips_and_is_cleared_from_outside(versio
     slave.close()
 
 
-@each_version
-def test_states_and_faults_are_those_of_the_desk(version, tmp_path):
+@pytest.mark.parametrize(("version", "diagnosis"), [(2, False), (3, False), (3, True)])
+def test_states_and_faults_are_those_of_the_desk(version, diagnosis, tmp_path):
     """A drive that starts, meets a fault, and stops: every state at its sample, the fault with its
     evidence, and the currents at the end, in every bit."""
     drive = DRIVE.with_values(
@@ -265,6 +265,7 @@ def test_states_and_faults_are_those_of_the_desk(version, tmp_path):
             "supervision.fault_phase": "b",
             "supervision.fault_s": 0.08,
             "simulation.until_s": 0.0802,
+            "protection.diagnosis": diagnosis,
         }
     )
     expected = rl.simulate(drive, record=0.0)

@@ -7,7 +7,7 @@
 //       16     24  law, padded with zeros: EdgeMpc
 //       40     16  machine model: LeHuy, FluxMap
 //       56      8  precision of the controller: float, double
-//       64      8  around the law: frame, or states (control_part.hpp)
+//       64      8  around the law: frame, states, or diagnose (control_part.hpp)
 //       72      8  layout: hash of the names of all fields (archive.hpp)
 //       80      8  checksum: FNV-1a over all other bytes
 //       88         parameters, doubles (archive.hpp)
@@ -15,6 +15,7 @@
 
 #include <cstring>
 #include <string>
+#include <string_view>
 
 #include "srm/c_api/archive.hpp"
 #include "srm/c_api/reluctance.h"
@@ -31,6 +32,18 @@ struct Blob {
   const unsigned char* parameters = nullptr;
   std::size_t size = 0;  // of the parameters [B]
 };
+
+/// What stands around the law of a controller with parameters P.
+template <class P>
+constexpr std::string_view around() {
+  if constexpr (requires(P p) { p.drive.control.diagnosis; }) {
+    return "diagnose";
+  } else if constexpr (requires(P p) { p.supervision; }) {
+    return "states";
+  } else {
+    return "frame";
+  }
+}
 
 /// Numbers of the blob are little-endian, as every target of this library is.
 template <class V>

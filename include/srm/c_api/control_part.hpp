@@ -1,5 +1,5 @@
 // The controller within a unit: a law and its frame, or these with the protection and the states
-// of a drive around them (control/guard/supervised.hpp), as on a target.
+// of a drive around them (control/guard/supervised.hpp), as on a target, with or without diagnosis.
 #pragma once
 
 #include <cstring>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "srm/c_api/law_part.hpp"
+#include "srm/control/guard/diagnosed.hpp"
 #include "srm/control/guard/guarded.hpp"
 #include "srm/control/guard/supervised.hpp"
 #include "srm/sim/desk.hpp"
@@ -60,9 +61,13 @@ template <Real T, int N>
 using PointedControl = DriveControl<PointedLaw<T, N>>;
 
 template <Machine M, int N>
-using PointedDrive = SupervisedDrive<Supervised<Guarded<M, PointedControl<typename M::Scalar, N>>>>;
+using PointedGuarded = Guarded<M, PointedControl<typename M::Scalar, N>>;
+template <Machine M, int N>
+using PointedDrive = SupervisedDrive<Supervised<PointedGuarded<M, N>>>;
+template <Machine M, int N>
+using DiagnosedDrive = SupervisedDrive<Supervised<Diagnosed<PointedGuarded<M, N>>>>;
 
-/// The controller with parameters P: a PointedControl or a PointedDrive.
+/// The controller with parameters P: a PointedControl, a PointedDrive or a DiagnosedDrive.
 template <class P>
 class ControlOf final : public ControlPart<P::n_phases> {
   using T = typename P::Scalar;
@@ -74,7 +79,7 @@ class ControlOf final : public ControlPart<P::n_phases> {
  public:
   explicit ControlOf(std::unique_ptr<LawPart<T, N>> law) : law_(std::move(law)) {
     if constexpr (with_states) {
-      given_.drive.control.control.law.part = law_.get();
+      guarded(given_.drive.control).control.law.part = law_.get();
     } else {
       given_.law.part = law_.get();
     }
@@ -91,9 +96,13 @@ class ControlOf final : public ControlPart<P::n_phases> {
   Fault unsound() const override {
     if (const Fault f = law_->unsound()) return f;
     if constexpr (with_states) {
-      if (const Fault f = given_.drive.control.machine.fault()) return f;
-      if (const Fault f = given_.drive.control.control.coupling.fault(N)) return f;
-      if (const Fault f = fault(given_.drive.control.protection)) return f;
+      const auto& inner = guarded(given_.drive.control);
+      if (const Fault f = inner.machine.fault()) return f;
+      if (const Fault f = inner.control.coupling.fault(N)) return f;
+      if (const Fault f = fault(inner.protection)) return f;
+      if constexpr (requires { given_.drive.control.diagnosis; }) {
+        if (const Fault f = fault(given_.drive.control.diagnosis)) return f;
+      }
       if (const Fault f = fault(given_.drive.sequence)) return f;
       return fault<N>(given_.supervision);
     } else {
@@ -128,6 +137,16 @@ class ControlOf final : public ControlPart<P::n_phases> {
   }
 
  private:
+  /// The guarded control, which a diagnosis may be around.
+  template <class Control>
+  static auto& guarded(Control& control) {
+    if constexpr (requires { control.diagnosis; }) {
+      return control.guarded;
+    } else {
+      return control;
+    }
+  }
+
   std::unique_ptr<LawPart<T, N>> law_;
   P given_{};
   State state_{};

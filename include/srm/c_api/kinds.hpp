@@ -8,6 +8,8 @@
 // A law from outside the tree has its header included before, and is named the same way. Not all of
 // them need to be there with each other:
 //   #define SRM_TOGETHER(law, machine, phases) (phases == 3 || law == "Ditc")
+// Nor what stands around a law (blob.hpp):
+//   #define SRM_AROUND(around, machine, phases) (around == "frame" || phases == 3)
 #pragma once
 
 #include <algorithm>
@@ -35,6 +37,9 @@
 
 #ifndef SRM_TOGETHER
 #define SRM_TOGETHER(law, machine, phases) true
+#endif
+#ifndef SRM_AROUND
+#define SRM_AROUND(around, machine, phases) true
 #endif
 
 namespace srm::c_api {
@@ -130,6 +135,14 @@ Made made(const Blob& blob, srm_part part, std::unique_ptr<ControlPart<N>> contr
                                             part, blob.checksum)};
 }
 
+/// Whether controls with parameters P are there for a machine.
+template <class P, Machine M, int N>
+constexpr bool is_built() {
+  [[maybe_unused]] constexpr std::string_view around = c_api::around<P>(),
+                                              machine = template_name<M>();
+  return SRM_AROUND(around, machine, N);
+}
+
 template <class L, int N, class T, template <class> class... M>
 void find_machine(const Blob& blob, srm_part part, Made& found) {
   const auto look = [&]<class Own, class Plants>() {
@@ -138,11 +151,14 @@ void find_machine(const Blob& blob, srm_part part, Made& found) {
       auto law = L::template law<Own, N>(blob.law);
       if (!law) return;
       std::unique_ptr<ControlPart<N>> control;
-      if (blob.around == "states") {
-        control = std::make_unique<ControlOf<PointedDrive<Own, N>>>(std::move(law));
-      } else if (blob.around == "frame") {
-        control = std::make_unique<ControlOf<PointedControl<T, N>>>(std::move(law));
-      }
+      const auto look_around = [&]<class P>() {
+        if constexpr (is_built<P, Own, N>()) {
+          if (around<P>() == blob.around) control = std::make_unique<ControlOf<P>>(std::move(law));
+        }
+      };
+      look_around.template operator()<PointedControl<T, N>>();
+      look_around.template operator()<PointedDrive<Own, N>>();
+      look_around.template operator()<DiagnosedDrive<Own, N>>();
       if (control) found = made<Plants, N>(blob, part, std::move(control));
     }
   };

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "srm/control/guard/diagnosis.hpp"
 #include "srm/control/guard/protection.hpp"
 #include "srm/control/guard/sequence.hpp"
 #include "srm/control/law/paper_mpc.hpp"
@@ -142,6 +143,12 @@ template <Real T>
 Fault fault(const Protection<T>& p) {
   if (!is_positive(p.flux.T_s)) return "T_s of the protection";
   return p.delay == 0 || p.delay == 1 ? nullptr : "delay of the protection";
+}
+
+template <Real T>
+Fault fault(const Diagnosis<T>& d) {
+  if (!(d.theta_error >= 0 && d.theta_error <= pi<T>)) return "theta_error of the diagnosis";
+  return d.patience >= 1 && d.likeness.recent >= 0 ? nullptr : "patience, recent of the diagnosis";
 }
 
 template <Real T>

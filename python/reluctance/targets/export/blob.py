@@ -88,11 +88,6 @@ def exported_controller(drive: Drive) -> _core.Controller:
         If the law has no form outside Python.
     """
     drive.check_sound("the C interface, in units and in the studio")
-    if drive.supervision.on and drive.protection.diagnosis:
-        raise ParameterError(
-            "[protection] diagnosis = true has no form in the C interface, in units and in the "
-            "studio; need false there (the firmware package has it)"
-        )
     if drive.control.learns:
         raise ParameterError(
             "[control] learn = true has no form in the C interface, in units and in the studio; "

@@ -72,6 +72,7 @@ SUPERVISED = {  # it starts, meets a fault, is cleared and starts again
     "supervision.clear_s": 0.17,
     "supervision.restart_s": 0.18,
     "protection.command_timeout_ms": 10,
+    "protection.diagnosis": True,
     "simulation.until_s": 0.3,
 }
 SHOWN = (
