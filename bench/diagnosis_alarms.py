@@ -31,6 +31,10 @@ MACHINES: dict[str, dict[str, Any]] = {
         **{"sensing.i_range_A": 10, "control.tau_max_Nm": 2.2},
         **{"load.J_kgm2": 0.002, "load.k_fan_Nms2": 1e-4},
     },
+    "onelab_6_4_pairs": {  # its phases couple
+        **{"converter.u_dc_V": 285, "sensing.i_range_A": 15, "control.tau_max_Nm": 4.4},
+        **{"load.J_kgm2": 0.003, "load.k_fan_Nms2": 1.5e-4},
+    },
 }
 SENSORS: dict[str, dict[str, Any]] = {
     **{f"{n} counts": {"sensing.encoder_counts": n} for n in (512, 1024, 4096, 16384)},

@@ -5,18 +5,15 @@ import importlib.util
 import re
 import sys
 import tomllib
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from coupled import machine_file
 from firmware_tools import ROOT, Native, needs_target
 
 import reluctance as rl
 from reluctance import _core
 from reluctance.drive.guard.supervised import controller
 from reluctance.drive.guard.trip_levels import diagnosis
-from reluctance.targets.export import blob
 from reluctance.targets.export.package import gates_of
 
 
@@ -226,20 +223,43 @@ def test_errors_need_the_diagnosis():
         drive.with_values({"protection.map_error_pct": 5.0})
 
 
-def test_what_has_no_form_elsewhere_is_refused():
-    drive = start()
-    with pytest.raises(rl.ParameterError, match="diagnosis"):
-        blob(drive)
+COUPLED = {
+    **{"machine": "onelab_6_4_pairs", "converter.u_dc_V": 285, "sensing.i_range_A": 15},
+    **{"reference.tau_Nm": 4.44, "control.tau_max_Nm": 4.44},
+}
 
 
-def test_phases_that_couple_are_refused(tmp_path):
-    drive = start(machine="6_4/deadbeat")
-    coupled = rl.load(
-        ROOT / "examples" / "finite_set_mpc.toml",
-        [f"machine={machine_file(tmp_path)}", "reference.tau_Nm=2.5"],
-    )
-    with pytest.raises(rl.ParameterError, match="add to each other"):
-        diagnosis(replace(coupled, protection=drive.protection))
+def test_flux_linkage_of_coupled_phases_is_within_what_is_counted_as_an_error():
+    """At drawn currents and angles; a phase is counted from one of its own without current."""
+    drive = bench.drive_of("6_4/deadbeat", 1500.0, GIVEN).with_values(COUPLED)
+    machine, draw = drive.machine, np.random.default_rng(61127)
+    theta_e = draw.uniform(0.0, 2 * np.pi, 4000)
+    i = draw.uniform(0.0, machine.i_max_A, (2, 4000, 3)) * (draw.random((2, 4000, 3)) < 0.8)
+    now = machine.coupling.psi(i[0], theta_e)[:, 0]
+    i[1][:, 0] = 0.0
+    before = machine.coupling.psi(i[1], draw.permutation(theta_e))[:, 0]
+    counted = diagnosis(drive).psi_error
+    assert 0.5 * counted < np.abs(now - before).max() < counted / 1.1  # map_error_pct = 10
+
+
+@pytest.mark.parametrize("law", ["deadbeat", "edge_mpc"])
+@pytest.mark.parametrize("pair_torque", [True, False])
+def test_a_sound_drive_whose_phases_couple_is_no_fault(law, pair_torque):
+    """A start, ramps and a reversal, with sensors and model nearly as wrong as stated."""
+    drive = alarms.drive_of(law, "onelab_6_4_pairs", "1024 counts", -1)
+    drive = drive.with_values({"sensing.noise_seed": 61127, "control.pair_torque": pair_torque})
+    events = rl.simulate(drive, until=0.4, record=None).events
+    assert [event.mode for event in events][-1] == "run"
+
+
+def test_a_broken_phase_of_those_that_couple_is_named():
+    late = {"phase": "b", "t_s": 0.1}
+    drive = bench.drive_of("6_4/deadbeat", 1500.0, GIVEN).with_values(COUPLED)
+    for kind, status in (("open_wire", 8), ("lower_shorted", 10), ("sensor_dead", 8)):
+        broken = drive.with_values({"faults": [{"kind": kind, **late}]})
+        event = rl.simulate(broken, until=0.13, record=None).events[-1]
+        assert event.status == status
+        assert re.search(r"phase 1", event.text)
 
 
 def test_a_sample_of_the_campaign_has_no_false_alarm():

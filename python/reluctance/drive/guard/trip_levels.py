@@ -10,6 +10,7 @@ from reluctance.base.units import from_si, to_si
 from reluctance.drive.all_tables import OVER_VOLTAGE
 from reluctance.drive.drive import Drive
 from reluctance.drive.tables.speed_loop import observer
+from reluctance.machine.coupling import Coupling
 
 OVER_CURRENT = 1.2  # of i_max_A
 ZERO_CURRENT = 0.02  # of i_max_A: a current sensor's offset
@@ -113,21 +114,10 @@ def protection(drive: Drive) -> _core.Protection:
 
 
 def diagnosis(drive: Drive) -> _core.Diagnosis | None:
-    """What tells the faults of a drive apart, where its [protection] asks for it.
-
-    Raises
-    ------
-    ParameterError
-        If the phases of the machine couple.
-    """
+    """What tells the faults of a drive apart, where its [protection] asks for it."""
     table, sensing, machine = drive.protection, drive.sensing, drive.machine
     if not table.diagnosis:
         return None
-    if machine.coupled:
-        raise ParameterError(
-            "[protection] diagnosis = true does not know the flux linkage that phases add to each "
-            "other; remove it, or the pairs of the machine"
-        )
     guard = protection(drive)
     u_noise = NOISE_PEAK * sensing.u_dc_noise_V
     patience = int(np.ceil(PATIENCE / drive.control.T_s))
@@ -139,7 +129,12 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
 
     i_trial = TRIAL * machine.i_max_A
     reads_zero = aligned(guard.i_zero + guard.flux.i_error)
-    psi_error = MUTUAL * aligned(machine.i_max_A) + u_noise * NOISE_AHEAD * drive.control.T_s
+    coupling = machine.coupling if machine.coupled else None
+    if coupling is None:
+        mutual = MUTUAL * aligned(machine.i_max_A)
+    else:
+        mutual = (1 + parts["map_error"]) * _mutual(coupling, machine.i_max_A)
+    psi_error = mutual + u_noise * NOISE_AHEAD * drive.control.T_s
     return _core.Diagnosis(
         drops=_core.Drops(
             t_dead=drive.converter.t_dead,
@@ -172,6 +167,24 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
         psi_sample=_trial_step(drive, i_trial),
         patience=patience,
     )
+
+
+def _mutual(coupling: Coupling, i_max: float) -> float:
+    """What the other phases add at most to the flux linkage of one, and to that of one without
+    current, from which its flux linkage is counted [Wb]."""
+    i = np.linspace(0.0, i_max, 13)
+    theta_e = np.radians(np.arange(0.0, 360.0, 5.0))
+    own, other, at = (x.ravel() for x in np.meshgrid(i, i, theta_e, indexing="ij"))
+    added = np.zeros((2, coupling.n_phases, theta_e.size))
+    for pair in coupling.pairs:
+        for phase, beside in ((pair.first, pair.second), (pair.second, pair.first)):
+            currents = np.zeros((at.size, coupling.n_phases))
+            currents[:, phase], currents[:, beside] = own, other
+            psi = np.abs(coupling.psi(currents, at)[:, phase])
+            psi = psi.reshape(i.size, i.size, theta_e.size)
+            added[0, phase] += psi.max((0, 1))
+            added[1, phase] += psi[0].max(0)
+    return float(added.max((1, 2)).sum())
 
 
 def _trial_step(drive: Drive, i_trial: float) -> float:
