@@ -22,22 +22,28 @@ pytestmark = [pytest.mark.long, pytest.mark.together]
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
-UNTIL = 0.01
+UNTIL = 0.09  # a supervised drive has run for 19 ms by then
 NAMES = (
     *("battery", "deadbeat", "ditc", "edge_mpc_mcu", "fan", "finite_set_mpc", "hysteresis_200A"),
     *("load_step", "map_mpc", "paper_pump", "paper_rated", "pwm_current", "shared_switch"),
     *("sharing_cubic", "single_pulse", "sun_cloud"),
 )
+DIAGNOSED = {
+    **{"supervision.enable_s": 0.0, "supervision.precharge_ms": 1.0, "protection.diagnosis": True},
+    **{"supervision.fault": "frozen_current_sensor", "supervision.fault_s": 0.085},
+}
 CLANG = shutil.which("clang++-19") or shutil.which("clang++")
 WASM_CLANG, NODE, CHROMIUM = map(shutil.which, ("clang++-19", "node", "chromium"))
 
 
 @pytest.fixture(scope="module")
 def blobs(tmp_path_factory):
-    """A blob for each drive: all laws, both machine models, sensors, dead time, speed loop, PV."""
+    """A blob for each drive: all laws, both machine models, sensors, dead time, speed loop, PV,
+    states with a diagnosis and a fault."""
     place = tmp_path_factory.mktemp("blobs")
     drives = {name: rl.load(EXAMPLES / f"{name}.toml") for name in NAMES}
     drives["sensors"] = drives["sharing_cubic"].with_values(SENSORS)
+    drives["diagnosed"] = drives["sensors"].with_values(DIAGNOSED)
     for name, drive in drives.items():
         (place / f"{name}.srm").write_bytes(blob(drive, record=0.0))
     return place
@@ -75,7 +81,7 @@ def waveform_hash(lib, content):
 
 
 def test_the_drives_are_different_and_hold_all_kinds(native):
-    assert len(set(native.values())) == len(native) == len(NAMES) + 1
+    assert len(set(native.values())) == len(native) == len(NAMES) + 2
     laws = {rl.load(EXAMPLES / f"{name}.toml").control.law for name in NAMES}
     assert len(laws) == 8
 
