@@ -63,3 +63,14 @@ def test_every_header_and_module_has_its_judges():
     for file in [*HEADERS.rglob("srm/*/*.hpp"), *PACKAGE.rglob("*/*.py")]:
         names = mutants.folders(file)
         assert names and all((TESTS / name).is_dir() for name in names), file
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_test_of_another_folder_that_names_what_a_module_offers_judges_it(seed):
+    """Tables of angles are tested in tests/drive alone; four of other folders are added."""
+    file = PACKAGE / "explore" / "tuning" / "angles.py"
+    judges = mutants.judges(mutants.python_mutant(file, random.Random(seed)))
+    own = [test for test in judges if TESTS / "explore" in test.parents]
+    others = judges[len(own) :]
+    assert own and len(others) == mutants.NEAREST
+    assert TESTS / "drive" / "test_angle_table.py" in others

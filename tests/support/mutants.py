@@ -144,9 +144,16 @@ def python_mutant(file: Path, draw: random.Random) -> Mutant | None:
     tail = lines[last].encode()[node.end_col_offset :].decode()
     text = "".join([*lines[:first], head, after, tail, *lines[last + 1 :]])
     at = file.relative_to(PACKAGE).with_suffix("")
-    where = (*(name.strip("_") for name in names), at.name, ".".join(at.parts))
+    where = (*(name.strip("_") for name in names), at.name, ".".join(at.parts), *offered(tree))
     short = [" ".join(part.split())[:70] for part in (before, after)]
     return Mutant(file, node.lineno, short[0], short[1], text, where)
+
+
+def offered(tree: ast.Module) -> list[str]:
+    """The functions and classes of a module that others import: tests often reach its inner ones
+    through them."""
+    those = (part.name for part in tree.body if isinstance(part, ast.FunctionDef | ast.ClassDef))
+    return [name for name in those if not name.startswith("_")]
 
 
 def cpp_mutant(file: Path, draw: random.Random) -> Mutant | None:
@@ -201,7 +208,7 @@ def judges(mutant: Mutant) -> list[Path]:
     rank = {file: n for n, file in enumerate(order)}
     own = [file for file in tests() if file.relative_to(TESTS).parts[0] in folders(mutant.file)]
     own.sort(key=lambda file: (rank.get(file, len(rank)), file))
-    return [*own, *[file for file in order[:NEAREST] if file not in own]]
+    return [*own, *[file for file in order if file not in own][:NEAREST]]
 
 
 class Copy:
