@@ -1,17 +1,29 @@
 """From the sun to the tank: reference day and year, energy that adds up, switched runs as judge."""
 
+import re
 import time
 from dataclasses import astuple, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance import paper
 from reluctance.plant.hydraulics.pump import Pump
 from reluctance.plant.solar.pv_module import CellNumbers
-from reluctance.pumping import chain, columns, load_system, per, pump, remarks, sizes, with_units
+from reluctance.pumping import (
+    chain,
+    columns,
+    load_system,
+    per,
+    plots,
+    pump,
+    remarks,
+    sizes,
+    with_units,
+)
 from reluctance.pumping import loss_map as maps
 from reluctance.pumping.clouds import Clouds
 from reluctance.pumping.operate import box_of, drive_at_nominal
@@ -361,3 +373,31 @@ def test_an_array_that_faces_away_from_the_equator_is_told(village, latitude, az
     }
     found = pump(village.with_values(values))
     assert away == any("faces away from the equator" in line for line in remarks(found))
+
+
+def test_figures_show_the_samples_and_the_chain(day):
+    """Curves of the array are at the temperature and power that samples in such light have; the
+    pipe's curve goes through the points; what each cause leaves ends at the water lifted."""
+    s = day.samples
+    array, heads, losses = (
+        draw(Figure().add_subplot(), day)
+        for draw in (plots.plot_array, plots.plot_heads, plots.plot_losses)
+    )
+    for curve, text in zip(array.lines, array.texts, strict=False):
+        G, temp = map(float, re.findall(r"-?\d+", text.get_text()))
+        near = np.abs(s.poa_effective - G) < 30
+        assert temp == pytest.approx(s.temp_cell[near].mean(), abs=2)
+        u, i = curve.get_data()
+        assert (u * i).max() == pytest.approx(s.p_mp[near].mean(), rel=0.05)
+    assert len(array.texts) == len(plots.IRRADIANCES)
+    pipe, points = (
+        next(line for line in heads.lines if line.get_label() == label).get_data()
+        for label in ("static head + pipe", "pumping")
+    )
+    assert points[1] == pytest.approx(np.interp(points[0], *pipe), rel=1e-3)
+    whole, *causes, lifted = [(bar.get_x(), bar.get_width()) for bar in losses.patches]
+    left = whole[1]
+    for start, lost in causes:
+        assert start + lost == pytest.approx(left)
+        left = start
+    assert left == pytest.approx(lifted[1])
