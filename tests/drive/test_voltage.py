@@ -134,6 +134,21 @@ def test_profiles_are_made_for_a_drive_that_may_need_them(
     assert bool(made) == asks
 
 
+@pytest.mark.parametrize(("tau_Nm", "asks"), [("41.339", True), ("-41.339", False)])
+def test_each_direction_is_held_against_its_own_boundary(
+    tau_Nm: str, asks: bool, made: list[float]
+) -> None:
+    """With a dc link that sags, ditc motors beyond its boundary here and brakes within."""
+    given = ["load.speed_rpm=2058", f"reference.tau_Nm={tau_Nm}"]
+    drive = rl.load(ROOT / "examples" / "ditc.toml", given)
+    known = drive.known()
+    control: Any = drive.control
+    motoring, braking = (float(reach.min()) for reach in control.boundary(known))
+    assert motoring < known.N_r * known.omega_m / (hand_over.SAG * known.u_dc) < braking
+    drive.controller()
+    assert bool(made) == asks
+
+
 def test_a_drive_beyond_its_boundary_without_a_profile_is_refused(made: list[float]) -> None:
     drive = rl.load(ROOT / "examples" / "sharing_cubic.toml", ["load.speed_rpm=4000"])
     with pytest.raises(ParameterError, match=r"needs more than the 240 V.*4000 rpm.*lower speed"):
