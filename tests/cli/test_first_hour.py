@@ -57,6 +57,15 @@ def test_a_course_from_a_csv_file(tmp_path):
 
 
 @pytest.mark.parametrize("head", ["", "t_s,tau_Nm\n"])
+def test_a_course_of_one_row_is_constant_and_one_of_none_is_refused(tmp_path, head):
+    path = tmp_path / "short.csv"
+    path.write_text(head + "0,30\n")
+    assert rl.load(RATED, [f"reference.tau_Nm={path}"]).reference.values == [30]
+    path.write_text(head)
+    assert "rows" in refused("run", RATED, "--set", f"reference.tau_Nm={path}")
+
+
+@pytest.mark.parametrize("head", ["", "t_s,tau_Nm\n"])
 def test_a_course_of_too_many_rows_is_refused_and_not_cut(tmp_path, head):
     path = tmp_path / "long.csv"
     rows = [f"{n}e-6,{20 if n < MOST_POINTS else 30}\n" for n in range(MOST_POINTS + 1)]

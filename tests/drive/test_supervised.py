@@ -85,6 +85,7 @@ def test_a_fault_stops_the_drive_is_cleared_and_the_drive_starts_again(drive, fa
     assert named(result) == [*up, "fault", "off", *up]
     found = result.events[4]
     assert found.status in statuses
+    assert [str(event) for event in result.events[4:6]] == [f"fault: {found.text}", "off"]
     assert at <= found.t <= at + longest
     T_s = drive.control.T_s
     off = (result.t > found.t) & (result.t < result.events[-1].t)

@@ -37,6 +37,15 @@ def test_names_do_not_overlap(found: Comparison) -> None:
         assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
 
 
+def test_the_name_of_the_lower_bound_lies_below_it(found: Comparison) -> None:
+    made = drawing.figure(found)
+    made.draw_without_rendering()
+    ax = made.axes[0]
+    (name,) = [text for text in ax.texts if text.get_text().startswith("below the lower bound")]
+    below = ax.collections[-1].get_paths()[0].transformed(ax.transData)
+    assert below.contains_point(name.get_window_extent().get_points()[1])
+
+
 def test_a_law_that_failed_is_named_in_the_title(found: Comparison) -> None:
     failed = Entry("ditc", {}, met=False, note="not possible here: angles", runs=0)
     made = drawing.figure(replace(found, entries=(failed,)))

@@ -9,6 +9,7 @@ from command import command, refused
 
 import reluctance as rl
 from reluctance.explore.efficiency_map import Cycle, driven, efficiency, read_cycle
+from reluctance.explore.efficiency_map.cycle import Driven
 from reluctance.explore.efficiency_map.locked import at, length
 from reluctance.explore.efficiency_map.text import rows
 
@@ -117,6 +118,23 @@ def test_braking_returns_what_its_losses_leave(cubic) -> None:  # type: ignore[n
     assert found.E_returned == pytest.approx(-2 * float(braking.p_in(omega, tau)), rel=1e-9)
     assert found.E_braked == pytest.approx(20 * omega, rel=1e-9)
     assert driven(cycle, cubic).held == 0
+
+
+@pytest.mark.parametrize(
+    ("energies", "expected"),
+    [
+        ((10, 0, 20, 0), 0.5),
+        ((10, 4, 20, 8), 0.5),
+        ((4, 10, 20, 8), None),  # both sides feed the losses
+        ((4, 10, 8, 20), None),
+    ],
+)
+def test_a_cycle_has_an_efficiency_where_the_link_gives_and_the_shaft_gets(
+    energies: tuple[float, ...], expected: float | None
+) -> None:
+    names = ("E_mech", "E_braked", "E_in", "E_returned")
+    cycle = Driven(**dict(zip(names, energies, strict=True)), loss={}, held=1.0)
+    assert cycle.efficiency == expected
 
 
 @pytest.mark.parametrize(

@@ -56,6 +56,14 @@ def test_a_consistent_map_is_good(table):
     assert report.area_error < 0.003
 
 
+@pytest.mark.parametrize("end", [180, 360])
+def test_the_report_says_over_which_part_of_a_period_the_map_goes(end):
+    theta_e = np.radians(np.linspace(0, end, 37))
+    i = np.linspace(0, 10, 11)
+    psi = np.outer(i, 0.1 - 0.06 * np.cos(theta_e))
+    assert check_map(FluxTable(N_r=4, i=i, theta_e=theta_e, psi=psi)).theta_span_deg == end
+
+
 @pytest.mark.parametrize("n", [4, 15, 26])
 @pytest.mark.parametrize("torque", ["given", "absent"])
 def test_one_angle_scaled_by_three_percent_is_refused(n, torque):

@@ -119,6 +119,17 @@ def test_an_impossible_geometry_gets_one_line(tmp_path, changes, text):
     assert not out.exists()
 
 
+@pytest.mark.parametrize("key", ["winding__coil_width_mm", "winding__coil_height_mm"])
+def test_the_largest_coil_that_a_refusal_names_is_the_largest_that_fits(key):
+    size = {"winding__coil_width_mm": 5.0, "winding__coil_height_mm": 10.0}
+    with pytest.raises(rl.ParameterError, match="does not fit the slot: need at most") as fault:
+        geometry(**{**size, key: 30.0})
+    most = float(str(fault.value).partition("need at most ")[2].split(";")[0].split()[0])
+    geometry(**{**size, key: 0.999 * most})
+    with pytest.raises(rl.ParameterError, match="does not fit the slot"):
+        geometry(**{**size, key: 1.001 * most})
+
+
 H, B = (x[::6] for x in grade("M400-50A"))
 CURVES = [
     ([(h, b) for h, b in zip(B, H, strict=True)], "the columns are swapped"),

@@ -1,5 +1,7 @@
 """Pulses beside a held phase become the factor of the pairs; by the formula of `coupled`."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from coupled import I_MAX, SENSED, WORKING, machine_file, unlike
@@ -73,6 +75,20 @@ def test_the_factor_is_exact_without_noise(drive):
         assert found.residual < 1e-9
         assert set(found.of_pair) == {"ab", "ca"}
         assert (found.n_pulses, found.n_positions) == (24, 12)
+
+
+def test_the_standard_error_is_that_of_the_mean_where_each_position_says_as_much(drive):
+    """Whole periods of the angle apart, pulses differ in the factor alone with which they were
+    made."""
+    machine, factors = drive.machine, np.array([0.7, 0.9, 1.0, 1.2, 1.4])
+    pulses = []
+    for n, factor in enumerate(factors):
+        pairs = machine.coupling.times(factor)
+        own = SimpleNamespace(N_r=machine.N_r, magnetics=machine.magnetics, coupling=pairs)
+        pulses.append(pulse(own, (0, 1), 0.3 + n * 2 * np.pi / machine.N_r, 0.5 * I_MAX))
+    found = pair_factor(pulses, machine.coupling, machine.magnetics, R)
+    assert found.factor == pytest.approx(factors.mean(), abs=1e-9)
+    assert found.error == pytest.approx(factors.std(ddof=1) / np.sqrt(len(factors)), abs=1e-9)
 
 
 def test_offsets_drops_and_an_error_of_the_resistance_hardly_matter(drive):

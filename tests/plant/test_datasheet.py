@@ -46,6 +46,15 @@ def test_the_diode_goes_through_the_printed_points():
     assert gamma == pytest.approx(-0.40, abs=0.03)
 
 
+def test_the_short_circuit_current_rises_with_temperature_as_printed():
+    warmer = np.array([25.0, 50.0])
+    diode = array_diode(
+        cell_from(sheet(), "array"), np.full(2, 1000.0), warmer, n_series=1, n_parallel=1
+    )
+    cold, hot = current(diode, np.zeros(2))
+    assert 100 * (hot / cold - 1) / 25 == pytest.approx(SHEET["alpha_sc_pctpK"], rel=2e-3)
+
+
 @pytest.mark.long
 def test_modules_of_the_cec_table_have_a_diode():
     """Of 40 crystalline modules drawn from it, 33 are taken and meet their points, and half are

@@ -37,3 +37,11 @@ def test_without_a_stated_start_the_tank_ends_as_full_as_it_started(flows, volum
     if abs(inflow.sum() - demand.sum()) > volume / 50:
         last = repeated.missing[-len(inflow) :].sum()
         assert found.missing.sum() == pytest.approx(last, abs=1e-6)
+
+
+@pytest.mark.parametrize("demand", [1e-3, 0.4, 1.0, 1e4])
+def test_the_part_of_a_demand_that_is_missed_does_not_depend_on_its_size(demand):
+    empty = Tank(volume_m3=0.0, start_m3=0.0)
+    found = store(demand * np.array([0.5, 0.0]), demand * np.array([0.5, 1.5]), empty)
+    assert found.loss_of_load == pytest.approx(0.75)
+    assert store(np.ones(2), np.zeros(2), empty).loss_of_load == 0

@@ -74,6 +74,12 @@ def test_29_february_is_a_day_as_any_other():
     assert found.ghi.reshape(3, 24).sum(axis=1) == pytest.approx(found.ghi.sum() / 3, rel=0.02)
 
 
+@pytest.mark.parametrize(("step_min", "first"), [(1.0, 0), (5.0, 0), (10.0, 5), (60.0, 30)])
+def test_a_clear_sky_has_the_middles_of_intervals_from_ten_minutes_on(step_min, first):
+    start = read(**CLEAR, step_min=step_min).t[0]
+    assert (start.hour, start.minute) == (0, first)
+
+
 def test_a_day_of_a_summer_time_change_has_its_own_length():
     berlin = site(latitude_deg=52.0, longitude_deg=13.0, timezone="Europe/Berlin")
     assert len(read(berlin, kind="clear", start=date(2026, 3, 29), step_min=60.0).t) == 23

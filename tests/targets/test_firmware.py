@@ -8,6 +8,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from command import refused
 from firmware_tools import DRIVES, ROOT, drive, each_drive
 from hypothesis import given
 from hypothesis import strategies as st
@@ -199,3 +200,10 @@ def test_a_port_refuses_the_package_of_another_drive_file(tmp_path):
         done = subprocess.run(command, cwd=port / "stm32g474", capture_output=True, text=True)
         assert (done.returncode == 0) == (package == port)
         assert package == port or "of different drive files; export both again" in done.stderr
+
+
+def test_without_the_emulator_or_the_compiler_one_line_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    file = ROOT / "examples" / "ditc.toml"
+    line = refused("export", "parity", file, "--steps", "10")
+    assert "`arm-none-eabi-g++` is not installed; on Debian: apt install" in line
