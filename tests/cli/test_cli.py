@@ -8,7 +8,9 @@ import signal
 import subprocess
 import sys
 import tomllib
+from contextlib import redirect_stdout
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ from scipy.io import loadmat
 
 import reluctance as rl
 from reluctance.base.interactive import MOST_POINTS, thinned
-from reluctance.cli import progress
+from reluctance.cli import app, progress
 
 ROOT = Path(__file__).parents[2]
 RATED = str(ROOT / "examples" / "paper_rated.toml")
@@ -305,3 +307,17 @@ def test_a_plot_of_a_result_is_written_where_a_path_is_given(tmp_path):
     assert (tmp_path / "x.png").read_bytes()[1:4] == b"PNG" and (tmp_path / "x.pdf").exists()
     with pytest.raises(rl.ParameterError, match=r"x\.doc"):
         result.plot(tmp_path / "x.doc")
+
+
+def test_the_address_of_the_studio_is_out_before_it_serves(tmp_path, monkeypatch):
+    """In a file or a pipe, too."""
+    written, seen = tmp_path / "out", []
+    server = SimpleNamespace(
+        server_port=4711,
+        serve_forever=lambda: seen.append(written.read_text()),
+        server_close=lambda: None,
+    )
+    monkeypatch.setattr("reluctance.targets.studio.serve", lambda port: server)
+    with written.open("w") as out, redirect_stdout(out):
+        app(["studio", "--no-browser"], standalone_mode=False)
+    assert "http://127.0.0.1:4711/" in seen[0]
