@@ -96,6 +96,20 @@ def test_losses_are_off_unless_asked_for():
     assert kpis.with_units()["p_fe_W"] is kpis.with_units()["p_sw_W"] is None
 
 
+@pytest.mark.parametrize(
+    ("until_ms", "first", "last"), [(8, 0, None), (12, 0, 10), (25, 10, 20), (45, 30, 40)]
+)
+def test_figures_are_of_the_whole_periods_of_the_second_half_or_else_of_the_last(
+    until_ms, first, last
+):
+    """A period takes 10 ms here; before the first one ends there is none."""
+    rows = rl.simulate(rl.load(HALF, ["load.speed_rpm=1500"]), until=1e-3 * until_ms).periods
+    window, periods = evaluated(rows, 4)
+    assert periods == (0 if last is None else 1)
+    ends = (first, until_ms if last is None else last)
+    assert 1e3 * window["t"][[0, -1]] == pytest.approx(ends, abs=1e-6)
+
+
 def test_losses_join_the_power_balance():
     """Over whole periods the link's power is all that the drive does with it."""
     drops = ["converter.v_switch_V=1.5", "converter.v_diode_V=1.0", "converter.R_switch_ohm=0.01"]
