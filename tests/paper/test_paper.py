@@ -5,9 +5,11 @@ import re
 from base64 import b64decode
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from command import command, on_terminal
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -17,6 +19,7 @@ from reluctance import paper
 from reluctance.base.errors import ParameterError
 from reluctance.cli import app
 from reluctance.paper import figures, printed, pump, study
+from reluctance.paper.claim import Claim, line
 from reluctance.paper.points import HALF, RATED
 from reluctance.paper.response import LEVEL, least_time, least_voltage
 
@@ -388,3 +391,14 @@ def test_claims_stand_below_each_other_on_a_narrow_screen(
     assert all(row.count("data-label=") == 4 for row in rows)
     narrow = text.partition("@media(max-width:50em)")[2].partition("</style>")[0]
     assert ".claims td{display:block}" in narrow and "content:attr(data-label)" in narrow
+
+
+def test_claims_are_cut_at_the_width_of_a_terminal_and_whole_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    claim = Claim("a claim of many words " * 5, 1.0, 2.0, "%", None, "confirmed", "")
+    report = SimpleNamespace(claims=(claim,), files=())
+    monkeypatch.setattr("reluctance.paper.write", lambda *_, **__: report)
+    whole, narrow = command("paper", "--out", tmp_path).out, on_terminal("paper", "--out", tmp_path)
+    assert line(claim) in whole
+    assert line(claim)[:80] in narrow and max(map(len, narrow)) == 80
