@@ -1,6 +1,7 @@
 """The tool that plants small faults: what it says of a file without a fault, and of one with."""
 
 import random
+import re
 
 import mutants
 import pytest
@@ -57,6 +58,12 @@ def test_a_seed_draws_the_same_faults_each_in_one_line(kind, only):
         was, now = mutant.file.read_text().split("\n"), mutant.text.split("\n")
         assert was != now
         assert was[: mutant.line - 1] == now[: mutant.line - 1]
+
+
+def test_the_looks_of_a_figure_are_no_fault():
+    look = re.compile(r"\b(?:lw|ms|fontsize|alpha)=[\d.]+")
+    for mutant in mutants.drawn("python", 100, "limits/files.py", random.Random(5)):
+        assert look.findall(mutant.text) == look.findall(mutant.file.read_text())
 
 
 def test_every_header_and_module_has_its_judges():

@@ -62,6 +62,7 @@ SWAPS: dict[type, type] = {
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And},
     **{ast.Pow: ast.Mult, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
 }
+LOOKS = ("lw", "ms", "fontsize", "alpha")  # keywords of Matplotlib that are a matter of taste
 CPP_SWAPS = {
     **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * ", " < ": " <= ", " > ": " >= "},
     **{" <= ": " < ", " >= ": " > ", " && ": " || ", " || ": " && ", " == ": " != "},
@@ -107,7 +108,7 @@ def _with(node: ast.AST, **fields: object) -> ast.AST:
 
 
 def python_mutant(file: Path, draw: random.Random) -> Mutant | None:
-    """A fault somewhere in a module, but in its text and annotations."""
+    """A fault somewhere in a module, but in its text, its annotations and the looks of a figure."""
     source = file.read_text(encoding="utf-8")
     lines = source.splitlines(keepends=True)
     tree = ast.parse(source)
@@ -120,6 +121,9 @@ def python_mutant(file: Path, draw: random.Random) -> Mutant | None:
             for child in value if isinstance(value, list) else [value]:
                 if isinstance(child, ast.JoinedStr) or not isinstance(child, ast.AST):
                     continue
+                if isinstance(child, ast.keyword) and child.arg in LOOKS:
+                    if isinstance(child.value, ast.Constant):
+                        continue
                 inner = names
                 if isinstance(child, ast.FunctionDef | ast.ClassDef):
                     inner = (*names, child.name)
