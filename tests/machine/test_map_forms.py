@@ -87,18 +87,21 @@ def test_text_as_femm_scripts_write_it(separator, tmp_path):
     is_the_machine(read_map(path, N_r=6, names=numbers, angle_unit="deg"))
 
 
-@pytest.mark.parametrize("across", ["currents", "angles"])
-def test_a_sweep_as_maxwell_exports_it(across, tmp_path):
+@pytest.mark.parametrize(
+    ("unit", "factor"),
+    [("A", 1), ("mA", 1e3), ("deg", 1), ("degrees", 1), ("rad", np.pi / 180)],
+)
+def test_a_sweep_as_maxwell_exports_it(unit, factor, tmp_path):
     psi, tau = sampled(HALF)
-    if across == "currents":
+    if unit.endswith("A"):
         head = ["Moving1.Position [deg]"]
-        head += [f"FluxLinkage(PhaseA) [mWb] - I_peak='{i:g}A'" for i in CURRENTS]
-        head += [f"Moving1.Torque [NewtonMeter] - I_peak='{i:g}A'" for i in CURRENTS]
+        head += [f"FluxLinkage(PhaseA) [mWb] - I_peak='{factor * i:g}{unit}'" for i in CURRENTS]
+        head += [f"Moving1.Torque [NewtonMeter] - I_peak='{factor * i:g}{unit}'" for i in CURRENTS]
         rows = [[a, *1e3 * psi[:, n], *tau[:, n]] for n, a in enumerate(HALF_DEG)]
     else:
         head = ["Current(A) [A]"]
-        head += [f"FluxLinkage(PhaseA) [mWb] - pos='{a:.12g}deg'" for a in HALF_DEG]
-        head += [f"Moving1.Torque [NewtonMeter] - pos='{a:.12g}deg'" for a in HALF_DEG]
+        head += [f"FluxLinkage(PhaseA) [mWb] - pos='{factor * a:.12g}{unit}'" for a in HALF_DEG]
+        head += [f"Moving1.Torque [NewtonMeter] - pos='{factor * a:.12g}{unit}'" for a in HALF_DEG]
         rows = [[i, *1e3 * psi[k], *tau[k]] for k, i in enumerate(CURRENTS)]
     lines = [",".join(f'"{cell}"' for cell in head)]
     path = tmp_path / "maxwell.csv"

@@ -9,7 +9,7 @@ import numpy as np
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.reading import is_number, numbers
-from reluctance.machine.maps.raw import UNITS, RawMap, column, leading
+from reluctance.machine.maps.raw import SPELLED, UNITS, RawMap, column, leading
 from reluctance.machine.maps.table import Array
 
 VARIATION = re.compile(r"^(?P<what>.+?)\s+-\s+.*?(?P<name>[\w.$]+)\s*=\s*'?(?P<value>[^']+?)'?\s*$")
@@ -63,4 +63,4 @@ def _value(text: str, quantity: str) -> tuple[float, str | None]:
     if match is None or not is_number(match[1]) or (unit and unit not in UNITS[quantity]):
         raise ParameterError(f"value `{text}` of the sweep, need a number with a unit")
     factor = UNITS[quantity][unit] if unit else 1.0
-    return factor * float(match[1]), unit or None
+    return factor * float(match[1]), SPELLED.get(unit, unit) or None
