@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import refused
+from command import command, refused
 
 from reluctance import ParameterError
-from reluctance.machine.maps import identify, read_pulses
+from reluctance.machine.maps import identify, read_map, read_pulses
 
 U, R, I_TOP, I_0 = 24.0, 3.0, 6.0, 4.0
 ANGLES = np.linspace(0, 180, 10)
@@ -101,6 +101,22 @@ def test_what_an_oscilloscope_saves_becomes_the_table_of_the_winding(
     true = np.stack([psi(table.i, theta) for theta in table.theta_e], axis=1)
     assert table.i[-1] > 0.95 * I_TOP
     assert np.abs(table.psi - true).max() < 0.01 * true.max()
+
+
+def test_the_command_takes_angles_names_and_probe_of_the_files(tmp_path: Path) -> None:
+    files = [tmp_path / f"{n}.csv" for n in range(len(ANGLES))]
+    for file, p in zip(files, PULSES, strict=True):
+        file.write_text(in_volts(p) + "\n")
+    recording = read_pulses(files, angles=list(ANGLES), names=CHANNELS, probe=10.0)
+    table = identify(recording, N_r=6, R=R, angle_unit="deg", angle_kind="electrical").table
+    given = [f"--angle={a}" for a in ANGLES] + [f"--name={q}={n}" for q, n in CHANNELS.items()]
+    how = ("--angle_unit", "deg", "--angle_kind", "electrical", "--probe_A_per_V", 10)
+    out = tmp_path / "m.csv"
+    done = command(
+        *("map", "identify", *files, *given, *how, "--R_ohm", R, "--N_r", 6, "--out", out)
+    )
+    assert done.code == 0, done.error
+    assert read_map(out, N_r=6).psi == pytest.approx(table.psi, rel=1e-6, abs=1e-9)
 
 
 def test_channels_without_units_are_asked_for_by_name(tmp_path: Path) -> None:
