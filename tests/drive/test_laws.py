@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,6 +34,12 @@ def run(path: Path, *overrides: str, until: float = 0.04) -> rl.Kpis:
 def test_laws_give_the_torque_that_is_asked(path: Path, precision: str) -> None:
     kpis = run(path, f"control.precision='{precision}'")
     assert kpis.tau_mean == pytest.approx(41.339, rel=0.01)
+
+
+def test_the_default_bandwidth_given_in_hertz_gives_the_same_currents() -> None:
+    control: Any = rl.load(PWM).control
+    given = run(PWM, f"control.bandwidth_Hz={control.bandwidth / (2 * np.pi)!r}")
+    assert given.i_rms == pytest.approx(run(PWM).i_rms, rel=1e-9)
 
 
 def test_negative_torque_is_the_mirror_image() -> None:

@@ -127,6 +127,17 @@ def test_losses_join_the_power_balance():
     assert lossy.t.size == 0  # record = None keeps nothing, though the iron loss needed it
 
 
+def test_rows_at_equal_intervals_are_the_same_where_the_iron_loss_keeps_every_point():
+    plain, lossy = (
+        rl.simulate(rl.load(HALF, keys), until=0.02, record=1e-3) for keys in ([], IRON_KEYS)
+    )
+    assert lossy.t == pytest.approx(plain.t, abs=1e-9)
+    assert lossy.t == pytest.approx(np.linspace(0, 0.02, 21), abs=1e-9)
+    assert np.array_equal(lossy.leg, plain.leg)
+    assert lossy.i == pytest.approx(plain.i, abs=1e-3 * plain.i.max())
+    assert lossy.tau == pytest.approx(plain.tau, abs=1e-3 * plain.tau.max())
+
+
 def test_switching_loss_is_that_of_the_legs_in_the_waveforms():
     """Counted independently: each change of a leg state at its current."""
     drive = rl.load(HALF, SWITCH_KEYS)

@@ -190,3 +190,8 @@ def test_types_are_published() -> None:
         [sys.executable, "-c", "import reluctance; print(reluctance.__path__[0])"], text=True
     )
     assert (Path(place.strip()) / "py.typed").is_file()
+
+
+def test_a_torque_out_of_reach_is_refused_of_a_changed_drive_as_of_a_file() -> None:
+    with pytest.raises(rl.ParameterError, match="out of reach"):
+        rl.load(RATED).with_values({"reference.tau_Nm": 4000})

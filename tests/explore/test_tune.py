@@ -9,6 +9,7 @@ import pytest
 from command import command, refused
 
 import reluctance as rl
+from reluctance.base.schema import field_of
 from reluctance.cli.tune import tune as cli_tune
 from reluctance.explore.tuning import Trial, angles, tune
 from reluctance.explore.tuning.compass import GRID, LAST_STEP, compass
@@ -112,6 +113,14 @@ def test_bounds_that_none_keeps_are_missed_by_least_and_said(drive: rl.Drive) ->
     line = ("tune", CUBIC, "--vary", "control.i_band_A=0.3:3", "--minimise", "i_rms")
     rest = ("--keep", "f_switch_Hz<10", "--budget", "12", "--until", UNTIL)
     assert "no trial keeps all bounds" in command(*line, *rest).out
+
+
+def test_a_key_of_a_table_within_a_table_is_found(drive: rl.Drive) -> None:
+    machine = type(drive.machine).filed()
+    found = field_of(machine, ["iron", "alpha"])
+    assert found is not None and found.annotation is float
+    for path in (["iron", "n"], ["R_ohm", "alpha"], ["nothing", "alpha"]):
+        assert field_of(machine, path) is None
 
 
 def test_choices_and_whole_numbers(drive: rl.Drive) -> None:

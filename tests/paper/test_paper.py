@@ -6,6 +6,7 @@ from base64 import b64decode
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -20,7 +21,8 @@ from reluctance.base.errors import ParameterError
 from reluctance.cli import app
 from reluctance.paper import figures, printed, pump, study
 from reluctance.paper.claim import Claim, line
-from reluctance.paper.points import HALF, RATED
+from reluctance.paper.claims_results import torque_ripple
+from reluctance.paper.points import HALF, RATED, Runs
 from reluctance.paper.response import LEVEL, least_time, least_voltage
 
 COARSE = paper.Grid(
@@ -402,3 +404,15 @@ def test_claims_are_cut_at_the_width_of_a_terminal_and_whole_elsewhere(
     whole, narrow = command("paper", "--out", tmp_path).out, on_terminal("paper", "--out", tmp_path)
     assert line(claim) in whole
     assert line(claim)[:80] in narrow and max(map(len, narrow)) == 80
+
+
+def test_a_claim_of_the_ripple_is_in_percent_of_the_torque() -> None:
+    kpis = {"torque_ripple_pp": 0.035, "torque_error_rms": 0.01, "f_switch": 1e4, "i_rms": 49.0}
+    runs = SimpleNamespace(
+        locked=SimpleNamespace(kpis=SimpleNamespace(**kpis)),
+        best=SimpleNamespace(tau_error_max=0.1),
+        point=SimpleNamespace(tau_ref=40.0, label="a point"),
+    )
+    claim = torque_ripple(cast(Runs, runs))
+    assert (claim.unit, claim.verdict) == ("%", "not confirmed")
+    assert (claim.model_gives, claim.physical_limit) == (pytest.approx(3.5), pytest.approx(0.5))

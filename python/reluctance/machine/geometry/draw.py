@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.collections import PolyCollection
 
-from reluctance.base.picture import Picture
 from reluctance.machine.geometry.mesh import COIL, STEEL
 from reluctance.machine.geometry.position import Side, at_angle
 from reluctance.machine.geometry.solve import Field
@@ -23,10 +22,9 @@ N_LINES = 24  # field lines between the extremes of the potential
 OUTLINE = [0, 3, 1, 4, 2, 5]  # of an element: corners and middles in order
 
 
-def draw(system: System, *, alpha: float = 0.0, axes: Axes | None = None) -> Axes:
+def draw(system: System, axes: Axes, *, alpha: float = 0.0) -> Axes:
     """Cross-section with the coils of each phase in a colour; the rotor turned by alpha [rad].
     Lengths in mm."""
-    axes = Picture(6, 6).add_subplot() if axes is None else axes
     n_phases = system.winding.n_phases
     position = at_angle(system, alpha)
     for side, turn in ((position.rotor, alpha), (position.stator, 0.0)):
@@ -41,10 +39,9 @@ def draw(system: System, *, alpha: float = 0.0, axes: Axes | None = None) -> Axe
     return _finished(axes, system)
 
 
-def draw_field(field: Field, *, axes: Axes | None = None) -> Axes:
+def draw_field(field: Field, axes: Axes) -> Axes:
     """|B| in colours, and lines of the vector potential, along which the field runs; over the
     sector that was solved. Lengths in mm."""
-    axes = Picture(6.5, 5.5).add_subplot() if axes is None else axes
     position = field.position
     system = position.system
     potential = np.append(field.A, 0.0)

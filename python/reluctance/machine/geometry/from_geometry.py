@@ -122,7 +122,7 @@ class FromGeometry:
 
         system = system_of(self.geometry)
         axes.set_title(self.name)
-        return draw(system, alpha=rotor_angle(system, np.radians(theta_e_deg)), axes=axes)
+        return draw(system, axes, alpha=rotor_angle(system, np.radians(theta_e_deg)))
 
     def draw_field(
         self, axes: Axes, *, theta_e_deg: float = 120.0, i_A: float | None = None
@@ -135,7 +135,7 @@ class FromGeometry:
         current = self.geometry.map.current_max_A / 2 if i_A is None else i_A
         position = at_angle(system, rotor_angle(system, np.radians(theta_e_deg)))
         axes.set_title(f"{current:g} A, {theta_e_deg:g} deg el.")
-        return draw_field(solve(position, current * np.eye(self.geometry.phases)[0]), axes=axes)
+        return draw_field(solve(position, current * np.eye(self.geometry.phases)[0]), axes)
 
     def plot(self, path: str | Path, *, theta_e_deg: float = 120.0) -> None:
         """Writes the cross-section and the field."""
