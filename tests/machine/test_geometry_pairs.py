@@ -429,3 +429,15 @@ def test_a_pair_table_is_written_and_read_back(tmp_path):
     assert [pair.letters for pair in again.pairs] == ["ac", "cb", "ba"]
     i, theta_e = np.array([7.0, 0.0, 4.0]), 1.1
     assert again.tau(i, theta_e) == pytest.approx(coupling.tau(i, theta_e), rel=1e-6)
+
+
+def test_progress_over_several_pairs_rises_to_one(tmp_path, monkeypatch):
+    def sampled(*_, told):
+        told(0.5), told(1.0)
+        return SimpleNamespace(energy=0.0, tau=0.0, psi_first=0.0, psi_second=0.0)
+
+    monkeypatch.setenv("RELUCTANCE_CACHE", str(tmp_path))
+    monkeypatch.setattr(pairs, "sample_pair", sampled)
+    parts = []
+    pairs.pairs_solved(geometry(), [0, 1], told=parts.append)
+    assert parts == [0.25, 0.5, 0.75, 1.0]

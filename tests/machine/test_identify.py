@@ -11,6 +11,7 @@ import reluctance as rl
 from reluctance import ParameterError, _core
 from reluctance.machine.maps import identify, read_pulses, surface
 from reluctance.machine.maps.conventions import settled
+from reluctance.machine.maps.identify import _closed
 from reluctance.machine.maps.raw import RawMap
 from reluctance.targets.commission import Wires, commission, write_pulses
 
@@ -249,3 +250,17 @@ def test_pulses_from_before_the_alignment_are_refused(wrong_deg):
         else:
             with pytest.raises(ParameterError, match="the zero of the angle is wrong"):
                 settled(raw)
+
+
+@pytest.mark.parametrize(("steps", "is_closed"), [(0.45, 0), (0.55, 1), (1.45, 1), (1.55, 0)])
+def test_a_period_is_closed_where_what_is_left_of_it_is_nearest_to_one_step(steps, is_closed):
+    angles = np.arange(10) * 360 / (9 + steps)
+    psi = np.ones((3, 10))
+    for N_r, kind, unit, own in (
+        (6, "electrical", "deg", angles),
+        (6, "mechanical", "rad", np.radians(angles) / 6),
+    ):
+        ends, closed = _closed(own, psi, N_r, unit, kind)
+        assert (len(ends), closed.shape) == (10 + is_closed, (3, 10 + is_closed))
+        if is_closed:
+            assert ends[-1] == pytest.approx(own[-1] + steps * (own[1] - own[0]))
