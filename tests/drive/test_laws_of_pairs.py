@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from coupled import (
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.drive.laws.shared_torque import _of_phases
 from reluctance.machine.coupling import Coupling, Neighbours
 from reluctance.machine.maps.pairs import mean_table, pair_table
 
@@ -115,6 +117,28 @@ def test_weak_pairs_change_little(tmp_path):
         for x in (0.0, 1e-6)
     ]
     assert ripple[1] == pytest.approx(ripple[0], rel=0.02)
+
+
+@pytest.mark.parametrize("pairs", ["add", "take"])
+def test_what_phases_give_alone_and_what_pairs_add_is_the_torque(pairs, tmp_path):
+    """Currents of each phase from its share by the magnetics, at angles that no grid has."""
+    given = drive(machine_file(tmp_path, PAIRS[pairs]), "sharing_cubic")
+    known = replace(given.known(), pairs=given.machine.coupling)
+    shares, n = given.control.shares(known), 90
+    theta = (np.arange(n) + 0.37) * 2 * np.pi / n
+    share = np.array([shares.share(3, angle) for angle in theta])
+    torque = 0.5 * known.tau_max
+    alone = _of_phases(known, shares, np.array([[torque]]), theta)[0]
+    levels, i = np.linspace(0, known.i_max, 400), np.zeros(n)
+    for j in np.flatnonzero(share):
+        tau = _core.magnetics(known.magnetics, levels, np.full(400, theta[j]))[:, 2]
+        i[j] = np.interp(alone[j] * share[j], tau, levels)
+    phases = [np.roll(i, k * n // 3) for k in range(3)]
+    given_alone = sum(np.roll(alone * share, k * n // 3) for k in range(3))
+    total = given_alone + known.pairs.tau(np.stack(phases, axis=-1), theta)
+    of_pairs = np.abs(given_alone - torque).max()
+    assert of_pairs > 0.02 * torque
+    assert np.abs(total - torque).max() < 0.1 * of_pairs
 
 
 def test_the_mean_table_is_the_mean_of_the_tables():
