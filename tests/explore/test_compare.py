@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from command import command, refused
 
 import reluctance as rl
 from reluctance import _core
@@ -217,18 +218,12 @@ def test_files_are_whole_and_the_command_prints_what_they_hold(found, tmp_path):
 
 
 def test_the_command_line_compares():
-    command = [sys.executable, "-m", "reluctance.cli", "compare", str(RATED)]
-    options = {"capture_output": True, "text": True, "timeout": 120}
-    done = subprocess.run(
-        [*command, "--controls", "deadbeat", "--at-switching-frequency", "5kHz", "--json"],
-        **options,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    (record,) = json.loads(done.stdout)["controls"]
+    given = ("--controls", "deadbeat", "--at-switching-frequency", "5kHz", "--json")
+    done = command("compare", RATED, *given)
+    assert (done.code, done.error) == (0, "")
+    (record,) = json.loads(done.out)["controls"]
     assert record["met"] and record["f_switch_Hz"] == pytest.approx(5e3, rel=TOLERANCE)
-    done = subprocess.run([*command, "--controls", "deadbeet"], **options)
-    assert done.returncode == 2 and "did you mean `deadbeat`" in done.stderr
-    assert done.stdout == ""
+    assert "did you mean `deadbeat`" in refused("compare", RATED, "--controls", "deadbeet")
 
 
 def commands(drive, samples):
