@@ -114,6 +114,7 @@ struct Diagnosis {
     int to_come = 0;  // phases of this round, and one more for the last current to end
     int phase = 0;    // the last one
     bool magnetizes = false;
+    std::uint8_t flow = 0;  // channels that showed a current when this began: it is of no trial
     T volt_seconds{};   // of the dc link since this changed [V s]
     T left = never<T>;  // which a current may take to end [V s]
     T theta_e{};        // of the last round [rad]
@@ -241,7 +242,7 @@ struct Diagnosis {
     const T u = p.flux.T_s * y.u_dc;
     trial.volt_seconds = trial.volt_seconds + u;
     if (trial.magnetizes) {
-      if (ends(x, guard, p, machine, y)) {
+      if (ends(x, p, machine, y)) {
         trial.magnetizes = false;
         trial.left = T(5) / T(4) * trial.volt_seconds + static_cast<T>(2 + p.delay) * u;
         trial.volt_seconds = T(0);
@@ -255,6 +256,10 @@ struct Diagnosis {
       trial.phase = k;
       trial.magnetizes = true;
       trial.volt_seconds = T(0);
+      trial.flow = 0;
+      for (int j = 0; j < N; ++j) {
+        if (y.i[j] > p.i_zero) trial.flow |= static_cast<std::uint8_t>(1U << j);
+      }
     }
     orders = {};
     if (trial.magnetizes) {
@@ -288,11 +293,12 @@ struct Diagnosis {
   /// either the phase is broken and the angle right, and it has twice this current at most; or the
   /// channel is right, and tells that it has none.
   template <Machine M, int N>
-  constexpr bool ends(const State<N>& x, const typename Protection<T>::template State<N>& guard,
-                      const Protection<T>& p, const M& machine, const Measurement<T, N>& y) const {
+  constexpr bool ends(const State<N>& x, const Protection<T>& p, const M& machine,
+                      const Measurement<T, N>& y) const {
     bool shows = false;
     for (int k = 0; k < N; ++k) {
-      if (y.i[k] >= i_trial && y.i[k] > guard.i[k]) return true;  // else it is of no trial
+      if ((x.trial.flow >> k & 1) != 0) continue;
+      if (y.i[k] >= i_trial) return true;
       shows = shows || y.i[k] > p.i_zero;
     }
     if (x.trial.volt_seconds > T(2) * psi_max) return true;
@@ -472,8 +478,8 @@ struct Diagnosis {
     for (int j = 0; j < N; ++j) {
       if ((left >> j & 1) == 0) continue;
       if (x.doubted == 1) {
-        x.forth[j] = begun(x.phase[k], p);
-        x.back[j] = begun(x.phase[j], p);
+        x.forth[j] = begun(x.phase[k], p, y.i[j]);
+        x.back[j] = begun(x.phase[j], p, y.i[k]);
         continue;
       }
       advance(x.forth[j], push_of(x.phase[k], guard.acting[k], p, guard.i[j], y.i[j], u_dc),
@@ -483,10 +489,15 @@ struct Diagnosis {
     }
   }
 
-  /// By the orders of a phase and the current of another, which was at most the trip level.
-  constexpr Span begun(const Phase& ordered, const Protection<T>& p) const {
+  /// By the orders of a phase and the current i of another, which was at most the trip level.
+  constexpr Span begun(const Phase& ordered, const Protection<T>& p, T i) const {
     const T drop = static_cast<T>(ordered.age) * p.flux.T_s * p.flux.R * (T(1) + R_error);
-    return {.least = max(ordered.any.least - drop * p.levels.i_trip, T(0))};
+    const T flows = i * (T(1) + i_gain) + p.flux.i_error;
+    return {.least = max(ordered.any.least - drop * p.levels.i_trip, T(0)),
+            .most = i <= p.i_zero      ? psi_zero
+                    : flows <= i_trial ? psi_trial
+                    : flows <= i_max   ? psi_max
+                                       : never<T>};
   }
 
   /// Drops the angles where a phase has less flux linkage with its current than it must have, or
