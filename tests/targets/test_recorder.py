@@ -57,15 +57,29 @@ def with_parameter(words, changes):
     return np.ascontiguousarray(np.hstack([words, more]))
 
 
-@pytest.fixture(scope="module")
-def target_dump(tmp_path_factory):
+def dumped(name, folder):
     """A dump of the emulated Cortex-M7: a sensor dies in `run`, soon after a parameter was set."""
-    folder = firmware(drive(NAME), tmp_path_factory.mktemp("recorder") / "package").folder
-    program = build(folder, "cortex-m7").with_name("recorded.elf")
-    words = with_parameter(calls(NAME, steps=1500, fail=900), {START + 870: (0, 41.0)})
+    program = build(firmware(drive(name), folder / "package").folder, "cortex-m7")
+    program = program.with_name("recorded.elf")
+    words = with_parameter(calls(name, steps=1500, fail=900), {START + 870: (0, 41.0)})
     (program.parent / "calls").write_bytes(words.tobytes())
     run_program(program, "cortex-m7")
     return program.with_name("dump")
+
+
+@pytest.fixture(scope="module")
+def target_dump(tmp_path_factory):
+    return dumped(NAME, tmp_path_factory.mktemp("recorder"))
+
+
+@needs_target
+def test_a_ring_holds_the_segments_that_were_asked_for_whatever_the_state(tmp_path):
+    """A drive with diagnosis remembers more than the others, and is computed again as they are."""
+    name = "deadbeat_diagnosis"
+    found = replay_dump(dumped(name, tmp_path), drive(name))
+    assert found.exact
+    assert found.dump.state_words > 256
+    assert len(found.dump.segments) == 4
 
 
 @needs_target

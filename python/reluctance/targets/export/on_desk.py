@@ -13,7 +13,6 @@ from reluctance.targets.export.dump import record_type
 
 FLAGS = ("-O1", "-I.", "-Iinclude")
 SOURCES = ("controller.cpp", "run_time.cpp", "recorder.cpp", "peripherals.cpp")
-CONTROLLER_WORDS = 256
 
 
 class DeskPackage:
@@ -24,7 +23,7 @@ class DeskPackage:
         library = build(SOURCES, "package.so", FLAGS, folder=folder, what=folder.name)
         self._library = ctypes.CDLL(str(library))
         self.state_words = int(self._library.reluctance_state_words())
-        self._controller = np.zeros(CONTROLLER_WORDS, np.uint32)
+        self._controller = np.zeros(self.state_words, np.uint32)
         record = record_type(n_phases)
         self._answer = np.zeros(1, record)
         offset = {name: record.fields[name][1] for name in record.names or ()}  # type: ignore[index]
