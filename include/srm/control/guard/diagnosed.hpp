@@ -60,8 +60,8 @@ struct Diagnosed {
                                   self.guarded.machine, y);
     }
     bool tries(const Measurement<T, N>& y, Command<T, N>& orders) const {
-      return self.diagnosis.tries(x.diagnosis, x.guarded.guard, self.guarded.protection,
-                                  self.guarded.machine, y, orders);
+      return self.diagnosis.tries(x.diagnosis, self.guarded.protection, self.guarded.machine, y,
+                                  orders);
     }
     void explain() const { self.diagnosis.explain(x.diagnosis, x.guarded.guard); }
     void remember(const Command<T, N>& orders) const {

@@ -17,6 +17,13 @@
 // what decides is the errors stated. (Set-membership fault diagnosis: F. C. Schweppe, Uncertain
 // Dynamic Systems, 1973, ch. 4.)
 //
+// An angle that is off by less than half a step explains a small contradiction, and no other phase
+// can tell: it agrees with such an angle as it does with the one shown. What tells is to hold the
+// phases against each other (likeness.hpp), for which the law has to run. So a doubt waits and the
+// law runs on, until the phase has left the window of this comparison; where it differs from all
+// others there, until the next one has passed it. The doubt begins at once where such an angle is
+// not enough, or where another phase contradicts.
+//
 // Phases that are wired wrongly carry currents that no control asks for. So the law runs neither in
 // doubt nor before a trial: each phase is magnetized alone by timers, as far as i_trial in
 // whichever channel, and demagnetized. There is a second trial when the rotor has turned by half a
@@ -28,9 +35,10 @@
 //
 // Angles are kept in steps of 15 deg, electrical, each with the angles half a step around it. The
 // map is monotone from unaligned to aligned, so that a phase leaves an arc of them, the end of
-// which is searched; the few that all arcs leave are asked one by one. With three phases, cables
-// exchanged behind the sensors of two of them are the same as an angle that runs backwards: this is
-// called reversed. At standstill offset and reversed are the same.
+// which is searched, at first with the sample of the contradiction; the few that all arcs leave are
+// asked one by one. With three phases, cables exchanged behind the sensors of two of them are the
+// same as an angle that runs backwards: this is called reversed. At standstill offset and reversed
+// are the same.
 #pragma once
 
 #include <bit>
@@ -75,6 +83,9 @@ struct Diagnosis {
   SRM_FIELDS(drops, likeness, R_error, u_error, i_gain, map_error, psi_error, psi_zero, psi_max,
              theta_error, i_max, i_trial, psi_trial, psi_sample, patience)
 
+  /// Half a step of the angles that are kept [rad].
+  static constexpr T half_step = pi<T> / T(Explanations::n_angles);
+
   /// Between which bounds a flux linkage is [Wb].
   struct Span {
     T least{}, most{never<T>};
@@ -101,7 +112,7 @@ struct Diagnosis {
 
   /// For the angle where a current has a flux linkage.
   struct Search {
-    static constexpr int most = 6;  // evaluations of the map: to 5.6 deg
+    static constexpr int most = 8;  // evaluations of the map: to 1.4 deg
     T psi{}, i{}, theta_e{}, low{}, high{};
     int turn = 0;   // two for each phase
     int steps = 0;  // to go
@@ -115,9 +126,9 @@ struct Diagnosis {
     int phase = 0;    // the last one
     bool magnetizes = false;
     std::uint8_t flow = 0;  // channels that showed a current when this began: it is of no trial
-    T volt_seconds{};   // of the dc link since this changed [V s]
-    T left = never<T>;  // which a current may take to end [V s]
-    T theta_e{};        // of the last round [rad]
+    T volt_seconds{};       // of the dc link since this changed [V s]
+    T left = never<T>;      // which a current may take to end [V s]
+    T theta_e{};            // of the last round [rad]
   };
 
   template <int N>
@@ -126,6 +137,9 @@ struct Diagnosis {
     std::array<Phase, N> phase;
     T u_dc{};                   // at the last sample [V]
     std::uint32_t doubted = 0;  // samples since the first contradiction, with it
+    int near = -1;              // the phase of a contradiction that an angle nearby explains
+    std::uint32_t near_at = 0;  // the sample of it
+    T near_theta{};             // the angle there [rad]
     typename Likeness<T>::template State<N> likeness;
     int unlike = -1;  // the phase that is unlike the others
     Fault<T> first;
@@ -149,7 +163,7 @@ struct Diagnosis {
       x.phase = {};
       x.trial.magnetizes = false;
       x.doubted = 0;
-      x.unlike = -1;
+      x.near = x.unlike = -1;
       likeness.forget(x.likeness);
       return false;
     }
@@ -171,17 +185,18 @@ struct Diagnosis {
       guard.fault = {Status::phase_unlike, std::int8_t(x.unlike)};
       return true;
     }
+    if (x.near >= 0 && passed(x, y.theta_e)) doubts(x);
     return in_doubt && judge(x, guard, p, machine, y, u_dc);
   }
 
   /// The orders of a sample in which the law does not run; false where it does. Where the law
   /// begins again, no current flows.
   template <Machine M, int N>
-  constexpr bool tries(State<N>& x, const typename Protection<T>::template State<N>& guard,
-                       const Protection<T>& p, const M& machine, const Measurement<T, N>& y,
+  constexpr bool tries(State<N>& x, const Protection<T>& p, const M& machine,
+                       const Measurement<T, N>& y,
                        std::type_identity_t<Command<T, N>>& orders) const {
     const bool none = x.trial.to_come == 0 && x.trial.rounds == 0 && x.doubted == 0;
-    return !none && tries_phases(x, guard, p, machine, y, orders);
+    return !none && tries_phases(x, p, machine, y, orders);
   }
 
   /// A sample that guard has not admitted: too much current in two phases that contradict a sound
@@ -230,8 +245,7 @@ struct Diagnosis {
 
   template <Machine M, int N>
   [[gnu::noinline, gnu::cold]] constexpr bool tries_phases(
-      State<N>& x, const typename Protection<T>::template State<N>& guard, const Protection<T>& p,
-      const M& machine, const Measurement<T, N>& y,
+      State<N>& x, const Protection<T>& p, const M& machine, const Measurement<T, N>& y,
       std::type_identity_t<Command<T, N>>& orders) const {
     Trial& trial = x.trial;
     if (trial.to_come == 0 && x.doubted == 0) {
@@ -258,7 +272,7 @@ struct Diagnosis {
       trial.volt_seconds = T(0);
       trial.flow = 0;
       for (int j = 0; j < N; ++j) {
-        if (y.i[j] > p.i_zero) trial.flow |= static_cast<std::uint8_t>(1U << j);
+        if (y.i[j] > p.i_zero) trial.flow = static_cast<std::uint8_t>(trial.flow | 1U << j);
       }
     }
     orders = {};
@@ -388,41 +402,103 @@ struct Diagnosis {
     Phase& each = x.phase[k];
     const T theta_e = phase_angle_in_turn<N>(y.theta_e, k);
     if (likeness.ends(x.likeness, k, theta_e)) {  // this once in the place of the comparison
+      const int before = x.likeness.suspect;
       const int found = likeness.concludes(x.likeness, k, p.flux.T_s * x.u_dc);
       if (found >= 0) x.unlike = found;
+      if (x.near >= 0) waits(x, k, before);
+      return;
+    }
+    if (k == x.near) {
+      ask_near(x, p, machine, y, theta_e);
       return;
     }
     Span meant;
-    const bool flows = y.i[k] > p.i_zero;
     const int side = compare(each.shown, p, machine, y.i[k], theta_e, theta_error, meant);
     if (side != 0) {
-      contradicted(x, k, side, each.shown, meant, flows);
+      contradicted(x, p, y, k, side, each.shown, meant);
       return;
     }
-    if (flows && each.counted > 0) {
-      const T psi = (each.any.least + each.any.most) / T(2);
-      const T map = (meant.least + meant.most) / T(2);
-      likeness.hears(x.likeness, k,
-                     {theta_e, y.i[k], psi, map, each.taken, each.left, each.counted});
-    }
+    hear(x, p, y, k, theta_e, meant);
     each.shown.least = max(each.shown.least, meant.least);
     each.shown.most = min(each.shown.most, meant.most);
   }
 
+  /// Adds what phase k means to what is held against the other phases, where that is known.
+  template <int N>
+  constexpr bool hear(State<N>& x, const Protection<T>& p, const Measurement<T, N>& y, int k,
+                      T theta_e, const Span& meant) const {
+    const Phase& each = x.phase[k];
+    if (!(y.i[k] > p.i_zero && each.counted > 0)) return false;
+    const T psi = (each.any.least + each.any.most) / T(2);
+    const T map = (meant.least + meant.most) / T(2);
+    likeness.hears(x.likeness, k, {theta_e, y.i[k], psi, map, each.taken, each.left, each.counted});
+    return true;
+  }
+
+  /// The phase of a contradiction that an angle nearby explains: held against this one in every
+  /// second sample, heard in the others.
+  template <Machine M, int N>
+  [[gnu::noinline, gnu::cold]] constexpr void ask_near(State<N>& x, const Protection<T>& p,
+                                                       const M& machine, const Measurement<T, N>& y,
+                                                       T theta_e) const {
+    const int k = x.near;
+    const Span s = x.phase[k].any;
+    const bool wide = (x.likeness.now & 1) != 0;
+    Span meant;
+    const int side = compare(s, p, machine, y.i[k], theta_e,
+                             wide ? theta_error + half_step : theta_error, meant);
+    if (wide) {
+      if (side != 0) contradicted(x, p, y, k, side, s, meant);
+    } else if (!hear(x, p, y, k, theta_e, meant) && x.likeness.suspect != k) {
+      doubts(x);
+    }
+  }
+
+  /// Whether the next phase has been where a contradiction was.
+  template <int N>
+  [[gnu::noinline, gnu::cold]] constexpr bool passed(const State<N>& x, T theta_e) const {
+    constexpr T most = two_pi<T> / T(N) + two_pi<T> / T(Likeness<T>::windows);
+    const T turned = wrap(theta_e - x.near_theta + pi<T>) - pi<T>;
+    const auto waited = x.likeness.now - x.near_at;
+    return abs(turned) > most || waited > static_cast<std::uint32_t>(patience);
+  }
+
+  /// Phase k was held against the others. before: the suspect until then. The wait goes on while
+  /// the phase of the contradiction is the suspect, or has still to be held against them.
+  template <int N>
+  [[gnu::noinline, gnu::cold]] constexpr void waits(State<N>& x, int k, int before) const {
+    const bool asked = k == x.near || before == x.near;
+    if (asked && x.unlike < 0 && x.likeness.suspect != x.near) doubts(x);
+  }
+
   /// Phase k contradicts a sound drive: only what concerns it is left.
   template <int N>
-  constexpr void contradicted(State<N>& x, int k, int side, const Span& s, const Span& meant,
-                              bool flows) const {
+  [[gnu::noinline, gnu::cold]] constexpr void contradicted(State<N>& x, const Protection<T>& p,
+                                                           const Measurement<T, N>& y, int k,
+                                                           int side, const Span& s,
+                                                           const Span& meant) const {
+    const bool flows = y.i[k] > p.i_zero;
     if (x.doubted == 0) {
+      const bool before = x.near >= 0;
+      if (before && k != x.near) {
+        doubts(x);
+        contradicted(x, p, y, k, side, s, meant);
+        return;
+      }
       const Status status = side > 0 ? Status::current_too_high
                             : flows  ? Status::current_too_low
                                      : Status::dead_current_sensor;
       x.first = {status, std::int8_t(k), side > 0 ? meant.least : meant.most,
                  side > 0 ? s.most : s.least};
-      const auto others = static_cast<std::uint8_t>(((1U << N) - 1) & ~(1U << k));
-      x.left = {.phase = std::uint8_t(1U << k), .power = others, .sensors = others, .both = others};
-      x.search = {};
-      x.doubted = 1;
+      x.search = {.turn = 2 * k + (side > 0)};
+      begin(x.search, x.phase[k].any, p, y.i[k], y.theta_e);
+      if (before || x.trial.rounds != 0 || !flows || x.phase[k].counted <= 0) {
+        doubts(x);
+      } else {
+        x.near = k;
+        x.near_at = x.likeness.now;
+        x.near_theta = y.theta_e;
+      }
     } else if (k != x.first.phase) {
       const auto with = static_cast<std::uint8_t>(1U << k);
       x.left.phase = 0;
@@ -430,6 +506,16 @@ struct Diagnosis {
       x.left.sensors &= with;
       x.left.both &= with;
     }
+  }
+
+  /// The doubt begins, with the contradiction that was found first.
+  template <int N>
+  constexpr void doubts(State<N>& x) const {
+    const unsigned k = 1U << x.first.phase;
+    const auto others = static_cast<std::uint8_t>(((1U << N) - 1) & ~k);
+    x.left = {.phase = std::uint8_t(k), .power = others, .sensors = others, .both = others};
+    x.doubted = 1;
+    x.near = -1;
   }
 
   /// One more sample in doubt.
@@ -511,8 +597,7 @@ struct Diagnosis {
       if (at.found) keep_arc<N>(x.left, at);
       at.turn = at.turn + 1 < 2 * N ? at.turn + 1 : 0;
       const int k = at.turn / 2;
-      at.found = begin(at, x.phase[k].any, p, y.i[k], y.theta_e);
-      if (at.found) at.steps = Search::most;
+      begin(at, x.phase[k].any, p, y.i[k], y.theta_e);
       return;
     }
     if (at.steps == Search::most) {
@@ -549,18 +634,19 @@ struct Diagnosis {
     end = half;
   }
 
-  /// What the search needs of a sample: true where that tells something.
-  constexpr bool begin(Search& at, const Span& any, const Protection<T>& p, T i, T theta_e) const {
+  /// Begins a search where a sample tells something.
+  constexpr void begin(Search& at, const Span& any, const Protection<T>& p, T i, T theta_e) const {
     const bool flows = i > p.i_zero, least = at.turn % 2 == 0;
     at.i = flows ? i : p.i_zero + p.flux.i_error;
     const T part = map_error + (flows ? i_gain + p.flux.i_error / i : T(0));
-    if (least ? !(any.least > psi_error) : !flows || !(part < T(1))) return false;
+    at.found = least ? any.least > psi_error : flows && part < T(1);
+    if (!at.found) return;
+    at.steps = Search::most;
     at.psi =
         least ? (any.least - psi_error) / (T(1) + part) : (any.most + psi_error) / (T(1) - part);
     at.theta_e = theta_e;
     at.low = T(0);
     at.high = pi<T>;
-    return true;
   }
 
   /// The whole numbers not further than reach, 1/2 or more, from a middle, on a circle: a bit each.

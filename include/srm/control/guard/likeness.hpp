@@ -1,8 +1,8 @@
 // Whether one phase is unlike the others, by more than phases differ in a sound drive.
 //
 // What is wrong with the resistance, the map, the voltage and the zero of the angle is wrong in all
-// phases alike. So the flux linkage that its voltage gives a phase is summed over a quarter of an
-// electrical period, and divided by what the map means at its readings. In good health these ratios
+// phases alike. So the flux linkage that its voltage gives a phase is summed over a window of 30
+// deg, electrical, and divided by what the map means at its readings. In good health these ratios
 // differ between phases by what each may have of its own: the spread of the phases, noise and
 // offset of the sensor, flux linkage of the others; and, where the strokes were unlike, by the
 // common errors times the difference of what they act on:
@@ -12,7 +12,8 @@
 // q, t: what the resistance took and the time at full voltage, over the flux linkage; d: by how
 // much the mean flux linkages differ, over the greater one, as far as which the error of the map
 // may have changed. A phase that differs from all others is suspected. It is found when the next
-// one differs from it alone: an angle that drifts would make each phase differ from those before.
+// one, in a window in which it did, differs from it alone: an angle that drifts would make each
+// phase differ from those before.
 //
 // Comparators leave the voltage open, and the sums with it: nothing is found there.
 #pragma once
@@ -40,6 +41,8 @@ struct Likeness {
   SRM_FIELDS(spread, i_gain, i_noise, i_offset, u_noise, psi_error, R_error, u_error, map_error,
              recent)
 
+  static constexpr int windows = 12;  // of an electrical period
+
   /// One sample of a phase that conducts.
   struct Sample {
     T theta_e, i;
@@ -51,7 +54,7 @@ struct Likeness {
   };
 
   struct Sums {
-    int n = 0, quarter = 0, age = 0;
+    int n = 0, window = 0, age = 0;
     T psi{}, map{}, taken{}, left{}, i{};
   };
 
@@ -63,9 +66,10 @@ struct Likeness {
   template <int N>
   struct State {
     std::array<Sums, N> sums{};
-    std::array<std::array<Ratio, N>, 4> ratio{};
-    int suspect = -1, quarter = 0;
-    std::uint32_t now = 0;  // samples
+    std::array<std::array<Ratio, N>, windows> ratio{};
+    int suspect = -1;
+    std::uint32_t beyond = 0;  // the windows in which it differed from all others
+    std::uint32_t now = 0;     // samples
   };
 
   /// All that was heard is forgotten.
@@ -80,9 +84,9 @@ struct Likeness {
   template <int N>
   constexpr void hears(State<N>& x, int k, const Sample& s) const {
     Sums& sum = x.sums[k];
-    const int quarter = quarter_of(s.theta_e);
-    if (quarter != sum.quarter) sum.n = 0;
-    if (sum.n == 0) sum = {.quarter = quarter};
+    const int window = window_of(s.theta_e);
+    if (window != sum.window) sum.n = 0;
+    if (sum.n == 0) sum = {.window = window};
     ++sum.n;
     sum.age += s.age;
     sum.psi = sum.psi + s.psi;
@@ -92,10 +96,10 @@ struct Likeness {
     sum.i = sum.i + s.i;
   }
 
-  /// Whether phase k has left the quarter that its sums are of.
+  /// Whether phase k has left the window that its sums are of.
   template <int N>
   constexpr bool ends(const State<N>& x, int k, T theta_e) const {
-    return N > 2 && x.sums[k].n >= 3 && quarter_of(theta_e) != x.sums[k].quarter;
+    return N > 2 && x.sums[k].n >= 3 && window_of(theta_e) != x.sums[k].window;
   }
 
   /// Then: the phase that is unlike the others; less than 0 where none is known to be. u:
@@ -108,14 +112,14 @@ struct Likeness {
   }
 
  private:
-  static constexpr int quarter_of(T theta_e) {
-    return static_cast<int>(theta_e * (T(4) / two_pi<T>));
+  static constexpr int window_of(T theta_e) {
+    return static_cast<int>(theta_e * (T(windows) / two_pi<T>));
   }
 
   template <int N>
   [[gnu::noinline]] constexpr int conclude(State<N>& x, int k, T u) const {
     const Sums& sum = x.sums[k];
-    std::array<Ratio, N>& all = x.ratio[sum.quarter & 3];
+    std::array<Ratio, N>& all = x.ratio[sum.window];
     const T n = static_cast<T>(sum.n), age = static_cast<T>(sum.age);
     const T part = T(1) / sum.map, R = sum.taken * part, offset = i_offset * n / sum.i;
     const T once = sqrt(n), noise = i_noise * once / sum.i;
@@ -141,11 +145,11 @@ struct Likeness {
       if (apart > T(0)) ++higher;
     }
     if (beyond == N - 1 && (higher == 0 || higher == beyond)) {
+      x.beyond = (x.suspect == k ? x.beyond : 0U) | 1U << sum.window;
       x.suspect = k;
-      x.quarter = sum.quarter;
       return -1;
     }
-    if (x.suspect < 0 || x.quarter != sum.quarter) return -1;
+    if (x.suspect < 0 || (x.beyond >> sum.window & 1) == 0) return -1;
     if (beyond == 1 && last == x.suspect) return last;
     x.suspect = -1;
     return -1;

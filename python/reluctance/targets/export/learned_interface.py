@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 MEMORY = "uint32_t word[256];"
-DIAGNOSED_MEMORY = "uint32_t word[512];"
+DIAGNOSED_MEMORY = "uint32_t word[1024];"
 # The law in the units of its belief, with pointers to its tables, is in it too.
 LEARNING_MEMORY = "union {\n    uint32_t word[1024];\n    const void* aligned;\n  } content;"
 
