@@ -858,6 +858,35 @@ class Protection:
     @property
     def frozen(self) -> int: ...
 
+class Trial:
+    """How far each phase is magnetized alone while the law does not run. SI units."""
+
+    def __init__(self, *, i: float, psi: float, psi_sample: float, psi_zero: float, psi_max: float, psi_error: float, map_error: float, t_dead: float) -> None: ...
+
+    @property
+    def i(self) -> float: ...
+
+    @property
+    def psi(self) -> float: ...
+
+    @property
+    def psi_sample(self) -> float: ...
+
+    @property
+    def psi_zero(self) -> float: ...
+
+    @property
+    def psi_max(self) -> float: ...
+
+    @property
+    def psi_error(self) -> float: ...
+
+    @property
+    def map_error(self) -> float: ...
+
+    @property
+    def t_dead(self) -> float: ...
+
 class Likeness:
     """By what a phase may differ from the others in a sound drive. SI units."""
 
@@ -896,10 +925,13 @@ class Likeness:
 class Diagnosis:
     """What the flux linkages may be wrong by in a sound drive. SI units."""
 
-    def __init__(self, *, drops: Drops, likeness: Likeness, R_error: float, u_error: float, i_gain: float, map_error: float, psi_error: float, psi_zero: float, psi_max: float, theta_error: float, i_max: float, i_trial: float, psi_trial: float, psi_sample: float, patience: int) -> None: ...
+    def __init__(self, *, drops: Drops, trial: Trial, likeness: Likeness, R_error: float, u_error: float, i_gain: float, map_error: float, psi_error: float, psi_zero: float, psi_max: float, theta_error: float, i_max: float, patience: int) -> None: ...
 
     @property
     def drops(self) -> Drops: ...
+
+    @property
+    def trial(self) -> Trial: ...
 
     @property
     def likeness(self) -> Likeness: ...
@@ -930,15 +962,6 @@ class Diagnosis:
 
     @property
     def i_max(self) -> float: ...
-
-    @property
-    def i_trial(self) -> float: ...
-
-    @property
-    def psi_trial(self) -> float: ...
-
-    @property
-    def psi_sample(self) -> float: ...
 
     @property
     def patience(self) -> int: ...

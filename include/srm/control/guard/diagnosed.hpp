@@ -35,7 +35,7 @@ struct Diagnosed {
   void start(State& x) const {
     guarded.start(x.guarded);
     x.diagnosis = {};
-    x.diagnosis.trial = {.rounds = 2, .to_come = N + 1, .phase = N - 1, .left = diagnosis.psi_max};
+    x.diagnosis.trial = diagnosis.trial.template begun<N>();
   }
   void forget(State& x) const {
     guarded.forget(x.guarded);

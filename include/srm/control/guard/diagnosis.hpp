@@ -25,9 +25,9 @@
 // not enough, or where another phase contradicts.
 //
 // Phases that are wired wrongly carry currents that no control asks for. So the law runs neither in
-// doubt nor before a trial: each phase is magnetized alone by timers, as far as i_trial in
-// whichever channel, and demagnetized. There is a second trial when the rotor has turned by half a
-// stroke: where one angle leaves a zero that is off unseen, that one does not (docs/faults.md).
+// doubt nor before a trial of each phase alone (trial.hpp). There is a second trial when the rotor
+// has turned by half a stroke: where one angle leaves a zero that is off unseen, that one does not
+// (docs/faults.md).
 //
 // A doubt ends with what is left after `patience` samples, where a current would pass i_max before
 // legs that are switched off now can act, or where the phase has more flux linkage than i_max
@@ -45,6 +45,7 @@
 
 #include "srm/control/guard/guarded.hpp"
 #include "srm/control/guard/likeness.hpp"
+#include "srm/control/guard/trial.hpp"
 #include "srm/control/part/order_flux.hpp"
 
 namespace srm {
@@ -66,6 +67,7 @@ struct Explanations {
 template <Real T>
 struct Diagnosis {
   Drops<T> drops;
+  Trial<T> trial;
   Likeness<T> likeness;
   T R_error;      // of the resistance [1]
   T u_error;      // of the voltage over a sample, over u_dc [1]
@@ -76,12 +78,9 @@ struct Diagnosis {
   T psi_max;      // most flux linkage at i_max, at any angle [Wb]
   T theta_error;  // of the angle, electrical [rad]
   T i_max;        // a doubt ends before a current passes this one [A]
-  T i_trial;      // to which each phase is magnetized alone before the law runs [A]
-  T psi_trial;    // most flux linkage at i_trial, at any angle [Wb]
-  T psi_sample;   // which a sample of a trial adds at most [Wb]
   int patience;   // samples of doubt, at most
-  SRM_FIELDS(drops, likeness, R_error, u_error, i_gain, map_error, psi_error, psi_zero, psi_max,
-             theta_error, i_max, i_trial, psi_trial, psi_sample, patience)
+  SRM_FIELDS(drops, trial, likeness, R_error, u_error, i_gain, map_error, psi_error, psi_zero,
+             psi_max, theta_error, i_max, patience)
 
   /// Half a step of the angles that are kept [rad].
   static constexpr T half_step = pi<T> / T(Explanations::n_angles);
@@ -119,21 +118,9 @@ struct Diagnosis {
     bool found = false;
   };
 
-  /// One phase after the other is magnetized alone, while the law does not run.
-  struct Trial {
-    int rounds = 0;   // to come, with this one
-    int to_come = 0;  // phases of this round, and one more for the last current to end
-    int phase = 0;    // the last one
-    bool magnetizes = false;
-    std::uint8_t flow = 0;  // channels that showed a current when this began: it is of no trial
-    T volt_seconds{};       // of the dc link since this changed [V s]
-    T left = never<T>;      // which a current may take to end [V s]
-    T theta_e{};            // of the last round [rad]
-  };
-
   template <int N>
   struct State {
-    Trial trial;
+    typename Trial<T>::State trial;
     std::array<Phase, N> phase;
     T u_dc{};                   // at the last sample [V]
     std::uint32_t doubted = 0;  // samples since the first contradiction, with it
@@ -195,7 +182,7 @@ struct Diagnosis {
   constexpr bool tries(State<N>& x, const Protection<T>& p, const M& machine,
                        const Measurement<T, N>& y,
                        std::type_identity_t<Command<T, N>>& orders) const {
-    const bool none = x.trial.to_come == 0 && x.trial.rounds == 0 && x.doubted == 0;
+    const bool none = Trial<T>::over(x.trial) && x.doubted == 0;
     return !none && tries_phases(x, p, machine, y, orders);
   }
 
@@ -247,81 +234,9 @@ struct Diagnosis {
   [[gnu::noinline, gnu::cold]] constexpr bool tries_phases(
       State<N>& x, const Protection<T>& p, const M& machine, const Measurement<T, N>& y,
       std::type_identity_t<Command<T, N>>& orders) const {
-    Trial& trial = x.trial;
-    if (trial.to_come == 0 && x.doubted == 0) {
-      const T turned = wrap(y.theta_e - trial.theta_e + pi<T>) - pi<T>;
-      if (abs(turned) < pi<T> / T(N)) return false;
-      trial.to_come = N + 1;
-    }
-    const T u = p.flux.T_s * y.u_dc;
-    trial.volt_seconds = trial.volt_seconds + u;
-    if (trial.magnetizes) {
-      if (ends(x, p, machine, y)) {
-        trial.magnetizes = false;
-        trial.left = T(5) / T(4) * trial.volt_seconds + static_cast<T>(2 + p.delay) * u;
-        trial.volt_seconds = T(0);
-        if (trial.to_come > 1) --trial.to_come;
-      }
-    } else if (const int k = at_rest(x, p, y); k >= 0) {
-      if (trial.to_come == 1 && x.doubted == 0) {
-        trial = {.rounds = trial.rounds - 1, .phase = k, .left = psi_max, .theta_e = y.theta_e};
-        return false;
-      }
-      trial.phase = k;
-      trial.magnetizes = true;
-      trial.volt_seconds = T(0);
-      trial.flow = 0;
-      for (int j = 0; j < N; ++j) {
-        if (y.i[j] > p.i_zero) trial.flow = static_cast<std::uint8_t>(trial.flow | 1U << j);
-      }
-    }
-    orders = {};
-    if (trial.magnetizes) {
-      orders[trial.phase] = hold<T>(Leg::freewheel);
-      orders[trial.phase].leg[0] = Leg::magnetize;
-      const T t = drops.t_dead + psi_sample / y.u_dc;
-      if (t < p.flux.T_s) orders[trial.phase].t_edge[0] = t;
-    }
-    return true;
-  }
-
-  /// The next phase without flux linkage, when no other one has any or it lasts for too long; less
-  /// than 0 before.
-  template <int N>
-  constexpr int at_rest(const State<N>& x, const Protection<T>& p,
-                        const Measurement<T, N>& y) const {
-    const bool waits = x.trial.volt_seconds < x.trial.left;
-    int found = -1;
-    for (int n = N; n > 0; --n) {
-      const int k = (x.trial.phase + n) % N;
-      if (y.i[k] <= p.i_zero && !(x.phase[k].any.most > psi_error)) {
-        found = k;
-      } else if (waits) {
-        return -1;
-      }
-    }
-    return found;
-  }
-
-  /// Whether a current has reached i_trial, in whichever channel it shows. Where it shows in none,
-  /// either the phase is broken and the angle right, and it has twice this current at most; or the
-  /// channel is right, and tells that it has none.
-  template <Machine M, int N>
-  constexpr bool ends(const State<N>& x, const Protection<T>& p, const M& machine,
-                      const Measurement<T, N>& y) const {
-    bool shows = false;
-    for (int k = 0; k < N; ++k) {
-      if ((x.trial.flow >> k & 1) != 0) continue;
-      if (y.i[k] >= i_trial) return true;
-      shows = shows || y.i[k] > p.i_zero;
-    }
-    if (x.trial.volt_seconds > T(2) * psi_max) return true;
-    const int k = x.trial.phase;
-    const T least = x.phase[k].any.least;
-    if (shows) return least > psi_trial;
-    if (least > psi_zero) return true;
-    const T psi = machine.at(T(2) * i_trial, phase_angle_in_turn<N>(y.theta_e, k)).psi;
-    return least > (T(1) - map_error) * psi;
+    return trial.step(
+        x.trial, x.doubted > 0, p, machine, y, [&](int k) -> const Span& { return x.phase[k].any; },
+        orders);
   }
 
   constexpr Drop drop_of(const Protection<T>& p, T i0, T i1, T u_dc) const {
@@ -581,7 +496,7 @@ struct Diagnosis {
     const T flows = i * (T(1) + i_gain) + p.flux.i_error;
     return {.least = max(ordered.any.least - drop * p.levels.i_trip, T(0)),
             .most = i <= p.i_zero      ? psi_zero
-                    : flows <= i_trial ? psi_trial
+                    : flows <= trial.i ? trial.psi
                     : flows <= i_max   ? psi_max
                                        : never<T>};
   }

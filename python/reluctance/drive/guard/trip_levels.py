@@ -135,11 +135,23 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
     else:
         mutual = (1 + parts["map_error"]) * _mutual(coupling, machine.i_max_A)
     psi_error = mutual + u_noise * NOISE_AHEAD * drive.control.T_s
+    psi_zero = (1 + parts["map_error"]) * reads_zero + psi_error
+    psi_max = (1 + parts["map_error"]) * aligned(machine.i_max_A) + psi_error
     return _core.Diagnosis(
         drops=_core.Drops(
             t_dead=drive.converter.t_dead,
             v_switch=drive.converter.v_switch_V,
             v_diode=drive.converter.v_diode_V,
+        ),
+        trial=_core.Trial(
+            i=i_trial,
+            psi=(1 + parts["map_error"]) * aligned(i_trial) + psi_error,
+            psi_sample=_trial_step(drive, i_trial),
+            psi_zero=psi_zero,
+            psi_max=psi_max,
+            psi_error=psi_error,
+            map_error=parts["map_error"],
+            t_dead=drive.converter.t_dead,
         ),
         likeness=_core.Likeness(
             spread=parts["phase_error"] + _steepest(drive) * _angle_error(drive, angle_step(drive)),
@@ -158,13 +170,10 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
         i_gain=_gain_error(drive),
         map_error=parts["map_error"],
         psi_error=psi_error,
-        psi_zero=(1 + parts["map_error"]) * reads_zero + psi_error,
-        psi_max=(1 + parts["map_error"]) * aligned(machine.i_max_A) + psi_error,
+        psi_zero=psi_zero,
+        psi_max=psi_max,
         theta_error=_angle_error(drive, angle_step(drive)) + table.si["zero_error"],
         i_max=machine.i_max_A,
-        i_trial=i_trial,
-        psi_trial=(1 + parts["map_error"]) * aligned(i_trial) + psi_error,
-        psi_sample=_trial_step(drive, i_trial),
         patience=patience,
     )
 
