@@ -19,8 +19,7 @@ extern "C" {
 
 /* Enough memory for so many segments of so many samples. */
 #define RELUCTANCE_RECORDER_WORDS(segments, samples) \
-  ((segments) *                                      \
-   (2 + sizeof(reluctance_controller) / 4 + (samples)*RELUCTANCE_RECORD_WORDS))
+  ((segments) * (2 + sizeof(reluctance_controller) / 4 + (samples)*RELUCTANCE_RECORD_WORDS))
 
 /* What the recorder remembers. Its content is its own business. */
 typedef struct {

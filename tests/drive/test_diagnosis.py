@@ -152,7 +152,8 @@ def test_sensors_at_the_edge_of_their_stated_errors_are_no_fault():
 def test_a_broken_phase_is_named_and_no_angle():
     late = {"phase": "b", "t_s": 0.1}
     drive = bench.drive_of("6_4/deadbeat", 1500.0, GIVEN)
-    for kind, status in (("open_wire", (8, 9)), ("sensor_gain", (UNLIKE,)), ("lower_shorted", (10,))):
+    named = ("open_wire", (8, 9)), ("sensor_gain", (UNLIKE,)), ("lower_shorted", (10,))
+    for kind, status in named:
         more = {"gain": 0.7} if kind == "sensor_gain" else {}
         broken = drive.with_values({"faults": [{"kind": kind, **late, **more}]})
         result = rl.simulate(broken, until=0.13, record=None)
