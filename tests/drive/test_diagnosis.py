@@ -247,6 +247,20 @@ def test_a_doubt_that_a_zero_nearby_explains_waits_for_the_other_phases():
     assert (result.i[:, at].max(axis=0) > 0.3 * drive.machine.i_max_A).all()
 
 
+@pytest.mark.parametrize("angle", [20.3, 31.7, 63.9])
+def test_a_doubt_ends_when_only_a_zero_nearby_is_left_besides_the_phase(angle):
+    """No other phase can tell them apart; it was named after 0.2 s of trials, as one of both."""
+    case = next(
+        case
+        for case in bench.cases(ROOT / "bench" / "faults_published.toml")
+        if (case.name, case.speed_rpm) == ("closed_form_6_4/10A", 600)
+        and case.fault["kind"] == "poor_contact"
+    )
+    (found,) = bench.run(replace(case, instants=[angle]))
+    assert found.phase == bench.PHASE
+    assert found.t < case.watched < 0.2
+
+
 GAIN = {"kind": "sensor_gain", "gain": 1.4, "phase": "b", "t_s": 0.1}
 STUCK = {"kind": "sensor_stuck", "phase": "b", "t_s": 0.1}
 

@@ -29,9 +29,10 @@
 // has turned by half a stroke: where one angle leaves a zero that is off unseen, that one does not
 // (docs/faults.md).
 //
-// A doubt ends with what is left after `patience` samples, where a current would pass i_max before
-// legs that are switched off now can act, or where the phase has more flux linkage than i_max
-// means.
+// A doubt ends with what is left after `patience` samples, where a round of trials has left a phase
+// and an angle that is off by less than half a step, which no other phase can tell, where a current
+// would pass i_max before legs that are switched off now can act, or where the phase has more flux
+// linkage than i_max means.
 //
 // Angles are kept in steps of 15 deg, electrical, each with the angles half a step around it. The
 // map is monotone from unaligned to aligned, so that a phase leaves an arc of them, the end of
@@ -128,7 +129,8 @@ struct Diagnosis {
     std::uint32_t near_at = 0;  // the sample of it
     T near_theta{};             // the angle there [rad]
     typename Likeness<T>::template State<N> likeness;
-    int unlike = -1;  // the phase that is unlike the others
+    int unlike = -1;         // the phase that is unlike the others
+    std::uint8_t tried = 0;  // phases, when more than an angle nearby was left last
     Fault<T> first;
     Explanations left{};
     Search search;
@@ -462,6 +464,7 @@ struct Diagnosis {
       ask_angle(x, p, machine, y);
     }
     ++x.doubted;
+    if (!nearby(x.left)) x.tried = x.trial.tried;
     if (beyond) {  // every phase once more: the law does not run in this sample
       for (int j = 0; j < N; ++j) ask_shown(x, p, machine, y, j);
       return named(x, guard, true);
@@ -654,6 +657,12 @@ struct Diagnosis {
     left = static_cast<std::uint8_t>(left & ~(1U << j));
   }
 
+  /// Whether nothing is left but a phase and an angle that is off by less than half a step.
+  static constexpr bool nearby(const Explanations& left) {
+    const bool exchanged = (left.power | left.sensors | left.both) != 0;
+    return left.phase != 0 && left.offset == 1 && left.reversed == 0 && !exchanged;
+  }
+
   /// True where one kind of explanation is left, none, or the doubt ends. beyond: by a current.
   template <int N>
   constexpr bool named(const State<N>& x, typename Protection<T>::template State<N>& guard,
@@ -663,7 +672,8 @@ struct Diagnosis {
     const unsigned exchanged = left.power | left.sensors | (N == 3 ? 0U : unsigned(left.both));
     const bool reversed = left.reversed != 0 || mirrored;
     const int kinds = (left.phase != 0) + (left.offset != 0) + reversed + (exchanged != 0);
-    const bool ends = x.doubted > static_cast<std::uint32_t>(patience);
+    const bool futile = static_cast<std::uint8_t>(x.trial.tried - x.tried) > N;
+    const bool ends = futile || x.doubted > static_cast<std::uint32_t>(patience);
     if (kinds > 1 && !ends && !beyond) return false;
     guard.latched = true;
     guard.fault = x.first;

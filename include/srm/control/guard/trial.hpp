@@ -28,10 +28,11 @@ struct Trial {
     int to_come = 0;  // phases of this round, and one more for the last current to end
     int phase = 0;    // the last one
     bool magnetizes = false;
-    std::uint8_t flow = 0;  // channels that showed a current when this began: it is of no trial
-    T volt_seconds{};       // of the dc link since this changed [V s]
-    T left = never<T>;      // which a current may take to end [V s]
-    T theta_e{};            // of the last round [rad]
+    std::uint8_t tried = 0;  // phases so far, modulo 256
+    std::uint8_t flow = 0;   // channels that showed a current when this began: it is of no trial
+    T volt_seconds{};        // of the dc link since this changed [V s]
+    T left = never<T>;       // which a current may take to end [V s]
+    T theta_e{};             // of the last round [rad]
   };
 
   /// The state before the law runs for the first time.
@@ -59,6 +60,7 @@ struct Trial {
     if (x.magnetizes) {
       if (ends(x, p, machine, y, flux)) {
         x.magnetizes = false;
+        ++x.tried;
         x.left = T(5) / T(4) * x.volt_seconds + static_cast<T>(2 + p.delay) * u;
         x.volt_seconds = T(0);
         if (x.to_come > 1) --x.to_come;
