@@ -53,8 +53,9 @@ void bind_guard(nb::module_& m) {
   bind_readable<srm::TripLevels<double>>(m, "TripLevels", "Levels of the readings. SI units.");
   bind_readable<srm::Protection<double>>(
       m, "Protection", "The checks of every sample before the control law sees it. SI units.");
-  bind_readable<srm::Trial<double>>(
-      m, "Trial", "How far each phase is magnetized alone while the law does not run. SI units.");
+  bind_readable<srm::PhaseTrial<double>>(
+      m, "PhaseTrial",
+      "How far each phase is magnetized alone while the law does not run. SI units.");
   bind_readable<srm::Likeness<double>>(
       m, "Likeness", "By what a phase may differ from the others in a sound drive. SI units.");
   bind_readable<srm::Diagnosis<double>>(

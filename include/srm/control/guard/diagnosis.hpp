@@ -25,9 +25,9 @@
 // not enough, or where another phase contradicts.
 //
 // Phases that are wired wrongly carry currents that no control asks for. So the law runs neither in
-// doubt nor before a trial of each phase alone (trial.hpp). There is a second trial when the rotor
-// has turned by half a stroke: where one angle leaves a zero that is off unseen, that one does not
-// (docs/faults.md).
+// doubt nor before a trial of each phase alone (phase_trial.hpp). There is a second trial when the
+// rotor has turned by half a stroke: where one angle leaves a zero that is off unseen, that one
+// does not (docs/faults.md).
 //
 // A doubt ends with what is left after `patience` samples, where a round of trials has left a phase
 // and an angle that is off by less than half a step, which no other phase can tell, where a current
@@ -46,7 +46,7 @@
 
 #include "srm/control/guard/guarded.hpp"
 #include "srm/control/guard/likeness.hpp"
-#include "srm/control/guard/trial.hpp"
+#include "srm/control/guard/phase_trial.hpp"
 #include "srm/control/part/order_flux.hpp"
 
 namespace srm {
@@ -68,7 +68,7 @@ struct Explanations {
 template <Real T>
 struct Diagnosis {
   Drops<T> drops;
-  Trial<T> trial;
+  PhaseTrial<T> trial;
   Likeness<T> likeness;
   T R_error;      // of the resistance [1]
   T u_error;      // of the voltage over a sample, over u_dc [1]
@@ -121,7 +121,7 @@ struct Diagnosis {
 
   template <int N>
   struct State {
-    typename Trial<T>::State trial;
+    typename PhaseTrial<T>::State trial;
     std::array<Phase, N> phase;
     T u_dc{};                   // at the last sample [V]
     std::uint32_t doubted = 0;  // samples since the first contradiction, with it
@@ -184,7 +184,7 @@ struct Diagnosis {
   constexpr bool tries(State<N>& x, const Protection<T>& p, const M& machine,
                        const Measurement<T, N>& y,
                        std::type_identity_t<Command<T, N>>& orders) const {
-    const bool none = Trial<T>::over(x.trial) && x.doubted == 0;
+    const bool none = PhaseTrial<T>::over(x.trial) && x.doubted == 0;
     return !none && tries_phases(x, p, machine, y, orders);
   }
 

@@ -143,7 +143,7 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
             v_switch=drive.converter.v_switch_V,
             v_diode=drive.converter.v_diode_V,
         ),
-        trial=_core.Trial(
+        trial=_core.PhaseTrial(
             i=i_trial,
             psi=(1 + parts["map_error"]) * aligned(i_trial) + psi_error,
             psi_sample=_trial_step(drive, i_trial),

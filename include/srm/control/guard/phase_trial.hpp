@@ -12,7 +12,7 @@
 namespace srm {
 
 template <Real T>
-struct Trial {
+struct PhaseTrial {
   T i;           // to which each phase is magnetized [A]
   T psi;         // most flux linkage at i, at any angle [Wb]
   T psi_sample;  // which a sample of a trial adds at most [Wb]
