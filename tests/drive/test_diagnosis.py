@@ -5,6 +5,7 @@ import importlib.util
 import re
 import sys
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
