@@ -168,11 +168,16 @@ MISSED = {
     *(("6_4/deadbeat", rpm, "turns_shorted 0.1 0.5") for rpm in (1500.0, 300.0)),
     *(
         (name, rpm, "turns_shorted 0.1 5.0")
-        for name in ("6_4/deadbeat", "12_8/edge_mpc")
+        for name in ("6_4/deadbeat", "12_8/edge_mpc", "6_4_pairs/deadbeat")
         for rpm in (1500.0, 300.0)
     ),
-    ("6_4/deadbeat", 1500.0, "encoder_lost_counts 0.2"),
-    ("6_4/deadbeat", 300.0, "encoder_frozen"),
+    *(
+        ("6_4_pairs/deadbeat", rpm, f"sensor_gain {gain}")
+        for gain in (0.7, 1.4)
+        for rpm in (1500.0, 300.0)
+    ),
+    *((name, 1500.0, "encoder_lost_counts 0.2") for name in ("6_4/deadbeat", "6_4_pairs/deadbeat")),
+    *((name, 300.0, "encoder_frozen") for name in ("6_4/deadbeat", "6_4_pairs/deadbeat")),
     ("12_8/edge_mpc", 300.0, "sensor_gain 1.4"),
 }
 REQUIRED = {1500.0: 1.3, 300.0: 2.0}  # electrical periods
@@ -191,7 +196,7 @@ def test_faults_are_found_within_the_periods_that_are_required():
         if not line["fault"].startswith("encoder") and "exchanged" not in line["fault"]:
             assert line["right_phase"] == line["found"]
         assert line["before"] == "0"
-    assert len(lines) == 72
+    assert len(lines) == 108
     assert missed == MISSED
 
 
