@@ -114,6 +114,8 @@ studio: $(VENV)/installed
 	    'on Debian: apt install $(WASM_PACKAGES)'; exit 2; }
 	$(WASM_CXX) $(CXX_WASM) $(STUDIO_KINDS) -Iinclude web/reluctance.cpp -o web/reluctance.wasm
 	$(BIN)/reluctance studio --data web/data
+	@to="$$($(BIN)/python -c 'from reluctance.base.resources import resources; print(resources("web"))')" && \
+	  { [ "$$to" -ef web ] || cp -r web/reluctance.wasm web/data "$$to"; }
 
 # One wheel for this Python, and one for 3.12 and later; each is tried in an empty environment.
 wheels:
