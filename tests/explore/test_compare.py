@@ -80,6 +80,24 @@ def test_searched_angles_are_no_worse_than_those_by_rule(found):
         assert entry.kpis.torque_error_rms < 1.05 * by_rule.figures["torque_error_rms"]
 
 
+@pytest.mark.parametrize(
+    ("machine", "u_dc", "tau", "rpm"),
+    [("own_12_8", 300, 12, 1200), ("generic_1hp_8_6", 240, 2, 1500)],
+)
+def test_a_law_that_works_at_the_period_of_the_drive_is_possible(machine, u_dc, tau, rpm):
+    """In the middle of the periods of a carrier, 31 times as long, its angles give no torque."""
+    values = {"machine": machine, "converter.u_dc_V": u_dc, "reference.tau_Nm": tau}
+    drive = rl.load(ROOT / "examples" / "sharing_cubic.toml").with_values(
+        {**values, "load.speed_rpm": rpm, "control.T_s_us": 25}
+    )
+    tuner = Tuner(operating_point(drive), CONTENDERS["pwm_current"], 10e3, budget=3)
+    with pytest.raises(rl.ParameterError, match="mean torque of at most"):
+        tuner.match({}, tuner.lever.middle)
+    best = tuner.best()
+    assert tuner.target.met(best.figures) or tuner.ran_out
+    assert best.figures["tau_mean_Nm"] == pytest.approx(tau, rel=0.1)
+
+
 def test_the_limit_is_a_limit(found):
     for entry in found.entries:
         assert entry.kpis.i_rms > 0.995 * found.bound.i_rms

@@ -74,6 +74,7 @@ def contest(point: Drive, name: str, f_target: float, octaves: tuple[float, ...]
     try:
         best = tuner.best()
         longer = Tuner(point, contender, f_target, 0, n_periods=RECORD_PERIODS)
+        longer.lever = tuner.lever
         final = longer.match(_searched(contender, best), best.values[contender.free.key])
     except (ParameterError, RuntimeError) as fault:  # the latter: no guide could be computed
         return Entry(name, {}, met=False, note=f"not possible here: {fault}", runs=tuner.runs)

@@ -44,9 +44,9 @@ class Tuner:
         self.ran_out = False  # the last match came to the end of the free parameter's range
         self.tried: list[Trial] = []  # that meet the target
 
-    @property
+    @cached_property
     def lever(self) -> Lever:
-        """The free parameter."""
+        """The free parameter, as far as the law is known to work."""
         contender = self.contender
         return Lever(*contender.range(self.point, self.f_target), contender.free.slope)
 
@@ -96,7 +96,7 @@ class Tuner:
         """The values of least rms torque error at the target frequency; of equal ones that of
         least rms current. If no run meets the target: of the nearest frequency."""
         place = self.contender.place
-        best = self._keep(self.match({}, self.lever.middle))
+        best = self._keep(self._first())
         if place is None:
             return best
         known: dict[tuple[float, float], float] = {}
@@ -123,6 +123,17 @@ class Tuner:
         compass(error, lambda: self.runs < self.budget)
         equal = [t for t in self.tried if definite_error(t) <= TIE * self._least()]
         return min(equal, key=lambda t: t.figures["i_rms_A"]) if equal else best
+
+    def _first(self) -> Trial:
+        """The law with its own numbers. Where it cannot work in the middle of the free parameter's
+        range, that is narrowed towards what switches more: down to its end."""
+        while True:
+            try:
+                return self.match({}, self.lever.middle)
+            except ParameterError:
+                if self.lever.high < 1.1 * self.lever.low:
+                    raise
+                self.lever = self.lever.narrowed()
 
     def _keep(self, trial: Trial) -> Trial:
         if self.target.met(trial.figures):

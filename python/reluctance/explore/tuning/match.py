@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp, log
 
 from reluctance.explore.tuning.goal import Target
@@ -24,6 +24,12 @@ class Lever:
     def middle(self) -> float:
         """Of the range, on the logarithm."""
         return float((self.low * self.high) ** 0.5)
+
+    def narrowed(self) -> Lever:
+        """The half of the range where the figure is higher, on the logarithm."""
+        if self.slope < 0:
+            return replace(self, high=self.middle)
+        return replace(self, low=self.middle)
 
 
 @dataclass(frozen=True)
