@@ -202,6 +202,42 @@ def test_figures_of_a_run_that_has_not_settled_say_so():
     assert any("has not settled" in remark for remark in moved.remarks())
 
 
+NOTES = {
+    "speed": (
+        *("reference.kind=speed", "reference.speed_rpm=900", "reference.tau_Nm=", "load.kind=fan"),
+        *("load.k_fan_Nms2=0.01", "control.tau_max_Nm=10", "simulation.until_s=0.5"),
+    ),
+    "standstill": ("load.speed_rpm=0",),
+    "diagnosis": ("protection.diagnosis=true",),
+    "trip": (
+        *("supervision.enable_s=0", "protection.diagnosis=true", "simulation.until_s=0.12"),
+        *("faults.0.kind=open_wire", "faults.0.t_s=0.08", "faults.0.phase=b"),
+    ),
+}
+SAID = {
+    "speed": "the speed reference is not held (33% of it)",
+    "standstill": "no electrical period ends at standstill",
+    "diagnosis": "set [supervision] enable_s",
+    "trip": "the drive trips at 0.08",
+}
+
+
+@pytest.mark.parametrize("name", NOTES)
+def test_a_note_says_what_a_reader_must_know_and_no_wrong_remedy(name):
+    changes = [word for change in NOTES[name] for word in ("--set", change)]
+    done = command("run", ROOT / "examples" / "deadbeat.toml", *changes)
+    said = " ".join(done.out.split())
+    assert (done.code, done.error) == (0, "")
+    assert SAID[name] in said
+    assert ("--until" in said) == (name in ("speed", "trip"))
+    if name == "trip":
+        lines = done.out.splitlines()
+        order = ["ready", "run", "planted: open_wire, phase b", "fault: "]
+        at = [next(n for n, line in enumerate(lines) if f" s  {text}" in line) for text in order]
+        assert at == sorted(at)
+        assert "phase 1 (b): " in said
+
+
 def test_the_program_alone_prints_its_help():
     for group in ((), ("map",), ("export",)):
         done = command(*group)

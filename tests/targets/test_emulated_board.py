@@ -182,7 +182,7 @@ def test_a_step_that_does_not_succeed_says_why(uncorrected, tmp_path):
     done = command("emulate", uncorrected, "precharge", *board, "--set", far)
     assert done.code == 2
     assert done.out.splitlines()[2].split()[-1] == "fault"
-    assert "too large an offset (status 13, phase 1: 6.0" in done.error
+    assert "too large an offset (status 13, phase 1 (b): 6.0" in done.error
     for step, why in (("alignment", "above the trip level"), ("spin", "a current is negative")):
         done = command("emulate", uncorrected, step, *board)
         assert (done.code, why in done.error) == (2, True)

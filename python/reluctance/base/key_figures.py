@@ -7,6 +7,7 @@ from typing import Any
 
 from reluctance.base.units import from_si
 
+STANDSTILL = 1e-3  # [rad/s]
 NOT_HELD = 0.05  # deviation of the mean torque from its reference that is worth a remark
 DRIFTS = 0.02  # of the mean torque, by a period: above, the drive has not settled
 
@@ -145,7 +146,12 @@ class Kpis:
         """What a reader of these figures must know, each on one line; steady: whether the drive was
         asked for a constant, so that its torque should have settled."""
         found = []
-        if self.periods < 2:
+        if self.periods < 2 and abs(self.speed_mean) < STANDSTILL:
+            found.append(
+                "no electrical period ends at standstill: the figures are over all of the run, its "
+                "start included"
+            )
+        elif self.periods < 2:
             found.append(
                 f"{self.periods} whole electrical periods in the second half of the run: the "
                 "figures include its start; run longer (--until)"
@@ -154,14 +160,17 @@ class Kpis:
         if steady and self.periods >= 2 and drift > DRIFTS:
             found.append(
                 f"the torque has not settled (a period's mean is up to {drift:.1%} "
-                "off): the ripple figures contain that; run longer (--until)"
+                "off): the ripple figures contain that; run longer (--until): what stays is a beat "
+                "of the control period with the electrical one"
             )
         held = self.tau_mean / self.tau_ref_mean if self.tau_ref_mean else 1.0
         if self.periods >= 2 and abs(held - 1) > NOT_HELD:
-            found.append(
-                f"the torque reference is not held ({held:.0%} of it); `reluctance limit` tells "
-                "whether this machine could at this voltage and speed"
+            why = (
+                "`reluctance limit` tells whether this machine could at this voltage and speed"
+                if 0 < held < 1
+                else "the law, its sensors or its model are wrong for this point"
             )
+            found.append(f"the torque reference is not held ({held:.0%} of it); {why}")
         return found
 
     def _repr_html_(self) -> str:

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from reluctance.base.figures import check_figure, look
 from reluctance.base.files import TABLES, check_ending
-from reluctance.base.key_figures import Kpis, shown
+from reluctance.base.key_figures import NOT_HELD, Kpis, shown
 from reluctance.base.phases import phase_name
 from reluctance.base.units import from_si
 from reluctance.cli.drive_file import load_drive
@@ -24,7 +24,7 @@ from reluctance.drive.run import simulate
 from reluctance.drive.run.array_left import left
 from reluctance.drive.run.bounds import MOST_BYTES, waveform_bytes
 from reluctance.drive.run.columns import Rows
-from reluctance.drive.run.events import unready
+from reluctance.drive.run.events import tripped, unready
 from reluctance.drive.run.radial_force import force_orders
 from reluctance.drive.run.safety import exceeded
 
@@ -112,13 +112,14 @@ def run(
         print(json.dumps({**result.kpis.with_units(), **learned, **entered, **planted, **radial}))
     else:
         Console().print(kpi_table(drive.name, result.kpis, devices=drive.converter.has_drops))
-        for t, fault in result.faults:
-            print(f"{t:8.4f} s  planted: {fault}")
-        for event in result.events or []:
-            print(f"{event.t:8.4f} s  {event}")
+        seen = [(t, f"planted: {fault}") for t, fault in result.faults]
+        seen += [(event.t, str(event)) for event in result.events or []]
+        for t, text in sorted(seen, key=lambda one: one[0]):
+            print(f"{t:8.4f} s  {text}")
         for remark in [
+            *undiagnosed(drive),
             *unready(result.events),
-            *result.kpis.remarks(steady=is_steady(drive)),
+            *(tripped(result.events) or unmet(drive, result.kpis)),
             *exceeded(drive, result.kpis),
             *left(result),
             *crowded(result.periods),
@@ -133,6 +134,32 @@ def run(
                 print(path)
         for loop in found:
             print(f"energy loop, {phase_name(loop.k)}: {loops.text(loop)}")
+
+
+def undiagnosed(drive: Drive) -> list[str]:
+    """Where a diagnosis is asked for that does not run."""
+    if not drive.protection.diagnosis or drive.supervision.on:
+        return []
+    return [
+        "[protection] diagnosis = true acts in a supervised drive and in firmware, and not in this "
+        "run; set [supervision] enable_s"
+    ]
+
+
+def unmet(drive: Drive, kpis: Kpis) -> list[str]:
+    """What is not as the drive was asked for, a constant speed too."""
+    found, asked = kpis.remarks(steady=is_steady(drive)), drive.reference.speed_rpm
+    if drive.reference.kind != "speed" or not asked or not is_steady(drive) or kpis.periods < 2:
+        return found
+    held = from_si(kpis.speed_mean, "rpm") / asked
+    if abs(held - 1) <= NOT_HELD:
+        return found
+    most = f"{drive.tau_max:.4g} N m"
+    return [
+        *found,
+        f"the speed reference is not held ({held:.0%} of it): the drive has not come up to it "
+        f"(--until), or its load takes more than tau_max_Nm = {most}",
+    ]
 
 
 def crowded(periods: Rows) -> list[str]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from reluctance import _core
+from reluctance.base.phases import LETTERS
 
 MODES = ("off", "precharge", "calibrate", "ready", "run", "fault")  # control/guard/sequence.hpp
 
@@ -45,11 +46,22 @@ def unready(entered: list[Event] | None) -> list[str]:
     ]
 
 
+def tripped(entered: list[Event] | None) -> list[str]:
+    """On one line, where a fault ends a run."""
+    faults = [event for event in entered or [] if event.mode == "fault"]
+    if not faults:
+        return []
+    return [
+        f"the drive trips at {faults[0].t:.4g} s: figures of the second half of the run are not of "
+        "a drive that works throughout; end the run before (--until)"
+    ]
+
+
 def evidence(text: str, status: int, phase: int, value: float, limit: float) -> str:
     """A fault in words, with its numbers."""
     text += f" (status {status}"
     if phase >= 0:
-        text += f", phase {phase}"
+        text += f", phase {phase} ({LETTERS[phase]})"
     if limit != 0:
         text += f": {value:.4g}, limit {limit:.4g}"
     return text + ")"
