@@ -42,11 +42,8 @@ COLUMNS = (
 )
 
 
-def drawn(seed: int) -> tuple[str, str, rl.Drive]:
-    """The name of the machine, what is wrong, and the drive."""
-    of = np.random.default_rng(seed)
-    wrong = list(NAMES)[of.integers(len(NAMES))]
-    name = MACHINES[of.integers(len(MACHINES))]
+def sound(of: np.random.Generator, name: str, seed: int) -> rl.Drive:
+    """A supervised drive with a machine of the library, nothing wrong with it."""
     values: dict[str, Any] = {
         **{"machine": name, "reference.tau_Nm": 1.0},
         **{"sensing.i_range_A": 1e3, "load.kind": "fan", "load.k_fan_Nms2": 1.0},
@@ -69,15 +66,23 @@ def drawn(seed: int) -> tuple[str, str, rl.Drive]:
         **{"simulation.theta_start_deg": float(of.uniform(0, 360 / machine.N_r))},
         **{"protection.diagnosis": True, "supervision.enable_s": 0.0},
     }
-    two = [LETTERS[k] for k in of.choice(machine.n_phases, 2, replace=False)]
+    return base.with_values(values)
+
+
+def drawn(seed: int) -> tuple[str, str, rl.Drive]:
+    """The name of the machine, what is wrong, and the drive."""
+    of = np.random.default_rng(seed)
+    wrong = list(NAMES)[of.integers(len(NAMES))]
+    name = MACHINES[of.integers(len(MACHINES))]
+    drive = sound(of, name, seed)
+    two = [LETTERS[k] for k in of.choice(drive.machine.n_phases, 2, replace=False)]
     angle = of.choice([-1, 1]) * of.uniform(*((20.5, 30) if "small" in wrong else (30, 180)))
     fault: dict[str, Any] = {"kind": wrong.split(",")[0]}
     if "exchanged" in wrong:
         fault |= {"phase": two[0], "other": two[1]}
     if "off" in wrong:
         fault |= {"angle_deg": float(angle)}
-    values["faults"] = [] if wrong == "none" else [fault]
-    return name, wrong, base.with_values(values)
+    return name, wrong, drive.with_values({"faults": [] if wrong == "none" else [fault]})
 
 
 def row(seed: int) -> dict[str, Any]:

@@ -391,6 +391,21 @@ def test_the_campaign_has_no_false_alarm():
     assert sum(int(line["false_alarms"]) for line in stored) == 0
 
 
+def test_no_drawn_drive_has_a_false_alarm():
+    """`python bench/diagnosis_alarms.py --drawn SEED` draws others; a row is run anew. All tables
+    together have 10^5 strokes."""
+    with (ROOT / "bench" / "diagnosis_drawn.csv").open() as file:
+        stored = list(csv.DictReader(file))
+    with (ROOT / "bench" / "diagnosis_alarms.csv").open() as file:
+        strokes = sum(int(line["strokes"]) for line in [*stored, *csv.DictReader(file)])
+    assert len(stored) == alarms.DRAWN and strokes > 1e5
+    assert {line["machine"] for line in stored} == set(alarms.EVERY_MACHINE)
+    assert {line["law"] for line in stored} == set(alarms.EVERY_LAW)
+    assert sum(int(line["false_alarms"]) for line in stored) == 0
+    again = alarms.drawn(int(stored[7]["seed"]))
+    assert {key: str(value) for key, value in again.items()} == stored[7]
+
+
 @needs_target
 def test_a_diagnosis_adds_at_most_1500_instructions_to_a_step():
     """The dearest row of bench/diagnosis_cost.csv, anew."""
