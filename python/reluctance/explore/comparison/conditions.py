@@ -76,8 +76,8 @@ def in_words(point: Drive, f_target: float) -> list[str]:
     bits = f"{s.adc_bits} bits over {s.i_range_A:g} A" if s.adc_bits else "ideal"
     angle = f"{s.encoder_counts} counts a revolution" if s.encoder_counts else "ideal"
     drops = (
-        f"switch {c.v_switch_V:g} V + {c.R_switch_ohm:g} ohm, "
-        f"diode {c.v_diode_V:g} V + {c.R_diode_ohm:g} ohm"
+        f"{c.v_switch_V:g} V + {c.R_switch_ohm:g} ohm, "
+        f"diodes {c.v_diode_V:g} V + {c.R_diode_ohm:g} ohm"
         if any((c.v_switch_V, c.R_switch_ohm, c.v_diode_V, c.R_diode_ohm))
         else "ideal"
     )
