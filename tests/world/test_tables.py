@@ -1,16 +1,20 @@
 """Tables of magnetics in the forms that others hold: current over flux linkage, axes as matrices,
 torque of one side at the corners of a textbook inductance."""
 
+import csv
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command import command, refused
 from scipy.io import savemat
 from scipy.optimize import brentq
 
-from reluctance import ParameterError
-from reluctance.machine.maps import FluxTable, check_map, read_map
+from reluctance import ParameterError, _core
+from reluctance.machine.maps import FluxTable, check_map, read_map, write_map
 
+ROOT = Path(__file__).parents[2]
+SHARING = (ROOT / "examples" / "sharing_cubic.toml", "--until", 0.01, "--set", "reference.tau_Nm=9")
 L_U, L_A, L_S, I_0 = 13.2e-3, 120e-3, 8e-3, 3.0
 
 
@@ -100,3 +104,68 @@ def test_the_textbook_machine_of_a_triangular_inductance_is_good(whole: bool) ->
     assert any("one-sided" in note for note in report.notes)
     wrong = check_map(FluxTable(8, i, theta, table.psi, 1.3 * tau))
     assert wrong.verdict == "refused" and "torque differs" in wrong.reasons[0]
+
+
+def saturating(zero: str) -> list[list[float]]:
+    """Current [A], angle [deg], flux linkage [Wb] and torque [N m] of an 8/6 machine of 20 A."""
+    machine = _core.LeHuy(N_r=6, L_u=8.7e-3, L_a=0.15, L_sat=2e-3, i_m=20, psi_m=0.6)
+    i, degrees = np.meshgrid(np.linspace(0, 20, 11), np.linspace(0, 30, 13), indexing="ij")
+    i, degrees = i.ravel(), degrees.ravel()
+    theta_e = np.radians(6 * degrees) + (np.pi if zero == "aligned" else 0.0)
+    found = _core.magnetics(machine, i, np.mod(theta_e, 2 * np.pi))
+    return np.stack([i, degrees, found[:, 0], found[:, 2]], axis=1).tolist()
+
+
+@pytest.mark.parametrize("zero", ["unaligned", "aligned"])
+@pytest.mark.parametrize("torque", [False, True])
+@pytest.mark.parametrize(
+    ("right", "milli"),
+    [
+        (["I_ph [A]", "Pos [deg]", "Lambda [mWb]"], 1e3),
+        (["I_ph [A]", "Pos [deg]", "Lambda [Wb]"], 1.0),
+        (["i_A", "theta_deg", "psi_Wb"], 1.0),
+    ],
+)
+def test_exchanged_columns_of_current_and_flux_linkage_are_refused_and_the_remedy_works(
+    tmp_path: Path, zero: str, torque: bool, right: list[str], milli: float
+) -> None:
+    """Never a machine of 20 mWb at 60 A."""
+    rows = [[i, a, milli * p, *([t] if torque else [])] for i, a, p, t in saturating(zero)]
+    right = [*right, *(["Torque [Nm]"] if torque else [])]
+    wrong = [right[2], right[1], right[0], *right[3:]]
+    path, own = tmp_path / "m.csv", tmp_path / "own.toml"
+    read = (path, "--N_r", 6, "--zero", zero)
+    write_rows(path, [wrong, *rows])
+    line = refused("map", "check", *read).strip()
+    assert line.endswith("exchange their two names, each with its unit")
+    assert "columns of current and flux linkage look exchanged" in line
+    winding = ("--N_s", 8, "--R_ohm", 0.3, "--J_kgm2", 0.01)
+    imported = ("map", "import", *read, *winding, "--out", own)
+    assert refused(*imported).strip() == line and not own.exists()
+    write_rows(path, [right, *rows])
+    assert read_map(path, N_r=6, zero=zero).psi.max() == pytest.approx(
+        max(p for *_, p, _ in saturating(zero))
+    )
+    assert command("map", "check", *read).code == 0 and command(*imported).code == 0
+    assert command("run", *SHARING, "--set", f"machine={own}").code == 0
+
+
+def test_names_exchanged_over_an_inverse_table_are_refused_and_the_remedy_works(
+    tmp_path: Path,
+) -> None:
+    levels, angles, currents = inverse()
+    rows = [[a, p, currents[n, k]] for n, a in enumerate(angles) for k, p in enumerate(levels)]
+    write_rows(tmp_path / "m.csv", [["theta_e_deg", "i_A", "psi_Wb"], *rows])
+    with pytest.raises(ParameterError, match="look exchanged"):
+        read_map(tmp_path / "m.csv", N_r=4)
+    write_rows(tmp_path / "m.csv", [["theta_e_deg", "psi_Wb", "i_A"], *rows])
+    table = read_map(tmp_path / "m.csv", N_r=4)
+    assert check_map(table).verdict == "good"
+    write_map(table, tmp_path / "own.csv")
+    again = read_map(tmp_path / "own.csv", N_r=4)
+    assert again.i == pytest.approx(table.i) and again.psi == pytest.approx(table.psi)
+
+
+def write_rows(path: Path, rows: list[list[object]]) -> None:
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows(rows)

@@ -14,6 +14,10 @@ ZERO_OFF = np.pi / 18  # how far the largest flux may be from a zero that is inf
 STRAIGHT, BENDS = 0.02, 0.05  # slopes of an inverse table: no saturation, and its opposite
 FALLS = 0.02  # of its rise: what noise and a flat top may take from the flux at an end; at a zero
 # that is 16 deg wrong it is (1 - cos 16 deg)/2
+EXCHANGED = (
+    "the columns of current and flux linkage look exchanged: the flux linkage rises ever faster "
+    "with the current, which no iron does; exchange their two names, each with its unit"
+)
 UNITS = {"deg": np.pi / 180, "rad": 1.0}
 CHOICES = {
     "angle_unit": ("deg", "rad"),
@@ -79,7 +83,8 @@ def settled(
     unit, kind = angle_unit or raw.angle_unit, angle_kind or raw.angle_kind
     i, psi, tau = _currents(i, psi, tau, notes)
     angle, psi, tau = _rising(angle, psi, tau, notes)
-    if tau is None and (raw.inverse or _is_inverse(i, psi)):
+    unnamed = raw.layout is None  # names would say which of the two is the current
+    if tau is None and (raw.inverse or (unnamed and is_inverse(i, psi))):
         i, psi = _turned(i, psi, notes)
     reading = _angles(angle, N_r, unit, kind, notes)
     if aligned_at is not None:
@@ -103,14 +108,20 @@ def settled(
     return FluxTable(N_r, i, theta_e, psi, tau, error, tuple(notes))
 
 
-def _is_inverse(i: Array, psi: Array) -> bool:
+def is_inverse(i: Array, psi: Array) -> bool:
     """Whether a table bends upwards as current over flux linkage does: at no angle is the slope of
     its last third below that of its first, as it is in every machine that saturates."""
     third = len(i) // 3
-    if third < 2 or i[0] != 0:
-        return False
-    first = (psi[third] - psi[0]) / (i[third] - i[0])
-    last = (psi[-1] - psi[-1 - third]) / (i[-1] - i[-1 - third])
+    return third > 1 and bool(i[0] == 0) and _steepens(*_slopes(i, psi, third))
+
+
+def _slopes(x: Array, y: Array, third: int) -> tuple[Array, Array]:
+    """Over the first and the last `third` steps of x, at each angle."""
+    first = (y[third] - y[0]) / (x[third] - x[0])
+    return first, (y[-1] - y[-1 - third]) / (x[-1] - x[-1 - third])
+
+
+def _steepens(first: Array, last: Array) -> bool:
     if not (first > 0).all():
         return False
     return bool((last / first).min() > 1 - STRAIGHT and (last / first).max() > 1 + BENDS)
@@ -119,6 +130,9 @@ def _is_inverse(i: Array, psi: Array) -> bool:
 def _turned(levels: Array, currents: Array, notes: list[str]) -> tuple[Array, Array]:
     """Flux linkage over current, from current over flux linkage (`currents`, a row a level), up to
     the current that every angle reaches."""
+    first, last = _slopes(levels, currents, max(1, len(levels) // 3))
+    if _steepens(last, first):  # the other way round: it is flux linkage over current
+        raise ParameterError(EXCHANGED)
     if levels[0] != 0 or not (np.diff(currents, axis=0) > 0).all():
         raise ParameterError(
             "current over flux linkage, an inverse table, whose current does not rise from 0 with "

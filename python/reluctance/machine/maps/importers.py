@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from reluctance.base.errors import ParameterError
 from reluctance.base.reading import MOST, is_number, numbers, read_text, reading
 from reluctance.machine.maps.cells import sheet_rows, text_rows
-from reluctance.machine.maps.conventions import settled
+from reluctance.machine.maps.conventions import EXCHANGED, is_inverse, settled
 from reluctance.machine.maps.mat_file import read_arrays
 from reluctance.machine.maps.raw import Column, RawMap, chosen
 from reluctance.machine.maps.table import Array, FluxTable
@@ -83,7 +83,7 @@ def read_map(
         with _reading(Path(torque)):
             raw = with_torque(raw, _read(Path(torque), {}, torque=True))
     with _reading(path):
-        return settled(
+        table = settled(
             raw,
             N_r=N_r,
             angle_unit=angle_unit,
@@ -92,6 +92,9 @@ def read_map(
             layout=layout,
             aligned_at=aligned_at,
         )
+        if raw.layout is not None and is_inverse(table.i, table.psi):  # by the file's own names
+            raise ParameterError(EXCHANGED)
+        return table
 
 
 def _reading(path: Path) -> AbstractContextManager[None]:
