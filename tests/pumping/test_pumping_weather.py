@@ -204,6 +204,23 @@ def test_a_file_that_cannot_be_used_is_refused_on_one_line(tmp_path, change, mes
     assert message in str(fault.value) and "\n" not in str(fault.value)
 
 
+@pytest.mark.parametrize("columns", [["ghi"], ["ghi", "dni", "dhi"]])
+def test_light_in_kilowatts_is_asked_for_its_unit_and_the_remedy_works(tmp_path, columns):
+    frame = sunny()[["time", *columns]]
+    kilo = frame.assign(**{name: (frame[name] / 1000).round(3) for name in columns})
+    with pytest.raises(ParameterError) as fault:
+        read(**written(tmp_path, kilo))
+    line = str(fault.value)
+    assert "is its unit kW/m2?" in line and "1000 times as much" in line and "\n" not in line
+    mended = kilo.assign(**{name: 1000 * kilo[name] for name in columns})
+    assert read(**written(tmp_path, mended)).ghi == pytest.approx(frame["ghi"], abs=0.51)
+
+
+def test_an_offset_of_a_sensor_is_no_light_in_kilowatts(tmp_path):
+    with pytest.raises(ParameterError, match="night only"):
+        read(**written(tmp_path, sunny()[["time", "ghi"]].assign(ghi=0.9)))
+
+
 @pytest.mark.parametrize("zone", ["Asia/Dubai", "America/Sao_Paulo", "Etc/GMT-9"])
 def test_weather_in_a_wrong_zone_is_refused_on_one_line(tmp_path, zone):
     with pytest.raises(ParameterError, match=r"h off the sun at 7\.18 N 2\.06 E"):

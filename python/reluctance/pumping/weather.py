@@ -11,6 +11,7 @@ from reluctance.pumping.site import Site, Sun, sun_over
 
 DARK_DEG = 96.0  # zenith angle of the end of civil twilight
 LIGHT = 50.0  # more at night than a pyranometer's offset [W/m^2]
+OF_DAYS = 0.9  # of the light while the sun is up: days; an offset has half of itself there
 WRONG_ZONE_H = 1.0  # the light's centroid may be off noon by this, over a month or more
 WRONG_ZONE_DAY_H = 2.5  # and by this on few days: clouds may take a morning
 
@@ -111,6 +112,12 @@ def _whole(t: pd.DatetimeIndex, values: FloatArray, name: str, where: str) -> No
 def _check_light(weather: Weather, site: Site) -> None:
     sun, ghi, hour = weather.sun, np.maximum(weather.ghi, 0.0), weather.step / 3600
     if not ghi.max() >= 5:
+        if ghi @ (sun.height > 0) > OF_DAYS * ghi.sum():
+            raise ParameterError(
+                f"{weather.where}: ghi stays below 5 W/m2 from {weather.t[0]} to {weather.t[-1]}, "
+                f"but follows the days, up to {ghi.max():.3g}: is its unit kW/m2? Then "
+                "write ghi, and dni and dhi where given, in W/m2: 1000 times as much"
+            )
         raise ParameterError(
             f"{weather.where}: night only, ghi stays below 5 W/m2 from {weather.t[0]} to "
             f"{weather.t[-1]}; take days with sun"
