@@ -214,3 +214,17 @@ def test_hours_from_utc_name_the_clock_of_the_opposite_sign(name: str, meant: st
     with pytest.raises(ParameterError, match=f"did you mean `{meant.replace('+', '.')}`"):
         site(timezone=name)
     assert site(timezone=meant, longitude_deg=0).timezone == meant
+
+
+def test_only_columns_that_a_file_has_are_judged(tmp_path: Path) -> None:
+    """Light of twilight within the limit of ghi, all of which is estimated as diffuse."""
+    sky = clear_hours(site(), "2024-05-01", "2024-05-05")
+    twilight = (sky.sun.zenith_deg > 90) & (sky.sun.zenith_deg < 93)
+    ghi = np.where(twilight, 95.0, sky.ghi)
+    frame = pd.DataFrame({"time": sky.t - pd.Timedelta("30min"), "ghi": ghi})
+    frame["time"] = frame["time"].astype(str).str.replace(" ", "T")
+    frame.to_csv(tmp_path / "w.csv", index=False)
+    found = read(site(), tmp_path, kind="csv", file="w.csv")
+    assert twilight.sum() == (found.dhi[twilight] > 50).sum() > 2  # its limit there
+    assert found.doubts == ()
+    assert "dhi is above" in " ".join(doubts(found, site(), components=True))  # were it read

@@ -43,7 +43,7 @@ def doubts(weather: Weather, site: Site, *, components: bool) -> tuple[str, ...]
     return (
         *_of_the_offset(off, by),
         *(_of_the_closure(t, ghi, dni, dhi, site, off) if components else ()),
-        *_of_the_limits(weather, site),
+        *_of_the_limits(weather, ("ghi", "dni", "dhi") if components else ("ghi",)),
         *_of_dark_days(weather, site),
     )
 
@@ -79,15 +79,16 @@ def _of_the_closure(
         )
 
 
-def _of_the_limits(weather: Weather, site: Site) -> Iterator[str]:
-    """QCRad's physically possible limits."""
+def _of_the_limits(weather: Weather, given: tuple[str, ...]) -> Iterator[str]:
+    """QCRad's physically possible limits, of the columns that the file gives."""
     E, height = extra_radiation(weather.t), weather.sun.height
     limits = {
         "ghi": (weather.ghi, 1.5 * E * height**1.2 + 100),
         "dni": (weather.dni, E),
         "dhi": (weather.dhi, 0.95 * E * height**0.2 + 50),
     }
-    for name, (values, most) in limits.items():
+    for name in given:
+        values, most = limits[name]
         beyond = values > most
         if beyond.sum() > IMPOSSIBLE * max((height > 0).sum(), 1):
             worst = int(np.argmax(values - most))
