@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reluctance.base.errors import Note
+from reluctance.base.errors import Note, ParameterError
 from reluctance.plant.hydraulics.pump import RPM, Curve, pump_from
 
 PLAIN = "0,60,0 2,59.4,.3 4,58,.5 6,54,.61 8,48,.65 10,40,.63 12,29,.55 14,15,.38"
@@ -42,3 +42,18 @@ def test_shaft_powers_of_a_flat_curve_stay_those_of_the_maker(tmp_path: Path) ->
     Q = np.array([4, 6, 8]) / 3600
     assert found.shaft_power(Q, np.ones(3)) == pytest.approx([1200, 1450, 1600])
     assert found.shaft_power(np.zeros(1), np.ones(1))[0] == pytest.approx(900, rel=0.1)
+
+
+def test_exchanged_flows_and_heads_are_asked_for_and_the_remedy_works(tmp_path: Path) -> None:
+    plain, rows = curve(tmp_path, PLAIN), PLAIN.split()
+    heads_first = [",".join([H, Q, eta]) for Q, H, eta in (row.split(",") for row in rows)]
+    wrong, turned = " ".join(heads_first), " ".join(rows[::-1])
+    for points in (wrong, turned):
+        with pytest.raises(
+            ParameterError, match=r"are Q_m3ph and H_m exchanged.*order of the rows"
+        ):
+            curve(tmp_path, points)
+    assert curve(tmp_path, wrong, head="H_m,Q_m3ph,eta").H_0 == plain.H_0
+    with pytest.raises(ParameterError) as fault:  # no order at all: nothing to exchange
+        curve(tmp_path, " ".join([rows[2], rows[1], rows[0], *rows[3:]]))
+    assert "heads rise" not in str(fault.value)

@@ -171,7 +171,13 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
     table = _columns(path)
     Q, H = table["Q_m3ph"] * M3PH, table["H_m"]
     if len(Q) < 3 or Q[0] < 0 or not np.all(np.diff(Q) > 0):
-        raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, none below 0")
+        asked = ""
+        if len(Q) > 1 and np.all(np.diff(H) > 0):
+            asked = (
+                "; the heads rise instead: are Q_m3ph and H_m exchanged? Then exchange their two "
+                "names; if they are right, turn the order of the rows round"
+            )
+        raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, none below 0{asked}")
     for name, most in (("Q_m3ph", MOST_FLOW), ("H_m", MOST_HEAD)):
         if not table[name].max() <= most:
             raise ParameterError(
