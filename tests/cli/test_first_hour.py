@@ -233,6 +233,22 @@ def test_a_range_in_another_form_is_told_the_form():
     assert "a range is FROM:TO:COUNT, as in 0.5:2:5" in line
 
 
+def test_a_table_as_the_store_of_a_sweep_is_told_its_option(tmp_path):
+    varied = ("sweep", RATED, "--vary", "control.i_band_A=1,2", "--until", 0.002)
+    table = tmp_path / "x.csv"
+    line = refused(*varied, "--out", table)
+    assert line.strip().endswith(f"for their table write --table {table}") and ".sqlite" in line
+    assert command(*varied, "--out", tmp_path / "x.db", "--table", table).code == 0
+    assert table.read_text().count("\n") == 3
+
+
+def test_an_option_of_another_command_is_told_where_it_is():
+    line = refused("run", RATED, "--vary", "control.i_band_A=1,2")
+    assert "No such option: --vary" in line and "`reluctance sweep`" in line
+    assert "`reluctance run`" not in line
+    assert "reluctance" not in refused("run", RATED, "--no-such-thing")
+
+
 def test_a_name_whose_package_is_missing_is_no_attribute():
     script = (
         "import importlib.util as u; find = u.find_spec\n"

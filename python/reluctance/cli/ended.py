@@ -31,8 +31,22 @@ def exit_code(command: Callable[[], object]) -> int:
     except Exception as fault:
         if not hasattr(fault, "format_message"):  # what the command line library raises has it
             raise
-        _tell(f"error: {one_line(fault.format_message())}")
+        _tell(f"error: {one_line(fault.format_message())}{_who_has_it(fault)}")
     return 2
+
+
+def _who_has_it(fault: Any) -> str:
+    """The other commands that know an option, where this one neither does nor has one like it."""
+    option = getattr(fault, "option_name", None)
+    if option is None or fault.ctx is None or getattr(fault, "possibilities", True):
+        return ""
+    commands = getattr(fault.ctx.find_root().command, "commands", {})
+    having = [
+        f"`reluctance {name}`"
+        for name, command in commands.items()
+        if any(option in parameter.opts for parameter in command.params)
+    ]
+    return f"; it is an option of {', '.join(having)}" if having else ""
 
 
 class Output(TextIOWrapper):

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from reluctance.base.errors import ParameterError
 from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.explore.sweeps import Sweep
@@ -74,11 +75,17 @@ def sweep(
     from reluctance.base.files import TABLES, check_ending
     from reluctance.cli.progress import progress_bar
     from reluctance.drive.laws.own_code import refuse_untrusted
+    from reluctance.explore.sweeps.store import ENDINGS
     from reluctance.explore.sweeps.swept import figure_name
     from reluctance.explore.sweeps.vary import parsed
 
     values = dict(parsed(text) for text in vary)
     names = [figure_name(name.strip()) for name in figure.split(",")] if figure else None
+    if out is not None and out.suffix.lower() in TABLES:
+        raise ParameterError(
+            f"--out {out}: it takes the store of all runs, {' or '.join(ENDINGS)}; for their table "
+            f"write --table {out}"
+        )
     if table is not None:
         check_ending(table, TABLES)
     if plot is not None:
