@@ -91,7 +91,7 @@ def drawn(seed: int) -> dict[str, Any]:
     machine = EVERY_MACHINE[of.integers(len(EVERY_MACHINE))]
     drive = wiring.sound(of, machine, seed)
     law, sensor = EVERY_LAW[of.integers(len(EVERY_LAW))], list(SENSORS)[of.integers(len(SENSORS))]
-    direction, rpm, tau = int(of.choice([-1, 1])), of.uniform(300, 2500), drive.control.tau_max_Nm
+    direction, rpm, tau = int(of.choice([-1, 1])), of.uniform(300, 2500), drive.tau_max
     omega = rpm * 2 * np.pi / 60
     steps = (0.2, 1.0, 0.5, 0.8, -1.0, -0.3)
     values: dict[str, Any] = {

@@ -859,7 +859,9 @@ class Protection:
     def frozen(self) -> int: ...
 
 class PhaseTrial:
-    """How far each phase is magnetized alone while the law does not run. SI units."""
+    """
+    How far each phase is magnetized alone while the law does not run. SI units.
+    """
 
     def __init__(self, *, i: float, psi: float, psi_sample: float, psi_zero: float, psi_max: float, psi_error: float, map_error: float, t_dead: float) -> None: ...
 
