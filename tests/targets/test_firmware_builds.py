@@ -28,10 +28,22 @@ def package(tmp_path_factory):
     return firmware(drive("edge_mpc_late"), tmp_path_factory.mktemp("builds") / "package").folder
 
 
+CPUS = ["cortex-m4", "cortex-m7", "cortex-m33", "cortex-m55", "cortex-r5"]
+
+
 @needs_target
-@pytest.mark.parametrize("cpu", ["cortex-m4", "cortex-m7", "cortex-m33", "cortex-m55", "cortex-r5"])
+@pytest.mark.parametrize("cpu", CPUS)
 def test_it_compiles_for_every_processor_that_the_makefile_names(package, cpu):
     build(package, f"CPU={cpu}")
+
+
+@needs("make")
+def test_a_processor_that_the_makefile_does_not_know_is_one_line_that_names_those_it_knows(package):
+    command = ["make", "-s", "CPU=cortex-m9"]
+    done = subprocess.run(command, cwd=package, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    named = re.search(r"CPU=cortex-m9, need one of: ([^;]*);.* TARGET", done.stderr)
+    assert named is not None and sorted(named[1].split()) == sorted(CPUS)
 
 
 def headers_of_the_cross_compiler():
