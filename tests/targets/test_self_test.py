@@ -2,6 +2,7 @@
 word of a table or an answer that differs."""
 
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -61,6 +62,35 @@ def test_a_corrupted_word_of_a_table_fails(part: float, package: Path) -> None:
     assert ends_with(bad) & TABLES
 
 
+def test_the_commands_of_the_readme_run_it_and_its_table_tells_the_exit_codes(
+    package: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "package"
+    shutil.copytree(package, folder, ignore=shutil.ignore_patterns("build"))
+    readme = (folder / "README.md").read_text()
+    section = readme.split("\n## Self-test\n")[1]
+    subprocess.run(["sh", "-c", shown(section, r"`(make self_test)`")], cwd=folder, check=True)
+    emulator = shown(section, r"((?: {4}.*\n)+)")
+    codes = dict(re.findall(r"^\| (\d+) \| (.*) \|$", section, re.M))
+
+    def told() -> str:
+        return codes[str(subprocess.run(["sh", "-c", emulator], cwd=folder, timeout=60).returncode)]
+
+    assert told() == "tables and orders are those of the export"
+    data = folder / "self_test_data.hpp"
+    data.write_text(data.read_text().replace("orders_crc = 0x", "orders_crc = 1 ^ 0x"))
+    subprocess.run(["make", "-s", "self_test"], cwd=folder, check=True)
+    assert told() == "the orders differ"
+    for name in shown(readme, r"^\| (`reluctance_self_test.h`.*) \| self-test").split(", "):
+        assert (folder / name.strip("`")).is_file()
+
+
+def shown(text: str, pattern: str) -> str:
+    found = re.search(pattern, text, re.M)
+    assert found is not None, pattern
+    return found[1]
+
+
 def test_another_answer_fails(tmp_path: Path) -> None:
     folder = firmware(drive("angles"), tmp_path / "package", self_test=True).folder
     data = folder / "self_test_data.hpp"
@@ -86,3 +116,4 @@ def test_tables_lie_where_the_macro_says(package: Path, tmp_path: Path) -> None:
 def test_a_package_without_it_has_none(tmp_path: Path) -> None:
     folder = firmware(drive("angles"), tmp_path / "package").folder
     assert not [path for path in folder.rglob("*self_test*")]
+    assert "self-test" not in (folder / "README.md").read_text().lower()

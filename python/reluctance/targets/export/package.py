@@ -31,7 +31,7 @@ from reluctance.targets.export.learned_interface import learned_marks
 from reluctance.targets.export.port import port_marks
 from reluctance.targets.export.recording import desk_controller
 from reluctance.targets.export.run_time import marks, run_time_code, run_time_parameters
-from reluctance.targets.export.self_test import STEPS, self_test_data, stored_tables
+from reluctance.targets.export.self_test import self_test_data, self_test_marks, stored_tables
 
 FLASH_LIMIT_KIB = 256  # default for the tables: half the flash of a small Cortex-M4F
 PREFIX = "reluctance"
@@ -115,7 +115,7 @@ def firmware(
         )
     law = tree["control"]["type"].removeprefix("srm::DriveControl<").removesuffix(">").rstrip()
     values = _values(drive, law, fingerprint) | marks(at_run_time)
-    values["self_test_steps"] = str(STEPS)
+    values |= self_test_marks(self_test)
     if port is not None:
         values |= port_marks(port, drive, gates_of(drive))
     make_folder(folder.parent)

@@ -14,6 +14,40 @@ from reluctance.targets.export.recording import record
 from reluctance.targets.export.target import PHASE
 
 STEPS = 256  # stored samples, from the start of a simulation on
+FILES = """
+| `reluctance_self_test.h`, `self_test.cpp`, `self_test_data.hpp` | self-test at boot: tables and \
+answers against those of the export |
+| `emulated/self_test.cpp` | the self-test on the emulator |"""
+TEXT = f"""
+## Self-test
+
+`reluctance_self_test` compares the CRC-32 of the tables with that of the export, runs the
+controller on {STEPS} stored samples of a simulation, and compares the CRC-32 of its orders. Call it
+before the control interrupt starts. `make` compiles it. `make self_test` also builds
+`build/cortex-m7/self_test.elf`, which runs it on the emulator:
+
+    qemu-system-arm -M mps2-an500 -nographic -monitor none -serial none \\
+      -semihosting-config enable=on,target=native -icount shift=10,sleep=off \\
+      -kernel build/cortex-m7/self_test.elf
+
+The program prints nothing. Its exit code, which QEMU passes on, tells the result. Where QEMU
+cannot start the program, it prints a line and ends with 1 as well.
+
+| exit code | meaning |
+|---:|---|
+| 0 | tables and orders are those of the export |
+| 1 | a table differs |
+| 2 | the orders differ |
+| 3 | both differ |
+| 4 | the cycle counter stood still; tables and orders are not judged |
+| 70 | the program crashed |
+"""
+
+
+def self_test_marks(self_test: bool) -> dict[str, str]:
+    """The marks of the README of a package with a self-test; nothing for other packages."""
+    files, text = (FILES, TEXT) if self_test else ("", "")
+    return {"self_test_files": files, "self_test_text": text, "self_test_steps": str(STEPS)}
 
 
 def stored_tables(tables: Tables) -> str:
