@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from reluctance import ParameterError, _core
+from reluctance import ParameterError, _core, load
 from reluctance.cli import app
+from reluctance.machine.maps import write_map
 
 ROOT = Path(__file__).parents[2]
 SHARING = str(ROOT / "examples" / "sharing_cubic.toml")
@@ -190,3 +191,54 @@ def test_a_mistyped_command_gives_one_clear_line(fe, monkeypatch, arguments, tex
     given = [fe.name if a == "FE" else a for a in arguments]
     assert text in reluctance("map", *given, fails="line")
     assert [p.name for p in fe.parent.iterdir()] == ["fe.csv"]
+
+
+COUPLED = ROOT / "examples" / "coupled_phases.toml"
+SIX_FOUR = ("--N_r", "4", "--N_s", "6", "--R_ohm", "1.58", "--J_kgm2", "0.0003")
+
+
+def coupled_map(folder, monkeypatch):
+    """The table of one phase of a machine whose phases couple, in the current folder."""
+    monkeypatch.chdir(folder)
+    machine = load(COUPLED).machine
+    write_map(machine.table, Path("map.csv"))
+    return machine, ("map", "import", "map.csv", "--angle_kind", "electrical", *SIX_FOUR)
+
+
+def test_import_takes_the_pairs_of_a_drive_over_with_their_factors(tmp_path, monkeypatch):
+    """Its psi_factor goes into the table, since the new map has none; pair_factor stays a key."""
+    machine, arguments = coupled_map(tmp_path, monkeypatch)
+    values = {"machine.pair_factor": 0.8, "machine.psi_factor": 1.1}
+    load(COUPLED).with_values(values).save("drive.toml")
+    told = reluctance(*arguments, "--pairs", "drive.toml", "--out", "motor.toml")
+    assert "wrote motor.toml, motor.csv and motor_pairs.csv" in told
+    found = load(COUPLED, ["machine=motor.toml"]).machine
+    assert (found.psi_factor, found.pair_factor) == (1, 0.8)
+    i, theta_e = np.array([7.0, 0.0, 4.0]), np.linspace(0, 6, 9)
+    torque = 0.88 * machine.coupling.tau(i, theta_e)
+    assert found.coupling.tau(i, theta_e) == pytest.approx(torque, abs=1e-6 * np.abs(torque).max())
+
+
+def test_import_takes_a_pair_table_over_and_leaves_it_where_it_is_already(tmp_path, monkeypatch):
+    machine, arguments = coupled_map(tmp_path, monkeypatch)
+    given = Path("motor_pairs.csv")
+    given.write_bytes(Path(machine.pairs).read_bytes())
+    told = reluctance(*arguments, "--pairs", given, "--out", "motor.toml")
+    assert "wrote motor.toml and motor.csv" in told
+    assert given.read_bytes() == Path(machine.pairs).read_bytes()
+    assert load(COUPLED, ["machine=motor.toml"]).machine.coupling is not None
+
+
+@pytest.mark.parametrize(
+    ("drive", "poles", "said"),
+    [
+        (ROOT / "examples" / "deadbeat.toml", ("6", "4"), "has no pairs; leave --pairs out"),
+        (COUPLED, ("8", "6"), "has 3 phases and 4 rotor poles, the map 4 and 6"),
+    ],
+)
+def test_pairs_that_cannot_be_taken_over_are_refused(drive, poles, said, tmp_path, monkeypatch):
+    _, arguments = coupled_map(tmp_path, monkeypatch)
+    poles = ("--N_s", poles[0], "--N_r", poles[1])
+    out = ("--pairs", drive, "--out", "motor.toml")
+    assert said in reluctance(*arguments, *poles, *out, fails="line")
+    assert not Path("motor.toml").exists()

@@ -81,14 +81,14 @@ def walk(machine: str, folder: Path) -> tuple[Walked, dict[str, str]]:
     drive = rl.load(drive_file(machine, folder))
     package = folder / "package"
     said = {}
-    _run(f"reluctance export firmware drive.toml --out {package.name}", folder)
+    run(f"reluctance export firmware drive.toml --out {package.name}", folder)
     readme = (package / "README.md").read_text()
     (folder / "wires.toml").write_text(blocks(readme, "toml")[0])
     for line in commands(readme):
         for name in ("DRIVE.toml", "wires.toml"):
             line = line.replace(name, str(folder / name.lower()))
         step = line.split()[3] if line.startswith("reluctance emulate") else line.split()[1]
-        said[step] = _run(line, package)
+        said[step] = run(line, package)
     wires = read_wires(folder / "wires.toml").checked(drive.machine.n_phases)
     limit = float(re.search(r"below ([\d.]+) rpm, positive", readme)[1])
     mean = float(re.search(r"mean ([\d.]+)", said["resistance"])[1])
@@ -135,7 +135,8 @@ def torque_error(drive: rl.Drive, machine: Path) -> float:
     return float(100 * np.sqrt(np.mean((ours - true) ** 2) / np.mean(true**2)))
 
 
-def _run(line: str, folder: Path) -> str:
+def run(line: str, folder: Path) -> str:
+    """What a line of a shell prints, with this installation's `reluctance`."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
         ["sh", "-c", line],

@@ -3,18 +3,30 @@ with a simulated bench. tests/support/emulated_board.py has the walk through all
 
 import csv
 import ctypes
-from dataclasses import asdict
+import re
+from dataclasses import asdict, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from command import command, refused
-from emulated_board import COUNTS, MACHINES, drive_file, walk, zero_error
+from emulated_board import (
+    COUNTS,
+    MACHINES,
+    blocks,
+    commands,
+    drive_file,
+    run,
+    walk,
+    zero_error,
+)
 from firmware_tools import ROOT, needs_target
 from on_the_bench import bench_drive
 
 import reluctance as rl
 from reluctance.base.toolchain import build
 from reluctance.machine.held_pulses import read_held_pulses
+from reluctance.machine.maps import write_map
 from reluctance.targets.commission import Held, Wires, commission, emulated, read_wires, steps
 from reluctance.targets.commission.board import ORDER, Board
 from reluctance.targets.commission.wiring import Wiring, read_wiring, write_wiring
@@ -57,6 +69,43 @@ def test_the_readme_leads_from_the_first_power_up_to_a_turning_rotor(tmp_path):
     assert [line.split()[-1] for line in said["precharge"].splitlines()[:3]] == states
     offset = [float(x) for x in said["precharge"].splitlines()[3].split(":")[1].split(",")]
     assert offset == pytest.approx([-1.0, -1.5, 0.4], abs=0.08)  # of phases 1, 0, 2; one reversed
+
+
+@pytest.fixture
+def coupled(tmp_path, monkeypatch):
+    """A drive whose phases couple and its package, which is the current folder; its README."""
+    (tmp_path / "DRIVE.toml").write_text((ROOT / "examples" / "coupled_phases.toml").read_text())
+    drive = rl.load(tmp_path / "DRIVE.toml")
+    monkeypatch.chdir(firmware(drive, tmp_path / "package").folder)
+    return drive, Path("README.md").read_text().replace("DRIVE.toml", "../DRIVE.toml")
+
+
+def test_the_commands_of_the_readme_carry_the_pairs_of_a_drive_into_the_measured_package(coupled):
+    """A pulse ends some per cent above the greatest current, and so does the map."""
+    drive, readme = coupled
+    table = drive.machine.table
+    write_map(replace(table, i=1.02 * table.i), Path("map.csv"))
+    said = [
+        command(*line.split()[1:])
+        for line in commands(readme)
+        if line.startswith(("reluctance map import", "reluctance export"))
+    ]
+    assert [one.code for one in said] == [0, 0], said
+    assert "EdgeMpc<srm::WithPairs<srm::FluxMap<float> >" in said[1].out
+    found = rl.load("../DRIVE.toml", ["machine=motor.toml"]).machine
+    assert found.i_max_A == drive.machine.i_max_A
+    i, theta_e = np.array([7.0, 0.0, 4.0]), np.linspace(0, 6, 9)
+    torque = drive.machine.coupling.tau(i, theta_e)
+    assert found.coupling.tau(i, theta_e) == pytest.approx(torque, abs=1e-6 * np.abs(torque).max())
+
+
+@needs_target
+@pytest.mark.long
+def test_the_commands_of_the_readme_measure_the_factor_of_the_pairs(coupled):
+    _, readme = coupled
+    loop = blocks(readme, "sh")[1].replace("$BOARD", "--drive ../DRIVE.toml")
+    said = run(loop, Path())
+    assert float(re.search(r"next: pair_factor = (\S+)", said)[1]) == pytest.approx(1, abs=0.01)
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from reluctance.base.files import check_ending, is_file, write_together, write_w
 from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, Style, Width, help_if_bare
 from reluctance.machine.library import machine_table
-from reluctance.machine.map_file import accept_in, machine_text
+from reluctance.machine.map_file import accept_in, machine_text, phases_of
 from reluctance.machine.map_machine import CONVENTIONS
 
 if TYPE_CHECKING:
@@ -322,6 +322,10 @@ def import_map(
     accept: Annotated[
         str | None, typer.Option(metavar="REASON", help="Why a refused map is used all the same.")
     ] = None,
+    pairs: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Pairs to take over: of DRIVE.toml, or a pair table."),
+    ] = None,
 ) -> None:
     """Make a machine file of a map. The map is put beside it in the project's convention."""
     from reluctance.machine.maps import check_map, repair_map, write_map
@@ -335,7 +339,14 @@ def import_map(
         mended = repair_map(table)
         table = replace(mended.table, notes=table.notes)
         _tell("repair", mended.notes)
-    i_max = float(table.i[-1]) if i_max is None else i_max
+    coupling, pair_factor = None, 1.0
+    if pairs is not None:
+        from reluctance.cli.map_import_pairs import taken_over
+
+        coupling, pair_factor = taken_over(pairs, table.N_r, phases_of(N_s, table.N_r))
+    if i_max is None:
+        i_max = float(table.i[-1])
+        i_max = i_max if coupling is None else min(i_max, coupling.i_last)
     report = check_map(table, i_max=i_max)
     _tell("read as", report.notes)
     if report.reasons and not (accept or "").strip():
@@ -346,7 +357,19 @@ def import_map(
     copy = out.with_suffix(".csv")
     if copy.resolve() == file.resolve():
         copy = out.with_name(out.stem + "_map.csv")
-    for path in (out, copy):
+    files: dict[Path, Callable[[Path], object]] = {copy: lambda path: write_map(table, path)}
+    keys: tuple[str, float] | None = None
+    if pairs is not None and coupling is not None:
+        from reluctance.machine.coupling import check_pairs
+        from reluctance.machine.maps import fit_surface
+        from reluctance.machine.pair_file import write_pairs
+
+        check_pairs(coupling.times(pair_factor), fit_surface(table).machine, i_max)
+        beside = out.with_name(f"{out.stem}_pairs.csv")
+        if beside.resolve() != pairs.resolve():
+            files[beside] = lambda path: write_pairs(coupling, path)
+        keys = beside.name, pair_factor
+    for path in (out, *files):
         if path.exists():
             raise ParameterError(
                 f"{path} exists, and may have been edited; remove it, or choose another --out"
@@ -361,13 +384,11 @@ def import_map(
         i_max_A=i_max,
         J_kgm2=J,
         accepted_because=accept if report.reasons else None,
+        pairs=keys,
         notes=(*table.notes, *(f"column named: {name}" for name in stated.name)),
     )
-    write_together(
-        {
-            copy: lambda path: write_map(table, path),
-            out: lambda path: path.write_text(text, encoding="utf-8"),
-        }
-    )
-    print(f"wrote {out} and {copy}")
+    *first, last = map(str, (out, *files))
+    files[out] = lambda path: path.write_text(text, encoding="utf-8")
+    write_together(files)
+    print(f"wrote {', '.join(first)} and {last}")
     print(f"next: reluctance run DRIVE.toml --set machine={out}")

@@ -21,25 +21,21 @@ def machine_text(
     i_max_A: float,
     J_kgm2: float,
     accepted_because: str | None,
+    pairs: tuple[str, float] | None = None,
     notes: tuple[str, ...],
 ) -> str:
-    """A machine file around a map that is stored beside it.
+    """A machine file around a map that is stored beside it; `pairs` are the file of a pair table
+    beside it, and the factor on that.
 
     Raises
     ------
     ParameterError
         If a number is out of range.
     """
-    if N_s < 1:
-        raise ParameterError(f"N_s = {N_s}, need the number of stator poles; pass --N_s")
-    n_phases = N_s // gcd(N_s, N_r)
+    n_phases = phases_of(N_s, N_r)
     for key, value in (("R_ohm", R_ohm), ("J_kgm2", J_kgm2), ("i_max_A", i_max_A)):
         if not 0 < value < float("inf"):
             raise ParameterError(f"{key} = {value:g}, need > 0; pass --{key}")
-    if not 2 <= n_phases <= 6:
-        raise ParameterError(
-            f"{N_s}/{N_r} poles make {n_phases} phases, need 2 to 6; check --N_s and --N_r"
-        )
     lines = [f"# Read from {source}.", *(f"# {note}" for note in notes), "[machine]"]
     lines += [
         f"name = {quoted(f'{N_s}/{N_r}, {n_phases} phases, {name}')}",
@@ -56,9 +52,29 @@ def machine_text(
         'angle_kind = "electrical"',
         'zero = "unaligned"',
     ]
+    if pairs is not None:
+        lines += [f"pairs = {quoted(pairs[0])}", f"pair_factor = {pairs[1]!r}"]
     if accepted_because:
         lines.append(f"accepted_because = {quoted(accepted_because)}")
     return "\n".join(lines) + "\n"
+
+
+def phases_of(N_s: int, N_r: int) -> int:
+    """The number of phases of a machine with these poles.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such machine.
+    """
+    if N_s < 1:
+        raise ParameterError(f"N_s = {N_s}, need the number of stator poles; pass --N_s")
+    n_phases = N_s // gcd(N_s, N_r)
+    if not 2 <= n_phases <= 6:
+        raise ParameterError(
+            f"{N_s}/{N_r} poles make {n_phases} phases, need 2 to 6; check --N_s and --N_r"
+        )
+    return n_phases
 
 
 def accept_in(path: Path, reason: str) -> None:

@@ -23,7 +23,8 @@ AS_IT_IS = 1e-6  # of the torque: what a file holds was kept on purpose [1]
 
 
 def write_pairs(coupling: Coupling, path: Path) -> None:
-    """Writes the tables at the angles and currents of their samples, one after the other."""
+    """Writes the tables at the angles and currents of their samples, one after the other, with the
+    factor of the coupling."""
     of: dict[PairTable, list[str]] = {}
     for pair in coupling.pairs:
         of.setdefault(pair.table, []).append(pair.letters)
@@ -33,7 +34,9 @@ def write_pairs(coupling: Coupling, path: Path) -> None:
         for table, names in of.items():
             s = table.samples()
             nodes = _nodes(np.degrees(s.phi).round(10), s.i)
-            figures = (x.ravel() for x in (s.energy, s.tau, s.psi_first, s.psi_second))
+            figures = (
+                coupling.factor * x.ravel() for x in (s.energy, s.tau, s.psi_first, s.psi_second)
+            )
             for row in zip(*nodes, *figures, strict=True):
                 places, values = row[:3], row[3:]
                 texts = [*(repr(float(x)) for x in places), *(f"{x:.10g}" for x in values)]

@@ -28,6 +28,7 @@ from reluctance.targets.export.blob import exportable
 from reluctance.targets.export.commission_levels import commission
 from reluctance.targets.export.constants import Node, Tables, constant, literal
 from reluctance.targets.export.learned_interface import learned_marks
+from reluctance.targets.export.pair_text import pair_marks
 from reluctance.targets.export.port import port_marks
 from reluctance.targets.export.recording import desk_controller
 from reluctance.targets.export.run_time import marks, run_time_code, run_time_parameters
@@ -281,6 +282,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
     return {
         **learned_marks(drive.control.learns, drive.protection.diagnosis),
         **array_marks(drive),
+        **pair_marks(drive),
         **(DIAGNOSED if drive.protection.diagnosis else UNDIAGNOSED),
         "phases": str(drive.machine.n_phases),
         "straight": ", ".join(map(str, range(drive.machine.n_phases))),
