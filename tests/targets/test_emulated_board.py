@@ -3,6 +3,7 @@ with a simulated bench. tests/support/emulated_board.py has the walk through all
 
 import csv
 import ctypes
+import json
 import re
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -106,6 +107,23 @@ def test_the_commands_of_the_readme_measure_the_factor_of_the_pairs(coupled):
     loop = blocks(readme, "sh")[1].replace("$BOARD", "--drive ../DRIVE.toml")
     said = run(loop, Path())
     assert float(re.search(r"next: pair_factor = (\S+)", said)[1]) == pytest.approx(1, abs=0.01)
+
+
+@needs_target
+def test_a_map_of_one_phase_that_couples_with_others_says_where_the_pairs_come_from(coupled):
+    asked = ["pulses", "--angles", "2", "--pulses", "1", "--drive", "../DRIVE.toml"]
+    for beside in ([], ["--held", "2", "--held_A", "3"]):
+        said = command("emulate", ".", *asked, *beside, "--out", "p.csv").out
+        assert ("takes the pairs over" in said) is (not beside)
+
+
+def test_an_export_that_loses_the_pairs_of_the_drive_says_so(coupled):
+    drive_file = ("export", "firmware", "../DRIVE.toml", "--set", "sensing.i_range_A=100")
+    for machine, lost in (("onelab_6_4", True), ("onelab_6_4_pairs", False), ("own_12_8", False)):
+        done = command(*drive_file, "--set", f"machine={machine}", "--out", machine, "--json")
+        assert done.code == 0, done.error
+        warnings = json.loads(done.out).get("warnings", [])
+        assert any("knows no pairs" in line for line in warnings) is lost
 
 
 @pytest.fixture(scope="module")

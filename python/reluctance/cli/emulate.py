@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 STEPS = ("precharge", "wiring", "resistance", "alignment", "pulses", "spin", "trip")
 CORRECTING = ("wiring", "alignment")
+UNPAIRED = (
+    "the phases couple, and the map is of one alone: `reluctance map import --pairs DRIVE.toml` "
+    "takes the pairs over"
+)
 Progress = Callable[[float], None]
 
 
@@ -177,6 +181,7 @@ def _step(
                 if held is None
                 else "--pairs DRIVE.toml"
             ),
+            *([UNPAIRED] if held is None and on.drive.machine.coupled else []),
         ]
     one = steps.routine(on, step, progress=progress)
     values = {k: v for k, v in asdict(one).items() if k != "rows"}

@@ -17,6 +17,7 @@ from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust, help_if_bare
 from reluctance.cli.progress import working
 from reluctance.drive.drive import Drive
+from reluctance.drive.overrides import parsed
 from reluctance.targets import export
 from reluctance.targets.export.cost import Cost, costs
 from reluctance.targets.export.package import FLASH_LIMIT_KIB, PREFIX, gates_of
@@ -72,7 +73,7 @@ def firmware(
     spent = costs(drive, steps=steps) if cost or part else []
     rows = [c.with_units() for c in spent] if cost else []
     gates = gates_of(drive)
-    warnings = left_out(drive, gates)
+    warnings = left_out(drive, gates) + _lost(drive, drive_file, overrides, trust)
     judged = verdict(drive, part, _spent_on(spent, part.core), gates) if part else []
     if as_json:
         figures = {
@@ -195,6 +196,24 @@ def pil(
     ):
         table.add_row(name, shown(on_target, "{:.9g}"), shown(on_desk, "{:.9g}"))
     Console().print(table)
+
+
+def _lost(drive: Drive, file: Path, overrides: list[str] | None, trust: bool) -> list[str]:
+    """A line where the machine of `--set` lacks the pairs of the one that it replaces."""
+    given = overrides or []
+    others = [text for text in given if parsed(text)[0] != "machine"]
+    if drive.machine.coupled or len(others) == len(given):
+        return []
+    try:
+        own = load_drive(file, others, trust=trust).machine
+    except ParameterError:  # a drive with the machine of `--set` alone
+        return []
+    if not own.coupled or (own.N_s, own.N_r) != (drive.machine.N_s, drive.machine.N_r):
+        return []
+    return [
+        f"the phases of the machine of {file} couple, those of the machine of --set do not, and "
+        f"the law knows no pairs: `reluctance map import --pairs {file}` takes them over"
+    ]
 
 
 def _spent_on(spent: list[Cost], core: Cpu) -> Cost:
