@@ -37,7 +37,7 @@ def test_it_compiles_for_every_processor_that_the_makefile_names(package, cpu):
     build(package, f"CPU={cpu}")
 
 
-@needs("make")
+@needs("make", "arm-none-eabi-g++")
 def test_a_processor_that_the_makefile_does_not_know_is_one_line_that_names_those_it_knows(package):
     command = ["make", "-s", "CPU=cortex-m9"]
     done = subprocess.run(command, cwd=package, capture_output=True, text=True)

@@ -14,7 +14,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "srm/machine/coupling.hpp"
@@ -205,7 +204,8 @@ class PairPiece {
     most_L_ = most_psi_theta_ = 0;
     for (int m = 0; m < pairs.n_phi + 3; ++m) {
       const double* C = pairs.splines(n, {false, m, 0});
-      for (const auto [along, across] : {std::pair(1, pairs.rank), std::pair(pairs.rank, 1)}) {
+      for (const int along : {1, pairs.rank}) {
+        const int across = pairs.rank + 1 - along;
         double L = 0, psi_theta = 0;
         for (int q = 0; q < pairs.rank; ++q) {
           double c = 0, rise = 0;
