@@ -863,7 +863,7 @@ class PhaseTrial:
     How far each phase is magnetized alone while the law does not run. SI units.
     """
 
-    def __init__(self, *, i: float, psi: float, psi_sample: float, psi_zero: float, psi_max: float, psi_error: float, map_error: float, t_dead: float) -> None: ...
+    def __init__(self, *, i: float, psi: float, psi_sample: float) -> None: ...
 
     @property
     def i(self) -> float: ...
@@ -873,21 +873,6 @@ class PhaseTrial:
 
     @property
     def psi_sample(self) -> float: ...
-
-    @property
-    def psi_zero(self) -> float: ...
-
-    @property
-    def psi_max(self) -> float: ...
-
-    @property
-    def psi_error(self) -> float: ...
-
-    @property
-    def map_error(self) -> float: ...
-
-    @property
-    def t_dead(self) -> float: ...
 
 class Likeness:
     """By what a phase may differ from the others in a sound drive. SI units."""

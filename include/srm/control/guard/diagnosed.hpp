@@ -35,7 +35,7 @@ struct Diagnosed {
   void start(State& x) const {
     guarded.start(x.guarded);
     x.diagnosis = {};
-    x.diagnosis.trial = diagnosis.trial.template begun<N>();
+    x.diagnosis.trial = PhaseTrial<T>::template begun<N>(diagnosis.psi_max);
   }
   void forget(State& x) const {
     guarded.forget(x.guarded);

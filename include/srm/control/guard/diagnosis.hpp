@@ -237,8 +237,8 @@ struct Diagnosis {
       State<N>& x, const Protection<T>& p, const M& machine, const Measurement<T, N>& y,
       std::type_identity_t<Command<T, N>>& orders) const {
     return trial.step(
-        x.trial, x.doubted > 0, p, machine, y, [&](int k) -> const Span& { return x.phase[k].any; },
-        orders);
+        x.trial, *this, x.doubted > 0, p, machine, y,
+        [&](int k) -> const Span& { return x.phase[k].any; }, orders);
   }
 
   constexpr Drop drop_of(const Protection<T>& p, T i0, T i1, T u_dc) const {

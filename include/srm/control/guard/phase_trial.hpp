@@ -16,12 +16,7 @@ struct PhaseTrial {
   T i;           // to which each phase is magnetized [A]
   T psi;         // most flux linkage at i, at any angle [Wb]
   T psi_sample;  // which a sample of a trial adds at most [Wb]
-  T psi_zero;    // most flux linkage of a phase that reads no current, at any angle [Wb]
-  T psi_max;     // most flux linkage at the greatest current, at any angle [Wb]
-  T psi_error;   // flux linkage of the other phases [Wb]
-  T map_error;   // of the flux linkage that the map says [1]
-  T t_dead;      // from the order to turn on until a switch is on [s]
-  SRM_FIELDS(i, psi, psi_sample, psi_zero, psi_max, psi_error, map_error, t_dead)
+  SRM_FIELDS(i, psi, psi_sample)
 
   struct State {
     int rounds = 0;   // to come, with this one
@@ -35,20 +30,21 @@ struct PhaseTrial {
     T theta_e{};             // of the last round [rad]
   };
 
-  /// The state before the law runs for the first time.
+  /// The state before the law runs for the first time. psi_max: see `Diagnosis`.
   template <int N>
-  constexpr State begun() const {
+  static constexpr State begun(T psi_max) {
     return {.rounds = 2, .to_come = N + 1, .phase = N - 1, .left = psi_max};
   }
 
   /// Whether nothing is tried, now or later.
   static constexpr bool over(const State& x) { return x.to_come == 0 && x.rounds == 0; }
 
-  /// The orders of a sample in which the law does not run; false where it does. flux(k): between
-  /// which bounds the flux linkage of phase k is, whatever its angle.
-  template <Machine M, int N, class Flux>
-  constexpr bool step(State& x, bool in_doubt, const Protection<T>& p, const M& machine,
-                      const Measurement<T, N>& y, const Flux& flux,
+  /// The orders of a sample in which the law does not run; false where it does. known: the
+  /// `Diagnosis`, with what may be wrong; flux(k): between which bounds the flux linkage of phase k
+  /// is, whatever its angle.
+  template <class Known, Machine M, int N, class Flux>
+  constexpr bool step(State& x, const Known& known, bool in_doubt, const Protection<T>& p,
+                      const M& machine, const Measurement<T, N>& y, const Flux& flux,
                       std::type_identity_t<Command<T, N>>& orders) const {
     if (x.to_come == 0 && !in_doubt) {
       const T turned = wrap(y.theta_e - x.theta_e + pi<T>) - pi<T>;
@@ -58,16 +54,16 @@ struct PhaseTrial {
     const T u = p.flux.T_s * y.u_dc;
     x.volt_seconds = x.volt_seconds + u;
     if (x.magnetizes) {
-      if (ends(x, p, machine, y, flux)) {
+      if (ends(x, known, p, machine, y, flux)) {
         x.magnetizes = false;
         ++x.tried;
         x.left = T(5) / T(4) * x.volt_seconds + static_cast<T>(2 + p.delay) * u;
         x.volt_seconds = T(0);
         if (x.to_come > 1) --x.to_come;
       }
-    } else if (const int k = at_rest(x, p, y, flux); k >= 0) {
+    } else if (const int k = at_rest(x, known, p, y, flux); k >= 0) {
       if (x.to_come == 1 && !in_doubt) {
-        x = {.rounds = x.rounds - 1, .phase = k, .left = psi_max, .theta_e = y.theta_e};
+        x = {.rounds = x.rounds - 1, .phase = k, .left = known.psi_max, .theta_e = y.theta_e};
         return false;
       }
       x.phase = k;
@@ -82,7 +78,7 @@ struct PhaseTrial {
     if (x.magnetizes) {
       orders[x.phase] = hold<T>(Leg::freewheel);
       orders[x.phase].leg[0] = Leg::magnetize;
-      const T t = t_dead + psi_sample / y.u_dc;
+      const T t = known.drops.t_dead + psi_sample / y.u_dc;
       if (t < p.flux.T_s) orders[x.phase].t_edge[0] = t;
     }
     return true;
@@ -91,14 +87,14 @@ struct PhaseTrial {
  private:
   /// The next phase without flux linkage, when no other one has any or it lasts for too long; less
   /// than 0 before.
-  template <int N, class Flux>
-  constexpr int at_rest(const State& x, const Protection<T>& p, const Measurement<T, N>& y,
-                        const Flux& flux) const {
+  template <class Known, int N, class Flux>
+  static constexpr int at_rest(const State& x, const Known& known, const Protection<T>& p,
+                               const Measurement<T, N>& y, const Flux& flux) {
     const bool waits = x.volt_seconds < x.left;
     int found = -1;
     for (int n = N; n > 0; --n) {
       const int k = (x.phase + n) % N;
-      if (y.i[k] <= p.i_zero && !(flux(k).most > psi_error)) {
+      if (y.i[k] <= p.i_zero && !(flux(k).most > known.psi_error)) {
         found = k;
       } else if (waits) {
         return -1;
@@ -110,8 +106,8 @@ struct PhaseTrial {
   /// Whether a current has reached i, in whichever channel it shows. Where it shows in none, either
   /// the phase is broken and the angle right, and it has twice this current at most; or the channel
   /// is right, and tells that it has none.
-  template <Machine M, int N, class Flux>
-  constexpr bool ends(const State& x, const Protection<T>& p, const M& machine,
+  template <class Known, Machine M, int N, class Flux>
+  constexpr bool ends(const State& x, const Known& known, const Protection<T>& p, const M& machine,
                       const Measurement<T, N>& y, const Flux& flux) const {
     bool shows = false;
     for (int k = 0; k < N; ++k) {
@@ -119,12 +115,12 @@ struct PhaseTrial {
       if (y.i[k] >= i) return true;
       shows = shows || y.i[k] > p.i_zero;
     }
-    if (x.volt_seconds > T(2) * psi_max) return true;
+    if (x.volt_seconds > T(2) * known.psi_max) return true;
     const T least = flux(x.phase).least;
     if (shows) return least > psi;
-    if (least > psi_zero) return true;
+    if (least > known.psi_zero) return true;
     const T at_twice = machine.at(T(2) * i, phase_angle_in_turn<N>(y.theta_e, x.phase)).psi;
-    return least > (T(1) - map_error) * at_twice;
+    return least > (T(1) - known.map_error) * at_twice;
   }
 };
 

@@ -135,8 +135,6 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
     else:
         mutual = (1 + parts["map_error"]) * _mutual(coupling, machine.i_max_A)
     psi_error = mutual + u_noise * NOISE_AHEAD * drive.control.T_s
-    psi_zero = (1 + parts["map_error"]) * reads_zero + psi_error
-    psi_max = (1 + parts["map_error"]) * aligned(machine.i_max_A) + psi_error
     return _core.Diagnosis(
         drops=_core.Drops(
             t_dead=drive.converter.t_dead,
@@ -147,11 +145,6 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
             i=i_trial,
             psi=(1 + parts["map_error"]) * aligned(i_trial) + psi_error,
             psi_sample=_trial_step(drive, i_trial),
-            psi_zero=psi_zero,
-            psi_max=psi_max,
-            psi_error=psi_error,
-            map_error=parts["map_error"],
-            t_dead=drive.converter.t_dead,
         ),
         likeness=_core.Likeness(
             spread=parts["phase_error"] + _steepest(drive) * _angle_error(drive, angle_step(drive)),
@@ -170,8 +163,8 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
         i_gain=_gain_error(drive),
         map_error=parts["map_error"],
         psi_error=psi_error,
-        psi_zero=psi_zero,
-        psi_max=psi_max,
+        psi_zero=(1 + parts["map_error"]) * reads_zero + psi_error,
+        psi_max=(1 + parts["map_error"]) * aligned(machine.i_max_A) + psi_error,
         theta_error=_angle_error(drive, angle_step(drive)) + table.si["zero_error"],
         i_max=machine.i_max_A,
         patience=patience,
