@@ -229,13 +229,22 @@ def test_a_note_says_what_a_reader_must_know_and_no_wrong_remedy(name):
     said = " ".join(done.out.split())
     assert (done.code, done.error) == (0, "")
     assert SAID[name] in said
-    assert ("--until" in said) == (name in ("speed", "trip"))
+    assert ("--until" in said) == (name == "speed")
     if name == "trip":
         lines = done.out.splitlines()
         order = ["ready", "run", "planted: open_wire, phase b", "fault: "]
         at = [next(n for n, line in enumerate(lines) if f" s  {text}" in line) for text in order]
         assert at == sorted(at)
         assert "phase 1 (b): " in said
+
+
+def test_a_trip_that_is_cleared_before_the_evaluated_half_is_no_note():
+    again = {"fault": "over_current", "fault_s": 0.08, "clear_s": 0.09, "restart_s": 0.1}
+    changes = [f"supervision.{key}={value}" for key, value in {"enable_s": 0, **again}.items()]
+    words = [word for change in changes for word in ("--set", change)]
+    for end, said in ((0.5, False), (0.3, True)):  # it runs again at 0.17 s
+        done = command("run", ROOT / "examples" / "deadbeat.toml", *words, "--until", str(end))
+        assert ("the drive trips at 0.08" in done.out) == said
 
 
 def test_the_program_alone_prints_its_help():

@@ -119,7 +119,7 @@ def run(
         for remark in [
             *undiagnosed(drive),
             *unready(result.events),
-            *(tripped(result.events) or unmet(drive, result.kpis)),
+            *(tripped(result.events, end) or unmet(drive, result.kpis)),
             *exceeded(drive, result.kpis),
             *left(result),
             *crowded(result.periods),

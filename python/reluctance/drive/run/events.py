@@ -46,14 +46,15 @@ def unready(entered: list[Event] | None) -> list[str]:
     ]
 
 
-def tripped(entered: list[Event] | None) -> list[str]:
-    """On one line, where a fault ends a run."""
+def tripped(entered: list[Event] | None, end: float) -> list[str]:
+    """On one line, where a fault acts in the second half of a run that ends then [s]."""
     faults = [event for event in entered or [] if event.mode == "fault"]
-    if not faults:
+    last = entered[-1] if entered else None
+    if not faults or last is None or (last.mode == "run" and last.t <= end / 2):
         return []
     return [
-        f"the drive trips at {faults[0].t:.4g} s: figures of the second half of the run are not of "
-        "a drive that works throughout; end the run before (--until)"
+        f"the drive trips at {faults[-1].t:.4g} s: the figures are of the second half of the run, "
+        "in which it does not work throughout"
     ]
 
 
