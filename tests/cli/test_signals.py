@@ -14,21 +14,32 @@ from command import wait_until_at_work
 from signals import LONG, TOLD, ended
 
 ENDED = """
-import sys
-from reluctance.base.toolchain import build
+import os, signal, sys
+from reluctance.base import toolchain
 from reluctance.cli.ended import watch_signals
 watch_signals()
 command = ["sh", "-c", "sleep 99 & echo $! > pid; wait"]
-build(["x.cpp"], "x.so", folder=sys.argv[1], what="x", command=command)
+if sys.argv[1] == "as it begins":
+    class Popen(toolchain.Popen):
+        def __init__(self, *given, **more):
+            super().__init__(*given, **more)
+            while not (os.path.exists("pid") and open("pid").read()):
+                pass
+            os.kill(os.getpid(), signal.SIGTERM)
+    toolchain.Popen = Popen
+toolchain.build(["x.cpp"], "x.so", folder=".", what="x", command=command)
 """
 
 
-def test_a_compiler_ends_with_the_command(tmp_path: Path) -> None:
-    running = subprocess.Popen([sys.executable, "-c", ENDED, tmp_path], stderr=subprocess.PIPE)
+@pytest.mark.parametrize("when", ["at work", "as it begins"])
+def test_a_compiler_ends_with_the_command(when: str, tmp_path: Path) -> None:
+    line = [sys.executable, "-c", ENDED, when]
+    running = subprocess.Popen(line, stderr=subprocess.PIPE, cwd=tmp_path)
     pid = tmp_path / "pid"
     while running.poll() is None and not (pid.exists() and pid.read_text()):
         time.sleep(0.01)
-    running.send_signal(signal.SIGTERM)
+    if when == "at work":
+        running.send_signal(signal.SIGTERM)
     assert b"interrupted" in running.communicate()[1]
     state = Path(f"/proc/{pid.read_text().strip()}/stat")
     end = time.monotonic() + 30  # the compiler takes 99 s by itself

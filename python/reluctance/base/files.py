@@ -22,6 +22,8 @@ KEY_ENDS = re.compile(r"[=,\[\]{}]")
 _new_folders: list[Path] = []  # the deepest of each first
 unfinished_groups: set[int] = set()  # processes that end with this one, by their leaders
 _unfinished: set[Path] = set()  # what `remove_unfinished` clears away when the process is ended
+_beginnings: list[None] = []  # of what is not in these sets yet
+_put_off: list[int] = []  # signals that came meanwhile
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -205,8 +207,9 @@ def _put_once(temporary: Path, path: Path) -> None:
 def _temporary(path: Path) -> Path:
     """An empty file beside `path`, with its ending, and the rights that the umask leaves."""
     made = path.absolute().parent / f"tmp{secrets.token_hex(8)}{path.suffix}"
-    made.open("xb").close()
-    _unfinished.add(made)
+    with noted():
+        made.open("xb").close()
+        _unfinished.add(made)
     return made
 
 
@@ -215,8 +218,10 @@ def scratch(folder: Path | None = None) -> Iterator[Path]:
     """A folder that is gone afterwards, in `folder` or where the system keeps such."""
     import tempfile
 
-    with tempfile.TemporaryDirectory(dir=folder) as name:
-        _unfinished.add(Path(name))
+    with noted():
+        made = tempfile.TemporaryDirectory(dir=folder)
+        _unfinished.add(Path(made.name))
+    with made as name:
         try:
             yield Path(name)
         finally:
@@ -238,6 +243,26 @@ def remove_unfinished() -> None:
     for folder in _new_folders:
         with suppress(OSError):  # it holds something
             folder.rmdir()
+
+
+@contextmanager
+def noted() -> Iterator[None]:
+    """Within, a process, a file or a folder begins and is noted as unfinished: a signal waits until
+    it is."""
+    _beginnings.append(None)
+    try:
+        yield
+    finally:
+        _beginnings.pop()
+        if _put_off and not _beginnings:
+            os.kill(os.getpid(), _put_off[0])
+
+
+def puts_off(number: int) -> bool:
+    """Whether a signal has to wait; it is sent again then."""
+    if _beginnings:
+        _put_off.append(number)
+    return bool(_beginnings)
 
 
 def end_group(leader: int) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from subprocess import PIPE, STDOUT, Popen, TimeoutExpired
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import end_group, unfinished_groups
+from reluctance.base.files import end_group, noted, unfinished_groups
 
 EXACT = ("-ffp-contract=off",)  # the same bits on every processor (decision 0003)
 STANDARD = {".c": ("-std=gnu99",), ".cpp": ("-std=c++20",)}
@@ -107,18 +107,19 @@ def _run(
     running: list[Popen[str]] = []
     try:
         for c in commands:
-            running.append(
-                Popen(
-                    c,
-                    stdout=PIPE,
-                    stderr=STDOUT,
-                    text=True,
-                    cwd=folder,
-                    env=environment,
-                    process_group=0,
+            with noted():
+                running.append(
+                    Popen(
+                        c,
+                        stdout=PIPE,
+                        stderr=STDOUT,
+                        text=True,
+                        cwd=folder,
+                        env=environment,
+                        process_group=0,
+                    )
                 )
-            )
-            unfinished_groups.add(running[-1].pid)
+                unfinished_groups.add(running[-1].pid)
         said = [process.communicate(timeout=LIMIT)[0] for process in running]
     except (OSError, TimeoutExpired) as fault:
         raise ParameterError(f"{commands[0][0]}: {fault}") from None

@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Any
 
 from reluctance.base.errors import Note, ParameterError, one_line
-from reluctance.base.files import remove_unfinished
+from reluctance.base.files import puts_off, remove_unfinished
 from reluctance.cli.lines import wrapped
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
@@ -110,6 +110,8 @@ def watch_signals() -> None:
 def _end(number: int, frame: FrameType | None) -> None:
     """Ends the process here and now. Not by an exception: the optimiser's wrapper prints it and
     goes on."""
+    if puts_off(number):
+        return
     if "multiprocessing" in sys.modules:
         for child in sys.modules["multiprocessing"].active_children():
             child.kill()
