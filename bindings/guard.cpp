@@ -10,7 +10,7 @@ namespace {
 
 /// A struct of parameters whose fields Python can read.
 template <class S>
-void bind_readable(nb::module_& m, const char* name, const char* doc) {
+nb::class_<S> bind_readable(nb::module_& m, const char* name, const char* doc) {
   nb::class_<S> bound = bind_struct<S>(m, name, doc);
   S sample{};
   const auto* base = reinterpret_cast<const char*>(&sample);
@@ -22,6 +22,7 @@ void bind_readable(nb::module_& m, const char* name, const char* doc) {
                        }),
      ...);
   });
+  return bound;
 }
 
 /// In single precision, as on the target.
@@ -51,6 +52,9 @@ void bind_guard(nb::module_& m) {
   bind_readable<srm::FluxBounds<double>>(
       m, "FluxBounds", "What a current reading may be wrong by, and the voltage. SI units.");
   bind_readable<srm::TripLevels<double>>(m, "TripLevels", "Levels of the readings. SI units.");
+  bind_readable<srm::Advance<double>>(m, "Advance",
+                                      "How the angle of a rotor can advance. SI units.")
+      .def_ro_static("parts", &srm::Advance<double>::parts);
   bind_readable<srm::Protection<double>>(
       m, "Protection", "The checks of every sample before the control law sees it. SI units.");
   bind_readable<srm::PhaseTrial<double>>(

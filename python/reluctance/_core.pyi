@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence as _Sequence
 import enum
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import numpy
 import numpy.typing
@@ -835,10 +835,24 @@ class TripLevels:
     @property
     def angle_slack(self) -> float: ...
 
+class Advance:
+    """How the angle of a rotor can advance. SI units."""
+
+    def __init__(self, *, bend: float, block: int) -> None: ...
+
+    @property
+    def bend(self) -> float: ...
+
+    @property
+    def block(self) -> int: ...
+
+    parts: Final[int] = ...
+    """(arg: object, /) -> int"""
+
 class Protection:
     """The checks of every sample before the control law sees it. SI units."""
 
-    def __init__(self, *, flux: FluxBounds, levels: TripLevels, i_zero: float, delay: int, settle: int, frozen: int) -> None: ...
+    def __init__(self, *, flux: FluxBounds, levels: TripLevels, advance: Advance, i_zero: float, delay: int, frozen: int) -> None: ...
 
     @property
     def flux(self) -> FluxBounds: ...
@@ -847,13 +861,13 @@ class Protection:
     def levels(self) -> TripLevels: ...
 
     @property
+    def advance(self) -> Advance: ...
+
+    @property
     def i_zero(self) -> float: ...
 
     @property
     def delay(self) -> int: ...
-
-    @property
-    def settle(self) -> int: ...
 
     @property
     def frozen(self) -> int: ...

@@ -27,9 +27,9 @@ struct Asked {
 constexpr Protection<float> protection{
     .flux = {.R = 0.1F, .T_s = T_s, .i_error = 0.1F, .model_error = 10, .u_margin = 10},
     .levels = {.i_trip = 100, .u_dc_min = 10, .u_dc_max = 400, .omega_max = 1e4F, .angle_slack = 9},
+    .advance = {},
     .i_zero = 1,
     .delay = 0,
-    .settle = 0,
     .frozen = 0};
 
 /// Greatest angle [rad] at which N phases are judged while phase 0 is at angles where the angle of

@@ -169,13 +169,13 @@ def test_healthy_recordings_with_real_sensors_never_trip(tmp_path):
     assert found.exact
     samples = record(noisy, steps=2000).samples
     stuck = faulty(samples, 1500, theta_e=samples[1499, -5])
-    # 1500 rpm is 0.72 deg electrical a sample; the slack covers what the observer lags too
-    advance = 4 * 50 * np.pi * noisy.control.T_s
-    late = int(np.ceil(protection(noisy).levels.angle_slack / advance))
-    assert 2 <= late <= 40
+    guard = protection(noisy)
+    turn = 4 * 50 * np.pi * noisy.control.T_s  # of a sample at 1500 rpm, electrical [rad]
+    late = int(np.ceil((3 * guard.levels.angle_slack + guard.advance.bend) / turn))
+    assert 2 <= late <= guard.advance.parts * guard.advance.block
     answers = replay(program, "cortex-m7", stuck)
     found = int(np.flatnonzero(answers.status)[0])
-    assert 1500 <= found <= 1500 + 1.3 * late  # slip is forgotten by 1/64 a sample
+    assert 1500 <= found <= 1500 + late + guard.advance.block
     assert_safe_from(answers, found, 7)
 
 

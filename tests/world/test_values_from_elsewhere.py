@@ -104,14 +104,20 @@ def test_trip_levels_of_two_drives() -> None:
     assert current_error(board) == pytest.approx(13 * 220 / 4096)
     assert found.omega_max == pytest.approx(1950 * np.pi / 30)
     assert (found.i_trip, found.u_dc_min, found.u_dc_max) == pytest.approx((180, 60, 300))
-    # 1.5 steps of 0.352 deg, and 5/4 of what 64 samples of 50 us add up to at 10.28 rad/s of lag
-    assert np.degrees(found.angle_slack) == pytest.approx(0.527 + 1.25 * 15.08, abs=0.01)
+    assert np.degrees(found.angle_slack) == pytest.approx(0.527, abs=0.001)  # 1.5 steps of 0.352
     pump = rl.load(EXAMPLES / "paper_pump.toml").with_values(
         {"sensing.encoder_counts": 4096, "sensing.adc_bits": 12, "sensing.i_range_A": 800}
         | {"sensing.i_noise_LSB": 2.0}
     )
     assert current_error(pump) == pytest.approx(13 * 800 / 4096)
-    assert np.degrees(protection(pump).levels.angle_slack) == pytest.approx(5.967, abs=0.005)
+    # A change of 2 sqrt(2 slack a) within sqrt(2 slack/a): docs/firmware.md; whole samples
+    guard = protection(pump)
+    tau = guard.advance.parts * guard.advance.block * pump.control.T_s
+    change = (2 * guard.levels.angle_slack + guard.advance.bend) / tau / 4 * 30 / np.pi
+    assert tau == pytest.approx(0.48e-3)
+    assert change == pytest.approx(195, abs=1)  # [rpm]
+    a = guard.advance.bend / tau**2
+    assert change == pytest.approx(15 / np.pi * np.sqrt(2 * guard.levels.angle_slack * a), rel=0.02)
 
 
 def test_angles_of_braking_that_the_user_gives_are_taken() -> None:

@@ -49,7 +49,7 @@ constexpr const char* describe(Status status) {
     case Status::sensor_out_of_range:
       return "a current is negative, or the angle is outside [0, 2 pi)";
     case Status::stuck_angle:
-      return "the angle does not advance as the speed says";
+      return "the angle does not advance as a rotor turns";
     case Status::dead_current_sensor:
       return "a magnetized phase shows no current";
     case Status::current_too_low:

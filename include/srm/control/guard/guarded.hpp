@@ -69,8 +69,8 @@ struct Guarded {
                                      Command<T, N>& orders, const Tuning& at,
                                      [[maybe_unused]] const Diagnose& diagnose = {}) const {
     const Measurement<T, N> seen = judged<used>(control, x.law, y);
-    bool good =
-        protection.template admits<!Diagnose::on>(x.guard, machine, seen, reference, at.levels);
+    bool good = protection.template admits<!Diagnose::on, used.observer>(x.guard, machine, seen,
+                                                                         reference, at.levels);
     if constexpr (Diagnose::on) good = good && !diagnose.finds(seen);
     if (good) {
       bool runs = true;
@@ -111,7 +111,7 @@ struct Guarded {
   void watch(State& x, Measurement<T, N> y, const Tuning& at) const {
     y.u_dc = max(y.u_dc, at.levels.u_dc_min);
     if constexpr (used.observer) control.frame.follow(x.law.frame, y, T(0));
-    if (protection.admits(x.guard, machine, y, T(0), at.levels)) {
+    if (protection.template admits<true, used.observer>(x.guard, machine, y, T(0), at.levels)) {
       protection.remember(x.guard, machine.N_r, y, Command<T, N>{}, at.levels);
     }
   }

@@ -6,14 +6,7 @@
 // are contradictions that have built up over several samples, and are latched at once. A latched
 // fault keeps its cause and lasts until an explicit reset.
 //
-// Stuck angle. The angle has to advance by N_r omega_m T_s a sample. What it does not is the slip;
-// it is summed, and forgotten by 1/64 a sample, so that a speed error of 1 % never adds up to one
-// sample's advance. The fault is |slip| > angle_slack: one sample after the angle freezes where a
-// sample turns the rotor further than that, ceil(angle_slack/advance) samples when slower, never
-// below angle_slack/64 a sample. The slack has to cover the steps of the encoder, and what an
-// observer's speed lags behind an accelerating rotor. It takes a speed that does not come from the
-// same angle within the same sample: another sensor, or an observer that forgets slowly against the
-// sample.
+// Stuck angle. It has to advance as a rotor can turn (advance.hpp).
 //
 // Currents. flux_bounds.hpp keeps the flux linkage that each phase can have, from the voltage that
 // was ordered. A reading that means less or more contradicts it. A phase that reads zero is at most
@@ -28,6 +21,7 @@
 #include <type_traits>
 
 #include "srm/base/fields.hpp"
+#include "srm/control/guard/advance.hpp"
 #include "srm/control/guard/fault.hpp"
 #include "srm/control/guard/flux_bounds.hpp"
 
@@ -39,7 +33,7 @@ struct TripLevels {
   T i_trip;              // over-current [A]
   T u_dc_min, u_dc_max;  // [V]
   T omega_max;           // either direction [rad/s]
-  T angle_slack;  // by which the angle may be wrong, or differ from the integral of the speed [rad]
+  T angle_slack;         // by which two angles may be wrong, one more than the other [rad]
   SRM_FIELDS(i_trip, u_dc_min, u_dc_max, omega_max, angle_slack)
 };
 
@@ -47,11 +41,11 @@ template <Real T>
 struct Protection {
   FluxBounds<T> flux;
   TripLevels<T> levels;
+  Advance<T> advance;
   T i_zero;    // readings up to this are zero; below -i_zero they are out of range [A]
   int delay;   // samples from measurement to effect, 0 or 1
-  int settle;  // samples before the speed can judge the angle: an observer has to find it first
   int frozen;  // so many equal readings in a row are a fault; 0: none are
-  SRM_FIELDS(flux, levels, i_zero, delay, settle, frozen)
+  SRM_FIELDS(flux, levels, advance, i_zero, delay, frozen)
 
   template <int N>
   struct State {
@@ -59,9 +53,8 @@ struct Protection {
     bool latched = false;
     bool has_last = false;
     std::uint8_t doubt = 0;  // 16 after a sample out of range, one less after each good one
-    int age = 0;             // samples seen, up to `settle`
     T theta_e{}, omega_m{};  // of the last sample
-    T slip{};
+    typename Advance<T>::State advance{};
     std::array<T, N> i{};  // of the last sample [A]
     std::array<typename FluxBounds<T>::State, N> flux{};
     std::array<Expected<T>, N> acting{}, pending{};  // over the next sample, and the one after it
@@ -71,8 +64,9 @@ struct Protection {
   };
 
   /// True where the law may run on this sample. machine: as the controller knows it; at: the
-  /// levels, its own or others. by_flux: the currents are held against the voltage.
-  template <bool by_flux = true, Machine M, int N>
+  /// levels, its own or others. by_flux: the currents are held against the voltage; counted: the
+  /// speed may come from the angle.
+  template <bool by_flux = true, bool counted = true, Machine M, int N>
   constexpr bool admits(State<N>& x, const M& machine, const Measurement<T, N>& y, T reference,
                         const TripLevels<T>& at) const {
     if (x.latched) {
@@ -88,8 +82,8 @@ struct Protection {
     }
     if (x.doubt > 0) --x.doubt;
     x.fault.status = Status::ok;
-    if (x.has_last &&
-        !(follows(x, machine.N_r, y, at.angle_slack) && plausible<by_flux>(x, machine, y))) {
+    if (x.has_last && !(follows<counted>(x, machine.N_r, y, at.angle_slack) &&
+                        plausible<by_flux>(x, machine, y))) {
       x.latched = true;
       return false;
     }
@@ -102,6 +96,7 @@ struct Protection {
                           const std::type_identity_t<Command<T, N>>& command,
                           const TripLevels<T>& at) const {
     const T ahead = static_cast<T>(N_r) * y.omega_m * flux.T_s * static_cast<T>(1 + delay);
+    if (!x.has_last) x.advance.kept = 0;
     for (int k = 0; k < N; ++k) {
       const Expected<T> order = expected(command[k], phase_angle_in_turn<N>(y.theta_e, k), ahead,
                                          at.angle_slack, flux.i_error, flux.T_s);
@@ -157,19 +152,13 @@ struct Protection {
     return {Status::sensor_out_of_range, -1, y.theta_e, two_pi<T>};
   }
 
-  template <int N>
-  constexpr bool follows(State<N>& x, int N_r, const Measurement<T, N>& y, T angle_slack) const {
-    if (settle > 0 && x.age < settle) {
-      ++x.age;
-      return true;
-    }
-    T advance = y.theta_e - x.theta_e;
-    if (advance > pi<T>) advance = advance - two_pi<T>;
-    if (advance < -pi<T>) advance = advance + two_pi<T>;
-    const T expected = (y.omega_m + x.omega_m) * (static_cast<T>(N_r) * flux.T_s / T(2));
-    x.slip = x.slip * T(63.0 / 64) + (advance - expected);
-    if (abs(x.slip) <= angle_slack) return true;
-    x.fault = {Status::stuck_angle, -1, x.slip, angle_slack};
+  template <bool counted, int N>
+  constexpr bool follows(State<N>& x, int N_r, const Measurement<T, N>& y, T slack) const {
+    const T turned = (y.omega_m + x.omega_m) * (static_cast<T>(N_r) * flux.T_s / T(2));
+    const T beyond =
+        advance.template beyond<counted>(x.advance, x.theta_e, y.theta_e, turned, slack);
+    if (beyond == T(0)) return true;
+    x.fault = {Status::stuck_angle, -1, beyond, advance.most(slack)};
     return false;
   }
 

@@ -9,7 +9,6 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.units import from_si, to_si
 from reluctance.drive.all_tables import OVER_VOLTAGE
 from reluctance.drive.drive import Drive
-from reluctance.drive.tables.speed_loop import observer
 from reluctance.machine.coupling import Coupling
 
 OVER_CURRENT = 1.2  # of i_max_A
@@ -25,14 +24,12 @@ ABOVE_COLD = 1.05  # of the open-circuit voltage on a cold morning, where no rat
 OVER_SPEED = 1.3  # of the speed that the drive works at
 ENCODER_STEPS = 1.5  # one by which the angle is late, half a one of margin
 SMALLEST_SLACK_DEG = 0.1  # electrical; for an ideal sensor
-LAG_MARGIN = 1.25  # on what the observer lags at the greatest acceleration
-MEMORY = 64  # samples over which the slip is summed (protection.hpp)
+ACCELERATION_MARGIN = 2.0  # torque above its mean, a shaft that gives way, an inertia not well known
 MOST_SLACK_DEG = 170.0  # electrical; beyond, an angle looks like one the other way round
 MUTUAL = 0.01  # of the greatest flux linkage: what the other phases may add to one
 NOISE_AHEAD = 2.0  # n samples of noise of the dc link add up to sqrt(n) <= 2 + n/8 of one
 TRIAL = 1 / 3  # of i_max_A: of a phase alone before the law runs, and at most as much again
 PATIENCE = 0.2  # a fault is named after so long, whatever explains it [s]
-SETTLE = 8.0  # time constants of the angle tracker: e^-8 of a wrong first speed is left
 
 
 def protection(drive: Drive) -> _core.Protection:
@@ -72,7 +69,7 @@ def protection(drive: Drive) -> _core.Protection:
             f"{from_si(drive.omega_nominal, 'rpm'):g} rpm that the drive works at; set it"
         )
     step = angle_step(drive)
-    slack = _given(table.angle_slack_deg, _slack(drive, step, omega_max))
+    slack = _given(table.angle_slack_deg, _slack(drive, step))
     if slack <= step:
         raise ParameterError(
             f"[protection] angle_slack_deg = {slack:g}, need more than the angle sensor's step of "
@@ -106,9 +103,9 @@ def protection(drive: Drive) -> _core.Protection:
             omega_max=omega_max,
             angle_slack=float(np.radians(slack)),
         ),
+        advance=_advance(drive, float(np.radians(slack)), omega_max),
         i_zero=i_zero,
         delay=drive.sensing.delay_samples,
-        settle=_settle(drive),
         frozen=_frozen(drive),
     )
 
@@ -215,34 +212,37 @@ def angle_step(drive: Drive) -> float:
     return 180 / drive.machine.n_phases if drive.sensing.hall else 0.0
 
 
-def _slack(drive: Drive, step: float, omega_max: float) -> float:
-    """Default of angle_slack_deg: steps of the sensor, what the observer's speed adds up to less
-    than the rotor turns, and the correction that Hall edges and index make after the start.
-
-    With all poles at -w, the observer's speed lags 2 a/w behind an acceleration a while it lasts.
-    With the load torque in the observer it lags a exp(-w t) (t + w t^2) at t after it began, which
-    adds up to 3 a/w^2 (control/frame/angle_tracker.hpp)."""
+def _slack(drive: Drive, step: float) -> float:
+    """Default of angle_slack_deg: steps of the sensor, and the correction that Hall edges and index
+    make after the start."""
     sensing = drive.sensing
     slack = max(ENCODER_STEPS * step, SMALLEST_SLACK_DEG)
-    if sensing.counted_angle:
-        a = _acceleration(drive, omega_max)
-        tracker = observer(drive.known())
-        w = tracker.beyond
-        lag = 3 * a / w**2 if tracker.with_load else MEMORY * drive.control.T_s * 2 * a / w  # [rad]
-        slack += LAG_MARGIN * float(np.degrees(drive.machine.N_r * lag))
     if sensing.encoder_index:
         slack += 90 / drive.machine.n_phases + abs(sensing.hall_error_deg)
     return min(slack, MOST_SLACK_DEG)
 
 
+def _advance(drive: Drive, slack: float, omega_max: float) -> _core.Advance:
+    """How angles are held against each other (control/guard/advance.hpp). slack: of two [rad]."""
+    if not drive.sensing.counted_angle:
+        return _core.Advance(bend=0.0, block=0)
+    T_s = drive.control.T_s
+    a = ACCELERATION_MARGIN * drive.machine.N_r * _acceleration(drive, omega_max)
+    block = max(round(np.sqrt(2 * slack / a) / (_core.Advance.parts * T_s)), 1)
+    return _core.Advance(bend=min(a * (_core.Advance.parts * block * T_s) ** 2, np.pi), block=block)
+
+
 def _acceleration(drive: Drive, omega_max: float) -> float:
-    """Greatest acceleration, that of a drive which brakes together with its load [rad/s^2]. The
-    speed may be any up to over-speed; a fan or a pump takes no more there than what drives it."""
+    """Greatest acceleration, that of a drive which brakes together with its load, or of the course
+    of a held speed [rad/s^2]. The speed may be any up to over-speed; a fan or a pump takes no more
+    there than what drives it."""
     load = drive.load
+    times, speeds = (np.array(part) for part in load.omega)
+    held = np.abs(np.diff(speeds) / np.diff(times)).max(initial=0.0)
     steady = max(abs(tau) for tau in load.tau_0[1])
     driven = drive.tau_max + steady
     passive = driven if load.pump is not None else min(load.k * omega_max**2, driven)
-    return (driven + passive) / drive.J
+    return max((driven + passive) / drive.J, float(held))
 
 
 def _model_error(drive: Drive, step: float) -> float:
@@ -290,9 +290,3 @@ def _voltages(drive: Drive) -> tuple[float, float]:
 
 def _given(value: float | None, default: float) -> float:
     return default if value is None else value
-
-
-def _settle(drive: Drive) -> int:
-    if not drive.sensing.counted_angle:
-        return 0
-    return int(np.ceil(SETTLE / (observer(drive.known()).beyond * drive.control.T_s)))

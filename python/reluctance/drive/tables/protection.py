@@ -16,9 +16,7 @@ class Protection(Section):
     u_dc_max_V: float | None = Field(None, gt=0)
     speed_max_rpm: float | None = Field(None, gt=0)
     speed_limit_rpm: float | None = Field(None, gt=0)  # no motoring torque from here on
-    angle_slack_deg: float | None = Field(
-        None, gt=0
-    )  # electrical, see control/guard/protection.hpp
+    angle_slack_deg: float | None = Field(None, gt=0)  # electrical, see control/guard/advance.hpp
     u_ready_V: float | None = Field(None, gt=0)  # from here on the dc link is charged
     precharge_max_s: float = Field(5.0, gt=0)  # longest wait for it
     command_timeout_ms: float = Field(100.0, gt=0)  # longest time without a command

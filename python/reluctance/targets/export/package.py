@@ -324,7 +324,7 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         else "not checked: it needs noise in `[sensing]`",
         "u_ready_V": f"{sequence(drive, guard).u_ready:g}",
         "command_timeout_ms": f"{drive.protection.command_timeout_ms:g}",
-        "angle_slack_deg": f"{np.degrees(levels.angle_slack):.4g}",
+        "stuck_angle": _stuck_angle(guard),
         "adc": f"{drive.sensing.adc_bits} bits over {drive.sensing.i_range_A:g} A"
         if drive.sensing.adc_bits
         else "ideal",
@@ -382,6 +382,19 @@ FAST_LOOP = (
     'with `[sensing] comparators = "sampled"` at that period before you trust it.'
 )
 NO_FAST_LOOP = "So `fast_loop` of `main.c` is not needed."
+
+
+def _stuck_angle(guard: _core.Protection) -> str:
+    """When the protection says so."""
+    slack, advance = guard.levels.angle_slack, guard.advance
+    if advance.block == 0:
+        most = np.degrees(slack)
+        return f"the angle differs from the integral of the speed by {most:.4g} deg electrical"
+    most = np.degrees(2 * slack + advance.bend)
+    if most >= 180:
+        return "not checked: the steps of the angle are too wide"
+    ms = 1e3 * advance.parts * advance.block * guard.flux.T_s
+    return f"the angle turns by {most:.4g} deg electrical more or less in {ms:.3g} ms than in those before"
 
 
 def gates_of(drive: Drive) -> set[int]:
