@@ -227,7 +227,8 @@ def test_an_encoder_that_freezes_anywhere_is_found_within_a_millisecond(seed):
     rpm = float(of.choice([-1, 1]) * of.uniform(250, 1800))
     drive = bench.drive_of(name, rpm, GIVEN).with_values({"reference.tau_Nm": 2.0})
     fault = {"kind": "encoder_frozen", "t_s": GIVEN["settled_s"]}
-    (found,) = bench.run(bench.Case(name, drive, rpm, fault, [float(of.uniform(0, 360))], seed, 0.3))
+    case = bench.Case(name, drive, rpm, fault, [float(of.uniform(0, 360))], seed, 0.3)
+    (found,) = bench.run(case)
     assert (found.status, found.phase) == (7, "")
     assert 0 <= found.t < 1e-3
 

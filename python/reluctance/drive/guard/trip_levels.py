@@ -24,7 +24,7 @@ ABOVE_COLD = 1.05  # of the open-circuit voltage on a cold morning, where no rat
 OVER_SPEED = 1.3  # of the speed that the drive works at
 ENCODER_STEPS = 1.5  # one by which the angle is late, half a one of margin
 SMALLEST_SLACK_DEG = 0.1  # electrical; for an ideal sensor
-ACCELERATION_MARGIN = 2.0  # torque above its mean, a shaft that gives way, an inertia not well known
+ACCELERATION_MARGIN = 2.0  # torque above its mean, a shaft that gives way, an unknown inertia
 MOST_SLACK_DEG = 170.0  # electrical; beyond, an angle looks like one the other way round
 MUTUAL = 0.01  # of the greatest flux linkage: what the other phases may add to one
 NOISE_AHEAD = 2.0  # n samples of noise of the dc link add up to sqrt(n) <= 2 + n/8 of one

@@ -394,7 +394,9 @@ def _stuck_angle(guard: _core.Protection) -> str:
     if most >= 180:
         return "not checked: the steps of the angle are too wide"
     ms = 1e3 * advance.parts * advance.block * guard.flux.T_s
-    return f"the angle turns by {most:.4g} deg electrical more or less in {ms:.3g} ms than in those before"
+    return (
+        f"the angle turns by {most:.4g} deg electrical more or less than in the {ms:.3g} ms before"
+    )
 
 
 def gates_of(drive: Drive) -> set[int]:
