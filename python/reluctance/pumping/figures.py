@@ -210,7 +210,7 @@ def _of_the_azimuth(system: System) -> list[str]:
     """Whether the array faces away from the equator."""
     latitude, array = system.site.latitude_deg, system.array
     equator = 180 if latitude > 0 else 0
-    away = abs((array.azimuth_deg - equator + 180) % 360 - 180)
+    away = abs(math.remainder(array.azimuth_deg - equator, 360))
     if abs(latitude) <= TROPICS or array.tilt_deg <= FLAT or away <= 90:
         return []
     return [

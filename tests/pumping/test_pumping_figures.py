@@ -1,0 +1,287 @@
+"""Figures of pumping: sums of the samples, units that fit their names, and how sizes are chosen."""
+
+import re
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from reluctance.plant.hydraulics.pump import Pump
+from reluctance.plant.solar.pv_module import CellNumbers
+from reluctance.pumping import chain, columns, load_system, per, pump, remarks, with_units
+from reluctance.pumping.clouds import Clouds
+from reluctance.pumping.sizing import figure, meets, parsed, smallest, usual
+from reluctance.pumping.system import TABLES
+from reluctance.pumping.text import LABELS, number, rows, size_table
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+WRITTEN = {
+    "m3": "m³",
+    "m3ph": "m³/h",
+    "kWh_m2": "kWh/m²",
+    "m3_per_kWp": "m³/kWp",
+    "m3_per_day": "m³",
+}
+
+
+@pytest.fixture(scope="module")
+def found():
+    """The reference day, five minutes a sample, with a demand that a small tank cannot meet."""
+    values = {"weather.step_min": 5.0, "array.blocking_diode_V": 0.5}
+    system = load_system(EXAMPLES / "sun_day.toml").with_values(values)
+    system = system.with_table("demand", {"m3_per_day": 400.0})
+    return pump(system.with_table("tank", {"volume_m3": 50.0}))
+
+
+@pytest.fixture(scope="module")
+def village():
+    return load_system(EXAMPLES / "sun_village.toml")
+
+
+def test_every_figure_is_a_sum_or_an_extreme_of_the_samples(found):
+    """From the columns of the samples, which are in the units of the figures."""
+    s, f, hours = columns(found), with_units(found), 5 / 60
+    on = s["speed_rpm"] > 0
+    kwh = {name: s[name].sum() * hours / 1e3 for name in s if name.endswith("_W")}
+    expected = {
+        "water_m3": s["Q_m3ph"].sum() * hours,
+        "water_m3_per_day": s["Q_m3ph"].sum() * hours,
+        "water_m3_per_kWp": s["Q_m3ph"].sum() * hours / f["array_kWp"],
+        "pumping_h": on.sum() * hours,
+        "days": 1.0,
+        "step_min": 5.0,
+        "array_kWp": 42 * 0.3,  # of 300 Wp
+        "poa_kWh_m2": s["poa_global"].sum() * hours / 1e3,
+        "poa_effective_kWh_m2": s["poa_effective"].sum() * hours / 1e3,
+        "e_mp_kWh": kwh["p_mp_W"],
+        "e_in_kWh": kwh["p_in_W"],
+        "e_shaft_kWh": kwh["p_shaft_W"],
+        "e_lift_kWh": s["Q_m3ph"].sum() * hours * 15 * 998.2 * 9.80665 / 3.6e6,
+        "used_of_mp": kwh["p_in_W"] / kwh["p_mp_W"],
+        "eta_motor": kwh["p_shaft_W"] / kwh["p_in_W"],
+        "eta_pump": kwh["p_hyd_W"] / kwh["p_shaft_W"],
+        "lost_pump_kWh": kwh["p_shaft_W"] - kwh["p_hyd_W"],
+        "speed_max_rpm": s["speed_rpm"].max(),
+        "Q_max_m3ph": s["Q_m3ph"].max(),
+        "demand_m3": 400.0,
+        "missing_m3": s["missing_m3"].sum(),
+        "overflow_m3": s["overflow_m3"].sum(),
+        "level_end_m3": s["level_m3"][-1],
+        "level_start_m3": s["level_m3"][-1],  # the days repeat
+        "loss_of_load_probability": s["missing_m3"].sum() / 400,
+    }
+    assert {key: f[key] for key in expected} == pytest.approx(expected, rel=2e-3)
+    assert f["eta"] == pytest.approx(f["e_lift_kWh"] / f["e_mp_kWh"])
+    c = chain(found)
+    assert c.e_sun == pytest.approx(f["poa_kWh_m2"] * f["array_kWp"] * 3.6e6)
+    assert c.off_mpp == pytest.approx(0.5 * s["i_A"].sum() * 300)  # in the diode
+    assert c.overflow == pytest.approx(c.e_lift * f["overflow_m3"] / f["water_m3"])
+
+
+def test_sums_by_day_are_the_figures_of_the_day(found):
+    f = with_units(found)
+    (day,) = per(found, "D").to_dict("records")
+    assert day == pytest.approx({key: f[key] for key in day})
+    assert {"water_m3", "pumping_h", "demand_m3", "overflow_m3"} <= day.keys()
+
+
+def test_every_figure_is_shown_in_the_unit_that_ends_its_name(found):
+    f = with_units(found)
+    for key, (label, unit) in LABELS.items():
+        ends = [
+            end for end in (*WRITTEN, "kWh", "kWp", "rpm", "V", "h", "degC") if key.endswith(end)
+        ]
+        end = max(ends, key=len, default=None)
+        assert unit == (WRITTEN.get(end, end) if end else "" if key == "days" else "%"), key
+        shown = dict(rows(f | {key: 0.25}))[label].split(" ")
+        assert shown == ["25" if unit == "%" else "0.25", *([unit] if unit else [])]
+
+
+def test_a_limit_that_was_never_reached_and_a_figure_without_meaning_have_no_row(found):
+    names = {LABELS[key][0] for key in ("limited_well_h", "limited_speed_h", "demand_m3")}
+    shown = dict(
+        rows(
+            with_units(found)
+            | {"limited_well_h": 0.0, "limited_h": 0.0}
+            | {"limited_speed_h": 1.5, "demand_m3": None}
+        )
+    )
+    assert names & shown.keys() == {"  of the speed"} and shown["at a limit"] == "0 h"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(1234.56, "1235"), (9999.0, "9999"), (10000.0, "10000"), (123456.7, "123457"),
+     (-12345.6, "-12346"), (0.012346, "0.01235"), (float("nan"), "-")],
+)  # fmt: skip
+def test_numbers_have_four_digits_and_no_exponent(value, text):
+    assert number(value) == text
+
+
+def test_defaults_of_a_system_file_are_those_of_the_page():
+    """`key` (default) in the last table of the page."""
+    page = (ROOT / "docs" / "pumping.md").read_text(encoding="utf-8")
+    said = page.partition("## Every key of a system file")[2]
+    sections = [*TABLES.values(), Clouds, CellNumbers, Pump]
+    known = {key: field for part in sections for key, field in part.model_fields.items()}
+    told = dict(re.findall(r"`(\w+)` \(([-\w.]+)", said))
+    for key in ("linke_turbidity", "seed", "step_min", "azimuth_deg", "nu_m2ps", "from_h", "kind"):
+        assert key in told
+    for key in told.keys() & known.keys():
+        default = known[key].default
+        if isinstance(default, float) or type(default) is int:
+            assert float(told[key]) == default, key
+        elif isinstance(default, bool | str) and key != "name":
+            assert told[key] == f"{default}".lower(), key
+
+
+NOT_IN_NATURE = [
+    ("site", {"latitude_deg": 90.1}), ("site", {"latitude_deg": -90.1}),
+    ("site", {"longitude_deg": 180.1}), ("site", {"longitude_deg": -180.1}),
+    ("site", {"altitude_m": 9500.0}), ("site", {"altitude_m": -501.0}),
+    ("array", {"n_series": 0}), ("array", {"n_parallel": 0}), ("array", {"tilt_deg": -0.1}),
+    ("array", {"tilt_deg": 90.5}), ("array", {"azimuth_deg": -0.5}),
+    ("array", {"azimuth_deg": 360.5}), ("array", {"soiling": -0.01}), ("array", {"soiling": 1.0}),
+    ("array", {"blocking_diode_V": -0.1}), ("operation", {"kind": "fraction", "fraction": 1.0}),
+    ("operation", {"kind": "dcdc", "u_V": 300.0, "efficiency": 1.01}),
+    ("operation", {"kind": "constant", "u_V": 0.0}), ("pipe", {"H_static_m": -0.1}),
+    ("pipe", {"L_m": -0.1}), ("pipe", {"D_mm": 0.0}), ("pipe", {"K": -0.1}),
+    ("pipe", {"roughness_mm": -0.01}), ("pipe", {"nu_m2ps": 0.0}),
+    ("pipe", {"well_yield_m3ph": 0.0}), ("tank", {"volume_m3": -0.1}),
+    ("tank", {"start_m3": 41.0}), ("demand", {"m3_per_day": 0.0}), ("demand", {"from_h": -0.1}),
+    ("demand", {"from_h": 24.0}), ("demand", {"to_h": 24.1}), ("demand", {"to_h": 6.0}),
+    ("limits", {"tau_max_Nm": 0.0}), ("limits", {"u_max_V": 0.0}),
+    ("weather", {"days": 0}), ("weather", {"step_min": 0.0}), ("weather", {"step_min": 60.5}),
+    ("weather", {"wind_mps": -0.1}), ("weather", {"linke_turbidity": 1.0}),
+]  # fmt: skip
+AT_THE_EDGE = [
+    ("site", {"latitude_deg": 90.0}), ("site", {"latitude_deg": -90.0}),
+    ("site", {"longitude_deg": 180.0, "timezone": "Etc/GMT-12"}),
+    ("site", {"longitude_deg": -180.0, "timezone": "Etc/GMT+12"}),
+    ("array", {"n_series": 1}), ("array", {"n_parallel": 1}), ("array", {"tilt_deg": 0.0}),
+    ("array", {"tilt_deg": 90.0}), ("array", {"azimuth_deg": 0.0}),
+    ("array", {"azimuth_deg": 360.0}), ("array", {"soiling": 0.0}),
+    ("array", {"blocking_diode_V": 0.0}), ("pipe", {"H_static_m": 0.0}), ("pipe", {"L_m": 0.0}),
+    ("operation", {"kind": "dcdc", "u_V": 300.0, "efficiency": 1.0}), ("pipe", {"K": 0.0}),
+    ("pipe", {"roughness_mm": 0.0}), ("tank", {"volume_m3": 0.0}), ("tank", {"start_m3": 0.0}),
+    ("tank", {"start_m3": 40.0}), ("demand", {"from_h": 0.0}), ("demand", {"to_h": 24.0}),
+    ("weather", {"wind_mps": 0.0}), ("weather", {"step_min": 60.0}), ("weather", {"days": 1}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("refused", [True, False])
+def test_values_end_where_nature_ends_them_and_the_end_itself_passes(village, refused):
+    """Angles of a sphere and a plane, hours of a day, parts of one, lengths, the water in a tank;
+    the atmosphere's turbidity is 1 without dust."""
+    for table, values in NOT_IN_NATURE if refused else AT_THE_EDGE:
+        section = getattr(village, table)
+        given = values if table == "operation" else {**section.given, **values}
+        try:
+            village.with_table(table, given)
+        except ValueError as fault:
+            assert refused, f"{table} {values}: {fault}"
+            (key,) = values.keys() - {"kind", "u_V"} or values.keys() - {"kind"}
+            assert f"[{table}]" in str(fault) and key in str(fault)
+        else:
+            assert not refused, f"{table} {values}"
+
+
+def table_of_sizes(*rows):
+    """(modules, head, kWp, tank, water, loss of load)"""
+    names = "array.n_series pipe.H_static_m array_kWp tank.volume_m3 water_m3"
+    names += " loss_of_load_probability"
+    return pd.DataFrame(rows, columns=names.split()).assign(why="")
+
+
+@pytest.mark.parametrize(
+    ("table", "row"),
+    [
+        ([(5, 35, 2.0, 40, 65, 0.0), (4, 35, 1.6, 40, 50, 0.02), (3, 35, 1.2, 40, 32, 0.021)], 1),
+        ([(5, 35, 2.0, 40, 65, 0.0), (5, 35, 2.0, 20, 65, 0.0), (5, 35, 2.0, 30, 65, 0.0)], 1),
+        ([(5, 35, 2.0, 40, 65, 0.0), (5, 35, 2.0, 40, 66, 0.0), (5, 35, 2.0, 40, 64, 0.0)], 1),
+        ([(3, 20, 1.2, 40, 80, 0.0), (5, 35, 2.0, 40, 65, 0.0)], 1),  # the site's own head
+        ([(3, 20, 1.2, 40, 80, 0.0), (5, 30, 2.0, 40, 65, 0.0)], 0),  # it is not among them
+        ([(3, 35, 1.2, 40, 32, 0.2)], None),
+    ],
+)
+def test_the_smallest_array_then_tank_that_meets_the_demand_at_the_own_head(village, table, row):
+    table = table_of_sizes(*table)
+    assert meets(table, 0.02, village) == row
+    (told, *clear) = smallest(table, row, 0.02, village)
+    if row is None:
+        assert told.startswith("no size of these loses at most 2.0% of the demand")
+        return
+    chosen = table.loc[row]
+    assert f"array.n_series = {chosen['array.n_series']:g}" in told
+    assert f"{chosen['array_kWp']:g} kWp, {chosen['water_m3']:g} m3" in told
+    assert len(clear) == 1 and "under a clear sky" in clear[0]
+    lines = size_table(table, ["array.n_series", "pipe.H_static_m"], row)
+    assert [line.endswith("*") for line in lines[-len(table) :]] == [
+        n == row for n in range(len(table))
+    ]
+
+
+def test_a_size_that_cannot_work_is_not_the_smallest_and_its_reason_stands_once_below(village):
+    table = table_of_sizes(
+        (2, 35, 0.8, 40, 0, 0.0), (1, 35, 0.4, 40, 0, 0.0), (5, 35, 2, 40, 65, 0.0)
+    )
+    table.loc[:1, "why"] = "too low"
+    assert meets(table, 0.02, village) == 2
+    lines = size_table(table, ["array.n_series"], 2)
+    assert [line[-3:] for line in lines[-4:]] == ["[1]", "[1]", "0 *", "low"]
+    assert lines[-1] == "[1] too low" and lines[-2].split()[0] == "5"
+    assert meets(table.drop(columns="loss_of_load_probability"), 0.02, village) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("array.n_series=4:7", [4, 5, 6, 7]),
+        ("array.n_series=4:7:2", [4, 7]),
+        ("array.n_series=4:5:3", [4, 5]),  # whole modules: 4.5 is one of these
+        ("pipe.H_static_m=10:12", [10.0, 11.0, 12.0]),
+        ("pipe.H_static_m=0:1:5", [0.0, 0.25, 0.5, 0.75, 1.0]),
+        ("pipe.H_static_m=7", [7.0]),
+        ("pipe.H_static_m=7,5.5", [7.0, 5.5]),
+    ],
+)
+def test_what_to_vary_is_written_as_a_range_or_a_list(village, text, expected):
+    assert parsed(text, village) == (text.partition("=")[0], pytest.approx(expected))
+
+
+@pytest.mark.parametrize(
+    ("parallel", "series", "head", "strings", "modules"),
+    [
+        (1, 5, 35.0, [1, 2, 3, 4], [2, 3, 4, 5, 6, 7]),
+        (6, 7, 20.0, [3, 4, 5, 6, 7, 8], [4, 5, 6, 7, 8, 9]),
+        (12, 2, 20.0, [6, 8, 10, 12, 14, 16], [1, 2, 3, 4]),
+        (4, 2, 0.0, [2, 3, 4, 5], [1, 2, 3, 4]),
+    ],
+)
+def test_sizes_are_varied_around_the_own_where_nothing_is_said(
+    village, parallel, series, head, strings, modules
+):
+    values = {"array.n_parallel": parallel, "array.n_series": series, "pipe.H_static_m": head}
+    first, second = usual(village.with_values(values))
+    heads = {"pipe.H_static_m": [head * k for k in (0.5, 0.75, 1, 1.25, 1.5)]} if head else {}
+    assert first == {**heads, "array.n_parallel": strings}
+    assert second == {"array.n_series": modules}
+
+
+def test_the_figure_of_sizes_has_a_line_for_each_head_and_the_demand():
+    table = table_of_sizes(*((n, h, 1, 1, n * 100 / h, 0.0) for h in (10, 20) for n in (4, 5, 6)))
+    table.loc[5, "why"] = "too low"  # the last of 20 m
+    (ax,) = figure(table, {"pipe.H_static_m": [], "array.n_series": [4, 5, 6]}, demand=33.0).axes
+    first, second, demand = ax.lines
+    assert first.get_label() == "pipe.H_static_m = 10" and [*first.get_ydata()] == [40, 50, 60]
+    assert [*second.get_xdata()] == [4, 5] and [*second.get_ydata()] == [20, 25]
+    assert {*demand.get_ydata()} == {33.0} and ax.get_ylim()[0] == 0
+    assert ax.get_xlabel() == "array.n_series" and ax.get_ylabel() == "water (m³)"
+    assert all(float(t).is_integer() for t in ax.get_xticks())
+
+
+def test_hours_at_a_limit_and_below_the_loss_map_are_told_with_their_count(found):
+    f = with_units(found.__class__(**{**found.__dict__, "storage": None}))
+    assert f["demand_m3"] is None and f["level_start_m3"] is None
+    assert not any("no water" in line or " h at " in line for line in remarks(found))
