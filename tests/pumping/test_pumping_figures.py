@@ -1,14 +1,29 @@
 """Figures of pumping: sums of the samples, units that fit their names, and how sizes are chosen."""
 
 import re
+from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.dates import date2num
+from matplotlib.figure import Figure
 
 from reluctance.plant.hydraulics.pump import Pump
 from reluctance.plant.solar.pv_module import CellNumbers
-from reluctance.pumping import chain, columns, load_system, per, pump, remarks, with_units
+from reluctance.pumping import (
+    Samples,
+    chain,
+    columns,
+    load_system,
+    per,
+    plots,
+    pump,
+    remarks,
+    report,
+    with_units,
+)
 from reluctance.pumping.clouds import Clouds
 from reluctance.pumping.sizing import figure, meets, parsed, smallest, usual
 from reluctance.pumping.system import TABLES
@@ -285,3 +300,109 @@ def test_hours_at_a_limit_and_below_the_loss_map_are_told_with_their_count(found
     f = with_units(found.__class__(**{**found.__dict__, "storage": None}))
     assert f["demand_m3"] is None and f["level_start_m3"] is None
     assert not any("no water" in line or " h at " in line for line in remarks(found))
+
+
+def lines(ax):
+    """(x, y) of each labelled or plain curve."""
+    return {line.get_label(): line.get_data() for line in ax.lines}
+
+
+def test_figures_over_a_day_show_the_samples_in_their_units(found):
+    s, days = columns(found), plots.best_day(found)
+    assert [*days.t] == [*found.t] and days.storage is None  # the only day
+    light, power, turns, flow = report.figures(found)["day"].axes
+    (sun,) = light.lines
+    assert [*sun.get_ydata()] == pytest.approx([*s["poa_global"]])
+    drawn = {label: y for label, (_, y) in lines(power).items()}
+    assert drawn["maximum power point"] == pytest.approx(s["p_mp_W"] / 1e3)
+    assert drawn["drawn by the drive"] == pytest.approx(s["p_in_W"] / 1e3)
+    assert drawn["shaft"] == pytest.approx(s["p_shaft_W"] / 1e3)
+    hydraulic = s["Q_m3ph"] / 3600 * 15 * 998.2 * 9.80665
+    assert drawn["lifted water"] == pytest.approx(hydraulic / 1e3)
+    assert turns.lines[0].get_ydata() == pytest.approx(s["speed_rpm"])
+    assert flow.lines[0].get_ydata() == pytest.approx(s["Q_m3ph"])
+    for ax in (light, power, turns, flow):
+        assert ax.get_ylim()[0] == 0
+        assert ax.get_xlim() == pytest.approx([*date2num([found.t[0], found.t[-1]])])
+    assert "(kW)" in power.get_ylabel() and "rpm" in turns.get_ylabel()
+    assert light.figure.get_suptitle() == "the day with most water: 21 March 2026"
+
+
+def test_the_best_day_is_the_one_with_most_water(village):
+    """Of three, the second has the sun highest on the tilted plane: it is cut out whole."""
+    week = pump(village.with_values({"weather.days": 3, "weather.step_min": 60}))
+    Q = np.where(week.t.day == 16, 2.0, 1.0) * week.samples.Q
+    best = plots.best_day(replace(week, samples=replace(week.samples, Q=Q)))
+    assert {t.day for t in best.t} == {16} and len(best.t) == len(best.samples.Q) == 24
+    assert best.samples.Q == pytest.approx(Q[24:48])
+    bars = [bar.get_height() for bar in plots.plot_water(axes(), week).patches]
+    assert bars[:3] == pytest.approx(per(week, "D")["water_m3"])
+    assert [t.get_text() for t in plots.plot_water(axes(), week).get_xticklabels()] == [
+        "15 Aug", "16 Aug", "17 Aug",
+    ]  # fmt: skip
+
+
+def axes():
+    return Figure().add_subplot()
+
+
+def test_water_and_tank_are_shown_by_day_up_to_two_months_and_by_month_beyond(found):
+    """The same day again and again: what is drawn is known."""
+    n = len(found.t)
+
+    def repeated(days):
+        t = pd.date_range(found.t[0], periods=n * days, freq="5min")
+        samples = replace(
+            found.samples,
+            **{f.name: np.tile(getattr(found.samples, f.name), days) for f in fields(Samples)},
+        )
+        store = found.storage
+        names = ("level", "overflow", "missing", "demand")
+        store = replace(store, **{name: np.tile(getattr(store, name), days) for name in names})
+        return replace(found, weather=replace(found.weather, t=t), samples=samples, storage=store)
+
+    few, many = repeated(61), repeated(62)
+    water = plots.plot_water(axes(), few)
+    assert water.get_title() == "water by day" and len(water.patches) == 2 * 61
+    assert water.patches[0].get_height() == pytest.approx(found.water)
+    assert water.patches[61].get_height() == pytest.approx(found.storage.missing.sum())
+    assert lines(water)["demand"][1] == pytest.approx([400.0] * 61)
+    (level,) = plots.plot_tank(axes(), few).lines
+    assert level.get_ydata() == pytest.approx(few.storage.level)
+    water = plots.plot_water(axes(), many)
+    assert water.get_title() == "water by month" and len(water.patches) == 2 * 3
+    assert sum(bar.get_height() for bar in water.patches[:3]) == pytest.approx(62 * found.water)
+    assert [t.get_text() for t in water.get_xticklabels()] == ["Mar", "Apr", "May"]
+    tank = plots.plot_tank(axes(), many)
+    least = lines(tank)["least of a day"][1]
+    assert least == pytest.approx([found.storage.level.min()] * 62)
+    (between,) = tank.collections
+    assert between.get_datalim(tank.transData).y1 == pytest.approx(found.storage.level.max())
+    assert tank.get_title() == f"tank: {found.storage.loss_of_load:.1%} of the demand is missing"
+
+
+def test_figures_of_the_samples_have_the_threshold_and_the_drive_at_work(found):
+    s = columns(found)
+    threshold = plots.plot_threshold(axes(), found)
+    points, least = threshold.lines
+    lit = s["poa_effective"] > 5
+    assert len(points.get_xdata()) == lit.sum() <= 4000
+    assert points.get_ydata() == pytest.approx(s["Q_m3ph"][lit])
+    begins = s["poa_effective"][s["Q_m3ph"] > 0].min()
+    assert {*least.get_xdata()} == {begins}
+    assert threshold.get_title() == f"flow from {begins:.0f} W/m² on"
+    drive = plots.plot_efficiency(axes(), found)
+    (points,) = drive.lines
+    on = s["speed_rpm"] > 0
+    assert points.get_xdata() == pytest.approx(s["speed_rpm"][on])
+    assert points.get_ydata() == pytest.approx(s["tau_Nm"][on])
+    assert drive.get_title() == f"drive at {np.median(s['u_dc_V'][on]):.0f} V and the samples"
+    heads = plots.plot_heads(axes(), found)
+    curves = [line for line in heads.lines if len(line.get_xdata()) == 100][:5]
+    fastest = found.system.pump.omega_max * 30 / np.pi
+    told = [float(text.get_text().removesuffix(" rpm")) for text in heads.texts]
+    assert told == pytest.approx(np.linspace(0.6, 1, 5) * fastest, abs=0.5)
+    for curve, rpm in zip(curves, told, strict=True):  # affinity: heads as the square of the speed
+        assert curve.get_ydata()[0] == pytest.approx(
+            curves[-1].get_ydata()[0] * (rpm / fastest) ** 2, rel=2e-3
+        )

@@ -122,6 +122,12 @@ def test_generated_minutes_keep_the_global_light_of_every_hour():
     assert means == pytest.approx(np.maximum(hours.ghi, 0), abs=1e-6)
     assert np.all(minutes.dni <= HAZE * clear_sky(minutes.t, 60.0, place, settings).dni + 1e-9)
     assert np.all(minutes.dni >= 0) and np.all(minutes.dhi >= 0)
+    assert minutes.t[0] == hours.t[0] - pd.Timedelta("29min30s")
+    for name in ("temp_air", "wind_speed"):  # straight lines between the middles of the hours
+        straight = np.interp(minutes.t.asi8, hours.t.asi8, getattr(hours, name))
+        assert getattr(minutes, name) == pytest.approx(straight)
+    still = minutes.ghi.reshape(-1, 60)[hours.ghi <= 0]
+    assert not still.any()  # no light in the night
 
 
 def sunny(start="2026-05-01", days=2, freq="1h", zone="Africa/Porto-Novo"):
@@ -204,6 +210,37 @@ def test_a_file_that_cannot_be_used_is_refused_on_one_line(tmp_path, change, mes
     assert message in str(fault.value) and "\n" not in str(fault.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "marks"),
+    [
+        ("temp_air", [99.9, -99.9, -99, -999, 999, -9999]),  # EPW: 99.9 of the dry bulb
+        ("wind_speed", [999, 99.9, -9.9, 999.9, -999, -99]),  # EPW: 999
+        ("ghi", [9999, -9900, -9999, -999]),  # EPW: 9999; TMY3: -9900
+        ("dni", [9999, -9900]),
+    ],
+)
+def test_marks_of_missing_values_are_told_from_values_that_cannot_be(tmp_path, name, marks):
+    """Of EPW (EnergyPlus, Auxiliary Programs), TMY3 (NREL TP-581-43156) and loggers."""
+    for value in (*marks, 5000, -95):
+        frame = sunny()
+        frame.loc[12, name] = value
+        with pytest.raises(ParameterError, match=f"{name} = {value:g} at .*1 of 48") as fault:
+            read(**written(tmp_path, frame))
+        assert ("marks a missing value" in str(fault.value)) == (value in marks)
+
+
+def test_a_file_is_for_places_within_a_degree():
+    """A degree of latitude is 111 km."""
+    place = {key: GREENSBORO[key] for key in ("latitude_deg", "longitude_deg")}
+    near = {key: value + 0.95 for key, value in place.items()}
+    assert len(read(checked(Site, {**GREENSBORO, **near}, "[site]"), **TMY3).t) == 8760
+    for key, value in place.items():
+        for off in (-1.02, 1.02):
+            where = checked(Site, {**GREENSBORO, key: value + off}, "[site]")
+            with pytest.raises(ParameterError, match="set latitude_deg and longitude_deg"):
+                read(where, **TMY3)
+
+
 @pytest.mark.parametrize("columns", [["ghi"], ["ghi", "dni", "dhi"]])
 def test_light_in_kilowatts_is_asked_for_its_unit_and_the_remedy_works(tmp_path, columns):
     frame = sunny()[["time", *columns]]
@@ -265,6 +302,9 @@ def test_a_file_of_pvgis_gives_the_weather_that_it_was_written_from(tmp_path, tm
     high = sky.sun.zenith_deg < 80
     assert found.dni[high] == pytest.approx(sky.dni[high], rel=2e-3)
     assert (found.t == sky.t).all() and set(found.temp_air) == {28.0}
+    if not tmy:  # of a plane's direct light none is inferred where the sun stands on the horizon
+        low = sky.sun.zenith_deg > 89
+        assert low.sum() > 4000 and not found.dni[low].any() and found.dni.max() <= 1200
 
 
 def test_a_file_of_pvgis_is_named_where_another_kind_was_said_and_a_tilted_one_is_refused(tmp_path):

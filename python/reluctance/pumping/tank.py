@@ -42,8 +42,12 @@ class Demand(Section):
         """Water asked for in each interval with these middles [m^3]."""
         half = step / 7200
         middle = np.asarray(t.hour + t.minute / 60 + t.second / 3600)
-        covered = np.minimum(middle + half, self.to_h) - np.maximum(middle - half, self.from_h)
-        return np.asarray(np.maximum(covered, 0.0)) * self.m3_per_day / (self.to_h - self.from_h)
+        covered = np.zeros(len(t))
+        for day in (-24.0, 0.0, 24.0):  # an interval around midnight is of two days
+            begins, ends = self.from_h + day, self.to_h + day
+            both = np.minimum(middle + half, ends) - np.maximum(middle - half, begins)
+            covered += np.maximum(both, 0.0)
+        return covered * self.m3_per_day / (self.to_h - self.from_h)
 
 
 @dataclass(frozen=True)
