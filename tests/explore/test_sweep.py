@@ -10,8 +10,10 @@ import sys
 import threading
 import time
 from importlib import import_module
+from dataclasses import fields
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -427,3 +429,132 @@ def test_every_kind_of_figure_draws(kind: str) -> None:
     drawn = found.plot(["torque_ripple_rms", "f_switch"], kind)
     for ax in drawn.axes:
         assert kind == "parallel" or (ax.get_xlabel() or ax.get_ylabel())
+
+
+class Cluster:
+    """What a sweep uses of Dask: two threads that work when they are asked for an answer."""
+
+    def __init__(self, threads: int = 2, version: str = "", fault: str = "") -> None:
+        self.threads, self.version, self.fault = threads, version, fault
+        self.queue: list[Any] = []
+        self.sizes: list[int] = []
+        self.longest, self.loop = 0, None
+
+    def __call__(self, *_: object, **__: object) -> "Cluster":  # Client(address), as_completed([])
+        return self
+
+    def __enter__(self) -> "Cluster":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def nthreads(self) -> dict[str, int]:
+        return {"one": self.threads}
+
+    def run(self, asked: Any) -> dict[str, str]:
+        return {"one": self.version or asked()}
+
+    def submit(self, work: Any, task: Any, until: float | None, pure: bool) -> Any:
+        assert not pure  # the same drive may be asked for again
+        self.sizes.append(len(task))
+        return lambda: work(task, until)
+
+    def add(self, task: Any) -> None:
+        self.queue.append(task)
+        self.longest = max(self.longest, len(self.queue))
+
+    def __next__(self) -> Any:
+        work = self.queue.pop(0)
+        status = "error" if self.fault else "finished"
+        return SimpleNamespace(
+            status=status, result=work, exception=lambda: RuntimeError(self.fault)
+        )
+
+
+def on(cluster: Cluster, monkeypatch: pytest.MonkeyPatch, count: int) -> list[Any]:
+    import distributed
+
+    from reluctance.explore.sweeps import cluster as module
+
+    monkeypatch.setattr(distributed, "Client", cluster)
+    monkeypatch.setattr(distributed, "as_completed", cluster)
+    drive = rl.load(DRIVE)
+    usual = {f.name: 0.0 for f in fields(rl.Kpis)}
+
+    def run(drives: Any, *, until: float, jobs: int) -> Any:
+        assert (until, jobs) == (0.004, 1)
+        for n, made in drives:
+            assert made == drive
+            yield n, rl.ParameterError("slow") if n == 5 else rl.Kpis(**usual | {"i_rms": n})
+
+    monkeypatch.setattr(module, "finished", run)
+    return list(module.finished_on("tcp://here", ((n, drive) for n in range(count)), until=0.004))
+
+
+def test_a_cluster_gets_eight_drives_a_task_and_three_tasks_a_thread(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    cluster = Cluster()
+    found = dict(on(cluster, monkeypatch, 60))
+    assert [*found] == [*range(60)] and cluster.sizes == [8] * 7 + [4]
+    assert cluster.longest == 6 and not cluster.queue
+    assert found[59].i_rms == 59
+    assert isinstance(found[5], rl.ParameterError) and str(found[5]) == "slow"
+
+
+@pytest.mark.parametrize(
+    ("cluster", "told"),
+    [
+        (Cluster(threads=0), "has no workers; start one"),
+        (Cluster(version="0.0.1 (other)"), "worker one has reluctance 0.0.1 .*same version on"),
+        (Cluster(fault="killed"), "a task ended its workers: .*killed; what has been stored"),
+    ],
+)
+def test_a_cluster_that_cannot_serve_says_why(
+    cluster: Cluster, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(rl.ParameterError, match=told):
+        on(cluster, monkeypatch, 3)
+
+
+def test_more_rows_than_one_question_takes_are_all_known(tmp_path: Path) -> None:
+    names = list(rl.Kpis.border_names())
+    many = [Row(n.to_bytes(16, "big"), {}, {names[0]: float(n)}) for n in range(1203)]
+    store = Store(tmp_path / "s.sqlite")
+    store.add(many)
+    found = {row.key: row.figures[names[0]] for row in store.known([row.key for row in many])}
+    assert found == {row.key: row.figures[names[0]] for row in many}
+    assert many[5].key in store and bytes([255] * 16) not in store
+    store.close()
+
+
+def test_points_are_either_a_sequence_or_random_and_repeat_with_their_seed(
+    tmp_path: Path,
+) -> None:
+    drive, vary = rl.load(DRIVE), {"control.i_band_A": [0.5, 2.0]}
+    with pytest.raises(rl.ParameterError, match="either sobol or random"):
+        rl.sweep(drive, vary, sobol=4, random=4)
+    with pytest.raises(rl.ParameterError, match="sweep takes a Drive, not 'x'"):
+        rl.sweep("x", vary)  # type: ignore[arg-type]
+    given = {"until": 0.002, "out": tmp_path / "s.db"}
+    even = rl.sweep(drive, vary, sobol=2, seed=1, **given)  # type: ignore[arg-type]
+    found = rl.sweep(drive, vary, random=2, seed=1, **given)  # type: ignore[arg-type]
+    assert even.values == samples(drive, vary, 2, sobol=True, seed=1) != found.values
+    assert found.values == samples(drive, vary, 2, sobol=False, seed=1) and found.grid == ()
+    again = rl.sweep(drive, vary, random=2, seed=1, **given)  # type: ignore[arg-type]
+    assert (again.ran, again.known, again.values) == (0, 2, found.values)
+    first = rl.sweep(drive, vary, random=2, **given)  # type: ignore[arg-type]
+    assert first.values == samples(drive, vary, 2, sobol=False, seed=0)
+    with pytest.raises(rl.ParameterError, match="samples = 0"):
+        rl.sweep(drive, vary, sobol=0)
+
+
+def test_a_table_of_a_sweep_has_its_rows(tmp_path: Path) -> None:
+    drive = rl.load(DRIVE)
+    found = rl.sweep(drive, {"control.i_band_A": [1, 2]}, until=0.002, out=tmp_path / "s.db")
+    found.save(tmp_path / "t.csv")
+    table = np.genfromtxt(tmp_path / "t.csv", delimiter=",", names=True, usecols=range(4))
+    assert [*table["controli_band_A"]] == [1, 2]
+    assert table["tau_mean_Nm"] == pytest.approx(found.figure("tau_mean"))
+    assert len(fingerprint(drive, 0.1)) == 16  # 128 bits

@@ -2,7 +2,10 @@
 
 import inspect
 import json
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,11 +14,11 @@ from command import command, refused
 import reluctance as rl
 from reluctance.base.schema import field_of
 from reluctance.cli.tune import tune as cli_tune
-from reluctance.explore.tuning import Trial, angles, tune
+from reluctance.explore.tuning import Trial, angle_plots, angles, plots, tune
 from reluctance.explore.tuning.compass import GRID, LAST_STEP, compass
-from reluctance.explore.tuning.goal import Target, bound
+from reluctance.explore.tuning.goal import Goal, Target, bound
 from reluctance.explore.tuning.match import Lever, match
-from reluctance.explore.tuning.tune import BUDGET
+from reluctance.explore.tuning.tune import BUDGET, Tuned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"
@@ -197,3 +200,250 @@ def test_what_cannot_be_meant_is_one_line() -> None:
 def test_the_help_names_the_budgets_that_serve() -> None:
     (option,) = inspect.signature(cli_tune).parameters["budget"].annotation.__metadata__
     assert option.help == f"Trials: {BUDGET}, or {angles.BUDGET} at each node of a table."
+
+
+@pytest.mark.parametrize(
+    ("text", "figures", "miss"),
+    [
+        ("i_rms<50", {"i_rms_A": 60.0}, 0.2),
+        ("i_rms_A<=50", {"i_rms_A": 40.0}, -0.2),
+        ("efficiency >= 0.8", {"efficiency": 0.6}, 0.25),
+        ("tau_mean>-10", {"tau_mean_Nm": -15.0}, 0.5),
+        ("tau_mean<0", {"tau_mean_Nm": 3.0}, 3.0),  # there are no parts of nothing
+        ("f_switch<1.5e4", {"f_switch_Hz": 15e3}, 0.0),
+    ],
+)
+def test_a_bound_is_missed_in_parts_of_its_value(
+    text: str, figures: dict[str, float], miss: float
+) -> None:
+    assert bound(text).miss(figures) == pytest.approx(miss)
+
+
+@pytest.mark.parametrize("text", ["i_rms=5", "i_rms<", "<5", "i_rms<nan", "i_rms<1e999", "a b<1"])
+def test_a_bound_of_another_form_is_refused(text: str) -> None:
+    with pytest.raises(rl.ParameterError, match="need FIGURE<VALUE or FIGURE>VALUE"):
+        bound(text)
+
+
+def test_a_goal_is_a_mean_over_the_points_and_bounds_count_where_they_are_missed_by_most() -> None:
+    points = [{"i_rms_A": 40.0, "efficiency": 0.5}, {"i_rms_A": 60.0, "efficiency": 0.9}]
+    bounds = (bound("efficiency>0.8"), bound("i_rms<50"))
+    least, most = Goal("i_rms_A", False, bounds), Goal("i_rms_A", True, ())
+    assert (least.worth(points), most.worth(points)) == (50, -50)
+    assert least.misses(points) == pytest.approx([0.375, 0.2])
+    assert str(least) == "least i_rms_A subject to efficiency > 0.8 and i_rms_A < 50"
+    assert str(most) == "most i_rms_A" and str(Target("i_rms_A", 5.0)) == "i_rms_A = 5"
+
+
+def test_a_target_is_met_within_its_tolerance_on_both_sides() -> None:
+    target = Target("f_switch_Hz", 100.0, 0.1)
+    for value, met in ((90.01, True), (89.9, False), (109.9, True), (110.1, False)):
+        assert target.met({"f_switch_Hz": value}) == met
+    assert target.off({"f_switch_Hz": 200.0}) == pytest.approx(np.log(2))
+    assert target.off({"f_switch_Hz": 0.0}) == pytest.approx(np.log(1e-5))  # no logarithm of zero
+    assert Target("f_switch_Hz", 1.0).tolerance == 0.02
+
+
+def test_trials_that_keep_the_bounds_come_first_then_those_that_miss_by_least() -> None:
+    nan = float("nan")
+    order = [
+        Trial({}, {}, 1.0, (-0.5, 0.0), ""),
+        Trial({}, {}, 2.0, (-9.0, -9.0), ""),
+        Trial({}, {}, 0.5, (0.1, -5.0), ""),  # what is kept with room makes up for nothing
+        Trial({}, {}, 0.1, (0.1, 0.1), ""),
+        Trial({}, {}, nan, (nan, nan), "no run"),
+    ]
+    assert sorted(order[::-1], key=lambda t: t.rank) == order
+    assert [t.kept for t in order] == [True, True, False, False, False]
+
+
+def power(slope: float, calls: list[float]) -> Callable[[float], Trial]:
+    """A figure that is 100 value^slope."""
+
+    def run(value: float) -> Trial:
+        calls.append(value)
+        return Trial({"x": value}, {"f_switch_Hz": 100 * value**slope}, 0.0, (), "")
+
+    return run
+
+
+@pytest.mark.parametrize("slope", [-1.0, 1.0, -0.4])
+@pytest.mark.parametrize("value", [1.0, 30.0, 500.0])
+def test_a_power_law_is_met_in_a_few_runs_from_anywhere(slope: float, value: float) -> None:
+    calls: list[float] = []
+    target = Target("f_switch_Hz", value)
+    lever = Lever(1e-6, 1e6, slope=np.sign(slope))
+    found = match(power(slope, calls), target, lever, 2.0)
+    assert target.met(found.trial.figures) and not found.ran_out and len(calls) <= 16
+    assert all(1e-6 <= x <= 1e6 for x in calls)
+    if abs(slope) == 1:  # the guess of the slope is right
+        assert len(calls) <= 5
+
+
+def test_the_end_of_a_range_is_told_and_its_run_is_the_nearest() -> None:
+    for target, end in ((1e4, 10.0), (1.0, 0.1)):
+        calls: list[float] = []
+        found = match(power(1.0, calls), Target("f_switch_Hz", target), Lever(0.1, 10, 1.0), 1.0)
+        assert found.ran_out and found.trial.values["x"] == pytest.approx(end)
+        assert max(calls) <= 10 and min(calls) >= 0.1
+
+
+def test_a_jump_over_the_target_ends_the_search_beside_it() -> None:
+    def run(value: float) -> Trial:
+        return Trial({"x": value}, {"f_switch_Hz": 80.0 if value < 3 else 130.0}, 0.0, (), "")
+
+    found = match(run, Target("f_switch_Hz", 100.0), Lever(0.1, 10, 1.0), 1.0)
+    assert not found.ran_out and found.trial.figures["f_switch_Hz"] == 80.0  # the nearer
+    calls: list[float] = []
+    hopeless = match(
+        power(1.0, calls),
+        Target("f_switch_Hz", 5.0),
+        Lever(0.1, 10, 1.0),
+        1.0,
+        worth=lambda t: False,
+    )
+    assert len(calls) == 1 and hopeless.trial.values["x"] == 1
+
+
+def test_a_range_is_narrowed_to_its_half_that_gives_more() -> None:
+    lever = Lever(1.0, 100.0, slope=-1.0)
+    assert lever.middle == pytest.approx(10)
+    assert lever.narrowed() == Lever(1.0, pytest.approx(10.0), -1.0)
+    assert Lever(1.0, 100.0, 2.0).narrowed() == Lever(pytest.approx(10.0), 100.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("over", "told"),
+    [
+        ({"speed_rpm": [1, 2]}, "need speed_rpm and torque_Nm"),
+        (5, "over 5: need speed_rpm"),
+        ({"speed_rpm": [1, 2], "torque_Nm": [0, 2]}, "need numbers > 0"),
+        ({"speed_rpm": [2, 1], "torque_Nm": [1, 2]}, "two rising values"),
+        ({"speed_rpm": [1, 1], "torque_Nm": [1, 2]}, "two rising values"),
+        ({"speed_rpm": [1], "torque_Nm": [1, 2]}, "two rising values"),
+        ({"speed_rpm": [1, float("inf")], "torque_Nm": [1, 2]}, "need numbers > 0"),
+    ],
+)
+def test_a_grid_of_angles_has_two_rising_axes(over: object, told: str) -> None:
+    with pytest.raises(rl.ParameterError, match=told):
+        angles.tune_angles(rl.load(CUBIC), over, "p_cu")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "vary",
+    [
+        {"control.theta_on_deg": [0, 10, 20]},
+        {"control.theta_on_deg": [10, 10]},
+        {"control.theta_on_deg": [True, 5]},
+        {"control.i_ref_A": [0, 5]},
+    ],
+)
+def test_of_a_grid_of_angles_only_their_ranges_vary(vary: dict[str, list[float]]) -> None:
+    grid = {"speed_rpm": [500, 1000], "torque_Nm": [1, 2]}
+    with pytest.raises(rl.ParameterError, match=r"need ranges of control\.theta_on_deg and"):
+        angles.tune_angles(rl.load(CUBIC), grid, "p_cu", vary=vary)
+    for budget in (5, True, 6.0):
+        with pytest.raises(rl.ParameterError, match="need at least 6 trials"):
+            angles.tune_angles(rl.load(CUBIC), grid, "p_cu", budget=budget)  # type: ignore[arg-type]
+    with pytest.raises(rl.ParameterError, match="need \\[control\\] law = 'angles'"):
+        angles.tune_angles(rl.load(CUBIC), grid, "p_cu")
+
+
+def tried(torque: float, worth: float, on: float, miss: float = -1.0) -> Trial:
+    values = {"control.theta_on_deg": on, "control.theta_off_deg": 150.0}
+    figures = {"tau_mean_Nm": torque, "p_cu_W": worth, "i_rms_A": 10.0 + miss}
+    return Trial(values, figures, worth, (0.98 - torque / 20, miss), "")
+
+
+def test_a_node_has_the_best_angles_that_hold_its_torque() -> None:
+    """Whatever else they miss; where none hold it, those of the rule, and what these give."""
+    drive = rl.load(EXAMPLES / "paper_rated.toml", ["control.law=angles"])
+    goal = Goal("p_cu_W", False, (bound("tau_mean_Nm>19.6"), bound("i_rms_A<10")))
+
+    def node(*trials: Trial) -> angles.Node:
+        given = SimpleNamespace(tried=[*trials], goal=goal)
+        return angles._node(drive, 1500.0, 20.0, given, (-40.0, 140.0))  # type: ignore[arg-type]
+
+    weak, held, dear = tried(19.0, 1.0, -10), tried(19.7, 5.0, -20), tried(20.5, 9.0, -30)
+    found = node(weak, dear, held)
+    assert (found.theta_on_deg, found.theta_off_deg, found.note) == (-20, 150, "")
+    assert found.figures == {"p_cu_W": 5.0, "tau_mean_Nm": 19.7, "i_rms_A": 9.0}
+    assert (found.speed_rpm, found.torque_Nm) == (1500, 20)
+    assert node(tried(20.0, 5.0, -20, miss=0.5)).note == "misses i_rms_A < 10"
+    beyond = node(weak)
+    assert (beyond.theta_on_deg, beyond.theta_off_deg, beyond.figures) == (-40, 140, {})
+    most = float(beyond.note.partition("at most ")[2].split()[0])
+    given = ["law=angles", "theta_on_deg=-40", "theta_off_deg=140", "i_ref_A=150", "i_band_A=1"]
+    given = [*(f"control.{key}" for key in given), "reference.kind=none", "reference.tau_Nm="]
+    law = rl.load(EXAMPLES / "paper_rated.toml", given)
+    run = rl.simulate(law, until=0.06, record=None).kpis  # with the current limit as reference
+    assert most == pytest.approx(run.tau_mean, rel=0.1)
+
+
+def test_a_table_of_angles_is_drawn_and_written_node_by_node(tmp_path: Path) -> None:
+    figures = {"p_cu_W": 100.123456789, "tau_mean_Nm": 10.0}
+    nodes = tuple(
+        angles.Node(speed, torque, -speed / 100, 100 + torque, figures, "")
+        for speed in (1000.0, 2000.0, 3000.0)
+        for torque in (10.0, 60.0)
+    )
+    nodes = (*nodes[:5], replace(nodes[5], figures={}, note="out of reach"))
+    found = angles.TunedAngles("mine", Goal("p_cu_W", False, ()), nodes, 24, 24)
+    found.save(tmp_path / "a.csv")
+    first, *rows = (tmp_path / "a.csv").read_text().splitlines()
+    assert first == "speed_rpm,torque_Nm,theta_on_deg,theta_off_deg,p_cu_W,tau_mean_Nm,note"
+    assert rows[0] == "1000.0,10.0,-10.0,110.0,100.123,10.0," and rows[5].endswith(
+        ",,,out of reach"
+    )
+    with pytest.raises(rl.ParameterError, match="ending"):
+        found.save(tmp_path / "a.txt")
+    on, off, copper = [ax for ax in angle_plots.figure(found).axes if ax.get_title()]
+    assert [ax.get_title() for ax in (on, off, copper)] == [
+        "turn-on angle (deg el.)", "turn-off angle (deg el.)", "copper loss (W)",
+    ]  # fmt: skip
+    over = on.collections[0].get_array().reshape(2, 3).tolist()  # torque upwards, speed across
+    assert over == [[-10, -20, -30]] * 2
+    assert off.collections[0].get_array().reshape(2, 3).tolist() == [[110] * 3, [160] * 3]
+    crossed = on.lines[-1]
+    assert [*crossed.get_xdata()] == [3000] and [*crossed.get_ydata()] == [60]
+
+
+def test_the_progress_of_a_node_is_a_part_of_all() -> None:
+    parts: list[float] = []
+    told = angles._part(parts.append, 3, 8)
+    assert told is not None and angles._part(None, 3, 8) is None
+    for part in (0.0, 0.5, 1.0):
+        told(part)
+    assert parts == [3 / 8, 3.5 / 8, 4 / 8]
+
+
+def test_the_figure_of_a_tuning_shows_trials_the_best_so_far_and_the_choice() -> None:
+    worths, currents = [5.0, 3.0, 4.0, 1.0], [50.0, 60.0, 40.0, 90.0]
+    goal = Goal("torque_error_rms", False, (bound("i_rms<70"),))
+    trials = tuple(
+        Trial(
+            {"control.i_band_A": float(n)},
+            {"torque_error_rms": w, "i_rms_A": i},
+            w,
+            (i / 70 - 1,),
+            "",
+        )
+        for n, (w, i) in enumerate(zip(worths, currents, strict=True))
+    )
+    found = Tuned(rl.load(CUBIC), goal, trials[1], trials, 4)
+    left, right = plots.figure(found).axes
+    kept, missed, best = left.lines
+    assert [*kept.get_xdata()] == [1, 2, 3] and [*kept.get_ydata()] == [5, 3, 4]
+    assert [*missed.get_xdata()] == [4] and [*missed.get_ydata()] == [1]
+    assert [*best.get_ydata()] == [5, 3, 3, 3]
+    marked = {line.get_label(): line for line in right.lines}
+    assert {*marked["i_rms_A < 70"].get_xdata()} == {70}
+    assert [*marked["Pareto front"].get_xdata()] == [40, 60, 90]  # no 50 A: 40 A err less
+    assert (marked["chosen"].get_xdata()[0], marked["chosen"].get_ydata()[0]) == (60, 3)
+    assert right.get_xlabel() == "rms phase current (A)"
+    free = Tuned(found.drive, Goal("torque_error_rms", False, ()), trials[1], trials, 4)
+    right = plots.figure(free).axes[1]
+    assert right.get_xlabel() == "i band (A)" and [*right.lines[0].get_xdata()] == [0, 1, 2]
+    table = found.table
+    assert table.values == {"control.i_band_A": [0, 1, 2, 3]} and len(table) == 4
+    assert [*table.figures["i_rms_A"]] == currents
