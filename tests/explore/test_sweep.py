@@ -9,8 +9,8 @@ import subprocess
 import sys
 import threading
 import time
-from importlib import import_module
 from dataclasses import fields
+from importlib import import_module
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
