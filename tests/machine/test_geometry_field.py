@@ -4,11 +4,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba
+from matplotlib.contour import QuadContourSet
+from matplotlib.figure import Figure
 from scipy.constants import mu_0
 
 from reluctance.machine.geometry.cross_section import CrossSection
+from reluctance.machine.geometry.draw import draw, draw_field
 from reluctance.machine.geometry.force import stress
-from reluctance.machine.geometry.mesh import Grid
+from reluctance.machine.geometry.mesh import STEEL, Grid
 from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle
 from reluctance.machine.geometry.solve import solve
@@ -239,3 +244,58 @@ def test_parallel_paths_share_the_current():
         fields.append(solve(at_angle(system, 0.1), current * np.eye(3)[0]))
     assert fields[1].tau == pytest.approx(fields[0].tau, rel=1e-9)
     assert fields[1].psi[0] == pytest.approx(fields[0].psi[0] / 2, rel=1e-9)
+
+
+def area(collection):
+    """Of the outlines of a collection, by the shoelace formula [mm^2]."""
+    found = 0.0
+    for path in collection.get_paths():
+        x, y = path.vertices[:6].T
+        found += abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    return found
+
+
+@pytest.mark.parametrize("odd", [True, False])
+def test_a_drawing_has_the_steel_and_a_coil_of_each_phase_in_millimetres(odd):
+    """6/4: the parts fill what the section has of them; the rotor turns about the shaft."""
+    section = machine(6, 4)
+    kind, of = Winding if odd else WholeMachine, winding(section)
+    coils = kind(of.n_phases, of.polarity, 60, parallel_paths=1)
+    system = assemble(section, steel(), coils, stack=STACK, grid=COARSE)
+    assert system.odd == odd
+    ax = draw(system, Figure().add_subplot())
+    by_colour = {}
+    for part in ax.collections:
+        colour = tuple(np.round(part.get_facecolor()[0], 3)) if len(part.get_paths()) else None
+        by_colour[colour] = by_colour.get(colour, 0.0) + area(part)
+    by_colour.pop(None, None)
+    grey = by_colour.pop(tuple(np.round(to_rgba("0.75"), 3)))
+    meshes = [at_angle(system, 0.0).rotor, at_angle(system, 0.0).stator]
+    copies = section.n_sectors if odd else 1
+    iron = copies * sum(m.elements.weight[m.mesh.region == STEEL].sum() for m in meshes)
+    assert grey == pytest.approx(1e6 * iron, rel=0.02)  # straight sides of curved elements
+    assert len(by_colour) == 3  # phases, each with as much copper
+    coil = [v / np.mean([*by_colour.values()]) for v in by_colour.values()]
+    assert coil == pytest.approx([1, 1, 1], rel=1e-3)
+    low, high = ax.dataLim.min, ax.dataLim.max
+    assert [*low, *high] == pytest.approx([-65, -65, 65, 65], rel=1e-2)
+    assert ax.get_aspect() == 1 and ax.get_xlabel() == "x [mm]"
+
+
+def test_the_field_is_drawn_in_tesla_with_lines_of_the_potential():
+    section = machine(6, 4)
+    system = assemble(section, steel(), winding(section), stack=STACK, grid=COARSE)
+    field = solve(at_angle(system, 0.0), np.array([10.0, 0.0, 0.0]))
+    ax = draw_field(field, Figure().add_subplot())
+    parts = [part for part in ax.collections if isinstance(part, PolyCollection)]
+    assert len(parts) == 2
+    B = np.concatenate([part.get_array() for part in parts])
+    assert 1.0 < B.max() < 2.5 and B.min() >= 0
+    assert parts[0].get_clim() == (0, 2.2)
+    lines = [part for part in ax.collections if isinstance(part, QuadContourSet)]
+    potential = np.append(field.A, 0.0)
+    for part in lines:
+        inner = np.linspace(potential.min(), potential.max(), 26)[1:-1]
+        assert part.levels == pytest.approx(inner)
+    (_, bar) = ax.figure.axes
+    assert bar.get_ylabel() == "|B| [T]"
