@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal, get_args, get_origin
 
 import pytest
+from ends import SIZES, fault_of, numbers
 
 import reluctance as rl
 from reluctance.drive.all_tables import TABLES
@@ -109,3 +110,53 @@ def test_the_complete_example_loads_and_has_every_table(tmp_path):
     assert tomllib.loads(text).keys() == {"machine", "control", *TABLES} - {
         "pv_control"
     }  # of an array
+
+
+RANGE = re.compile(r"(?<![\w.])(-?\d+(?:\.\d+)?) to (-?\d+(?:\.\d+)?)(?=$|[;,. )])")
+UP_TO, AT_LEAST = re.compile(r"(?:^|[ ,])up to (\d+)"), re.compile(r"at least (\d+)$")
+
+
+@each_section
+def test_ranges_are_those_of_the_page(part, word, section):
+    """A to B, up to B and at least A in the meaning of a key: the ends pass, beyond is refused."""
+    page = documented(part, word)
+    for key, whole in numbers(section):
+        meaning, little = page[key][1], 1 if whole else 0.01
+        if (part, key) in NOT_A_RANGE:
+            continue
+        for low, high in RANGE.findall(meaning):
+            for end, beyond in ((low, -little), (high, little)):
+                value = type(little)(float(end))
+                assert fault_of(section, key, value) in (None, *OPEN.get(key, ())), (key, value)
+                assert fault_of(section, key, value + beyond), (key, value + beyond)
+        for pattern, beyond in ((UP_TO, little), (AT_LEAST, -little)):
+            for end in pattern.findall(meaning):
+                value = type(little)(float(end))
+                assert fault_of(section, key, value) is None, (key, value)
+                assert fault_of(section, key, value + beyond), (key, value + beyond)
+
+
+NOT_A_RANGE = {("[control]", "f_switch_kHz"), ("[protection]", "speed_limit_rpm")}
+OPEN = dict.fromkeys(("theta_on_deg", "theta_e_deg"), ("less_than",))  # a turn on is the same
+
+LEAST = {"C_uF": 20.0}
+
+
+@each_section
+def test_no_size_is_negative_and_a_small_one_passes(part, word, section):
+    for key, whole in numbers(section):
+        unit = key.rpartition("_")[2]
+        if unit in SIZES and not whole and "_" in key:
+            assert fault_of(section, key, -1e-9), key
+            assert fault_of(section, key, LEAST.get(key, 0.0) + 1e-3) is None, key
+        if unit == "pct":
+            assert fault_of(section, key, -0.1) and fault_of(section, key, 100.0), key
+            assert not fault_of(section, key, 0.0) and not fault_of(section, key, 99.9), key
+
+
+@each_section
+def test_a_default_may_be_written_out(part, word, section):
+    for key, _ in numbers(section):
+        default = section.model_fields[key].default
+        if isinstance(default, int | float):
+            assert fault_of(section, key, default) is None, key

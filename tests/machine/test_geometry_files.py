@@ -7,17 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import command, refused
+from ends import SIZES, fault_of, numbers
 from scipy.constants import mu_0
 
 import reluctance as rl
 from reluctance import _core
 from reluctance.base.files import read_toml
 from reluctance.base.resources import resources
-from reluctance.base.schema import checked
+from reluctance.base.schema import checked, inner_sections
 from reluctance.explore.sweeps.fingerprint import fingerprint
 from reluctance.machine.copper import COPPER_RESISTIVITY
 from reluctance.machine.geometry import convergence
-from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.file import Coils, Geometry, Lamination, MapGrid
 from reluctance.machine.geometry.force import stress
 from reluctance.machine.geometry.mesh import Grid
 from reluctance.machine.geometry.position import at_angle
@@ -455,3 +456,34 @@ def test_there_is_a_geometry_of_each_kind():
         poles.add((head["stator_poles"], head["rotor_poles"]))
         assert head["source"] and head["licence"] and head["assumed"]
     assert poles >= {(6, 4), (8, 6), (10, 8), (12, 8), (18, 12)}
+
+
+@pytest.mark.parametrize("kind", [Geometry, *inner_sections(Geometry).values()])
+def test_no_length_of_a_geometry_is_negative_and_a_small_one_passes(kind):
+    """Nor a resistance, an inertia or a friction; what is counted begins at one."""
+    for key, whole in numbers(kind):
+        unit = key.rpartition("_")[2]
+        if unit in (*SIZES, "A"):
+            assert fault_of(kind, key, -1e-9), key
+            assert fault_of(kind, key, 1e-3) is None, key
+        if key in ("turns_per_pole", "parallel_paths"):
+            assert whole and fault_of(kind, key, 0) and not fault_of(kind, key, 1), key
+        default = kind.model_fields[key].default
+        if isinstance(default, int | float):
+            assert fault_of(kind, key, default) is None, key
+
+
+@pytest.mark.parametrize(
+    ("kind", "key", "within", "beyond"),
+    [
+        (Lamination, "stacking_factor", 1.0, 1.001),  # all of it is steel
+        (Coils, "slot_fill", 0.785, 0.801),  # round wires on a square grid: pi/4
+        (Geometry, "phases", 2, 1),
+        (MapGrid, "pair_rank", 1, 0),
+        (MapGrid, "pair_rank", 8, 9),  # the page
+        (Coils, "temperature_degC", -199.0, -201.0),  # copper's law of 0.393 % per kelvin
+        (Lamination, "saturation_polarisation_T", 1.01, 0.99),
+    ],
+)
+def test_values_of_a_geometry_end_where_they_must(kind, key, within, beyond):
+    assert fault_of(kind, key, within) is None and fault_of(kind, key, beyond)
