@@ -1,0 +1,165 @@
+"""Trip levels that follow from the drive are those of docs/firmware.md; what cannot be is told."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import reluctance as rl
+from reluctance.drive.guard.sequence_levels import sequence
+from reluctance.drive.guard.trip_levels import (
+    angle_step,
+    current_error,
+    diagnosis,
+    protection,
+)
+from reluctance.drive.tables.speed_loop import observer
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+QUANTISED = ["sensing.adc_bits=10", "sensing.i_range_A=400", "sensing.i_noise_LSB=2"]
+ENCODER = ["sensing.encoder_counts=1024", "sensing.tracker_bandwidth_Hz=100"]
+
+
+def drive(*given, name="paper_rated"):
+    return rl.load(EXAMPLES / f"{name}.toml", list(given))
+
+
+def test_levels_are_parts_of_the_current_the_voltage_and_the_speed():
+    """i_max 150 A, 240 V, 1500 rpm."""
+    levels = protection(drive()).levels
+    assert levels.i_trip == pytest.approx(1.2 * 150)
+    assert levels.u_dc_min == pytest.approx(0.25 * 240)
+    assert levels.u_dc_max == pytest.approx(1.25 * 240)
+    assert levels.omega_max == pytest.approx(1.3 * 50 * np.pi)
+    assert levels.angle_slack == pytest.approx(np.radians(0.1))  # of an ideal sensor
+    guard = protection(drive())
+    assert guard.i_zero == pytest.approx(0.02 * 150) and guard.flux.i_error == 0
+    assert guard.flux.model_error == pytest.approx(0.25) and guard.frozen == 0
+    assert guard.flux.u_margin == pytest.approx(0.2)
+    assert guard.flux.R == drive().machine.R and guard.flux.T_s == drive().control.T_s
+
+
+def test_what_a_reading_may_be_wrong_by_is_its_noise_its_step_and_its_offset():
+    """10 bits over 400 A: a step of 400/1024 A; noise is simulated up to six times its rms."""
+    step = 400 / 2**10
+    noisy = drive(*QUANTISED, "sensing.i_offset_A=[0.5, -0.9, 0.1]")
+    assert current_error(noisy) == pytest.approx(6 * 2 * step + step + 0.9, rel=2e-3)
+    assert protection(noisy).i_zero == pytest.approx(1.1 * current_error(noisy))
+    coarse = protection(drive(*QUANTISED, "sensing.i_gain=[1.1, 0.8, 1.0]"))
+    assert coarse.flux.model_error == pytest.approx(0.25 + 0.2)
+
+
+@pytest.mark.parametrize(("noise", "per_sample"), [(0.7, 0.403), (2.0, 0.141), (8.0, 0.0353)])
+def test_equal_codes_in_a_row_are_frozen_where_noise_leaves_them_less_often_than_1e15(
+    noise, per_sample
+):
+    """Two codes of a Gaussian of n steps are equal with a probability of 1/(2 sqrt(pi) n)."""
+    found = drive(*QUANTISED, f"sensing.i_noise_LSB={noise}", "sensing.i_range_A=800")
+    frozen = protection(found).frozen
+    assert per_sample**frozen <= 1.05e-15 < per_sample ** (frozen - 1) * 1.05
+    quiet = drive(*QUANTISED, "sensing.i_noise_LSB=0.69")
+    assert protection(quiet).frozen == 0
+
+
+def test_an_angle_may_slip_by_steps_of_its_sensor_and_by_what_its_observer_lags():
+    assert angle_step(drive(*ENCODER)) == pytest.approx(360 * 4 / 1024)
+    assert angle_step(drive("sensing.hall=true")) == pytest.approx(60)
+    assert angle_step(drive()) == 0
+    counted = drive(*ENCODER)
+    held = max(abs(x) for x in counted.load.tau_0[1])
+    w = observer(counted.known()).beyond
+    assert w == pytest.approx(2 * np.pi * 100)
+    passive = min(counted.load.k * (1.3 * 50 * np.pi) ** 2, counted.tau_max + held)
+    a = (counted.tau_max + held + passive) / counted.J
+    lag = 1.25 * np.degrees(64 * counted.control.T_s * 4 * 2 * a / w)
+    slack = 1.5 * angle_step(counted) + lag
+    assert protection(counted).levels.angle_slack == pytest.approx(np.radians(min(slack, 170)))
+    indexed = drive(
+        *ENCODER, "sensing.encoder_index=true", "sensing.hall=true", "sensing.hall_error_deg=-3"
+    )
+    more = min(slack + 90 / 3 + 3, 170)
+    assert protection(indexed).levels.angle_slack == pytest.approx(np.radians(more))
+    settle = protection(counted).settle
+    assert settle == int(np.ceil(8 / (w * counted.control.T_s))) and protection(drive()).settle == 0
+
+
+def test_with_a_speed_reference_the_lag_is_that_of_the_load_observer():
+    counted = drive(*ENCODER[:1], name="paper_pump")
+    w = observer(counted.known()).beyond
+    levels = protection(counted).levels
+    steady = max(abs(x) for x in counted.load.tau_0[1])
+    driven = counted.tau_max + steady
+    a = (driven + min(counted.load.k * levels.omega_max**2, driven)) / counted.J
+    slack = 1.5 * angle_step(counted) + 1.25 * np.degrees(4 * 3 * a / w**2)
+    assert levels.angle_slack == pytest.approx(np.radians(min(slack, 170)))
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (["protection.u_dc_min_V=240"], "u_dc_min_V = 240"),
+        (["protection.u_dc_max_V=240"], "u_dc_max_V = 240"),
+        (["protection.speed_max_rpm=1500"], "need more than the 1500 rpm"),
+        ([*QUANTISED, "sensing.i_range_A=180"], "over-current is never seen"),
+        ([*QUANTISED, "protection.i_zero_A=5"], "need at least the 5.08 A"),
+        ([*ENCODER, "protection.angle_slack_deg=1.4"], "need more than the angle sensor's step"),
+        (["converter.dead_time_us=4.1"], "need at most 0.2 of"),
+    ],
+)
+def test_a_level_that_would_trip_in_normal_work_or_never_is_refused(given, told):
+    with pytest.raises(rl.ParameterError) as fault:
+        protection(drive(*given))
+    assert told in str(fault.value) and "\n" not in str(fault.value)
+
+
+def test_an_array_has_no_under_voltage_and_the_rating_or_a_cold_morning_as_over_voltage():
+    sun = rl.load(EXAMPLES / "sun_cloud.toml")
+    levels = protection(sun).levels
+    assert levels.u_dc_min == 0
+    rated = sun.converter.u_rating_V
+    assert levels.u_dc_max == (rated or pytest.approx(1.05 * sun.source.cold_voltage))
+    other = sun.with_values(
+        {"converter.u_rating_V": None} if rated else {"converter.u_rating_V": 450.0}
+    )
+    expected = 1.05 * sun.source.cold_voltage if rated else 450.0
+    assert protection(other).levels.u_dc_max == pytest.approx(expected)
+
+
+def test_states_have_the_levels_of_the_page():
+    """0.7 of the voltage counts as charged; 5 s at most; 100 ms without a command; motoring up to
+    0.95 of the over-speed."""
+    found = drive()
+    states = sequence(found, protection(found))
+    assert states.u_ready == pytest.approx(0.7 * 240)
+    assert states.t_precharge == pytest.approx(5) and states.t_command == pytest.approx(0.1)
+    limit = 0.95 * 1.3 * 50 * np.pi
+    assert states.omega_none == pytest.approx(limit)
+    assert states.reference_max == pytest.approx(found.tau_max)
+    assert states.u_chop_on == pytest.approx(240 + 0.6 * 60)
+    assert states.u_chop_off == pytest.approx(240 + 0.3 * 60)
+    assert states.n_calibrate == pytest.approx(0.05 / found.control.T_s, abs=1)
+    loop = drive(name="paper_pump")
+    assert sequence(loop, protection(loop)).reference_max == pytest.approx(
+        0.95 * protection(loop).levels.omega_max
+    )
+    with pytest.raises(rl.ParameterError, match="speed_limit_rpm"):
+        given = drive("protection.speed_limit_rpm=2000")
+        sequence(given, protection(given))
+
+
+def test_a_diagnosis_allows_what_is_stated_and_tries_a_third_of_the_current():
+    found = drive(*QUANTISED, *ENCODER, "protection.diagnosis=true", "supervision.enable_s=0")
+    told, m = diagnosis(found), found.machine
+    assert diagnosis(drive()) is None and told is not None
+    assert told.trial.i == pytest.approx(50) and told.i_max == 150
+    assert (told.R_error, told.map_error, told.u_error) == pytest.approx((0.2, 0.1, 0.02))
+    noise = 0.01 * float(m.psi(150.0, np.pi))  # what other phases add, none of it in this machine
+    assert told.psi_error == pytest.approx(noise)
+    for value, i in ((told.trial.psi, 50.0), (told.psi_max, 150.0)):
+        assert value == pytest.approx(1.1 * float(m.psi(i, np.pi)) + noise)
+    guard = protection(found)
+    zero = 1.1 * float(m.psi(guard.i_zero + guard.flux.i_error, np.pi)) + noise
+    assert told.psi_zero == pytest.approx(zero)
+    half_a_step = np.radians(angle_step(found) / 2)
+    assert told.theta_error == pytest.approx(half_a_step + np.radians(2))
+    assert told.patience == int(np.ceil(0.2 / found.control.T_s))

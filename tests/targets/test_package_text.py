@@ -1,0 +1,223 @@
+"""Text of a firmware package: its constants, its README and the ranges of its parameters have the
+numbers of the drive file. Nothing is compiled."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import reluctance as rl
+from reluctance.drive.guard.trip_levels import protection
+from reluctance.targets.export import firmware
+from reluctance.targets.export.constants import Tables, constant, literal
+from reluctance.targets.export.cost import Cost
+from reluctance.targets.export.package import described, gates_of, renamed
+from reluctance.targets.export.run_time import marks, run_time_parameters, shown
+from reluctance.targets.export.verdict import MCUS, mcu, verdict
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def drive(name: str, *given: str) -> rl.Drive:
+    return rl.load(EXAMPLES / f"{name}.toml", list(given))
+
+
+def test_words_of_c_read_back_as_what_they_were() -> None:
+    assert [literal(v, "x") for v in (True, False, 3, -7, 0.5, 1.0)] == [
+        "true", "false", "3", "-7", "0.5F", "1.0F",
+    ]  # fmt: skip
+
+
+def test_a_tree_is_printed_field_by_field_and_a_table_once() -> None:
+    tables = Tables()
+    numbers = [n / 8 for n in range(50)]
+    table = {"table": "float", "values": numbers}
+    tree = {
+        "fields": {
+            "gain": 0.25,
+            "kind": {"type": "srm::Leg", "value": 2},
+            "axis": [1.0, 2.0],
+            "map": table,
+            "again": table,
+            "none": {"table": "float", "values": []},
+            "bytes": {"table": "std::uint8_t", "values": [1, 2, 3]},
+            "inner": {"fields": {"on": True}},
+        }
+    }
+    text = constant(tree, tables, "law")
+    for line in (
+        ".gain = 0.25F,",
+        ".kind = static_cast<srm::Leg>(2),",
+        ".axis = {{1.0F, 2.0F}},",
+        ".map = {table_0, 50},",
+        ".again = {table_0, 50},",
+        ".none = {nullptr, 0},",
+        ".bytes = {table_1, 3},",
+        ".on = true,",
+    ):
+        assert line in text, line
+    assert tables.size == 4 * 50 + 3 and len(tables.text) == 2
+    printed = tables.text[0]
+    assert printed.startswith("// law.map: 50 values.\nRELUCTANCE_TABLE constexpr float table_0[]")
+    words = printed.partition("{")[2].rpartition("}")[0].replace("\n", " ").split(",")
+    assert [float(word.strip(" F")) for word in words if word.strip()] == numbers
+    assert max(map(len, printed.splitlines())) <= 100 and printed.count("\n") < 12
+    assert np.frombuffer(tables.data["table_0"], "<f4").tolist() == numbers
+    assert tables.data["table_1"] == bytes([1, 2, 3])
+
+
+@pytest.mark.parametrize(
+    ("text", "prefix", "expected"),
+    [
+        ("reluctance_run(RELUCTANCE_OK)", "left", "left_run(LEFT_OK)"),
+        ("namespace reluctance {", "left", "namespace left {"),
+        ("reluctance::x", "left", "left::x"),
+        ("`reluctance run`, a_reluctance_b, MY_RELUCTANCE_X", "left",
+         "`reluctance run`, a_reluctance_b, MY_RELUCTANCE_X"),
+    ],
+)  # fmt: skip
+def test_another_prefix_renames_symbols_and_nothing_else(
+    text: str, prefix: str, expected: str
+) -> None:
+    assert renamed(text, prefix) == expected
+
+
+TORQUE, SPEED = "deadbeat", "paper_pump"
+
+
+def ranges(name: str) -> dict[str, tuple[float, float, float]]:
+    given = drive(name)
+    return {
+        p.name: (p.least, p.built, p.most) for p in run_time_parameters(given, described(given))
+    }
+
+
+def test_parameters_move_from_none_to_what_was_built_and_gains_to_ten_times_that() -> None:
+    given, found = drive(SPEED), ranges(SPEED)
+    guard = protection(given)
+    for name in ("torque_limit", "speed_limit", "current_trip", "over_speed"):
+        least, built, most = found[name]
+        assert least == 0 and built == most, name
+    for name in ("speed_gain", "speed_integral_gain"):
+        if name in found:
+            least, built, most = found[name]
+            assert least == 0 and most == pytest.approx(10 * built), name
+    assert found["current_trip"][1] == pytest.approx(guard.levels.i_trip)
+    u_dc = given.converter.u_dc_V
+    assert found["under_voltage"] == pytest.approx((0, guard.levels.u_dc_min, u_dc))
+    assert found["over_voltage"] == pytest.approx(
+        (u_dc, guard.levels.u_dc_max, guard.levels.u_dc_max)
+    )
+    assert found["ready_voltage"] == pytest.approx((0.05 * u_dc, 0.7 * u_dc, u_dc))
+    T_s = given.control.T_s
+    assert found["command_timeout"] == pytest.approx((2 * T_s, 0.1, 60))
+    assert found["precharge_time"] == pytest.approx((2 * T_s, 5, 60))
+    slack = guard.levels.angle_slack
+    assert found["angle_slack"] == pytest.approx((0, slack, np.radians(170)))
+    rate = found.get("speed_rate")
+    assert rate is None or rate == pytest.approx((1, rate[1], rate[1]))
+    assert "speed_gain" not in ranges(TORQUE) and "torque_limit" in ranges(TORQUE)
+
+
+def test_the_readme_has_a_row_for_each_parameter_and_none_for_no_limit() -> None:
+    given = drive(TORQUE)
+    entries = run_time_parameters(given, described(given))
+    told = marks(entries)
+    assert told["n_run_time"] == str(len(entries))
+    rows = [
+        [c.strip() for c in row.strip("|").split("|")] for row in told["run_time_table"].split("\n")
+    ]
+    for row, entry in zip(rows, entries, strict=True):
+        assert row[:3] == [f"`{entry.name}`", entry.unit, f"{entry.least:.6g}"]
+        assert row[3:] == [shown(entry.most), shown(entry.built)]
+    assert "RELUCTANCE_PARAMETER_TORQUE_LIMIT = 0" in told["run_time_numbers"]
+    assert shown(1e30) == "none" and shown(9e29) == "9e+29" and shown(41.25) == "41.25"
+
+
+@pytest.fixture(scope="module")
+def readme(tmp_path_factory: pytest.TempPathFactory) -> str:
+    given = ["protection.command_timeout_ms=80", "sensing.adc_bits=12", "sensing.i_range_A=400"]
+    given += ["sensing.i_noise_LSB=2", "sensing.encoder_counts=4096", "converter.dead_time_us=1"]
+    folder = firmware(drive("deadbeat", *given), tmp_path_factory.mktemp("p") / "package").folder
+    return (folder / "README.md").read_text()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "every 20 us",
+        "full scale above 180 A",  # 1.2 times 150 A
+        "a current above 180 A (the law's own limit is 150 A)",
+        "dc link above 300 V",
+        "dc link below 60 V",
+        "above 1950 rpm, either direction",
+        "From 1852.5 rpm on there is no motoring torque",
+        "nominal 240 V",
+        "the dc link stays above 168 V",
+        "80 ms without a new command",
+        "current converter 12 bits over 400 A, angle sensor 4096 counts per revolution",
+        "the converter was given as 1 us late at turn-on",
+        "--R_ohm 0.72 --N_r 4",
+        "--N_s 6",
+        "swapped",
+        "2 pi for each of the 4 rotor poles",
+    ],
+)
+def test_the_readme_of_a_package_has_the_numbers_of_the_drive(readme: str, words: str) -> None:
+    if words != "swapped":
+        assert words in readme
+        return
+    for line in (
+        "phase = [0, 2, 1]",
+        "sensor = [1, 0, 2]",
+        "sign = [1, -1, 1]",
+    ):
+        assert line in readme
+    assert not re.search(r"@\w+@", readme)
+
+
+def test_every_answer_of_a_verdict_turns_at_its_limit() -> None:
+    """Three legs; a stack beside 2 KiB of state; code and tables in flash."""
+    given = drive("edge_mpc_mcu", "control.T_s_us=200")
+    part = mcu("stm32g474")
+    step = Cost("", "", "cortex-m4", 1, True, 3000.0, 4000, 20_000, 30_000, 0, 1000, ())
+
+    def answers(**changes: object) -> dict[str, bool]:
+        cost = Cost(**vars(step) | changes)  # type: ignore[arg-type]
+        return {why.partition(":")[0]: yes for yes, why in verdict(given, part, cost, {1})}
+
+    assert all(answers().values()) and "comparators" not in answers()
+    flash, ram = part.flash_KiB * 1024, part.ram_KiB * 1024
+    assert answers(text=100, rodata=flash - 100)["flash"]
+    assert not answers(text=100, rodata=flash - 99)["flash"]
+    assert answers(stack=ram - 2048)["RAM"] and not answers(stack=ram - 2047)["RAM"]
+    rows = dict((why.partition(":")[0], why) for _, why in verdict(given, part, step, {2}))
+    assert rows["timers"] == "timers: 3 legs of 6 units with four compare values"
+    assert rows["flash"] == "flash: 48.8 KiB of 512"
+    assert rows["RAM"].startswith("RAM: 1000 B of stack and 2 KiB of state and orders, of 128 KiB")
+    assert "9 with DACs for the orders, of 7" in rows["comparators"]
+    assert "allows 160 us with delay_samples = 1" in rows["step"]
+
+
+@pytest.mark.parametrize(
+    ("name", "core", "MHz", "flash", "ram"),
+    [  # of the product pages: STM32G474 (DS12288), STM32H743 (DS12110)
+        ("stm32g474", "cortex-m4", 170, 512, 128),
+        ("stm32h743", "cortex-m7", 480, 2048, 1024),
+    ],
+)
+def test_microcontrollers_have_the_numbers_of_their_data_sheets(
+    name: str, core: str, MHz: float, flash: int, ram: int
+) -> None:
+    part = MCUS[name]
+    assert (part.name, part.core, part.clock_MHz) == (name, core, MHz)
+    assert (part.flash_KiB, part.ram_KiB) == (flash, ram)
+    fast = sum(size for _, size in (part.code, part.tables))
+    assert fast <= ram and 1 <= part.cpi[0] < part.cpi[1]
+
+
+def test_gates_are_those_that_the_law_orders() -> None:
+    assert gates_of(drive("deadbeat")) == {1}  # timers
+    assert gates_of(drive("sharing_cubic")) == {2}  # comparators
+    assert gates_of(drive("sharing_cubic", "protection.diagnosis=true")) == {1, 2}
