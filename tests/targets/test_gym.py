@@ -16,6 +16,7 @@ import reluctance as rl
 import reluctance.targets.gym as rg
 from reluctance import _core
 from reluctance.base.errors import ParameterError
+from reluctance.targets.gym.episodes import default_prices
 from reluctance.targets.gym.spaces import observed
 
 ROOT = Path(__file__).parents[2]
@@ -264,3 +265,100 @@ def test_numbers_of_a_drive_are_those_of_the_field_lists():
     assert names["plant.R"] == env.episodes.drive.machine.R
     assert set(rg.TOLERANCES) <= names.keys()
     assert _core.Task.torque != _core.Task.speed
+
+
+@pytest.mark.parametrize(
+    ("task", "names", "ones"),
+    [
+        ("torque", ["tau_ref"], [("N.m", "tau_max")]),
+        ("speed", ["omega_ref"], [("rad/s", "omega_nominal")]),
+        ("current", ["i_ref_0", "i_ref_1", "i_ref_2"], [("A", "i_max")] * 3),
+    ],
+)
+def test_each_number_of_an_observation_is_a_part_of_what_the_page_says(task, names, ones):
+    env = rg.DriveEnv(task=task, action="duties")
+    drive = env.episodes.drive
+    of = {
+        "tau_max": drive.tau_max,
+        "omega_nominal": drive.omega_nominal,
+        "i_max": drive.machine.i_max_A,
+    }
+    found = observed(env.episodes)
+    n = drive.machine.n_phases
+    assert [o.name for o in found] == [
+        *(f"i_{k}" for k in range(n)), "cos_theta_e", "sin_theta_e", "omega_m", "u_dc",
+        *(f"last_{k}" for k in range(n)), *names,
+    ]  # fmt: skip
+    by_name = {o.name: (o.one, o.unit, o.least, o.most) for o in found}
+    assert by_name["i_1"] == (of["i_max"], "A", -2, 2)
+    assert by_name["cos_theta_e"] == by_name["sin_theta_e"] == (1, "", -1, 1)
+    assert by_name["omega_m"] == (of["omega_nominal"], "rad/s", -2, 2)
+    assert by_name["u_dc"] == (drive.converter.u_dc_V, "V", -2, 2)
+    assert by_name["last_0"] == (1, "", -1, 1)
+    for name, (unit, one) in zip(names, ones, strict=True):
+        assert by_name[name] == (of[one], unit, -2, 2)
+
+
+def test_prices_and_lengths_are_those_of_the_page():
+    """1, 0.02 and 0.001, 100 for the error of a speed, 100 for a trip."""
+    assert rg.Prices() == rg.Prices(error=1, copper=0.02, switching=0.001, trip=100)
+    assert default_prices("torque") == default_prices("current") == rg.Prices()
+    assert default_prices("speed") == rg.Prices(error=100)
+    for task, length in (("torque", 1000), ("current", 1000), ("speed", 5000)):
+        assert rg.DriveEnv(task=task, action="currents").episodes.length == length
+
+
+def test_an_episode_begins_within_a_period_of_the_rotor_and_of_what_is_asked():
+    for task, one in (("torque", "tau_max"), ("current", None), ("speed", "omega_nominal")):
+        episodes = rg.DriveEnv(task=task, action="legs").episodes
+        drive = episodes.drive
+        unit = drive.machine.i_max_A if one is None else getattr(drive, one)
+        assert episodes.drawn["theta_m"] == pytest.approx((0, 2 * np.pi / drive.machine.N_r))
+        low, high = episodes.drawn["reference"]
+        assert 0 < low < high <= unit * (1 + 1e-12)
+        turns = "plant.shaft.omega.value_0" in episodes.drawn
+        assert turns == (drive.load.kind != "locked")
+        drawn = np.array([episodes.draw(np.random.default_rng(n)) for n in range(200)])
+        for column, ends in zip(drawn.T, episodes.drawn.values(), strict=True):
+            assert ends[0] <= column.min() and column.max() <= ends[1]
+            assert np.ptp(column) > 0.9 * (ends[1] - ends[0])
+    fixed = rg.DriveEnv(task="torque", action="legs", reference=(0.5, 0.5), length=7).episodes
+    assert fixed.drawn["reference"] == pytest.approx((0.5 * drive_tau(fixed),) * 2)
+    assert fixed.length == 7
+
+
+def drive_tau(episodes):
+    return episodes.drive.tau_max
+
+
+def test_factors_are_on_the_numbers_of_the_drive_and_what_cannot_be_is_refused():
+    episodes = rg.DriveEnv(task="torque", action="legs", randomise={"plant.R": (0.8, 1.4)}).episodes
+    R = episodes.drive.machine.R
+    assert episodes.drawn["plant.R"] == pytest.approx((0.8 * R, 1.4 * R))
+    for wrong in ((0.0, 1.0), (1.2, 0.8), (0.5,), (-1.0, 1.0), (1.0, 2000.0)):
+        with pytest.raises(ParameterError, match="randomise"):
+            rg.DriveEnv(task="torque", action="legs", randomise={"plant.R": wrong})
+    for wrong in ((1.0, 0.5), (-3.0, 1.0), (0.1, 1001.0)):
+        with pytest.raises(ParameterError, match=r"reference = .*need"):
+            rg.DriveEnv(task="torque", action="legs", reference=wrong)
+    with pytest.raises(ParameterError, match="length = 0, need >= 1"):
+        rg.DriveEnv(task="torque", action="legs", length=0)
+
+
+@pytest.mark.parametrize(
+    ("action", "good", "bad"),
+    [
+        ("legs", [0, 1, 2], [[-1, 0, 0], [0, 3, 0]]),
+        ("duties", [-1.0, 0.5, 1.0], [[-1.01, 0, 0], [0, 0, 1.01]]),
+        ("currents", [0.0, 0.5, 1.0], [[-0.01, 0, 0], [0, 0, 1.01]]),
+    ],
+)
+def test_an_action_beyond_its_space_is_refused_and_its_ends_pass(action, good, bad):
+    env = rg.DriveEnv(task="torque", action=action)
+    env.reset(seed=1)
+    env.step(np.array(good))
+    for wrong in (*bad, [np.nan, 0, 0]):
+        with pytest.raises(ParameterError, match="need numbers from"):
+            env.step(np.array(wrong))
+    with pytest.raises(ParameterError, match="need"):
+        env.step(np.array(good[:2]))

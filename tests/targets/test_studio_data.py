@@ -5,6 +5,17 @@ import pytest
 from firmware_tools import ROOT
 
 import reluctance as rl
+from reluctance.targets.studio.controls import (
+    CONTROLS,
+    around,
+    between,
+    choice,
+    given_value,
+    offered,
+    parameters,
+    periods,
+    tables,
+)
 from reluctance.targets.studio.write import curves
 
 
@@ -17,3 +28,60 @@ def test_the_curves_behind_the_energy_loop_are_flux_linkages():
     assert psi[0] == pytest.approx(machine.L_u_H * i, rel=1e-4)
     assert np.all(np.diff(psi, axis=0)[:, 1:] > 0)
     assert np.all(psi[-1, 1:] < machine.L_a_H * i[1:])
+
+
+def test_values_of_a_control_lie_around_the_given_one_and_hold_it():
+    values = around(0.1, 2.0)(1500)
+    assert values[0] == 150 and values[-1] == 3000 and 1500.0 in values and len(values) <= 26
+    assert values == sorted({*values}) and all(v == float(f"{v:.2g}") for v in values)
+    assert 1234.0 in around(0.5, 1.5)(1234)  # not rounded
+    assert between(-4, 4, 2)(None) == [-4, -2, 0, 2, 4]
+    assert between(-4, 4, 2)(1) == [-4, -2, 0, 1, 2, 4]
+    assert between(0.1, 0.3, 0.1)(0.2) == [0.1, 0.2, 0.3]
+    assert choice(0, 4, 2)(3) == [0, 2, 3, 4]
+    assert periods(20) == [5, 10, 20, 50, 100] and periods(4) == [2, 4, 5, 10, 20]
+    assert periods(25) == [10, 20, 25, 50, 100]
+
+
+def test_a_control_sets_the_numbers_of_the_drive_with_its_value():
+    given = ["sensing.i_range_A=200", "sensing.adc_bits=8"]
+    drive = rl.load(ROOT / "examples" / "sharing_cubic.toml", given)
+    for key, name in (
+        ("sensing.adc_bits", "Current resolution"),
+        ("converter.dead_time_us", "Dead time"),
+    ):
+        (control,) = [c for c in CONTROLS if c.key == key]
+        found = offered(drive, control)
+        assert found["label"] == name and found["given"] in found["values"]
+        assert found["values"] == sorted(found["values"]) and not found["off_design"]
+        for value, n in ((found["values"][0], 0), (found["values"][-1], -1)):
+            one = drive.with_values({key: value})
+            numbers = parameters(one, of_control=False) | parameters(one, of_control=True)
+            for name, column in found["sets"].items():
+                assert column[n] == numbers[name], name
+        unlike = {name for name, column in found["sets"].items() if len(set(column)) > 1}
+        assert unlike == set(found["sets"]) and unlike
+
+
+def test_a_control_that_a_drive_does_not_have_is_not_offered():
+    drive = rl.load(ROOT / "examples" / "sharing_cubic.toml")
+    absent = {c.key for c in CONTROLS if c.key in ("control.band_Nm", "control.f_switch_kHz")}
+    assert absent
+    for control in CONTROLS:
+        if control.key in absent:
+            assert offered(drive, control) is None
+    with pytest.raises(KeyError):
+        given_value(drive, "control.band_Nm")
+    assert given_value(drive, "load.speed_rpm") == 1500
+
+
+def test_only_numbers_become_a_table_and_not_more_than_fifty():
+    given = {1: {"a": 1.0, "b": 2.0}, 2: {"a": 1.5, "b": 2.0}}
+    assert tables(given, 1) == {"a": {1: 1.0, 2: 1.5}}
+    assert tables({1: {"a": 1.0}, 2: {"b": 1.0}}, 1) is None  # another drive
+    assert tables({1: {"a": (1.0,)}, 2: {"a": (2.0,)}}, 1) is None  # a long table differs
+    assert tables({1: {"a": (1.0,)}, 2: {"a": (1.0,)}}, 1) == {}
+    assert tables({1: {"x|kind": 1.0}, 2: {"x|kind": 2.0}}, 1) is None
+    for count in (50, 51):
+        many = {v: {f"n{k}": float(v) for k in range(count)} for v in (1, 2)}
+        assert (tables(many, 1) is None) == (count > 50)
