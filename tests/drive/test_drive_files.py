@@ -21,7 +21,7 @@ def tables(**changes):
         section, key = name.split("__")
         table = data.setdefault(section, {})
         if value is REMOVED:
-            del table[key]
+            table.pop(key, None)
         else:
             table[key] = value
     return data
@@ -35,6 +35,21 @@ def test_every_example_loads(path):
     assert rl.load(path).name == path.stem
 
 
+SPEED = {
+    **{"reference__kind": "speed", "reference__tau_Nm": REMOVED, "load__speed_rpm": REMOVED},
+    **{"load__kind": "pump", "load__k_pump_Nms2": 0.0015},
+}
+PUMP = {"load__kind": "pump", "load__k_pump_Nms2": 0.0015}
+FAN = {"load__kind": "fan", "load__k_fan_Nms2": 0.001}
+OF_LIBRARY = {
+    **{"load__kind": "pump", "load__pump": "synthetic_70_25"},
+    **{"load__D_mm": 80.0, "load__H_static_m": 5.0},
+}
+TRIPS = {
+    f"supervision__{key}": value
+    for key, value in {"enable_s": 0.0, "fault": "over_current", "fault_s": 0.1}.items()
+}
+LAW = {f"control__{key}": REMOVED for key in ("N_p", "N_c", "r_w", "w_i", "i_band_A")}
 FAULTS = [
     (
         {"converter__u_dc_kV": 0.24},
@@ -92,6 +107,79 @@ FAULTS = [
         "equalise in less than 0.5 us, need R_ohm >= 0.000106",
     ),
     ({"pumps__k": 1}, "unknown table `pumps`"),
+    (
+        {"reference__kind": "none", "reference__tau_Nm": REMOVED},
+        "needs a torque or speed to follow",
+    ),
+    ({**SPEED, "reference__speed_rpm": 1500.0}, "missing key `tau_max_Nm`"),
+    ({**SPEED, "reference__kind": "pv", "reference__speed_rpm": 1500.0}, "no array to follow"),
+    ({"control__tau_max_Nm": 30.0}, "torque 41.339 N m is above [control] tau_max_Nm = 30"),
+    ({"reference__tau_Nm": 0.0}, "torque is 0 throughout; set [control] tau_max_Nm"),
+    ({"protection__i_trip_A": -1.0}, "[protection] i_trip_A = -1.0, need > 0"),
+    ({"sensing__i_gain": [1.0, 1.0]}, "i_gain = [1.0, 1.0] has 2 values, need 3"),
+    ({"sensing__i_offset_A": [0.1]}, "i_offset_A = [0.1] has 1 values, need 3"),
+    ({"sensing__blank_us": 10.5}, "[sensing] blank_us = 10.5, need at most half of"),
+    ({"converter__min_pulse_us": 10.5}, "the dead time added, = 10.5, need at most half"),
+    ({"load__t_s": [0.0, 1.0, 0.5], "load__values": [1.0, 2.0, 3.0]}, "need rising times"),
+    ({"load__t_s": [0.0, 1.0], "load__values": [1.0]}, "t_s has 2 points, values 1"),
+    ({"load__t_s": [0.0], "load__values": [9.0]}, "need either speed_rpm or t_s and values"),
+    ({"load__tau_Nm": 1.0}, "tau_Nm has no effect with kind = 'locked'"),
+    ({"load__D_mm": 80.0}, "D_mm has no effect with kind = 'locked'"),
+    ({**PUMP, "load__D_mm": 80.0}, "D_mm has no effect without `pump`"),
+    ({**FAN, "load__t_s": [0.0], "load__values": [9.0]}, "values have no effect with kind = 'fan'"),
+    ({**FAN, "load__k_pump_Nms2": 0.1}, "k_pump_Nms2 has no effect with kind = 'fan'"),
+    ({**OF_LIBRARY, "load__k_pump_Nms2": 0.1}, "need either k_pump_Nms2 or pump"),
+    ({**OF_LIBRARY, "load__D_mm": REMOVED}, "pump needs D_mm"),
+    ({**OF_LIBRARY, "load__H_static_m": REMOVED}, "pump needs H_static_m, or t_s and values"),
+    (
+        {**OF_LIBRARY, "load__H_static_m": REMOVED, "load__t_s": [0.0], "load__values": [-1.0]},
+        "need static heads >= 0",
+    ),
+    ({"source__t_s": [0.0], "source__values": [-240.0]}, "need voltages > 0"),
+    ({"source__kind": "battery"}, "kind = 'battery' needs"),
+    ({"source__R_ohm": 0.1}, "R_ohm has no effect with kind = 'stiff'"),
+    ({**TRIPS, "supervision__fault_phase": "d"}, "need one of the 3 phases"),
+    ({"simulation__until_s": 22000.0}, "1.1e+09 steps of [control] T_s_us = 20"),
+    ({"converter__u_dc_V": 9.0}, "need at most 10 times the dc link's 9 V"),
+    ({"converter__u_dc_V": 4e6}, "[converter] u_dc_V = 4e+06, need at most"),
+    ({"load__speed_rpm": 9e5}, "[load] speed 900000 rpm, need at most"),
+    (
+        {"control__T_s_us": 9000.0, "load__speed_rpm": 3000.0},
+        "[control] T_s_us = 9000, need at most",
+    ),
+    (
+        {**LAW, "control__law": "torque_sharing", "control__theta_on_deg": 30.0},
+        "needs both theta_on",
+    ),
+    (
+        {
+            **LAW,
+            **{"control__law": "torque_sharing", "control__sharing": "optimal"},
+            **{"control__theta_on_deg": 30.0, "control__theta_ov_deg": 20.0},
+        },
+        "sharing = 'optimal' finds its angles itself",
+    ),
+    (
+        {**LAW, "control__law": "angles", "control__i_ref_A": 50.0},
+        "without a torque reference needs theta_on_deg",
+    ),
+    (
+        {
+            **LAW,
+            **{"control__law": "angles", "control__i_ref_A": 151.0},
+            **{"control__theta_on_deg": 0.0, "control__theta_off_deg": 150.0},
+        },
+        "i_ref_A = 151, need <= [machine] i_max_A = 150",
+    ),
+    (
+        {
+            **LAW,
+            "control__law": "deadbeat",
+            "control__learn": True,
+            "control__current_limit_A": 99.0,
+        },
+        "learn = true with current_limit_A = 99",
+    ),
 ]
 
 

@@ -8,7 +8,7 @@ import scipy.io
 from test_flux_map import sampled
 
 from reluctance.base.errors import ParameterError
-from reluctance.machine.maps import read_map, surface, write_map
+from reluctance.machine.maps import FluxTable, read_map, surface, write_map
 
 I = np.linspace(0, 150, 16)  # noqa: E741
 THETA_M = np.linspace(0, 45, 16)  # mechanical degrees from unaligned
@@ -234,3 +234,96 @@ def test_a_mistyped_name_of_the_torque_does_not_leave_it_out(tmp_path, name):
     path.write_text("\n".join([f"i_A,theta_e_deg,psi_Wb,{name}", *lines]))
     with pytest.raises(ParameterError, match=f"column '{name}' is not known; .* write `tau_Nm`"):
         read_map(path, N_r=4)
+
+
+AXIS = np.linspace(0, 10, 6)
+ANGLES = np.linspace(0, np.pi, 7)
+FLUX = np.outer(AXIS, 0.1 - 0.06 * np.cos(ANGLES))
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"N_r": 0}, "N_r = 0, need the number of rotor poles"),
+        ({"i": AXIS[:1], "psi": FLUX[:1]}, "1 currents with zero, need at least"),
+        ({"theta_e": ANGLES[:2], "psi": FLUX[:, :2]}, "2 angles, need at least"),
+        ({"psi": FLUX.T}, "flux table is 7 x 6, need 6 currents x 7 angles"),
+        ({"tau": FLUX[1:]}, "torque table is 5 x 7, need 6 currents x 7 angles"),
+        ({"psi": np.where(FLUX == FLUX[2, 3], np.nan, FLUX)}, "flux at 4 A, 90 deg el. is nan"),
+        ({"i": 1e-6 + AXIS}, "currents need to rise from 0"),
+        ({"i": np.sort(AXIS)[[0, 1, 2, 2, 4, 5]]}, "currents need to rise from 0"),
+        ({"theta_e": ANGLES[::-1]}, "angles need to rise from 0"),
+        ({"i": 1e9 * AXIS}, "current reaches 1e.10, need at most"),
+        ({"psi": 1e9 * FLUX}, "flux reaches 1.6e.09, need at most"),
+    ],
+)
+def test_a_table_that_is_no_map_says_what_is_wrong(change, told):
+    whole = {"N_r": 4, "i": AXIS, "theta_e": ANGLES, "psi": FLUX}
+    table = FluxTable(**whole)
+    assert table.half and table.theta_m == pytest.approx(ANGLES / 4)
+    doubled = table.times(2.0)
+    assert np.array_equal(doubled.psi, 2 * FLUX) and doubled.tau is None
+    with pytest.raises(ParameterError, match=told):
+        FluxTable(**whole | change)
+
+
+def blank(psi, k, n):
+    psi = psi.copy()
+    psi[k, n] = np.nan
+    return psi
+
+
+@pytest.mark.parametrize(
+    ("make", "said", "told"),
+    [
+        (lambda i, a, psi: (i, a, psi), {"N_r": 0}, "N_r = 0, need the number of rotor poles"),
+        (lambda i, a, psi: (i, a, psi), {"zero": "left"}, "zero = 'left', need one of"),
+        (lambda i, a, psi: (i, a, psi), {"angle_unit": "gon"}, "angle_unit = 'gon', need one of"),
+        (lambda i, a, psi: (i, a, psi), {"layout": "angles_down"}, "axes look swapped"),
+        (lambda i, a, psi: (i, a, psi), {"zero": "aligned"}, "pass zero=unaligned"),
+        (lambda i, a, psi: (-i, a, psi), {}, "need"),
+        (lambda i, a, psi: (i, a + 10, psi), {}, "need 0 or 180"),
+        (lambda i, a, psi: (i, a[:9], psi[:, :9]), {}, "need 180 or 360; extend the map"),
+        (lambda i, a, psi: (i, 1.5 * a, psi), {}, "need 180 or 360; cut it there"),
+        (lambda i, a, psi: (i[[0, 2, 1, *range(3, 16)]], a, psi), {}, "is not sorted"),
+        (lambda i, a, psi: (i[[0, 1, 1, *range(3, 16)]], a, psi), {}, "appears twice"),
+        (lambda i, a, psi: (i, a, psi + 0.05), {"layout": "currents_down"}, "need"),
+    ],
+)
+def test_a_grid_that_fits_no_convention_says_what_is_needed(make, said, told, tmp_path):
+    path = grid_csv(tmp_path / "m.csv", *make(I, THETA_M, TABLE.psi))
+    given = {"N_r": 4} | said
+    with pytest.raises(ParameterError, match=told) as fault:
+        read_map(path, **given)
+    assert "\n" not in str(fault.value)
+
+
+def sweep(first="Angle [deg]", what="Flux [Wb]", last="3A"):
+    """As Maxwell exports it: a column for each current."""
+    head = ",".join(f"\"{what} - I='{i}'\"" for i in ("1A", "2A", last))
+    rows = [",".join(str(n + k) for n in range(head.count(",") + 2)) for k in range(2)]
+    return "\n".join([f"{first},{head}", *rows])
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "the file is empty"),
+        ("% only a comment\n", "the file has no data"),
+        ("i_A,theta_deg,psi_Wb,flux_Wb\n1,2,3,4\n", "`psi_Wb` and `flux_Wb` for psi"),
+        (sweep("Speed [rpm]"), "the first column is `Speed .rpm.`, need a current or an angle"),
+        (sweep(what="Power [W]"), "need a flux linkage or a torque"),
+        (sweep(last="3Hz"), "value `3Hz` of the sweep, need a number with a unit"),
+        (sweep(last="3A'\",\"Torque [Nm] - I='3A"), "need flux linkage for every value"),
+    ],
+)  # fmt: skip
+def test_a_text_that_is_no_map_says_what_is_needed(text, told, tmp_path):
+    (tmp_path / "m.csv").write_text(text)
+    refused(tmp_path / "m.csv", told, N_r=4)
+
+
+def test_a_name_that_is_stated_must_be_there_and_a_format_known(tmp_path):
+    (tmp_path / "m.csv").write_text("i_A,theta_deg,psi_Wb\n1,2,3\n")
+    refused(tmp_path / "m.csv", "no `lam` for psi; it has `i_A`", N_r=4, names={"psi": "lam"})
+    (tmp_path / "m.doc").write_text("x")
+    refused(tmp_path / "m.doc", "format `.doc` is unknown, need .csv", N_r=4)
