@@ -11,8 +11,8 @@ import reluctance as rl
 from reluctance import ParameterError
 from reluctance.base.files import MAX_TOML_BYTES
 from reluctance.base.resources import resources
-from reluctance.drive.plausible import MOST_SPEED, corner_speed
-from reluctance.drive.run.bounds import MOST_BYTES, waveform_bytes
+from reluctance.drive.plausible import MOST_CURRENT, MOST_SPEED, corner_speed
+from reluctance.drive.run.bounds import MOST_BYTES, Bounds, waveform_bytes, waveform_rows
 
 RATED = resources("examples") / "paper_rated.toml"
 
@@ -205,3 +205,71 @@ def test_a_law_without_reference_has_no_torque_error():
 def test_a_reference_of_the_wrong_kind_is_named():
     line = refused("run", RATED, "--set", "reference.speed_rpm=100")
     assert "[reference] kind = 'torque' takes tau_Nm; remove speed_rpm" in line
+
+
+class Loop:
+    """The state of a run, as the core tells it."""
+
+    def __init__(self, i=10.0, omega_m=100.0, u_dc=240.0, steps=1e3):
+        self.now, self.steps = ([i, 0.0, 0.0], omega_m, 1.0, u_dc), steps
+
+    def state(self):
+        return self.now
+
+
+def bounds(end=1.0, record=None):
+    return Bounds(rl.load(RATED), end, record)
+
+
+def test_a_run_may_come_up_to_its_bounds_and_not_beyond():
+    """Ten times the voltage of the source; the speed and current of `plausible`."""
+    of = bounds()
+    speed = MOST_SPEED * corner_speed(rl.load(RATED).machine, 240.0)
+    assert of.omega_m == pytest.approx(speed)
+    for name, most, told in (
+        ("omega_m", speed, "the speed is"),
+        ("i", MOST_CURRENT * 150, "a phase current is"),
+        ("u_dc", 2400.0, "the dc link is at"),
+    ):
+        of.check(Loop(**{name: 0.999 * most}), 0.5, 0)
+        with pytest.raises(ParameterError, match=f"{told} .* after 0.5 s"):
+            of.check(Loop(**{name: 1.001 * most}), 0.5, 0)
+    of.check(Loop(omega_m=-0.999 * speed), 0.5, 0)
+    with pytest.raises(ParameterError, match="the speed is"):
+        of.check(Loop(omega_m=-1.001 * speed), 0.5, 0)
+    for value in (np.nan, np.inf):
+        with pytest.raises(ParameterError, match="no finite numbers after"):
+            of.check(Loop(i=value), 0.5, 0)
+
+
+def test_the_pace_of_a_run_is_judged_after_300_000_steps():
+    """A billion steps at most: 3e5 in 0.25 ms of 1 s are 1.2e9."""
+    of = bounds()
+    of.check(Loop(steps=3e5), 0.25e-3, 0)
+    of.check(Loop(steps=3.1e5), 0.32e-3, 0)
+    with pytest.raises(ParameterError, match="the current switches too often"):
+        of.check(Loop(steps=3.1e5), 0.30e-3, 0)
+
+
+def test_rows_are_those_of_the_record_or_one_and_a_half_a_step():
+    drive = rl.load(RATED)  # 20 us, both of the control and of the integration
+    assert waveform_rows(drive, 0.2, None) == 0
+    assert waveform_rows(drive, 0.2, 1e-4) == pytest.approx(2000)
+    assert waveform_rows(drive, 0.2, 0.0) == pytest.approx(1.5 * 0.2 / 20e-6)
+    finer = drive.with_values({"simulation.dt_max_us": 5.0})
+    assert waveform_rows(finer, 0.2, 0.0) == pytest.approx(1.5 * 0.2 / 5e-6)
+    columns = 6 + 6 * 3  # t, theta, omega, tau, its reference, u_dc; six of each phase
+    assert waveform_bytes(drive, 0.2, 1e-4) == pytest.approx(8 * columns * 2000)
+
+
+def test_waveforms_of_more_than_two_gigabytes_are_refused_with_a_grid_that_serves():
+    of = bounds()
+    most = MOST_BYTES / of.row_bytes
+    of.check(Loop(), 0.5, int(0.99 * most))
+    with pytest.raises(ParameterError, match="waveforms of 1 s take about 4 GB"):  # at this pace
+        of.check(Loop(), 0.5, int(1.01 * most))
+    with pytest.raises(ParameterError) as fault:
+        Bounds(rl.load(RATED), 300.0, 0.0)
+    grid = float(str(fault.value).partition("--record-us ")[2].split()[0])
+    assert 300.0 / (grid * 1e-6) * of.row_bytes < 0.6 * MOST_BYTES  # half of it
+    Bounds(rl.load(RATED), 300.0, grid * 1e-6)

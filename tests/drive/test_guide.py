@@ -10,6 +10,9 @@ from mpc_loop import PAPER, RATED, RPM, STUDY, U_DC, Point, controller, figures
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.drive.laws.flux_guide import FluxGuide, nearest_level, voltage
+from reluctance.machine.operating_point import OperatingPoint
+from reluctance.machine.optimum.table import Table
 
 sys.path.insert(0, str(ROOT / "bench"))
 import guides
@@ -179,3 +182,78 @@ def test_profiles_take_few_searches(case, searches, iterations, tmp_path, monkey
     count = guides.set_up(*case)
     assert 0 < count.searches <= searches
     assert count.iterations <= iterations
+
+
+FOUR_POLES = _core.LeHuy(N_r=4, L_u=0.67e-3, L_a=23.62e-3, L_sat=0.15e-3, i_m=450.0, psi_m=0.468)
+
+
+def made_table(omega=100.0, error=0.0, width=0.5, i_max=100.0):
+    """A current of 100 A over `width` of the period at every torque but none; the flux linkage
+    rises and falls evenly within it."""
+    n = 100
+    theta_e = 2 * np.pi * np.arange(n) / n
+    on = theta_e < 2 * np.pi * width - 1e-9
+    top = np.minimum(np.arange(n), width * n - np.arange(n)).clip(0) / (width * n / 2)
+    levels = np.array([0.0, 5.0, 10.0])
+    scale = levels[:, None] / 10
+    return Table(
+        tau_ref=levels,
+        theta_e=theta_e,
+        i=scale * np.where(on, i_max, 0.0),
+        psi=scale * 0.2 * top,
+        tau_error_max=np.full(3, error),
+        tau_error_rms=np.full(3, error),
+        i_rms=np.zeros(3),
+        omega_m=omega,
+        u_dc=240.0,
+    )
+
+
+def flux_guide(*tables, **given):
+    point = OperatingPoint(FOUR_POLES, n_phases=3, R=0.0, i_max=200.0, u_dc=240.0, omega_m=100.0)
+    return FluxGuide(tables, point, **{"tau_ref": 10.0, "f_switch": 1e4} | given)
+
+
+def test_a_guide_knows_its_share_of_conduction_and_its_ripple():
+    """More than a thousandth rms is ripple; beyond nine tenths of a period there is no end."""
+    of = flux_guide(
+        *(made_table(width=w, error=e) for w, e in ((0.5, 0), (0.9, 0.0099), (0.92, 0.011)))
+    )
+    assert of.conducts == pytest.approx([0.5, 0.9, 0.92], abs=0.011)
+    assert of.ripples == [False, False, True]
+    assert of.feedback[0] == 0 and of.feedback[2] == 1
+    assert flux_guide(made_table(width=0.95)).feedback == [1]
+    assert flux_guide(made_table(width=0.86)).feedback == [0]
+
+
+def test_voltage_along_a_guide_is_the_slope_of_its_flux_linkage_and_the_resistance():
+    """0.2 Wb up within a quarter of a period of four poles at 100 rad/s: 51 V; 0.72 ohm: 72 V."""
+    table = made_table()
+    slope = 0.2 / (np.pi / 2) * 4 * 100
+    of = OperatingPoint(FOUR_POLES, n_phases=3, R=0.72, i_max=200.0, u_dc=240.0, omega_m=100.0)
+    u = voltage(of, table, 2)
+    assert u[5:20] == pytest.approx(72 + slope) and u[30:45] == pytest.approx(72 - slope)
+    assert u[60:95] == pytest.approx(0, abs=1e-9)
+    assert voltage(of, table, 1) == pytest.approx(u / 2)
+
+
+def test_the_less_voltage_a_guide_leaves_the_closer_it_is_kept():
+    """At 460 rad/s its flanks take 234 V of 240 V, below 98 %; at 465 rad/s 237 V, above."""
+    flank = 0.2 / (np.pi / 2) * 4
+    below, above = 0.975 * 240 / flank, 0.985 * 240 / flank
+    free, held = flux_guide(made_table(below)), flux_guide(made_table(above))
+    assert free.reserve == [1] and held.reserve == [0.2]  # the least that weights are made for
+    assert free.psi_slack == pytest.approx([240 / 1e4])
+    assert held.psi_slack == pytest.approx([0.04 * 240 / 1e4])
+    assert flux_guide(made_table(below), slack=3.0).psi_slack == pytest.approx([0.072])
+    assert free.w_psi == pytest.approx([(10 / 0.2) ** 2])
+    assert held.w_psi == pytest.approx([(50 / 0.2) ** 2])
+    half = flux_guide(made_table(below), tau_ref=6.0)  # the nearest level is that of 5 N m
+    assert half.w_psi == pytest.approx([(5 / 0.1) ** 2])
+    assert nearest_level(made_table(), 0.1) == 1 and nearest_level(made_table(), 7.6) == 2
+
+
+def test_a_guide_without_current_leaves_all_of_the_voltage():
+    table = made_table()
+    nothing = replace(table, i=0 * table.i)
+    assert flux_guide(nothing).reserve == [1] and flux_guide(nothing).conducts == [0]

@@ -19,7 +19,9 @@ from coupled import SENSED, WORKING, coupling, machine_file, unlike
 from firmware_tools import Native
 
 import reluctance as rl
+from reluctance import _core
 from reluctance.base.toolchain import build
+from reluctance.drive.run.learned import learned
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "studies"))
@@ -263,3 +265,26 @@ def test_a_form_that_cannot_learn_says_so(form: str, tmp_path: Path) -> None:
     line = refused("export", form, drive, "--out", tmp_path / f"unit.{form}")
     assert line.startswith("error: [control] learn = true")
     assert not list(tmp_path.iterdir())
+
+
+def told(strokes=5.0, asked=0.001, t_since=0.0):
+    """What a control has learned after a second, in one row."""
+    one = {"unaligned": 1.1, "aligned": 0.9, "saturated": 1.0, "R": 0.8}
+    row = {**one, "strokes": strokes, "asked": asked, "t_since": t_since}
+    return learned([[1.0, *(row[name] for name in _core.learned_columns)]], R=0.5)
+
+
+def test_a_control_settles_waits_or_moves_by_what_its_last_stroke_asked_for():
+    assert told().state == "settled" and told(asked=0.011).state == "moves"
+    assert told(asked=0.009).state == "settled"
+    assert told(strokes=0.0).state == "waits" and told(t_since=0.201).state == "waits"
+    assert told(t_since=0.199).state == "settled"
+    assert told().figures() == {
+        "R_ohm": pytest.approx(0.4),  # 0.8 of the 0.5 ohm that it believed
+        **{"unaligned": 1.1, "aligned": 0.9, "saturated": 1.0},
+        **{"strokes": 5, "state": "settled"},
+    }
+    line = "R 0.4 ohm; map: unaligned 1.100, aligned 0.900, saturated 1.000; 5 strokes; "
+    assert told().text() == line + "settled"
+    assert told(asked=0.5).text() == line + "still moving"
+    assert told(t_since=99.0).text().endswith("no current returns to zero: nothing is learned now")
