@@ -1,0 +1,119 @@
+"""What commands tell of results that are given: of a dump, of tuned angles, of a parity."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from command import command, refused
+
+from reluctance.cli import export as exporting
+from reluctance.cli import replay as replaying
+from reluctance.explore import tuning
+from reluctance.explore.tuning.angles import Node, TunedAngles
+from reluctance.explore.tuning.goal import Goal
+from reluctance.targets.export.dump import Dump, Segment, record_type
+from reluctance.targets.export.replay_dump import Difference, Replayed
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+DRIVE = EXAMPLES / "deadbeat.toml"
+
+
+def dump(trigger=7, status=8, phase=1, count=5):
+    records = np.zeros(count, record_type(3))
+    segments = [Segment(4, np.zeros(1, np.uint32), records)] if count else []
+    return Dump(0xAB, 3, 1, 20e-6, trigger, status, phase, 1.23456789, 2.5, segments)
+
+
+def replayed(monkeypatch, found):
+    monkeypatch.setattr(replaying, "replay_dump", lambda path, drive: found)
+    return command("replay", "dump", "--drive", DRIVE)
+
+
+def test_a_dump_is_told_by_its_trigger_its_cause_and_its_orders(monkeypatch):
+    whole = Replayed(dump(), "sensor dead", 0, None)
+    done = replayed(monkeypatch, whole)
+    assert done.code == 0 and done.out == (
+        "5 samples, trigger at sample 7: sensor dead (value 1.23457 of phase b, limit 2.5)\n"
+        "all 5 orders equal\n"
+    )
+    nobody = replace(whole, dump=dump(phase=-1))
+    assert "(value 1.23457, limit 2.5)" in replayed(monkeypatch, nobody).out
+    first = replayed(monkeypatch, replace(whole, dump=dump(phase=0))).out
+    assert "of phase a, limit" in first
+    asked = replace(whole, dump=dump(status=0), cause="trigger")
+    assert "trigger at sample 7: trigger\n" in replayed(monkeypatch, asked).out
+    none = replayed(monkeypatch, replace(whole, dump=dump(trigger=None)))
+    assert none.out.startswith("5 samples, no trigger\n")
+
+
+def test_a_dump_that_differs_is_told_and_ends_with_2(monkeypatch, tmp_path):
+    found = Replayed(dump(), "dead", 2, Difference(6, "order", "1", "2"))
+    done = replayed(monkeypatch, found)
+    assert done.code == 2 and "all 5 orders equal" not in done.out
+    assert "2 of 5 samples differ, first sample 6: `order` is 1 of the target, 2 of the desk" in (
+        done.error
+    )
+    told = json.loads(command("replay", "dump", "--drive", DRIVE, "--json").out)
+    assert told == {
+        "samples": 5,
+        "different": 2,
+        "first": {"sample": 6, "field": "order", "target": "1", "desk": "2"},
+        "trigger": 7,
+        "status": 8,
+        "cause": "dead",
+        "fingerprint": "0x000000AB",
+    }
+    monkeypatch.setattr(replaying, "replay_dump", lambda *_: Replayed(dump(count=0), "", 0, None))
+    line = refused("replay", "dump", "--drive", DRIVE, "--plot", tmp_path / "a.png")
+    assert "holds no samples" in line
+
+
+def test_tuned_angles_are_a_table_with_the_notes_below(monkeypatch, tmp_path):
+    nodes = (
+        Node(1000.0, 10.0, -12.345, 140.0, {"p_cu_W": 123.456}, ""),
+        Node(2000.0, 10.0, -20.0, 150.04, {}, "out of reach"),
+    )
+    found = TunedAngles("mine", Goal("p_cu_W", False, ()), nodes, tried=12, ran=9)
+    asked = {}
+
+    def tuned(drive, over, minimise, **given):
+        asked.update(given, over=over, minimise=minimise)
+        return found
+
+    monkeypatch.setattr(tuning, "tune_angles", tuned)
+    axes = ("--over", "speed_rpm=1000,2000", "--over", "torque_Nm=10,20")
+    line = ("tune", EXAMPLES / "paper_rated.toml", "--set", "control.law=angles", *axes)
+    out = tmp_path / "a.csv"
+    done = command(*line, "--minimise", "p_cu", "--out", out)
+    assert done.code == 0, done.error
+    assert asked["over"] == {"speed_rpm": [1000, 2000], "torque_Nm": [10, 20]}
+    assert asked["minimise"] == "p_cu" and asked["maximise"] is None
+    text = done.out
+    assert text.startswith("least p_cu_W: 12 trials, 9 runs made now\n") and str(out) in text
+    rows = [row.split("│") for row in text.splitlines() if row.startswith("│")]
+    assert [[cell.strip() for cell in row[1:-1]] for row in rows] == [
+        ["1000", "10", "-12.3", "140.0", "123.5"],
+        ["2000", "10", "-20.0", "150.0", ""],
+    ]
+    assert "2000 rpm, 10 N m: out of reach" in text and "1000 rpm, 10 N m:" not in text
+    told = json.loads(command(*line, "--minimise", "p_cu", "--json").out)
+    assert (told["goal"], told["trials"], len(told["nodes"])) == ("least p_cu_W", 12, 2)
+
+
+@pytest.mark.parametrize("different", [0, 3])
+def test_a_parity_is_told_in_steps_and_fails_at_the_first_that_differs(monkeypatch, different):
+    answers = SimpleNamespace(status=np.array([0, 0, 9]))
+    found = SimpleNamespace(
+        steps=1000, different=different, exact=not different, first=2, answers=answers
+    )
+    monkeypatch.setattr(exporting, "check_parity", lambda *_, **__: found)
+    done = command("export", "parity", DRIVE, "--cpu", "cortex-m4")
+    assert f"{1000 - different} of 1000 steps agree in every bit on cortex-m4" in done.out
+    assert done.code == (2 if different else 0)
+    assert ("differ first at step 2; the status there is 9" in done.error) == bool(different)
+    told = json.loads(command("export", "parity", DRIVE, "--json").out)
+    assert told == {"steps": 1000, "different": different, "cpu": "cortex-m7"}
+    assert "need one of: cortex-m4, cortex-m7" in refused("export", "parity", DRIVE, "--cpu", "z80")
