@@ -12,6 +12,7 @@ import argparse
 import csv
 import os
 import random
+import re
 import secrets
 import signal
 import subprocess
@@ -28,6 +29,7 @@ EXAMPLES = ROOT / "examples"
 RATED, CUBIC = EXAMPLES / "paper_rated.toml", EXAMPLES / "sharing_cubic.toml"
 DAY = EXAMPLES / "sun_day.toml"
 TOLD = "interrupted; no file is left half-written"
+KEPT = r"; (?P<count>\d+) runs are kept in (?P<store>\S+): the same command goes on from there"
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LONGEST = 6.0  # processor time before the signal [s]
 
@@ -55,6 +57,11 @@ LONG = {
 }
 
 
+def is_told(lines: list[str]) -> bool:
+    """One line: that it was interrupted, and what a store has of its work."""
+    return len(lines) == 1 and re.fullmatch(f"{TOLD}({KEPT})?", lines[0]) is not None
+
+
 def ended(name: str, draw: random.Random) -> tuple[str, str]:
     """What became of a command: "whole" where it was faster, "at once" where Python had not begun,
     or "told"; and what is wrong."""
@@ -80,7 +87,7 @@ def ended(name: str, draw: random.Random) -> tuple[str, str]:
         half = [file for file in left if "tmp" in file]
         return "whole", f"left {half}" if half else ""
     where = f"signal {number} at {at:.3f} s"
-    if (code, said) == (128 + number, [TOLD]):
+    if code == 128 + number and is_told(said):
         return "told", f"{where}: left {left}" if left else ""
     ours = any("reluctance" in line for line in said)
     if not ours and (code == -number or number == signal.SIGINT):

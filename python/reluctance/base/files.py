@@ -4,6 +4,7 @@ import os
 import re
 import secrets
 import signal
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -24,6 +25,7 @@ unfinished_groups: set[int] = set()  # processes that end with this one, by thei
 _unfinished: set[Path] = set()  # what `remove_unfinished` clears away when the process is ended
 _beginnings: list[None] = []  # of what is not in these sets yet
 _put_off: list[int] = []  # signals that came meanwhile
+kept: Counter[Path] = Counter()  # runs of this command that a store has for good
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -120,20 +122,20 @@ def check_place(path: Path) -> None:
         raise ParameterError(f"{path}: no right to write in {folder}; choose another folder")
 
 
-def check_folder(folder: Path) -> None:
+def check_folder(folder: Path, remedy: str = "choose another --out") -> None:
     """Raises ParameterError where a folder could not be made, or not be written to."""
     there = folder.absolute()
     while not _exists(there):
         there = there.parent
     if not there.is_dir():
-        raise ParameterError(f"{folder}: {there} is a file, need a folder; choose another --out")
+        raise ParameterError(f"{folder}: {there} is a file, need a folder; {remedy}")
     if not os.access(there, os.W_OK | os.X_OK):
-        raise ParameterError(f"{folder}: no right to write in {there}; choose another --out")
+        raise ParameterError(f"{folder}: no right to write in {there}; {remedy}")
 
 
-def make_folder(folder: Path) -> Path:
+def make_folder(folder: Path, remedy: str = "choose another --out") -> Path:
     """The folder, made where it does not exist, with those above it."""
-    check_folder(folder)
+    check_folder(folder, remedy)
     _new_folders.extend(p for p in (folder, *folder.parents) if not _exists(p))
     with told(folder):
         folder.mkdir(parents=True, exist_ok=True)

@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Any
 
 from reluctance.base.errors import Note, ParameterError, one_line
-from reluctance.base.files import puts_off, remove_unfinished
+from reluctance.base.files import kept, puts_off, remove_unfinished
 from reluctance.cli.lines import wrapped
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
@@ -118,9 +118,17 @@ def _end(number: int, frame: FrameType | None) -> None:
     remove_unfinished()
     shown = "\r\x1b[K\x1b[?25h" if sys.stderr.isatty() else ""  # the bar off, the cursor back
     try:
-        os.write(2, f"{shown}interrupted; no file is left half-written\n".encode())
+        os.write(2, f"{shown}interrupted; no file is left half-written{_stays()}\n".encode())
     finally:
         os._exit(128 + number)
+
+
+def _stays() -> str:
+    """What the stores have of the work of this command."""
+    return "".join(
+        f"; {count} runs are kept in {path}: the same command goes on from there"
+        for path, count in kept.items()
+    )
 
 
 def _tell(line: str) -> None:

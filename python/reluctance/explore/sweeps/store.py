@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from reluctance.base.errors import ParameterError, one_line
-from reluctance.base.files import check_ending, write_once
+from reluctance.base.files import check_ending, kept, write_once
 from reluctance.base.key_figures import Kpis
 
 if TYPE_CHECKING:
@@ -95,6 +95,7 @@ class Store:
             self.base.executemany(
                 f"INSERT OR REPLACE INTO runs ({columns}) VALUES ({marks})", found
             )
+        kept[self.path] += len(found)
 
     def known(self, keys: Sequence[bytes]) -> Iterator[Row]:
         """The rows of those keys that there are, in no order."""
@@ -130,9 +131,9 @@ class Store:
         try:
             yield
         except (sqlite3.Error, UnicodeDecodeError) as fault:
-            kept = "; what it has stays, and the same command goes on from there"
+            stays = "; what it has stays, and the same command goes on from there"
             raise ParameterError(
-                f"cannot {what} {self.path}: {one_line(fault)}{kept if what == 'write' else ''}"
+                f"cannot {what} {self.path}: {one_line(fault)}{stays if what == 'write' else ''}"
             ) from None
 
 

@@ -139,7 +139,8 @@ def swept(
 
 
 def _usual_place() -> Path:
-    return make_folder(cache.folder()) / "runs.sqlite"
+    remedy = "set RELUCTANCE_CACHE in the environment to a folder of your own"
+    return make_folder(cache.folder(), remedy) / "runs.sqlite"
 
 
 def _found(drive: Drive, points: Points, shape: tuple[int, ...]) -> Sweep:
