@@ -215,7 +215,7 @@ def rewritten(line, text):
     n = int(place[1]) - 1
     if found := re.search(r" write `(.+)`$", line):
         lines[n] = found[1]
-    elif found := re.search(r"; write a decimal point, as in ([-0-9.]+)$", line):
+    elif found := re.search(r"; write a decimal point, as in ([-0-9.]+\d)", line):
         lines[n] = re.sub(r"= .*", f"= {found[1]}", lines[n])
     elif line.endswith("twice, remove one"):
         del lines[n]

@@ -1,5 +1,6 @@
 """What strangers type on the command line: each remedy, followed to the letter, works."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -26,3 +27,66 @@ def test_a_cache_that_cannot_be_written_is_told_with_the_variable_that_moves_it(
     assert "set RELUCTANCE_CACHE in the environment to a folder of your own" in refused(*line)
     monkeypatch.setenv("RELUCTANCE_CACHE", str(tmp_path / "cache"))
     assert command(*line).code == 0
+
+
+@pytest.mark.parametrize("value", ["0,02", "20ms", "20 ms", "0.02s"])
+def test_an_option_that_is_no_number_is_answered_with_the_number(value):
+    line = refused("run", RATED, "--until", value)
+    told = re.search(r"--until = '.+', need a number; .*as in ([\d.]+)$", line)
+    assert told and command("run", RATED, "--until", told[1]).code == 0, line
+
+
+def test_a_whole_number_is_asked_for_where_one_is_needed():
+    line = refused("emulate", ".", "spin", "--drive", RATED, "--angles", "3.5")
+    assert "--angles = '3.5', need a whole number" in line
+    assert "--llp = '2', need <= 1" in refused("size", "x.toml", "--llp", "2")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "right"),
+    [
+        *[("converter.u_dc_V", "0.24kV", "240"), ("load.speed_rpm", "1500rpm", "1500")],
+        ("load.speed_rpm", "157rad/s", "1499.239564"),
+        *[("control.T_s_us", "20us", "20"), ("simulation.until_s", "20ms", "0.02")],
+    ],
+)
+def test_a_number_with_its_unit_is_answered_with_the_number_in_the_unit_of_the_key(
+    key, value, right
+):
+    assert f"write the number alone, as in {right}\n" in refused(
+        "run", RATED, "--set", f"{key}={value}"
+    )
+
+
+def test_a_comma_before_three_digits_may_part_thousands(tmp_path):
+    both = "write a decimal point, as in 1.500, or 1500 where the comma parts thousands"
+    assert both in refused("run", RATED, "--set", "load.speed_rpm=1,500")
+    path = tmp_path / "drive.toml"
+    path.write_text(RATED.read_text().replace("speed_rpm = 1500", "speed_rpm = 1,500"))
+    assert both in refused("run", path)
+    assert "as in 0.500\n" in refused("run", RATED, "--set", "control.i_band_A=0,500")
+
+
+@pytest.mark.parametrize(
+    "torn", [("control.i_band_A", "=", "2"), ("control.i_band_A", "=2"), ("control.i_band_A:2",)]
+)
+def test_set_that_is_torn_apart_or_has_a_colon_is_answered_as_it_is_written(torn):
+    line = refused("run", RATED, "--set", *torn)
+    assert "control.i_band_A=2" in line and "removes" not in line
+
+
+def test_the_name_of_an_example_is_answered_with_the_command_that_copies_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("paper_rated", "paper_rated.toml"):
+        line = refused("run", name)
+        copy = re.search(r"`reluctance (examples paper_rated --copy \.)`", line)
+        assert copy, line
+    assert command(*copy[1].split()).code == 0 == command("run", name, "--until", 0.02).code
+    assert "did you mean paper_rated.toml?" in refused("run", "paper_rated")
+
+
+def test_a_flux_map_in_the_place_of_a_machine_file_is_told_from_a_mistake_in_toml(tmp_path):
+    path = tmp_path / "map.csv"
+    path.write_bytes((ROOT / "machines" / "guc_linear_6_4.csv").read_bytes())
+    line = refused("run", RATED, "--set", f"machine={path}")
+    assert "is a table of numbers" in line and "`reluctance map import`" in line

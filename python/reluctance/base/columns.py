@@ -97,4 +97,7 @@ def point_hint(text: str) -> str:
     """What to say of a text that is a number with a decimal comma; else nothing."""
     if re.fullmatch(r"\s*[-+]?\d+,\d+\s*", text) is None:
         return ""
-    return f"write a decimal point, as in {text.strip().replace(',', '.')}"
+    hint = f"write a decimal point, as in {text.strip().replace(',', '.')}"
+    if re.fullmatch(r"\s*[-+]?[1-9]\d{0,2},\d{3}\s*", text):
+        hint += f", or {text.strip().replace(',', '')} where the comma parts thousands"
+    return hint

@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from reluctance.base.columns import point_hint
 from reluctance.base.errors import ParameterError, one_line
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 Columns = Mapping[str, "NDArray[Any]"]  # of numbers; some of text
 MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
 MOST_DOTS = 100  # in a key: the parser's time and memory rise with the square of its parts
+TABLES_OF_NUMBERS = (".csv", ".txt", ".tsv", ".dat", ".xlsx", ".xls", ".mat", ".json")
 KEY_ENDS = re.compile(r"[=,\[\]{}]")
 
 _new_folders: list[Path] = []  # the deepest of each first
@@ -42,8 +44,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         with path.open("rb") as file:
             content = file.read(MAX_TOML_BYTES + 1)
     except (OSError, ValueError) as fault:  # ValueError: a zero byte in the name
-        hint = f"; did you mean {path}.toml?" if is_file(Path(f"{path}.toml")) else ""
-        raise ParameterError(f"cannot read {path}: {_why(fault)}{hint}") from None
+        raise ParameterError(f"cannot read {path}: {_why(fault)}{_other_file(path)}") from None
     if len(content) > MAX_TOML_BYTES:
         raise ParameterError(
             f"{path} has more than {MAX_TOML_BYTES / 1e6:g} MB, need a TOML file of some kilobytes"
@@ -59,9 +60,26 @@ def read_toml(path: Path) -> dict[str, Any]:
             )
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as fault:
+        if path.suffix.lower() in TABLES_OF_NUMBERS:
+            raise ParameterError(
+                f"{path} is a table of numbers, need a .toml file; if it is a flux map, "
+                "`reluctance map import` makes a machine file of it"
+            ) from None
         raise ParameterError(
             f"{path} is not valid TOML: {one_line(fault)}{_toml_hint(fault, content)}"
         ) from None
+
+
+def _other_file(path: Path) -> str:
+    """The ending of an error about a file that is not there: the one that was meant."""
+    from reluctance.base.resources import resources  # for mistakes only
+
+    if is_file(Path(f"{path}.toml")):
+        return f"; did you mean {path}.toml?"
+    name = path.name.removesuffix(".toml")
+    if not _exists(path) and is_file(resources("examples") / f"{name}.toml"):
+        return f"; `reluctance examples {name} --copy .` copies the example of this name"
+    return ""
 
 
 def _toml_hint(fault: Exception, content: bytes) -> str:
@@ -77,8 +95,8 @@ def _toml_hint(fault: Exception, content: bytes) -> str:
     place = re.search(r"line (\d+)", str(fault))
     lines = content.decode("utf-8-sig", "replace").splitlines()
     line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
-    if comma := re.search(r"=\s*([-+]?\d+),(\d+)\s*(#.*)?$", line):
-        return f"; write a decimal point, as in {comma[1]}.{comma[2]}"
+    if comma := re.search(r"=\s*([-+]?\d+,\d+)\s*(#.*)?$", line):
+        return f"; {point_hint(comma[1])}"
     if place:
         return f"; write `{right}`" if (right := meant(line)) else ""
     for number, each in enumerate(lines, 1):  # a text without its end

@@ -166,6 +166,8 @@ NEEDS = {  # pydantic's kinds of fault, as a need
 }
 
 
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+
 OVER_TIME = {"t_s", "values"}  # keys of a table that may be a course
 
 
@@ -264,7 +266,7 @@ def _line(error: dict[str, Any], section: type[Section], where: str) -> str:
     keys = section.model_fields.keys()
     need = NEEDS.get(error["type"], error["msg"]).format(**error.get("ctx", {}))
     if error["type"] == "float_type" and isinstance(error["input"], str):
-        need += _number_hint(error["input"])
+        need += _number_hint(error["input"], key)
     if error["type"] == "float_type" and isinstance(error["input"], list) and OVER_TIME <= keys:
         need += "; in its place t_s and values of the same length are a course over time"
     return f"{where} {key} = {error['input']!r}, {need}"
@@ -290,13 +292,39 @@ def _of_table(told: str, section: type[Section], where: str) -> str:
     return " ".join([where, ".".join(map(str, path)), *words[1:]])
 
 
-def _number_hint(text: str) -> str:
+def of_option(fault: ValidationError, name: str, unit: str) -> str:
+    """What is wrong with the value of an option of a command, in this unit, on one line."""
+    error = fault.errors()[0]
+    kind = error["type"].replace("_parsing", "_type")
+    need = NEEDS.get(kind, error["msg"]).format(**error.get("ctx", {}))
+    if isinstance(error["input"], str):
+        need += _number_hint(error["input"], f"{name}_{unit}" if unit else name)
+    return f"{name} = {error['input']!r}, {need}"
+
+
+def _number_hint(text: str, key: str) -> str:
     """What to say of a text that was meant as a number, or as several."""
     if hint := point_hint(text):
         return f"; {hint}"
+    if with_unit := re.fullmatch(rf"({NUMBER})\s*([^\W\d_][\w/]*)", text):
+        return _without_unit(float(with_unit[1]), with_unit[2], key)
     if ends := re.fullmatch(r"([-+]?[\d.]+)(?:-|\.\.|~| to )([-+]?[\d.]+)", text):
         return f"; a range is FROM:TO:COUNT, as in {ends[1]}:{ends[2]}:5"
     return ""
+
+
+def _without_unit(value: float, unit: str, key: str) -> str:
+    """What to say of a number with a unit: its value in that of the key, where both are known."""
+    stem, _, own = key.rpartition("_")
+    factor = (
+        1.0
+        if unit.lower() == own.lower()
+        else units.in_unit_of(f"{stem}_{unit.replace('/', 'p')}", key)
+    )
+    if factor is None:
+        told = f"in {own}" if own in units.WRITTEN else "without a unit"
+        return f"; write the number alone, {told}"
+    return f"; write the number alone, as in {factor * value:.10g}"
 
 
 def _keys(section: type[Section]) -> list[str]:

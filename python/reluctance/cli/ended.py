@@ -1,6 +1,7 @@
 """How a command ends: its exit code, and one line for what a user can mend."""
 
 import os
+import re
 import signal
 import sys
 import warnings
@@ -14,6 +15,7 @@ from reluctance.base.files import kept, puts_off, remove_unfinished
 from reluctance.cli.lines import wrapped
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
+UNITS = {"SECONDS": "s", "VOLTS": "V", "AMPERE": "A", "MICROSECONDS": "us"}  # of what options take
 CLOSED_PIPE = 128 + 13  # SIGPIPE, as of other commands in a shell: 141
 
 
@@ -31,12 +33,29 @@ def exit_code(command: Callable[[], object]) -> int:
     except Exception as fault:
         if not hasattr(fault, "format_message"):  # what the command line library raises has it
             raise
-        _tell(f"error: {one_line(fault.format_message())}{_who_has_it(fault)}")
+        _tell(
+            f"error: {one_line(_wrong_value(fault) or fault.format_message())}{_who_has_it(fault)}"
+        )
     return 2
 
 
+def _wrong_value(fault: Any) -> str:
+    """Of an option whose value is not what it needs; else nothing."""
+    cause, option = fault.__cause__, getattr(fault, "param", None)
+    if option is None or not hasattr(cause, "errors"):
+        return ""
+    from reluctance.base.schema import of_option  # for mistakes only
+
+    return of_option(cause, max(option.opts, key=len), UNITS.get(option.metavar, ""))
+
+
 def _who_has_it(fault: Any) -> str:
-    """The other commands that know an option, where this one neither does nor has one like it."""
+    """The other commands that know an option, where this one neither does nor has one like it; or
+    how `--set` is written, where spaces have torn it apart."""
+    torn = re.search(r"extra argument\(s\) \((=.*)\)", fault.format_message())
+    if torn and fault.ctx is not None and fault.ctx.params.get("overrides"):
+        name, value = fault.ctx.params["overrides"][-1], torn[1].lstrip("= ")
+        return f"; write --set {name.rstrip('= ')}={value} without spaces"
     option = getattr(fault, "option_name", None)
     if option is None or fault.ctx is None or getattr(fault, "possibilities", True):
         return ""

@@ -1,5 +1,6 @@
 """Values put into the tables of a drive file: `section.key=value`, by `--set` and `with_values`."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,8 @@ def parsed(text: str) -> tuple[str, Any]:
     if not isinstance(text, str):
         raise ParameterError(f"override {text!r}, need a text as in 'section.key=value'")
     name, equals, value = (part.strip() for part in text.partition("="))
+    if not equals and (other := re.fullmatch(r"([\w.]+)\s*[: ]\s*(.+)", name)):
+        raise ParameterError(f"--set {text}: need section.key=value, as in {other[1]}={other[2]}")
     if not equals:
         raise ParameterError(f"--set {text}: need section.key=value; `{name}=` removes the key")
     if not value:
