@@ -75,6 +75,15 @@ FAULTS = [
     ({"machine__i_max_A": 0}, "[machine] i_max_A = 0, need > 0"),
     ({"machine__psi_m_Wb": 0.05}, "psi_m_Wb = 0.05, need more than"),
     ({"machine__L_a_H": 0.5e-3}, "L_a_H = 0.0005, need more than L_u_H"),
+    # One value in milliunits, or all inductances: each is refused, and the unit is a suspect.
+    ({"machine__L_a_H": 23.62}, "L_a_H = 23.62 reaches psi_m_Wb = 0.468 at 0.02 A, need at least"),
+    ({"machine__L_u_H": 0.67}, "check the units of all three: inductances are in henry"),
+    ({"machine__L_sat_H": 0.15}, "and the units: inductances are in henry, 0.15 for 150 mH"),
+    ({"machine__psi_m_Wb": 468}, "psi_m_Wb = 468, need at most L_a_H i_m_A = 10.629"),
+    (
+        {"machine__L_u_H": 0.67, "machine__L_a_H": 23.62, "machine__L_sat_H": 0.15},
+        "and the units: inductances are in henry, 0.15 for 150 mH",
+    ),
     ({"converter__u_dc_V": 0}, "[converter] u_dc_V = 0, need > 0"),
     ({"converter__u_dc_V": True}, "[converter] u_dc_V = True, need a number"),
     ({"control__T_s_us": 0}, "[control] T_s_us = 0, need > 0"),

@@ -86,6 +86,21 @@ REFUSED = [
     ({"winding__turns_per_pole": None}, "missing key `turns_per_pole` in [winding]"),
     ({"winding__polarity": "NNSS"}, "has 4 letters, need 6"),
     ({"winding__polarity": "NNNNNS"}, "is no winding of this machine"),
+    (
+        {"machine__rotor_poles": 5, "machine__phases": 6},
+        "leave 1 to a phase, need an even number, half of them N and half S, or the flux has no "
+        "way back; the next poles that do are 6/4",
+    ),
+    (
+        {"machine__stator_poles": 9, "machine__rotor_poles": 6},
+        "leave 3 to a phase, need an even number, half of them N and half S, or the flux has no "
+        "way back; the next poles that do are 8/6",
+    ),
+    # Metres where millimetres are needed, one dimension at a time.
+    ({"lamination__stack_length_mm": 0.05}, "stack_length_mm = 0.05, need at least 1.12, 1/50 of"),
+    ({"stator__pole_height_mm": 0.016}, "[stator] pole_height_mm = 0.016, need at least the air"),
+    ({"rotor__pole_height_mm": 0.009}, "[rotor] pole_height_mm = 0.009, need at least the air gap"),
+    ({"stator__outer_diameter_mm": 0.11}, "outer_diameter_mm = 0.11, need more than bore_diameter"),
     ({"winding__polarity": "ABCABC"}, "[winding] polarity = 'ABCABC'"),
     ({"winding__parallel_paths": 3}, "need a divisor of the 2 poles of a phase"),
     ({"winding__slot_fill": 0.9}, "[winding] slot_fill = 0.9, need <= 0.8"),

@@ -261,7 +261,13 @@ def test_a_claim_that_is_wrong_is_called_wrong() -> None:
     """Section 3 says that unaligned flux is linear; here a machine is linear aligned as well."""
     machine = rl.load(EXAMPLES / "paper_rated.toml").machine
     assert claims_equations.flux_curves(machine).verdict != "false"
-    linear = machine.model_copy(update={"L_sat_H": machine.L_a_H * 0.9, "psi_m_Wb": 1e4})
+    linear = machine.model_copy(
+        update={
+            "L_sat_H": machine.L_a_H * 0.9,
+            "i_m_A": 1e6,
+            "psi_m_Wb": 1e6 * 0.95 * machine.L_a_H,
+        }
+    )
     assert (
         claims_equations.flux_curves(linear).verdict
         != claims_equations.flux_curves(machine).verdict

@@ -13,6 +13,11 @@ from reluctance.base.arrays import FloatArray
 from reluctance.machine.machine_file import MachineFile
 from reluctance.machine.models import PhaseMagnetics
 
+# The first slope of the aligned curve reaches psi_m at 1/3 to 1/23 of i_m in the library. Below
+# 1/500 a unit is wrong: millihenry in the place of henry, or the like.
+STEEPEST = 500.0
+HENRY = "inductances are in henry, 0.15 for 150 mH"
+
 
 class LeHuyMachine(MachineFile):
     """A machine by five numbers: the model of H. Le-Huy and P. Brunelle (IECON 2005)."""
@@ -33,12 +38,25 @@ class LeHuyMachine(MachineFile):
         if A <= 0:
             raise ValueError(
                 f"psi_m_Wb = {self.psi_m_Wb:g}, need more than L_sat_H i_m_A = "
-                f"{self.L_sat_H * self.i_m_A:g}; check the point (i_m_A, psi_m_Wb)"
+                f"{self.L_sat_H * self.i_m_A:g}; check the point (i_m_A, psi_m_Wb), and the units: "
+                f"{HENRY}"
             )
         if self.L_a_H <= max(self.L_u_H, self.L_sat_H):
             raise ValueError(
                 f"L_a_H = {self.L_a_H:g}, need more than L_u_H = {self.L_u_H:g} and "
-                f"L_sat_H = {self.L_sat_H:g}"
+                f"L_sat_H = {self.L_sat_H:g}; check the units of all three: {HENRY}"
+            )
+        unsaturated = self.L_a_H * self.i_m_A
+        if self.psi_m_Wb > unsaturated:
+            raise ValueError(
+                f"psi_m_Wb = {self.psi_m_Wb:g}, need at most L_a_H i_m_A = {unsaturated:g}, which "
+                f"iron without saturation has; check the units: weber, and {HENRY}"
+            )
+        if self.psi_m_Wb * STEEPEST < unsaturated:
+            raise ValueError(
+                f"L_a_H = {self.L_a_H:g} reaches psi_m_Wb = {self.psi_m_Wb:g} at "
+                f"{self.psi_m_Wb / self.L_a_H:.2g} A, need at least 1/{STEEPEST:g} of i_m_A = "
+                f"{self.i_m_A:g}; check the units: {HENRY}"
             )
         return self
 

@@ -21,7 +21,9 @@ MM = 1e-3
 GAP_FIELD_MOST = 32.0  # [T]
 IRON_FIELD_MOST = 2e5  # [A/m]
 LEAST_GAP = 1 / 2000  # of the bore diameter: 0.5 mm at a metre, half of what is built
+LEAST_STACK = 1 / 50  # of the bore diameter; machines have 0.3 to 3
 LEAST_ARC = 0.1  # of a pole pitch; machines have 0.3 to 0.55
+MOST_PHASES = 6
 CLEARANCE = 1e-6  # below which parts touch [m]
 
 
@@ -92,7 +94,7 @@ class Geometry(Section):
     assumed: str = ""
     stator_poles: int = Field(ge=4, le=96)
     rotor_poles: int = Field(ge=2, le=96)
-    phases: int = Field(ge=2, le=6)
+    phases: int = Field(ge=2, le=MOST_PHASES)
     i_max_A: float | None = Field(None, gt=0)  # current limit of the drive; None: current_max_A
     J_kgm2: float | None = Field(None, gt=0)  # None: computed
     R_ohm: float | None = Field(None, ge=0)  # None: computed
@@ -169,6 +171,21 @@ def _check_phases(g: Geometry) -> None:
             f"phases = {g.phases}, but {g.stator_poles}/{g.rotor_poles} poles make {phases}; set "
             "phases or the poles"
         )
+    if g.stator_poles // phases % 2:
+        other = "/".join(map(str, _near_poles(g.stator_poles, g.rotor_poles)))
+        raise ValueError(
+            f"stator_poles = {g.stator_poles} and rotor_poles = {g.rotor_poles} leave "
+            f"{g.stator_poles // phases} to a phase, need an even number, half of them N and half "
+            f"S, or the flux has no way back; the next poles that do are {other}"
+        )
+
+
+def _near_poles(n_s: int, n_r: int) -> tuple[int, int]:
+    """The poles next to these whose phases have as many N as S."""
+    near = range(-MOST_PHASES, MOST_PHASES + 1)
+    ways = [(n_s + a, n_r + b) for a in near for b in near if n_s + a >= 4 and n_r + b >= 2]
+    fits = [(s, r) for s, r in ways if gcd(s, r) % 2 == 0 and 2 <= s // gcd(s, r) <= MOST_PHASES]
+    return min(fits, key=lambda way: (abs(way[0] - n_s), abs(way[1] - n_r)))
 
 
 def _check_sizes(g: Geometry) -> None:
@@ -182,6 +199,22 @@ def _check_sizes(g: Geometry) -> None:
         raise ValueError(
             f"air_gap.length_mm = {g.air_gap.length_mm:g}, need at least "
             f"{LEAST_GAP * bore:.3g}, 1/2000 of the bore; check its unit (millimetres)"
+        )
+    if g.lamination.stack_length_mm < LEAST_STACK * bore:
+        raise ValueError(
+            f"lamination.stack_length_mm = {g.lamination.stack_length_mm:g}, need at least "
+            f"{LEAST_STACK * bore:.3g}, 1/50 of the bore; check its unit (millimetres)"
+        )
+    for side, height in (("stator", s.h_s), ("rotor", s.h_r)):
+        if height < s.gap:
+            raise ValueError(
+                f"{side}.pole_height_mm = {height / MM:g}, need at least the air gap, "
+                f"{s.gap / MM:.3g}; check its unit (millimetres)"
+            )
+    if s.r_bore >= s.r_out - CLEARANCE:
+        raise ValueError(
+            f"stator.outer_diameter_mm = {g.stator.outer_diameter_mm:g}, need more than "
+            f"bore_diameter_mm = {bore:g}; check the units of both (millimetres)"
         )
     if s.r_slot_s >= s.r_out - CLEARANCE:
         most = (s.r_out - s.r_bore) / MM
