@@ -89,7 +89,7 @@ def test_modules_of_the_cec_table_have_a_diode():
 @pytest.mark.parametrize(
     ("other", "words"),
     [
-        ({"cells": 144}, "144 half cells"),
+        ({"cells": 144}, "count the cells in series: 72 in a module of 144 half cells"),
         ({"P_mp_W": 245}, "STC, not NOCT"),
         ({"V_mp_V": 45.6, "V_oc_V": 37.2}, "exchanged"),
         ({"gamma_mp_pctpK": -0.04}, "gamma_mp_pctpK = -0.04"),
@@ -101,3 +101,26 @@ def test_numbers_of_no_module_are_refused_in_one_line(other, words):
     with pytest.raises(ParameterError, match=words) as fault:
         cell_from(sheet(**other), "array")
     assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "printed", "unit"),
+    [
+        ("alpha_sc_pctpK", 5.01, "mA/K"),
+        ("beta_oc_pctpK", -141.4, "mV/K"),
+        ("gamma_mp_pctpK", -1.32, "W/K"),
+    ],
+)
+def test_a_coefficient_in_another_unit_is_answered_with_its_share(key, printed, unit):
+    with pytest.raises(ParameterError, match=f"if it is in {unit}, write") as fault:
+        sheet(**{key: printed})
+    written = float(str(fault.value).rpartition(" ")[2])
+    assert written == pytest.approx(SHEET[key], rel=0.01)
+    meets_its_points(sheet(**{key: written}))
+
+
+def test_half_cells_are_answered_with_the_cells_in_series():
+    small = {"P_mp_W": 415, "V_oc_V": 37.4, "I_sc_A": 13.98, "V_mp_V": 31.3, "I_mp_A": 13.26}
+    with pytest.raises(ParameterError, match="54 in a module of 108 half cells"):
+        sheet(**small, cells=108)
+    meets_its_points(sheet(**small, beta_oc_pctpK=-0.25, gamma_mp_pctpK=-0.34, cells=54))

@@ -139,6 +139,29 @@ def test_points_of_a_curve_do_as_well_as_its_parameters(tmp_path):
     assert by_eta.shaft_power(q, r) == pytest.approx(curve.shaft_power(q, r), rel=2e-3)
 
 
+def test_a_makers_sheet_with_lines_above_its_names_and_foreign_units_is_the_same_curve(tmp_path):
+    points = [(0, 60.0, 0.0), (4, 56.0, 0.4), (8, 45.0, 0.6), (11, 33.0, 0.55)]
+    plain = "Q_m3ph,H_m,eta\n" + "".join(f"{q},{h},{e}\n" for q, h, e in points)
+    sheet = "Pump type: ABC 5-33\nUnits as printed;;\nQ [US gpm];Head [ft];Eff [%]\n" + "".join(
+        f"{q / 0.22712470704:.9f};{h / 0.3048:.9f};{100 * e}\n".replace(".", ",")
+        for q, h, e in points
+    )
+    Q = np.linspace(0, 11, 23) / 3600
+    curves = [pump_from(written(tmp_path, text), tmp_path).curve() for text in (plain, sheet)]
+    assert np.allclose(curves[0].head_1(Q), curves[1].head_1(Q), rtol=1e-8)
+    assert np.allclose(curves[0].power_1(Q), curves[1].power_1(Q), rtol=1e-8)
+
+
+def test_a_pump_that_runs_out_is_answered_with_the_speed_at_which_it_does_not():
+    curve, low = PUMP.curve(), pipe(H_static_m=3.0, L_m=1.0, K=0.0)
+    with pytest.raises(ParameterError, match="runs out past") as fault:
+        hydraulics(curve, low, PUMP.omega_max)
+    speed = float(str(fault.value).partition("speed_max_rpm to ")[2].partition(",")[0])
+    hydraulics(curve, low, speed * np.pi / 30)
+    with pytest.raises(ParameterError, match="runs out past"):
+        hydraulics(curve, low, (speed + 2) * np.pi / 30)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -148,7 +171,10 @@ def test_points_of_a_curve_do_as_well_as_its_parameters(tmp_path):
             "need at least two points behind",
         ),
         ("Q_m3ph,H_m,eta\n-5,30,0.1\n10,29,0.3\n20,28,0.5", "rising flows, none below 0"),
-        ("Q_m3ph,H_m,eta\n0,30,0\n10,29,30\n20,28,50", "fractions between 0 and 1"),
+        (
+            "Q_m3ph,H_m,eta\n0,30,0\n10,29,30\n20,28,50",
+            "fractions between 0 and 1 where Q > 0; a column in per cent is named `eta [%]`",
+        ),
         ("Q_m3ph,H_m\n0,30\n10,29\n20,28", "need Q_m3ph, H_m and eta or p_shaft_W"),
         ("Q_m3ph,H_m,eta\n0,a,0", "data row 2, H_m: `a` is not a number"),
         ("", "the file has no rows"),
@@ -168,6 +194,7 @@ BEST = {"n_ref_rpm": 1500.0, "H_0_m": 32.0, "Q_b_m3ph": 70.0, "H_b_m": 25.0, "et
     [
         ({**BEST, "H_b_m": 32.0}, "rises with flow"),
         ({**BEST, "eta_b": 72.0}, "eta_b = 72.0, need < 1"),
+        ({**BEST, "n_ref_rpm": 25.0}, "25 revolutions a second are 1500 rpm"),
         ({"n_ref_rpm": 1500.0}, "or curve_csv"),
         ("synthetic_70", "did you mean `synthetic_70_25`"),
         (None, "missing table [pump]"),

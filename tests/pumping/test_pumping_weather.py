@@ -273,7 +273,7 @@ def test_weather_in_a_wrong_zone_is_refused_on_one_line(tmp_path, zone):
         ({**TMY3, "days": 3}, "days has no effect"),
         ({**TMY3, "year": 2024}, "29 February"),
         ({**TMY3, "file": "pvlib:none.csv"}, "no such file"),
-        ({"kind": "epw", "file": "pvlib:723170TYA.CSV"}, "cannot be read as an EPW file"),
+        ({"kind": "epw", "file": "pvlib:723170TYA.CSV"}, "set [weather] kind = 'tmy3'"),
         ({"kind": "tmy3", "file": "pvlib:12839.tm2"}, "cannot be read as a TMY3 file"),
         (TMY3, "is for 36.1 N -79.95 E, [site] is at 7.18 N"),
     ],
@@ -314,3 +314,39 @@ def test_a_file_of_pvgis_is_named_where_another_kind_was_said_and_a_tilted_one_i
         with pytest.raises(ParameterError) as fault:
             read_weather(WeatherTable(kind=kind, file="p.csv"), place, tmp_path)
         assert message in str(fault.value)
+
+
+def hours_of_two_days():
+    t = pd.date_range("2026-03-01", periods=48, freq="h")
+    light = np.maximum(0.0, 900 * np.sin((t.hour - 5.5) / 12 * np.pi)).round(1)
+    return pd.DataFrame({"t": t, "ghi": light, "air": 25.0 + t.hour / 10, "wind": 3.6})
+
+
+def test_a_loggers_day_and_time_with_its_units_are_the_same_weather(tmp_path):
+    """A day with points, the time beside it, km/h, and lines above the names."""
+    rows = [*hours_of_two_days().itertuples(index=False)]
+    plain = "time,ghi,temp_air,wind_speed\n" + "".join(
+        f"{t:%Y-%m-%d %H:%M},{ghi},{air},{wind}\n" for t, ghi, air, wind in rows
+    )
+    logged = "Station 12\nDate;Time;GHI [W/m2];Tair [C];Wind [km/h]\n" + "".join(
+        f"{t:%d.%m.%Y};{t:%H:%M};{ghi};{air};{3.6 * wind:.6f}\n" for t, ghi, air, wind in rows
+    )
+    for name, text in (("plain.csv", plain), ("logged.csv", logged)):
+        (tmp_path / name).write_text(text)
+    one, other = (read(folder=tmp_path, kind="csv", file=f"{n}.csv") for n in ("plain", "logged"))
+    assert (one.t == other.t).all()
+    for name in ("ghi", "dni", "dhi", "temp_air", "wind_speed"):
+        assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-9), name
+
+
+@pytest.mark.parametrize("kind", ["epw", "tmy3", "pvgis"])
+def test_a_file_of_another_kind_is_answered_with_its_kind(tmp_path, kind):
+    rows = [*hours_of_two_days().itertuples(index=False)]
+    (tmp_path / "w.csv").write_text(
+        "time,ghi\n" + "".join(f"{t:%Y-%m-%d %H:%M},{ghi}\n" for t, ghi, *_ in rows)
+    )
+    with pytest.raises(ParameterError, match=r"set \[weather\] kind = 'csv'$"):
+        read(folder=tmp_path, kind=kind, file="w.csv")
+    read(folder=tmp_path, kind="csv", file="w.csv")
+    with pytest.raises(ParameterError, match=r"set \[weather\] kind = 'tmy3'$"):
+        read(kind="csv", file=TMY3["file"])

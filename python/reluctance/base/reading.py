@@ -97,7 +97,8 @@ def read_rows(path: Path, *, most_bytes: int = MOST_BYTES) -> list[list[str]]:
     lines = [line for line in text if line.strip() and not line.startswith("#")]
     if not lines:
         raise ParameterError("the file has no rows")
-    separator = next((mark for mark in ";\t" if mark in lines[0]), ",")
+    usual = [mark for mark in ";\t" if sum(mark in line for line in lines) > len(lines) / 2]
+    separator = usual[0] if usual else ","  # a line above the names may have none
     found = csv.reader(with_points(lines, separator), delimiter=separator)
     return [[cell.strip() for cell in row] for row in found]
 

@@ -81,6 +81,10 @@ def read_weather(table: WeatherTable, site: Site, folder: Path) -> Weather:
     path = _path(table.file, folder)
     read, kind = _READERS[table.kind]
     with reading(path, kind, "check the file and [weather] kind"):
+        form = _kind_by_its_form(path)
+        if form and form != table.kind:
+            its = _READERS[form][1]
+            raise ParameterError(f"{path} has the form of {its}; set [weather] kind = {form!r}")
         samples = read(path, table, site)
         found = weather_of(samples, site, where=str(path))
         components = "estimated" not in samples.attrs
@@ -186,26 +190,28 @@ CSV_COLUMNS = {  # names of pvlib, PVGIS, TMY3 and loggers
         {"degc": 1.0, "c": 1.0, "°c": 1.0},
     ),
     "wind_speed": Quantity(
-        ("wind_speed", "ws10m", "ws2m", "wind", "ws", "wspd"), {"m/s": 1.0, "mps": 1.0}
+        ("wind_speed", "ws10m", "ws2m", "wind", "ws", "wspd"),
+        {"m/s": 1.0, "mps": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6},
     ),
 }
 # A time in parts, as in files of NSRDB and NASA POWER
 PARTS = {"year": ("year",), "month": ("month", "mo"), "day": ("day", "dy")}
 PARTS |= {"hour": ("hour", "hr"), "minute": ("minute", "min")}
+DAY_FIRST = r"^(\d\d)\.(\d\d)\.(\d{4})"  # with points the day stands first, unlike with slashes
 MOST_HEAD = 60  # lines before the names of the columns
+BYTES_OF_HEAD = 20_000
 
 
 def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     """Columns `time` (local without an offset, or with one), ghi, temp_air, wind_speed, dni, dhi;
     dni and dhi are estimated from ghi where both are missing (Erbs)."""
     content = read_text(path)
-    if is_pvgis(content):
-        raise ParameterError(f"{path} is a file of PVGIS; set [weather] kind = 'pvgis'")
     try:
-        frame = _table(content)
+        frame = _day_and_time_joined(_table(content))
         known = recognised([str(name) for name in frame.columns], CSV_COLUMNS)
         frame = frame.rename(columns={name: quantity for quantity, (name, _) in known.items()})
         text = frame["time"].astype(str) if "time" in frame else _from_parts(frame)
+        text = text.str.replace(DAY_FIRST, r"\3-\2-\1", regex=True)
         offset = text.str.contains(r"(?:[+-]\d\d:?\d\d|Z)$")
         if offset.any() and not offset.all():
             raise ValueError("some with an offset from UTC, some without")
@@ -235,6 +241,9 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
             f"{path}: columns {listed}; need time, ghi, and both or none of dni and dhi, in W/m2"
         )
     frame = as_numbers(frame)
+    for quantity, (_, factor) in known.items():
+        if factor != 1.0:
+            frame[quantity] *= factor
     frame.index = t
     shift = {"start": 0.5, "middle": 0.0, "end": -0.5}[table.stamp]
     frame.index = t + shift * (t[1] - t[0]) if len(t) > 1 else t
@@ -246,6 +255,16 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         frame["dhi"] = ghi - frame["dni"] * np.maximum(np.cos(np.radians(zenith)), 0.0)
         frame.attrs["estimated"] = True
     return frame[[*COLUMNS]]
+
+
+def _day_and_time_joined(frame: pd.DataFrame) -> pd.DataFrame:
+    """A column of the day and one of the time of day become one of the time."""
+    names = {str(name).strip().lower(): name for name in frame.columns}
+    day, clock = names.get("date"), next((names[n] for n in ("time", "hour") if n in names), None)
+    if day is None or clock is None or not frame[clock].astype(str).str.contains(":").all():
+        return frame
+    joined = frame[day].astype(str) + " " + frame[clock].astype(str)
+    return frame.drop(columns=[day, clock]).assign(time=joined)
 
 
 def _table(content: str) -> pd.DataFrame:
@@ -261,9 +280,27 @@ def _separator(line: str) -> str:
     return next((mark for mark in ";\t" if mark in line), ",")
 
 
+def _kind_by_its_form(path: Path) -> str:
+    """The kind of file that a text begins like; else nothing."""
+    with path.open("rb") as file:
+        text = file.read(BYTES_OF_HEAD).decode("utf-8-sig", "replace")
+    second = text.partition("\n")[2]
+    if is_pvgis(text):
+        return "pvgis"
+    if text.startswith("LOCATION,"):
+        return "epw"
+    if second.startswith("Date (MM/DD/YYYY)"):
+        return "tmy3"
+    lines = text.splitlines()[:MOST_HEAD]
+    return "csv" if any("ghi" in _known(line) for line in lines) else ""
+
+
 def _known(line: str) -> dict[str, tuple[str, float]]:
+    names = [n.strip() for n in line.split(_separator(line))]
+    with_day = any(n.lower() == "date" for n in names)  # and the time of day beside it
     try:
-        return recognised([n.strip() for n in line.split(_separator(line))], CSV_COLUMNS)
+        clocks = ("time", "hour") if with_day else ()
+        return recognised([n for n in names if n.lower() not in clocks], CSV_COLUMNS)
     except ParameterError:
         return {}
 

@@ -17,6 +17,8 @@ from reluctance.base.schema import Section
 from reluctance.plant.hydraulics.pump import GRAVITY, Curve
 
 LAMINAR = 2300.0  # Reynolds number
+ON_CURVE = 0.999  # of the end of the curve: a flow above it is taken as past it
+WIDER = 1.01  # the least speed times this is the first one that is of use
 HALVINGS = 60  # of the flow: to the last digit
 LEAST_FLOW = 0.02  # of the end of the curve: less at the largest speed is no pipe for this pump
 LEAST_SPARE = 0.05  # of the shut-off head over the static one: with less the lift is the cause
@@ -85,6 +87,18 @@ def least_speed(curve: Curve, pipe: Pipe) -> float:
     return float(np.sqrt(pipe.H_static_m / curve.H_0))
 
 
+def _slower(curve: Curve, pipe: Pipe, least: float, most: float) -> str:
+    """A remedy: the greatest speed at which the pump stays on its curve, where there is one."""
+    low, high = least, most
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        out = flow(curve, pipe, np.array(middle)) > ON_CURVE * curve.Q_end * middle
+        low, high = (low, middle) if out else (middle, high)
+    if low < WIDER * least:  # without static head it runs out at any speed
+        return ""
+    return f"lower [pump] speed_max_rpm to {np.floor(low * curve.omega_ref * 30 / np.pi):g}, or "
+
+
 def hydraulics(curve: Curve, pipe: Pipe, omega_max: float) -> Hydraulics:
     """The table over speed. Its nodes are equidistant in sqrt(r^2 - r_min^2), in which flow is
     nearly straight: it starts at the threshold with a vertical tangent over speed.
@@ -104,11 +118,12 @@ def hydraulics(curve: Curve, pipe: Pipe, omega_max: float) -> Hydraulics:
     least = max(least, 0.02 * most)  # no head: from a creeping speed on
     r = np.sqrt(least**2 + np.linspace(0, np.sqrt(most**2 - least**2), SPEEDS) ** 2)
     Q = flow(curve, pipe, r)
-    if Q[-1] > 0.999 * curve.Q_end * r[-1]:
+    if Q[-1] > ON_CURVE * curve.Q_end * r[-1]:
         raise ParameterError(
             f"[pipe] the pump runs out past {curve.Q_end * r[-1] * 3600:.4g} m3/h, the end of its "
-            f"curve at {omega_max * 30 / np.pi:.4g} rpm: too little head; lower [pump] "
-            "speed_max_rpm, raise H_static_m, L_m or K, or take another pump"
+            f"curve at {omega_max * 30 / np.pi:.4g} rpm: too little head; "
+            f"{_slower(curve, pipe, least, most)}take a curve with more flow; check H_static_m, "
+            "L_m, D_mm and K"
         )
     ends, shut_off = curve.Q_end * r[-1], curve.H_0 * r[-1] ** 2
     if Q[-1] < LEAST_FLOW * ends and shut_off - pipe.H_static_m > LEAST_SPARE * shut_off:

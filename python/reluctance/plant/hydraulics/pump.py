@@ -30,7 +30,8 @@ M3PH = 1 / 3600
 # The formula of the efficiency ends at twice the best flow; near it the power has a pole.
 LARGEST_X = 1.8
 DROOP = 1e-3  # of the largest head, by which a flat one falls: less than a curve is read to
-MOST_FLOW, MOST_HEAD = 1e6, 1e4  # of any pump [m^3/h], [m]
+MOST_FLOW, HIGHEST = 1e6, 1e4  # of any pump [m^3/h], [m]
+LEAST_RPM = 100.0  # the largest pumps turn at some 200 rpm
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ class Pump(Section):
     name: str = "pump"
     source: str = ""
     licence: str = ""
-    n_ref_rpm: float = Field(gt=0)  # speed of the curve
+    n_ref_rpm: float = Field(gt=0)  # speed of the curve, at least LEAST_RPM
     speed_max_rpm: float | None = Field(None, gt=0)  # by default 1.15 times n_ref_rpm
     H_0_m: float | None = Field(None, gt=0)  # head without flow
     Q_b_m3ph: float | None = Field(None, gt=0)  # best point: flow, head, efficiency
@@ -72,6 +73,11 @@ class Pump(Section):
 
     @model_validator(mode="after")
     def has_one_curve(self) -> "Pump":
+        if self.n_ref_rpm < LEAST_RPM:
+            raise ValueError(
+                f"n_ref_rpm = {self.n_ref_rpm:g}, need at least {LEAST_RPM:g}; check its unit: "
+                f"{self.n_ref_rpm:g} revolutions a second are {60 * self.n_ref_rpm:g} rpm"
+            )
         numbers = (self.H_0_m, self.Q_b_m3ph, self.H_b_m, self.eta_b)
         if self.curve_csv is not None:
             if any(number is not None for number in numbers):
@@ -178,7 +184,7 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
                 "names; if they are right, turn the order of the rows round"
             )
         raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, none below 0{asked}")
-    for name, most in (("Q_m3ph", MOST_FLOW), ("H_m", MOST_HEAD)):
+    for name, most in (("Q_m3ph", MOST_FLOW), ("H_m", HIGHEST)):
         if not table[name].max() <= most:
             raise ParameterError(
                 f"{path}: {name} reaches {table[name].max():.3g}, need at most {most:g}; correct "
@@ -191,7 +197,10 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
     else:
         eta = table["eta"][at_work]
         if not np.all((eta > 0) & (eta < 1)):
-            raise ParameterError(f"{path}: eta needs fractions between 0 and 1 where Q > 0")
+            raise ParameterError(
+                f"{path}: eta needs fractions between 0 and 1 where Q > 0; a column in per cent is "
+                "named `eta [%]`"
+            )
         P = RHO * GRAVITY * Q[1:] * H[1:] / eta
     if len(P) < len(Q):  # eta says nothing at Q = 0, nor does a curve that begins above it
         P = np.append(P[0] - (P[1] - P[0]) / (Q[2] - Q[1]) * Q[1], P)
@@ -247,6 +256,7 @@ COLUMNS = {
             "l/min": 0.06,
             "lpm": 0.06,
             "m3/s": 3600.0,
+            **dict.fromkeys(("gpm", "us gpm", "usgpm", "gpm (us)"), 0.003785411784 * 60),
         },
     ),
     "H_m": Quantity(("h", "head", "tdh"), {"m": 1.0, "ft": 0.3048}),
@@ -257,9 +267,24 @@ COLUMNS = {
 }
 
 
+MOST_HEAD = 20  # lines above the names of the columns, as of the pump's type
+
+
+def _from_names(rows: list[list[str]]) -> list[list[str]]:
+    """The rows from the one on that names flow and head, or a unit of one of them wrongly."""
+    for k, row in enumerate(rows[:MOST_HEAD]):
+        try:
+            named = {"Q_m3ph", "H_m"} <= set(recognised(row, COLUMNS))
+        except ParameterError:
+            named = True
+        if named:
+            return rows[k:]
+    return rows
+
+
 def _columns(path: Path) -> dict[str, FloatArray]:
     with reading(path, "a pump curve"):
-        names, *rows = read_rows(path)
+        names, *rows = _from_names(read_rows(path))
         known = recognised(names, COLUMNS)
         if not {"Q_m3ph", "H_m"} <= set(known) or not {"eta", "p_shaft_W"} & set(known):
             raise ParameterError(

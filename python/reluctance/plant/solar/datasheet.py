@@ -42,9 +42,9 @@ class Datasheet(Section):
     I_sc_A: float = Field(gt=0)
     V_mp_V: float = Field(gt=0)
     I_mp_A: float = Field(gt=0)
-    alpha_sc_pctpK: float = Field(ge=0, le=0.2)  # of I_sc, positive
-    beta_oc_pctpK: float = Field(ge=-0.6, lt=0)  # of V_oc, negative
-    gamma_mp_pctpK: float = Field(ge=-0.8, lt=0)  # of P_mp, negative
+    alpha_sc_pctpK: float = Field(ge=0)  # of I_sc, positive
+    beta_oc_pctpK: float = Field(lt=0)  # of V_oc, negative
+    gamma_mp_pctpK: float = Field(lt=0)  # of P_mp, negative
     cells: int = Field(ge=1)  # in series: 72 in a module of 144 half cells
 
     @model_validator(mode="after")
@@ -63,11 +63,28 @@ class Datasheet(Section):
         low, high = CELL_VOLTAGES
         each = self.V_oc_V / self.cells
         if not low <= each <= high:
+            half = low <= 2 * each <= high and self.cells % 2 == 0
+            told = f"{self.cells // 2} in a module of {self.cells}" if half else "72 in one of 144"
             raise ValueError(
                 f"cells = {self.cells}: {each:.2g} V a cell, need {low:g} to {high:g}; count the "
-                "cells in series: 72 in a module of 144 half cells"
+                f"cells in series: {told} half cells"
             )
+        self._check_coefficients()
         return self
+
+    def _check_coefficients(self) -> None:
+        """A datasheet may print them in mA/K, mV/K or W/K."""
+        for key, most, unit, whole in (
+            ("alpha_sc_pctpK", 0.2, "mA/K", 1e3 * self.I_sc_A),
+            ("beta_oc_pctpK", -0.6, "mV/K", 1e3 * self.V_oc_V),
+            ("gamma_mp_pctpK", -0.8, "W/K", self.P_mp_W),
+        ):
+            value = getattr(self, key)
+            if abs(value) > abs(most):
+                share = 100 * value / whole
+                hint = f"; if it is in {unit}, write {share:.3g}" if abs(share) < abs(most) else ""
+                sign = "<=" if most > 0 else ">="
+                raise ValueError(f"{key} = {value:g}, need {sign} {most:g} per cent per K{hint}")
 
 
 def cell_from(sheet: Datasheet, table: str) -> Cell:
