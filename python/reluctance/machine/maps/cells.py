@@ -2,18 +2,21 @@
 
 import csv
 import re
+import warnings
 from contextlib import closing
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
 from reluctance.base.columns import with_points
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import Note, ParameterError
 from reluctance.base.reading import is_number
-from reluctance.machine.maps.raw import column
+from reluctance.machine.maps.raw import column, stated_unit
 
 COMMENTS = ("#", "%", "//", "!")
 MOST_ROWS, MOST_COLUMNS = 200_000, 1000  # of a spreadsheet
+LEAST_ROWS = 3  # of a table on a sheet: names or an axis, and two more
+MOST_HEAD = 60  # lines above the names of the columns
 MOST_UNPACKED = 50_000_000  # bytes: the size of a spreadsheet says little, for it is packed
 
 
@@ -47,7 +50,7 @@ def text_rows(text: str) -> list[list[str]]:
         raise ParameterError("the file has no data; export the map again")
     separator = next((s for s in ";\t," if s in data[-1]), None)
     data = with_points(data, separator)
-    rows = [cells(line, separator) for line in data]
+    rows = _table([cells(line, separator) for line in data])
     head = _named_by_comment(lines, separator) if all(map(is_number, rows[0])) else None
     rows = rows if head is None or len(head) != len(rows[0]) else [head, *rows]
     for number, row in enumerate(rows, 1):
@@ -59,6 +62,32 @@ def text_rows(text: str) -> list[list[str]]:
     return rows
 
 
+def _table(rows: list[list[str]]) -> list[list[str]]:
+    """Without what stands above the table: titles, the date, a note. A row of a table has two cells
+    that are filled; names of at least three quantities have nothing above them that is data."""
+    head = next((k for k, row in enumerate(rows) if sum(map(bool, row)) > 1), 0)
+    named = [k for k, row in enumerate(rows[:MOST_HEAD]) if sum(map(_known, row)) >= 3]
+    return rows[max([head, *named[:1]]) :]
+
+
+def with_units(
+    rows: list[list[str]], names: dict[str, str]
+) -> tuple[list[list[str]], dict[str, str]]:
+    """Rows whose second one has the units of the columns, which then stand with their names; and
+    `names` for the new ones."""
+    if len(rows) < 3 or any(map(is_number, rows[0])):
+        return rows, names
+    units = [cell.strip("[]() ") for cell in rows[1]]
+    if any(map(is_number, units)) or sum(map(stated_unit, units)) < 2:
+        return rows, names
+    head = [
+        f"{name} [{unit}]" if stated_unit(unit) else name
+        for name, unit in zip(rows[0], units, strict=True)
+    ]
+    new = dict(zip(rows[0], head, strict=True))
+    return [head, *rows[2:]], {quantity: new.get(name, name) for quantity, name in names.items()}
+
+
 def cells(line: str, separator: str | None) -> list[str]:
     """The cells of a line; a separator within quotes is none."""
     if separator is None:
@@ -68,7 +97,7 @@ def cells(line: str, separator: str | None) -> list[str]:
 
 
 def sheet_rows(path: Path) -> list[list[str]]:
-    """Rows of the first sheet of an .xlsx file, without empty ones.
+    """Rows of the first sheet of an .xlsx file that has a table, without empty ones.
 
     Raises
     ------
@@ -89,11 +118,17 @@ def sheet_rows(path: Path) -> list[list[str]]:
             "MB; put the map alone on a sheet, or save it as CSV"
         )
     with closing(load_workbook(path, read_only=True, data_only=True)) as book:
-        found = _filled_rows(book.worksheets[0])
-    filled = [n for n in range(max(map(len, found), default=0)) if any(row[n] for row in found)]
-    if not filled:
-        raise ParameterError("the first sheet is empty; put the map there")
-    return [[row[n] for n in filled] for row in found]
+        for sheet in book.worksheets:
+            found = _table(_filled_rows(sheet))
+            width = max(map(len, found), default=0)
+            found = [row + [""] * (width - len(row)) for row in found]
+            filled = [n for n in range(width) if any(row[n] for row in found)]
+            if len(found) >= LEAST_ROWS and len(filled) > 1:
+                if sheet.title != book.worksheets[0].title:
+                    told = f"{path}: sheet `{sheet.title}` is read, the first one with a table"
+                    warnings.warn(told, Note, stacklevel=2)
+                return [[row[n] for n in filled] for row in found]
+    raise ParameterError("no sheet has a table; put the map on the first one")
 
 
 def _filled_rows(sheet: Any) -> list[list[str]]:

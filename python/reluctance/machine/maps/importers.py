@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.reading import MOST, is_number, numbers, read_text, reading
-from reluctance.machine.maps.cells import sheet_rows, text_rows
+from reluctance.machine.maps.cells import sheet_rows, text_rows, with_units
 from reluctance.machine.maps.conventions import EXCHANGED, is_inverse, settled
-from reluctance.machine.maps.mat_file import read_arrays
+from reluctance.machine.maps.mat_file import passed_over, read_arrays
 from reluctance.machine.maps.raw import Column, RawMap, chosen
 from reluctance.machine.maps.table import Array, FluxTable
 from reluctance.machine.maps.variations import is_swept, swept
@@ -23,6 +23,7 @@ from reluctance.machine.maps.variations import is_swept, swept
 # Maps in the wild have 6 to 31 angles and 6 to 19 currents, some kilobytes.
 MAX_BYTES = 20_000_000
 MOST_POLES = 1000
+SCATTERED = 0.5  # of a grid without a sample: of scattered ones nearly all, of a grid few
 KINDS = {
     ".mat": ("a .mat file of v5 to v7", "save with `save(name, '-v7')`"),
     ".xlsx": ("an .xlsx file", "save the sheet again, or as CSV"),
@@ -152,6 +153,7 @@ def _read(path: Path, names: dict[str, str], *, torque: bool = False) -> RawMap:
 
 def _from_rows(rows: list[list[str]], names: dict[str, str], *, torque: bool) -> RawMap:
     """The map in rows of cells: long, a sweep, or a grid."""
+    rows, names = with_units(rows, names)
     head = rows[0]
     if is_swept(head):
         return swept(rows)
@@ -194,12 +196,7 @@ def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False)
                 RawMap(levels, theta, over, None, "currents_down", None, angle.unit, angle.kind),
                 inverse=True,
             )
-        k, n = np.argwhere(count != 1)[0]
-        fault = "is missing" if count[k, n] == 0 else f"appears {count[k, n]} times"
-        raise ParameterError(
-            f"the sample at {i[k]:g} A, angle {theta[n]:g} {fault}, need every current at every "
-            f"angle once ({len(i)} x {len(theta)}); complete the grid"
-        )
+        raise ParameterError(_no_grid(i, theta, count))
     grids: dict[str, Array] = {}
     for quantity in ("psi", "tau"):
         if quantity in data:
@@ -210,6 +207,22 @@ def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False)
     flux = grids[value]
     extra = None if torque else tau
     return RawMap(i, theta, flux, extra, "currents_down", None, angle.unit, angle.kind)
+
+
+def _no_grid(i: Array, theta: Array, count: NDArray[np.intp]) -> str:
+    """Why samples are none, and what to do."""
+    need = f"need every current at every angle once ({len(i)} x {len(theta)})"
+    if (count == 0).mean() > SCATTERED:
+        return (
+            f"{count.sum()} samples have {len(i)} currents and {len(theta)} angles, {need}; they "
+            "are scattered: interpolate them to the same currents at each angle, in their unit, "
+            "and round the angles to those that were meant"
+        )
+    k, n = np.argwhere(count != 1)[0]
+    at = f"the sample at {i[k]:g} A, angle {theta[n]:g}"
+    if count[k, n] > 1:
+        return f"{at} appears {count[k, n]} times, {need}; remove all but one of them"
+    return f"{at} is missing, {need}; add it, or leave out its whole current or angle"
 
 
 def _check_torque_name(head: list[str], read: set[str]) -> None:
@@ -253,6 +266,11 @@ def _read_mat(path: Path, names: dict[str, str]) -> RawMap:
         raise ParameterError("this is .mat v7.3, need v5 to v7; save with `save(name, '-v7')`")
     arrays = read_arrays(path)
     numbers_of = {k: v for k, v in arrays.items() if v.dtype.kind == "f" and v.size > 1}
+    if not numbers_of and (others := passed_over(path)):
+        raise ParameterError(
+            f"no array of numbers, but {', '.join(f'`{name}`' for name in others)}; of a struct, "
+            f"save the fields with `save('map.mat', '-struct', '{others[0]}', '-v7')`"
+        )
     raw = _from_arrays(numbers_of, names, "the .mat file")
     poles = arrays.get("N_r", arrays.get("Nr"))
     if poles is not None:

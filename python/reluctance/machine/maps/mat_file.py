@@ -33,20 +33,25 @@ def read_arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     ParameterError
         If it is no such file, or has more than MOST_UNPACKED bytes in a variable.
     """
+    return {name: array for name, array in _variables(path) if array is not None}
+
+
+def passed_over(path: Path) -> list[str]:
+    """Names of what is neither an array of numbers nor a text: structs, cells, objects."""
+    return [name for name, array in _variables(path) if array is None and name]
+
+
+def _variables(path: Path) -> Iterator[tuple[str, NDArray[np.generic] | None]]:
     data = path.read_bytes()
     order = {b"IM": "<", b"MI": ">"}.get(data[HEAD - 2 : HEAD])
     if order is None or data[HEAD - 4 : HEAD - 2] not in (b"\0\1", b"\1\0"):
         raise ParameterError("not a .mat file of v5 to v7; save with `save(name, '-v7')`")
-    found: dict[str, NDArray[np.generic]] = {}
     for kind, part in _elements(data[HEAD:], order):
         if kind == COMPRESSED:
             part = _unpacked(part)
             kind, part = next(_elements(part, order), (0, b""))
         if kind == MATRIX:
-            name, array = _variable(part, order)
-            if array is not None:
-                found[name] = array
-    return found
+            yield _variable(part, order)
 
 
 def _unpacked(data: bytes) -> bytes:

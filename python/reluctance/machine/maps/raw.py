@@ -11,7 +11,7 @@ from reluctance.machine.maps.table import Array
 # Name stems, lower case, with the names of the Simulink example maps first.
 STEMS = {
     "psi": ("ftbl", "psi", "flux", "fluxlinkage", "flux_linkage", "lambda", "linkage"),
-    "i": ("statorcurrent", "i", "current", "i_ph", "i_phase", "phase_current"),
+    "i": ("statorcurrent", "i", "current", "curr", "i_ph", "i_phase", "phase_current"),
     "theta": ("rotorangle", "theta", "angle", "position", "pos", "rotor_angle", "theta_r"),
     "tau": ("ttbl", "tau", "torque", "t", "tau_ph", "phase_torque"),
 }
@@ -98,6 +98,13 @@ def _by_unit(name: str) -> Column | None:
             if all(word in units or (quantity == "theta" and word in KINDS) for word in words):
                 return stated_column(quantity, name)
     return None
+
+
+def stated_unit(cell: str) -> bool:
+    """Whether a text is a unit, and the kind of an angle, and no more: `mWb`, `el. deg`."""
+    words = _words(cell)
+    units = [word for word in words if any(word in known for known in UNITS.values())]
+    return len(units) == 1 and all(word in units or word in KINDS for word in words)
 
 
 def leading(name: str) -> str:
