@@ -24,7 +24,7 @@ ABOVE_COLD = 1.05  # of the open-circuit voltage on a cold morning, where no rat
 OVER_SPEED = 1.3  # of the speed that the drive works at
 ENCODER_STEPS = 1.5  # one by which the angle is late, half a one of margin
 SMALLEST_SLACK_DEG = 0.1  # electrical; for an ideal sensor
-ACCELERATION_MARGIN = 2.0  # torque above its mean, a shaft that gives way, an unknown inertia
+ACCELERATION_MARGIN = 1.25  # a shaft that gives way, an inertia that is not well known
 MOST_SLACK_DEG = 170.0  # electrical; beyond, an angle looks like one the other way round
 MUTUAL = 0.01  # of the greatest flux linkage: what the other phases may add to one
 NOISE_AHEAD = 2.0  # n samples of noise of the dc link add up to sqrt(n) <= 2 + n/8 of one
@@ -233,16 +233,26 @@ def _advance(drive: Drive, slack: float, omega_max: float) -> _core.Advance:
 
 
 def _acceleration(drive: Drive, omega_max: float) -> float:
-    """Greatest acceleration, that of a drive which brakes together with its load, or of the course
-    of a held speed [rad/s^2]. The speed may be any up to over-speed; a fan or a pump takes no more
-    there than what drives it."""
+    """Greatest acceleration, that of a machine which brakes together with its load, or of the
+    course of a held speed [rad/s^2]. The speed may be any up to over-speed; a fan or a pump takes
+    no more there than what drives it."""
     load = drive.load
     times, speeds = (np.array(part) for part in load.omega)
     held = np.abs(np.diff(speeds) / np.diff(times)).max(initial=0.0)
     steady = max(abs(tau) for tau in load.tau_0[1])
-    driven = drive.tau_max + steady
+    driven = _greatest_torque(drive) + steady
     passive = driven if load.pump is not None else min(load.k * omega_max**2, driven)
     return max((driven + passive) / drive.J, float(held))
+
+
+def _greatest_torque(drive: Drive) -> float:
+    """Of all phases that pull one way at i_max, at the angle where it is most: whatever the law asks
+    for, a fault or a ripple of it can be as much [N m]."""
+    machine = drive.machine
+    turn = np.linspace(0.0, 2 * np.pi, 90 * machine.n_phases, endpoint=False)
+    i = np.full_like(turn, machine.i_max_A)
+    one = np.maximum(_core.magnetics(machine.magnetics, i, turn)[:, 2], 0.0)
+    return float(one.reshape(machine.n_phases, -1).sum(axis=0).max())
 
 
 def _model_error(drive: Drive, step: float) -> float:
