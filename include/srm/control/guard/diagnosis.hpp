@@ -34,16 +34,16 @@
 // would pass i_max before legs that are switched off now can act, or where the phase has more flux
 // linkage than i_max means.
 //
-// Angles are kept in steps of 15 deg, electrical, each with the angles half a step around it. The
-// map is monotone from unaligned to aligned, so that a phase leaves an arc of them, the end of
-// which is searched, at first with the sample of the contradiction; the few that all arcs leave are
-// asked one by one. With three phases, cables exchanged behind the sensors of two of them are the
-// same as an angle that runs backwards: this is called reversed. At standstill offset and reversed
-// are the same.
+// Angles are kept in steps of 15 deg, electrical, each with the angles half a step around it. A
+// phase leaves an arc of them (angle_search.hpp), at first by the sample of the contradiction; the
+// few that all arcs leave are asked one by one. With three phases, cables exchanged behind the
+// sensors of two of them are the same as an angle that runs backwards: this is called reversed. At
+// standstill offset and reversed are the same.
 #pragma once
 
 #include <bit>
 
+#include "srm/control/guard/angle_search.hpp"
 #include "srm/control/guard/guarded.hpp"
 #include "srm/control/guard/likeness.hpp"
 #include "srm/control/guard/phase_trial.hpp"
@@ -105,18 +105,11 @@ struct Diagnosis {
     Span any;                                // from the voltage alone: at any angle
     Drop drop;                               // over the last sample
     Span shown;                              // narrowed by what the readings mean at the angle
-    int counted = -1;                        // samples since it had none; less than 0: unknown
     T taken{};                               // by the resistance in this time [Wb]
-    T left{};                                // of the stroke before, at most [Wb]
-  };
+    T left{never<T>};                        // by which the middle of `any` may be wrong then [Wb]
 
-  /// For the angle where a current has a flux linkage.
-  struct Search {
-    static constexpr int most = 8;  // evaluations of the map: to 1.4 deg
-    T psi{}, i{}, theta_e{}, low{}, high{};
-    int turn = 0;   // two for each phase
-    int steps = 0;  // to go
-    bool found = false;
+    /// Without flux linkage, and none is built up: its bounds stay zero.
+    constexpr bool idle() const { return timed && !now.magnetizes && !(any.most > T(0)); }
   };
 
   template <int N>
@@ -133,7 +126,7 @@ struct Diagnosis {
     std::uint8_t tried = 0;  // phases, when more than an angle nearby was left last
     Fault<T> first;
     Explanations left{};
-    Search search;
+    AngleSearch<T> search;
     int angle = 0, angle_phase = 0;  // asked next
     int both = 0, pair = 0;          // asked last
     // Of the phase that was contradicted first with each other one, were they exchanged: by the
@@ -160,12 +153,13 @@ struct Diagnosis {
     ++x.likeness.now;
     for (int k = 0; k < N; ++k) {
       Phase& each = x.phase[k];
-      const Push push = push_of(each, guard.acting[k], p, guard.i[k], y.i[k], u_dc);
-      const Drop drop = each.drop = drop_of(p, guard.i[k], y.i[k], u_dc);
-      advance(each.any, push, drop);
-      each.age = each.any.least > T(0) ? each.age + 1 : 0;
-      count(each, drop);
-      advance(each.shown, push, drop);
+      if (in_doubt || !each.idle()) {
+        const Push push = push_of(each, guard.acting[k], p, guard.i[k], y.i[k], u_dc);
+        const Drop drop = each.drop = drop_of(p, guard.i[k], y.i[k], u_dc);
+        advance(each.any, push, drop);
+        count(each, push, drop);
+        advance(each.shown, push, drop);
+      }
       if (in_doubt && x.doubted % (4U * N) != 4U * k) continue;
       ask_shown(x, p, machine, y, k);
     }
@@ -230,6 +224,7 @@ struct Diagnosis {
     T least{}, most{};  // and from then on
     T again{};          // at least so much may have built up
     T drop{};           // of the devices: where no current flows, it does not count
+    bool builds{};      // without magnetizing no flux linkage grows
   };
 
   template <Machine M, int N>
@@ -258,7 +253,7 @@ struct Diagnosis {
       const OrderFlux<T>& o = ordered.now;
       const T idle = o.idle_level * u_dc - o.idle_drop;
       const T rest = o.level * u_dc - o.drop - idle;
-      return {.idle = idle, .least = rest, .most = rest, .drop = o.drop};
+      return {.idle = idle, .least = rest, .most = rest, .drop = o.drop, .builds = o.magnetizes};
     }
     // A comparator may see the current with another gain than the readings have.
     const T T_s = p.flux.T_s;
@@ -268,14 +263,17 @@ struct Diagnosis {
     const T slack = drops.t_dead * u_dc + T(2) * (drops.v_switch + drops.v_diode) * T_s;
     return {.least = least * T_s * u_dc - slack,
             .most = most * T_s * u_dc + slack,
-            .again = most > T(-1) ? (T(1) + u_error) * T_s * u_dc : T(0)};
+            .again = most > T(-1) ? (T(1) + u_error) * T_s * u_dc : T(0),
+            .builds = most > T(-1)};
   }
 
   /// Moves bounds over a sample.
   constexpr void advance(Span& s, const Push& push, const Drop& drop) const {
+    const T before = s.most;
     s.least = max(max(s.least + push.idle, T(0)) + push.least - drop.most, T(0));
     s.most = max(max(s.most + push.idle, T(0)) + push.most - drop.least, push.again);
     if (!drop.flows) s.most = s.most + push.drop;
+    if (!push.builds) s.most = min(s.most, before);
     if (drop.ends_at_zero) s.most = min(s.most, psi_zero);
   }
 
@@ -297,16 +295,16 @@ struct Diagnosis {
     return s.most < meant.least ? 1 : 0;
   }
 
-  /// Counts samples while the middle of the bounds is what the nominal voltage and resistance make
-  /// of what was left of the stroke before.
-  constexpr void count(Phase& each, const Drop& drop) const {
+  /// Counts samples since the flux linkage may have been zero, from when on the middle of its
+  /// bounds is what the nominal voltage and resistance make of it. left: what it was then, at most,
+  /// and what the orders have left open since, as the error of the middle.
+  constexpr void count(Phase& each, const Push& push, const Drop& drop) const {
     if (each.any.least > T(0)) {
-      if (!each.timed) each.counted = -1;
-      if (each.counted < 0) return;
-      ++each.counted;
+      ++each.age;
       each.taken = each.taken + (drop.least + drop.most) / T(2);
+      if (!each.timed) each.left = each.left + (push.most - push.least) / T(2);
     } else {
-      each.counted = each.any.most < psi_error ? 0 : -1;
+      each.age = 0;
       each.taken = T(0);
       each.left = each.any.most / T(2);
     }
@@ -345,10 +343,10 @@ struct Diagnosis {
   constexpr bool hear(State<N>& x, const Protection<T>& p, const Measurement<T, N>& y, int k,
                       T theta_e, const Span& meant) const {
     const Phase& each = x.phase[k];
-    if (!(y.i[k] > p.i_zero && each.counted > 0)) return false;
+    if (!(y.i[k] > p.i_zero && each.age > 0)) return false;
     const T psi = (each.any.least + each.any.most) / T(2);
     const T map = (meant.least + meant.most) / T(2);
-    likeness.hears(x.likeness, k, {theta_e, y.i[k], psi, map, each.taken, each.left, each.counted});
+    likeness.hears(x.likeness, k, {theta_e, y.i[k], psi, map, each.taken, each.left, each.age});
     return true;
   }
 
@@ -407,9 +405,10 @@ struct Diagnosis {
                                      : Status::dead_current_sensor;
       x.first = {status, std::int8_t(k), side > 0 ? meant.least : meant.most,
                  side > 0 ? s.most : s.least};
-      x.search = {.turn = 2 * k + (side > 0)};
+      x.search = {};
+      x.search.turn = 2 * k + (side > 0);
       begin(x.search, x.phase[k].any, p, y.i[k], y.theta_e);
-      if (before || x.trial.rounds != 0 || !flows || x.phase[k].counted <= 0) {
+      if (before || x.trial.rounds != 0 || !flows || x.phase[k].left > psi_error) {
         doubts(x);
       } else {
         x.near = k;
@@ -505,78 +504,32 @@ struct Diagnosis {
   }
 
   /// Drops the angles where a phase has less flux linkage with its current than it must have, or
-  /// more than it can have, at the sample where the search began. The map is monotone from
-  /// unaligned to aligned, so that an arc is left; its end is searched by halving.
+  /// more than it can have, at the sample where the search began.
   template <Machine M, int N>
   constexpr void search(State<N>& x, const Protection<T>& p, const M& machine,
                         const Measurement<T, N>& y) const {
-    Search& at = x.search;
-    if (at.steps == 0) {
-      if (at.found) keep_arc<N>(x.left, at);
-      at.turn = at.turn + 1 < 2 * N ? at.turn + 1 : 0;
-      const int k = at.turn / 2;
-      begin(at, x.phase[k].any, p, y.i[k], y.theta_e);
+    AngleSearch<T>& at = x.search;
+    if (!at.ends()) {
+      if (!at.step(machine)) x.left.no_angle();
       return;
     }
-    if (at.steps == Search::most) {
-      const bool least = at.turn % 2 == 0;
-      const T psi = machine.at(at.i, least ? at.high : at.low).psi;
-      if (least ? psi < at.psi : psi > at.psi) {  // at no angle
-        x.left.no_angle();
-        at.steps = 0;
-        at.found = false;
-        return;
-      }
-    } else {
-      halve(at, machine);
+    if (at.found) {
+      at.template narrow<Explanations::n_angles, N>(x.left.offset, x.left.reversed, theta_error);
     }
-    halve(at, machine);
-    at.steps -= 2;
-  }
-
-  template <int N>
-  constexpr void keep_arc(Explanations& left, const Search& at) const {
-    constexpr int n_angles = Explanations::n_angles;
-    constexpr T step = two_pi<T> / T(n_angles);
-    const bool least = at.turn % 2 == 0;
-    const T reach = (least ? pi<T> - at.low : at.high) + theta_error + step / T(2);
-    const T from = (least ? pi<T> : T(0)) + static_cast<T>(at.turn / 2) * two_pi<T> / T(N);
-    left.offset &= arc<n_angles>((from - at.theta_e) / step, reach / step);
-    left.reversed &= arc<n_angles>((from + at.theta_e) / step, reach / step);
-  }
-
-  template <Machine M>
-  static constexpr void halve(Search& at, const M& machine) {
-    const T half = (at.low + at.high) / T(2);
-    T& end = machine.at(at.i, half).psi < at.psi ? at.low : at.high;
-    end = half;
+    at.turn = at.turn + 1 < 2 * N ? at.turn + 1 : 0;
+    begin(at, x.phase[at.phase()].any, p, y.i[at.phase()], y.theta_e);
   }
 
   /// Begins a search where a sample tells something.
-  constexpr void begin(Search& at, const Span& any, const Protection<T>& p, T i, T theta_e) const {
-    const bool flows = i > p.i_zero, least = at.turn % 2 == 0;
-    at.i = flows ? i : p.i_zero + p.flux.i_error;
+  constexpr void begin(AngleSearch<T>& at, const Span& any, const Protection<T>& p, T i,
+                       T theta_e) const {
+    const bool flows = i > p.i_zero;
     const T part = map_error + (flows ? i_gain + p.flux.i_error / i : T(0));
-    at.found = least ? any.least > psi_error : flows && part < T(1);
+    at.found = at.least() ? any.least > psi_error : flows && part < T(1);
     if (!at.found) return;
-    at.steps = Search::most;
-    at.psi =
-        least ? (any.least - psi_error) / (T(1) + part) : (any.most + psi_error) / (T(1) - part);
-    at.theta_e = theta_e;
-    at.low = T(0);
-    at.high = pi<T>;
-  }
-
-  /// The whole numbers not further than reach, 1/2 or more, from a middle, on a circle: a bit each.
-  template <int n>
-  static constexpr std::uint32_t arc(T middle, T reach) {
-    constexpr std::uint32_t all = (1U << n) - 1;
-    const int first = -static_cast<int>(floor(reach - middle));
-    const int count = static_cast<int>(floor(middle + reach)) - first + 1;
-    if (count >= n) return all;
-    const std::uint32_t bits = (1U << count) - 1;
-    const int turned = (first % n + n) % n;
-    return (bits << turned | bits >> (n - turned)) & all;
+    const T psi = at.least() ? (any.least - psi_error) / (T(1) + part)
+                             : (any.most + psi_error) / (T(1) - part);
+    at.begin(psi, flows ? i : p.i_zero + p.flux.i_error, theta_e);
   }
 
   /// The next angle that is left is held against the next phase.

@@ -49,7 +49,7 @@ struct Likeness {
     T psi;    // by its voltage [Wb]
     T map;    // by its reading [Wb]
     T taken;  // by the resistance, since it had no flux linkage [Wb]
-    T left;   // which that may have been nevertheless [Wb]
+    T left;   // by which psi may be wrong besides [Wb]
     int age;  // samples since then
   };
 
