@@ -10,6 +10,7 @@ import pytest
 from matplotlib.dates import date2num
 from matplotlib.figure import Figure
 
+from reluctance.base.errors import ParameterError
 from reluctance.plant.hydraulics.pump import Pump
 from reluctance.plant.solar.pv_module import CellNumbers
 from reluctance.pumping import (
@@ -24,8 +25,10 @@ from reluctance.pumping import (
     report,
     with_units,
 )
+from reluctance.pumping import loss_map as maps
 from reluctance.pumping.clouds import Clouds
-from reluctance.pumping.sizing import figure, meets, parsed, smallest, usual
+from reluctance.pumping.matching import Limit
+from reluctance.pumping.sizing import figure, meets, parsed, sizes, smallest, usual, write_sizes
 from reluctance.pumping.system import TABLES
 from reluctance.pumping.text import LABELS, number, rows, size_table
 
@@ -300,6 +303,107 @@ def test_hours_at_a_limit_and_below_the_loss_map_are_told_with_their_count(found
     f = with_units(found.__class__(**{**found.__dict__, "storage": None}))
     assert f["demand_m3"] is None and f["level_start_m3"] is None
     assert not any("no water" in line or " h at " in line for line in remarks(found))
+
+
+@pytest.fixture(scope="module")
+def dry(found):
+    """The same day without water."""
+    nothing = np.zeros(len(found.t))
+    return replace(found, samples=replace(found.samples, Q=nothing), storage=None)
+
+
+@pytest.mark.parametrize(
+    ("limit", "reach", "told"),
+    [
+        (Limit.none, None, "take more modules or less head"),
+        (Limit.torque, 1.0, "the torque limit of 1 N m is too low"),
+        (Limit.torque, 0.5, "the machine gives no more at"),
+        (Limit.voltage, None, "the voltage is too low"),
+    ],
+)
+def test_why_there_is_no_water_follows_from_what_limits(dry, limit, reach, told):
+    """Each with its numbers: the least torque of the pump with the friction of the machine."""
+    samples = replace(dry.samples, limit=np.full(len(dry.t), float(limit)))
+    losses = dry.losses
+    if reach is not None:
+        losses = replace(losses, tau_set_up=reach)
+    system = dry.system.with_values({"limits.tau_max_Nm": 1.0}) if reach else dry.system
+    dry = replace(dry, samples=samples, losses=losses, system=system)
+    (line,) = (line for line in remarks(dry) if line.startswith("no water: "))
+    omega, load = dry.load.omega[0], dry.load
+    tau = load.tau[0] + dry.system.drive.machine.B_Nms * omega
+    assert told in line
+    if limit != Limit.none:
+        rpm = omega * 30 / np.pi
+        assert f"the pump needs {tau:.3g} N m at {rpm:.0f} rpm, where it begins to lift" in line
+    if limit == Limit.none:
+        u = np.median(samples.u_dc[samples.p_mp > 0])
+        (p,) = losses.p_in(*(np.array([x]) for x in (u, omega, tau)))
+        assert f"the drive needs {p:.0f} W" in line
+        assert f"gives at most {samples.p_link.max():.0f} W" in line
+    if limit == Limit.voltage:
+        u = samples.u_dc.max()
+        (most,) = losses.greatest_torque(np.array([u]), np.array([omega]))
+        assert f"the machine gives {most:.3g} N m there at {u:.0f} V; take more modules" in line
+
+
+def test_a_law_that_does_not_reach_the_torque_is_told_with_the_torque_to_set(found):
+    reach = 0.8 * found.system.tau_max
+    (line,) = (
+        line
+        for line in remarks(replace(found, losses=replace(found.losses, tau_set_up=reach)))
+        if line.startswith("the control law reaches")
+    )
+    most = float(re.search(r"tau_max_Nm = ([\d.]+)", line)[1])
+    assert reach - 1e-3 < most <= reach  # never above what it reaches
+    rpm = found.system.pump.omega_max * 30 / np.pi
+    assert f"of {found.system.tau_max:g} N m at {found.system.u_dc:g} V and {rpm:.0f} rpm" in line
+    assert not any(line.startswith("the control law reaches") for line in remarks(found))
+
+
+@pytest.mark.parametrize("reach", [1.0, 0.9, 0.5, 0.05])
+def test_a_law_is_set_up_for_the_greatest_torque_that_it_reaches(found, monkeypatch, reach):
+    """To within the part of the torque that counts as held, and never beyond."""
+    real, most = maps.at, 10.0
+
+    def at(drive, **point):
+        if point["tau"] > reach * most:
+            raise ParameterError(f"no more than {reach}")
+        return real(drive, **{**point, "tau": 1.0, "tau_max": 1.0})
+
+    monkeypatch.setattr(maps, "at", at)
+    able = maps.set_up(found.system.drive, 100.0, most)
+    assert reach * most - 0.03 * most <= able.tau_max <= reach * most
+    assert able.tau_max == most or reach < 1
+
+
+def test_a_law_that_reaches_no_torque_is_refused_with_its_reason(found, monkeypatch):
+    def none(drive, **point):
+        raise ParameterError(f"not {point['tau']:g}")
+
+    monkeypatch.setattr(maps, "at", none)
+    with pytest.raises(ParameterError, match=r"^not 8$"):  # what was asked for
+        maps.set_up(found.system.drive, 100.0, 8.0)
+
+
+def test_sizes_are_written_by_what_is_varied(tmp_path):
+    table = table_of_sizes(*((n, h, 1, 1, n / h, 0.1) for h in (10, 30) for n in (4, 5)))
+    values = {"pipe.H_static_m": [10, 30], "array.n_series": [4, 5]}
+    one = {"array.n_series": [4, 5]}
+    paths = write_sizes([table, table[:2]], [values, one], tmp_path / "new")
+    stems = "sizes_H_static_m_n_series", "sizes_n_series"
+    assert [p.name for p in paths] == [f"{s}.{end}" for s in stems for end in ("csv", "png")]
+    again = pd.read_csv(paths[0])
+    assert again["water_m3"].to_numpy() == pytest.approx(table["water_m3"].to_numpy(), rel=1e-7)
+    assert [*again.columns] == [*table.columns] and len(pd.read_csv(paths[2])) == 2
+    assert all(p.read_bytes().startswith(b"\x89PNG") for p in paths[1::2])
+
+
+def test_sizes_need_a_value_and_one_of_the_system(village):
+    with pytest.raises(ParameterError, match=r"^array\.n_series: need at least one value$"):
+        sizes(village, {"array.n_series": []})
+    with pytest.raises(ParameterError, match=r"unknown value `array\.n_serie`"):
+        sizes(village, {"array.n_serie": [3]})
 
 
 def lines(ax):
