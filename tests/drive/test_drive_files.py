@@ -231,6 +231,17 @@ def test_an_unusable_file_is_named(tmp_path, content, says):
         rl.load(path)
 
 
+def test_a_system_is_no_drive_file_and_a_torque_far_beyond_the_machine_is_not_meant():
+    with pytest.raises(rl.ParameterError, match="a pumping system, not a drive file; use `relu"):
+        rl.load(EXAMPLES / "sun_day.toml")
+    path, given = EXAMPLES / "paper_pump.toml", ["load.kind=torque", "load.k_pump_Nms2="]
+    most = 1e4 * rl.load(path).machine.greatest_torque
+    assert rl.load(path, [*given, f"load.tau_Nm={0.999 * most!r}"])
+    for tau in (1.001 * most, -1.001 * most):
+        with pytest.raises(rl.ParameterError, match=r"\[load\] torque .* N m, need at most"):
+            rl.load(path, [*given, f"load.tau_Nm={tau!r}"])
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(rl.ParameterError, match="No such file"):
         rl.load(tmp_path / "none.toml")

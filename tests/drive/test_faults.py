@@ -476,6 +476,23 @@ def test_the_list_is_that_of_the_core():
     assert [*NEEDS][:-1] == [*_core.Broken.__members__]
 
 
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ({"kind": "dc_sag", "part": 0.5, "theta_e_deg": 10}, "theta_e_deg has no effect with"),
+        ({"kind": "open_wire", "gain": 2}, "gain has no effect with kind = 'open_wire'"),
+        ({"kind": "open_wier"}, "no such fault; did you mean `open_wire`"),
+        ({"kind": "dc_sag"}, "kind = 'dc_sag' needs part"),
+        ({"kind": "open_wire", "phase": "d"}, "need one of the 3 phases of the machine"),
+    ],
+)
+def test_a_fault_that_cannot_be_is_refused(fault, told):
+    with pytest.raises(rl.ParameterError, match=told):
+        rl.load(EXAMPLES / "deadbeat.toml").with_values(
+            {f"faults.0.{key}": value for key, value in fault.items()}
+        )
+
+
 def test_what_does_not_know_faults_refuses_them(tmp_path):
     one = rl.load(EXAMPLES / "deadbeat.toml").with_values({"faults.0.kind": "open_wire"})
     from reluctance.targets.export.blob import blob

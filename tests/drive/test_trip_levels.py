@@ -138,9 +138,18 @@ def test_states_have_the_levels_of_the_page():
     assert sequence(loop, protection(loop)).reference_max == pytest.approx(
         0.95 * protection(loop).levels.omega_max
     )
-    with pytest.raises(rl.ParameterError, match="speed_limit_rpm"):
-        given = drive("protection.speed_limit_rpm=2000")
-        sequence(given, protection(given))
+    low = drive("protection.u_dc_min_V=200")  # 0.7 of 240 V is below it
+    assert sequence(low, protection(low)).u_ready == pytest.approx(1.05 * 200)
+    limited = drive("protection.speed_limit_rpm=1800", name="paper_rated")
+    assert sequence(limited, protection(limited)).omega_none == pytest.approx(60 * np.pi)
+    for given, told in (
+        ("speed_limit_rpm=1950", "need less than the 1950 rpm of over-speed"),
+        ("u_ready_V=60", "u_ready_V = 60, need between u_dc_min_V = 60 and u_dc_max_V = 300"),
+        ("u_ready_V=300", "u_ready_V = 300, need between u_dc_min_V = 60 and u_dc_max_V = 300"),
+    ):
+        with pytest.raises(rl.ParameterError, match=told):
+            wrong = drive(f"protection.{given}")
+            sequence(wrong, protection(wrong))
 
 
 def test_a_diagnosis_allows_what_is_stated_and_tries_a_third_of_the_current():
