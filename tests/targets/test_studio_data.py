@@ -1,5 +1,7 @@
 """What the page of the studio is written with, without a browser."""
 
+import contextlib
+
 import numpy as np
 import pytest
 from firmware_tools import ROOT
@@ -16,7 +18,10 @@ from reluctance.targets.studio.controls import (
     periods,
     tables,
 )
+from reluctance.targets.studio.starts import STARTS
 from reluctance.targets.studio.write import curves
+
+OF_A_TRIP = {"supervision.fault", "supervision.fault_s"}
 
 
 def test_the_curves_behind_the_energy_loop_are_flux_linkages():
@@ -65,14 +70,28 @@ def test_a_control_sets_the_numbers_of_the_drive_with_its_value():
 
 def test_a_control_that_a_drive_does_not_have_is_not_offered():
     drive = rl.load(ROOT / "examples" / "sharing_cubic.toml")
-    absent = {c.key for c in CONTROLS if c.key in ("control.band_Nm", "control.f_switch_kHz")}
+    absent = {c.key for c in CONTROLS if c.key in ("control.i_ref_A", "control.f_switch_kHz")}
     assert absent
     for control in CONTROLS:
         if control.key in absent:
             assert offered(drive, control) is None
     with pytest.raises(KeyError):
-        given_value(drive, "control.band_Nm")
+        given_value(drive, "control.i_ref_A")
     assert given_value(drive, "load.speed_rpm") == 1500
+
+
+def test_every_control_is_offered_by_a_drive_of_the_page():
+    """A key that no drive has any more would leave its slider out without a word."""
+    left = {control.key for control in CONTROLS}
+    for start in STARTS:
+        drive = start.drive()
+        for key in sorted(left):
+            with contextlib.suppress(KeyError):
+                if given_value(drive, key) is not None:
+                    left.discard(key)
+    assert left <= OF_A_TRIP, left
+    supervised = next(s for s in STARTS if s.name == "supervised").drive()
+    assert all(given_value(supervised, key) is not None for key in OF_A_TRIP)
 
 
 def test_only_numbers_become_a_table_and_not_more_than_fifty():

@@ -84,7 +84,6 @@ CONTROLS = (
     Control("control.theta_ov_deg", "Overlap angle", "° el.", between(4, 60, 2)),
     Control("control.i_ref_A", "Current reference", "A", around(0.1, 1.5)),
     Control("control.i_band_A", "Current band, ±", "A", around(0.25, 4.0)),
-    Control("control.band_Nm", "Torque band, ±", "N m", around(0.25, 4.0)),
     Control("control.f_switch_kHz", "Switching frequency", "kHz", around(0.25, 2.0)),
     Control("control.T_s_us", "Control period", "µs", periods),
     Control("sensing.adc_bits", "Current resolution", "bit", choice(0, 5, 6, 8, 10, 12)),
