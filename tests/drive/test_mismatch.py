@@ -72,6 +72,8 @@ def test_angle_offset_shifts_the_window_the_other_way(watch: str, offset: float)
         ("mismatch.R_factor=0", "R_factor = 0, need > 0"),
         ("mismatch.flux_factor=-1.0", "flux_factor = -1.0, need > 0"),
         ("mismatch.angle_offset_deg=91.0", "angle_offset_deg = 91.0, need <= 90"),
+        ("mismatch.angle_offset_deg=-91.0", "angle_offset_deg = -91.0, need >= -90"),
+        ("mismatch.pair_factor=1.1", "pair_factor = 1.1, need 1 for a machine whose phases do not"),
         ("mismatch.angle_offset=1.0", "did you mean `angle_offset_deg`"),
     ],
 )

@@ -447,3 +447,57 @@ def test_the_figure_of_a_tuning_shows_trials_the_best_so_far_and_the_choice() ->
     table = found.table
     assert table.values == {"control.i_band_A": [0, 1, 2, 3]} and len(table) == 4
     assert [*table.figures["i_rms_A"]] == currents
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({}, "either a figure to minimise or one to maximise"),
+        ({"minimise": "i_rms", "maximise": "efficiency"}, "either a figure to minimise or one"),
+        ({"minimise": "i_rms", "budget": 5}, "budget = 5, need at least 6 trials of each node"),
+        ({"minimise": "i_rms", "budget": True}, "budget = True, need at least 6"),
+        ({"minimise": "i_rms", "budget": 6.0}, "budget = 6.0, need at least 6"),
+    ],
+)
+def test_a_table_of_angles_is_asked_for_one_figure_and_some_trials(given, told) -> None:
+    grid = {"speed_rpm": [500, 1000], "torque_Nm": [10, 20]}
+    with pytest.raises(rl.ParameterError, match=told):
+        angles.tune_angles(rl.load(CUBIC), grid, **given)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"method": "simplex"}, "method = 'simplex', need 'cobyla', 'compass' or 'optuna'"),
+        ({"study": "a.db"}, "study is Optuna's store; set method = 'optuna'"),
+        ({"budget": 1}, "budget = 1, need at least 2 trials"),
+        ({"budget": False}, "budget = False, need at least 2 trials"),
+        ({"maximise": "efficiency"}, "either a figure to minimise or one to maximise"),
+    ],
+)
+def test_a_search_that_cannot_be_meant_is_refused(drive: rl.Drive, given, told) -> None:
+    with pytest.raises(rl.ParameterError, match=told):
+        tune(drive, BAND, "i_rms", until=UNTIL, **given)
+
+
+def test_a_table_of_angles_begins_with_the_rule_of_the_law() -> None:
+    given = ["control.law=angles", "control.theta_on_deg=-5", "control.theta_off_deg=140"]
+    drive = rl.load(EXAMPLES / "paper_rated.toml", given)
+    free = angles._without_angles(drive)
+    assert free.control.theta_on_deg is free.control.theta_off_deg is None
+    assert free.control.window(free.known()) == pytest.approx(np.radians(angles._by_rule(free)))
+    assert angles._without_angles(free) is free
+    ranges = angles._ranges({"control.theta_on_deg": [-10, 10.123456789]})
+    on, off = ranges
+    assert angles._within(ranges, (-30.0, 141.0)) == {on: -10, off: 141}
+    assert angles._within(ranges, (20.0, 141.0))[on] == 10.1235  # six digits
+    for change, told in (
+        ({"control.law": "deadbeat"}, "need .control. law = 'angles'"),
+        ({"control.i_ref_A": 50.0, "reference.kind": "none", "reference.tau_Nm": None}, "a torque"),
+    ):
+        with pytest.raises(rl.ParameterError, match=told):
+            angles._without_angles(
+                rl.load(EXAMPLES / "paper_rated.toml", ["control.law=angles"]).with_values(change)
+                if "control.law" in change
+                else drive.with_values(change)
+            )

@@ -9,6 +9,8 @@ from test_flux_map import sampled
 
 from reluctance.base.errors import ParameterError
 from reluctance.machine.maps import FluxTable, read_map, surface, write_map
+from reluctance.machine.maps.conventions import settled
+from reluctance.machine.maps.raw import RawMap
 
 I = np.linspace(0, 150, 16)  # noqa: E741
 THETA_M = np.linspace(0, 45, 16)  # mechanical degrees from unaligned
@@ -327,3 +329,68 @@ def test_a_name_that_is_stated_must_be_there_and_a_format_known(tmp_path):
     refused(tmp_path / "m.csv", "no `lam` for psi; it has `i_A`", N_r=4, names={"psi": "lam"})
     (tmp_path / "m.doc").write_text("x")
     refused(tmp_path / "m.doc", "format `.doc` is unknown, need .csv", N_r=4)
+
+
+RAW = {"rows": AXIS, "columns": ANGLES, "psi": FLUX, "angle_unit": "rad"}
+RAW |= {"angle_kind": "electrical", "layout": "currents_down"}
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"rows": np.append(np.nan, AXIS[1:])}, "the current axis has a cell that is no number"),
+        ({"columns": np.append(np.nan, ANGLES[1:])}, "the angle axis has a cell that is no number"),
+        ({"psi": blank(FLUX, 2, 3)}, r"flux at 4 A, angle 1.5708 is nan, need a number"),
+        (
+            {"rows": AXIS[:1], "psi": FLUX[:1]},
+            "has 1 rows and 7 columns of flux, need at least two",
+        ),
+        ({"columns": ANGLES[:1], "psi": FLUX[:, :1]}, "has 6 rows and 1 columns of flux"),
+        ({"rows": AXIS - 1}, "current = -1 A, need >= 0"),
+        ({"zero": "left"}, "zero = 'left', need one of"),
+        ({"psi": FLUX + 0.021 * FLUX.max()}, r"flux at 0 A is .* Wb, need 0"),
+    ],
+)
+def test_a_map_whose_axes_are_known_still_needs_its_numbers(change, told):
+    good = settled(RawMap(**RAW), N_r=4)
+    assert np.array_equal(good.psi, FLUX) and good.theta_e == pytest.approx(ANGLES)
+    with pytest.raises(ParameterError, match=told):
+        settled(RawMap(**RAW | change), N_r=4)
+
+
+def test_a_little_flux_at_no_current_is_set_to_nothing_and_said():
+    shifted = FLUX + 0.019 * FLUX.max() / 1.02
+    table = settled(RawMap(**RAW | {"psi": shifted}), N_r=4)
+    assert not table.psi[0].any() and np.array_equal(table.psi[1:], shifted[1:])
+    assert any(note.endswith("at 0 A set to 0") for note in table.notes)
+
+
+def test_a_table_of_currents_is_turned_to_flux_linkage_up_to_what_every_angle_reaches():
+    """i = psi/L(theta): the same L, up to the current of the greatest inductance."""
+    levels, L = np.linspace(0, 0.5, 11), 0.1 - 0.06 * np.cos(ANGLES)
+    currents = levels[:, None] * (1 + levels[:, None]) / L
+    raw = RawMap(**RAW | {"rows": levels, "psi": currents, "inverse": True})
+    table = settled(raw, N_r=4)
+    assert table.i[-1] == pytest.approx(currents[-1].min()) and table.i[0] == 0
+    psi = (np.sqrt(1 + 4 * table.i[:, None] * L) - 1) / 2
+    assert table.psi == pytest.approx(psi, abs=1e-3 * psi.max())
+    assert any("an inverse table, current over flux linkage: turned" in n for n in table.notes)
+    falls = currents.copy()
+    falls[5] = falls[7]
+    with pytest.raises(ParameterError, match="whose current does not rise from 0"):
+        settled(RawMap(**RAW | {"rows": levels, "psi": falls, "inverse": True}), N_r=4)
+
+
+@pytest.mark.parametrize("at", [180.0, 30.0, -40.0])
+def test_a_map_is_counted_from_where_the_user_has_seen_alignment(at):
+    """A whole period, shifted: where it is aligned the flux linkage is the greatest."""
+    whole = np.linspace(0, 2 * np.pi, 25)
+    shift = np.radians(at) - np.pi
+    psi = np.outer(AXIS, 0.1 - 0.06 * np.cos(whole - shift))
+    raw = RawMap(**RAW | {"columns": np.degrees(whole), "psi": psi, "angle_unit": "deg"})
+    table = settled(raw, N_r=4, aligned_at=at)
+    peak = table.theta_e[int(np.argmax(table.psi[-1]))]
+    assert np.cos(peak) == pytest.approx(-1, abs=0.01)
+    assert any(f"aligned at {at:g} deg of the file" in note for note in table.notes)
+    with pytest.raises(ParameterError, match="zero"):
+        settled(raw, N_r=4, aligned_at=at, zero="aligned")

@@ -203,6 +203,10 @@ def test_a_map_machine_with_a_battery_and_a_shared_switch_is_an_environment():
         assert seen in env.observation_space and seen[:3].max() > 0
 
 
+def _standing():
+    return rl.load(EXAMPLES / "sharing_cubic.toml").with_values({"load.speed_rpm": 0.0})
+
+
 def test_wrong_arguments_are_told():
     for given, told in (
         ({"task": "torqe"}, "did you mean"),
@@ -213,6 +217,7 @@ def test_wrong_arguments_are_told():
         ({"randomise": {"plant.R": (-1, 1)}}, "> 0"),
         ({"reference": (1.0, 0.5)}, "low <= high"),
         ({"length": 0}, ">= 1"),
+        ({"drive": _standing()}, "a working speed; set speed_rpm"),
     ):
         with pytest.raises(ParameterError, match=told):
             rg.DriveEnv(**given)
