@@ -18,6 +18,7 @@ from reluctance.explore.tuning import Trial, angle_plots, angles, plots, tune
 from reluctance.explore.tuning.compass import GRID, LAST_STEP, compass
 from reluctance.explore.tuning.goal import Goal, Target, bound
 from reluctance.explore.tuning.match import Lever, match
+from reluctance.explore.tuning.trials import Trials
 from reluctance.explore.tuning.tune import BUDGET, Tuned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -501,3 +502,19 @@ def test_a_table_of_angles_begins_with_the_rule_of_the_law() -> None:
                 if "control.law" in change
                 else drive.with_values(change)
             )
+
+
+def test_values_have_a_place_between_the_ends_of_their_ranges(drive: rl.Drive) -> None:
+    """And the place gives the values back; whole numbers stay whole, choices stay as they are."""
+    vary = {"control.i_band_A": [0.5, 2.5], "control.sharing": ["cubic", "linear"]}
+    vary |= {"sensing.adc_bits": [4, 14], "control.theta_on_deg": [30, 10], "load.J_kgm2": [1, 1]}
+    goal = Goal("i_rms_A", False, ())
+    trials = Trials(drive, goal, vary=vary, until=UNTIL, budget=9, out=None, jobs=None)
+    ranges = ["control.i_band_A", "sensing.adc_bits", "control.theta_on_deg"]
+    assert trials.ranges == ranges
+    others = {"control.sharing": "cubic", "load.J_kgm2": 1}
+    values = trials.at([0.25, 0.52, 0.25], others)
+    assert values == {**others, ranges[0]: 1.0, ranges[1]: 9, ranges[2]: 25.0}
+    assert trials.place(values) == pytest.approx([0.25, 0.5, 0.25])
+    ends = trials.at([-0.1, 1.2, 1.0], others)
+    assert [ends[name] for name in ranges] == [0.5, 14, 10]
