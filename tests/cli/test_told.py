@@ -117,3 +117,10 @@ def test_a_parity_is_told_in_steps_and_fails_at_the_first_that_differs(monkeypat
     told = json.loads(command("export", "parity", DRIVE, "--json").out)
     assert told == {"steps": 1000, "different": different, "cpu": "cortex-m7"}
     assert "need one of: cortex-m4, cortex-m7" in refused("export", "parity", DRIVE, "--cpu", "z80")
+
+
+@pytest.mark.parametrize("group", ["law", "map", "machine", "export"])
+def test_a_group_of_commands_without_one_shows_its_help(group):
+    shown = command(group)
+    assert "Usage: " in shown.out + shown.error and "Commands" in shown.out + shown.error
+    assert command(group, "--help").code == 0
