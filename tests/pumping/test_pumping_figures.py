@@ -361,6 +361,25 @@ def test_a_law_that_does_not_reach_the_torque_is_told_with_the_torque_to_set(fou
     assert not any(line.startswith("the control law reaches") for line in remarks(found))
 
 
+@pytest.mark.parametrize(
+    ("latitude", "azimuth", "tilt", "towards"),
+    [
+        (35, 180, 30, None), (35, 90, 30, None), (35, 270, 30, None), (35, 89, 30, 180),
+        (35, 271, 30, 180), (35, 0, 30, 180), (-35, 0, 30, None), (-35, 90, 30, None),
+        (-35, 91, 30, 0), (-35, 269, 30, 0), (-35, 180, 30, 0), (-35, 180, 0, None),
+        (5, 0, 30, None),  # near the equator the sun stands on either side
+    ],
+)  # fmt: skip
+def test_an_array_that_faces_away_from_the_equator_is_told(found, latitude, azimuth, tilt, towards):
+    values = {"site.latitude_deg": latitude, "array.azimuth_deg": azimuth, "array.tilt_deg": tilt}
+    turned = replace(found, system=found.system.with_values(values))
+    told = [text for text in remarks(turned) if "faces away from the equator" in text]
+    assert bool(told) == (towards is not None)
+    if told:
+        assert f"azimuth_deg = {azimuth} at latitude {latitude}; set" in told[0]
+        assert told[0].endswith(f"azimuth_deg = {towards}")
+
+
 @pytest.mark.parametrize("reach", [1.0, 0.9, 0.5, 0.05])
 def test_a_law_is_set_up_for_the_greatest_torque_that_it_reaches(found, monkeypatch, reach):
     """To within the part of the torque that counts as held, and never beyond."""
