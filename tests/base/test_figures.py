@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance.base.figures import look, save_figure
+from reluctance.base.picture import Picture
 
 DRIVE = "examples/paper_rated.toml"
 
@@ -84,3 +85,13 @@ def test_look_leaves_nothing_behind():
     with look("dark_background", "88mm"):
         assert mpl.rcParams["font.size"] != before["font.size"]
     assert dict(mpl.rcParams) == before
+
+
+@pytest.mark.parametrize(
+    ("width", "inches"),
+    [("3.5in", 3.5), ("8.89cm", 3.5), ("88.9mm", 3.5), (" 20 in ", 20.0), ("3in", 3.0)],
+)
+def test_a_width_is_in_inches_centimetres_or_millimetres(width, inches):
+    """An inch has 25.4 mm."""
+    with look(None, width):
+        assert Picture(7.0, 4.0).get_size_inches() == pytest.approx((inches, inches * 4 / 7))
