@@ -90,3 +90,41 @@ def test_a_flux_map_in_the_place_of_a_machine_file_is_told_from_a_mistake_in_tom
     path.write_bytes((ROOT / "machines" / "guc_linear_6_4.csv").read_bytes())
     line = refused("run", RATED, "--set", f"machine={path}")
     assert "is a table of numbers" in line and "`reluctance map import`" in line
+
+
+MCU = ROOT / "examples" / "edge_mpc_mcu.toml"
+
+
+def test_a_fault_that_comes_after_the_end_of_the_run_is_told():
+    late = ("run", RATED, "--until", 0.02, "--set", 'faults=[{kind="open_wire", t_s=0.02}]')
+    out = command(*late).out
+    assert "[faults.0] t_s = 0.02 is not before the end of the run at 0.02 s" in out
+    assert "is not before the end" not in command(*late, "--set", "faults.0.t_s=0.019").out
+
+
+def test_an_encoder_step_wider_than_a_stroke_is_told_by_run_and_export(tmp_path):
+    coarse = ("--set", "sensing.encoder_counts=11")
+    told = "is 32.7 deg of the shaft, wider than a stroke, 30 deg"
+    out = command("run", MCU, "--until", 0.02, *coarse).out
+    assert told in " ".join(out.split())
+    assert told in command("export", "firmware", MCU, *coarse, "--out", tmp_path / "fw").out
+    enough = re.search(r"take at least (\d+) counts", out)
+    assert (
+        enough
+        and "wider than a stroke"
+        not in command(
+            *("run", MCU, "--until", 0.02, "--set", f"sensing.encoder_counts={enough[1]}")
+        ).out
+    )
+
+
+def test_a_quantity_in_two_units_and_a_course_beside_a_course_are_refused(tmp_path):
+    own = ROOT / "examples" / "own_law" / "own_law.toml"
+    line = refused("run", own, "--trust", "--set", "control.theta_on=0.1")
+    assert "`theta_on_deg` and `theta_on` are one quantity; give one of them" in line
+    (tmp_path / "course.csv").write_text("t_s,tau_Nm\n0,10\n0.01,20\n")
+    course = ("run", RATED, "--until", 0.02, "--set", f"reference.tau_Nm={tmp_path}/course.csv")
+    line = refused(*course, "--set", "reference.t_s=[0, 1]")
+    undo = re.search(r"\(--set (reference.t_s=)\)", line)
+    assert undo, line
+    assert command(*course, "--set", "reference.t_s=[0, 1]", "--set", undo[1]).code == 0

@@ -11,7 +11,7 @@ from firmware_tools import ROOT, Native
 import reluctance as rl
 from reluctance import _core
 from reluctance.drive.guard.supervised import controller
-from reluctance.drive.run.events import MODES, events
+from reluctance.drive.run.events import MODES, events, evidence
 
 FILE = ROOT / "examples" / "deadbeat_g474.toml"  # delay of a sample, noise, encoder
 UP = {"supervision.enable_s": 0.0, "simulation.until_s": 0.16}
@@ -249,3 +249,23 @@ def test_edges_at_the_true_angle_are_no_fault_of_a_coarse_encoder(start, counts,
         {"simulation.theta_start_deg": start, "sensing.encoder_counts": counts}
     )
     assert named(rl.simulate(drive))[-1] == "run"
+
+
+@pytest.mark.parametrize(
+    ("status", "phase", "value", "limit", "said"),
+    [
+        (2, 1, 8.09, 8.0, "phase 1 (b): 8.09 A, limit 8 A"),
+        (4, -1, 100.0, 120.0, "100 V, limit 120 V"),
+        (5, -1, 50 * np.pi, 40 * np.pi, "1500 rpm, limit 1200 rpm"),
+        (6, 0, -2.0, -1.0, "phase 0 (a): -2 A, limit -1 A"),
+        (6, -1, 7.0, 2 * np.pi, "401.1 deg el., limit 360 deg el."),
+        (7, -1, np.pi / 10, np.pi / 12, "18 deg el., limit 15 deg el."),
+        (8, 2, 0.0076, 0.0049, "phase 2 (c): 0.0076 Wb, limit 0.0049 Wb"),
+        (11, 0, 3.5, 20, "phase 0 (a): 3.5 A in 20 samples"),
+        (14, -1, 0.1, 0.1, "0.1 s, limit 0.1 s"),
+        (15, -1, 0.0, 0.0, "(status 15)"),
+        (18, -1, 0.3, 0.2, "0.3, limit 0.2)"),
+    ],
+)
+def test_the_evidence_of_a_fault_has_its_unit(status, phase, value, limit, said):
+    assert said in evidence("x", status, phase, value, limit)

@@ -103,6 +103,23 @@ def si(table: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def si_once(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The same for keys that nobody has listed.
+
+    Raises
+    ------
+    ParameterError
+        If a quantity is given in two units.
+    """
+    keys: dict[str, str] = {}
+    for key in table:
+        name, _ = name_and_unit(key)
+        if name in keys:
+            raise ParameterError(f"`{keys[name]}` and `{key}` are one quantity; give one of them")
+        keys[name] = key
+    return si(table)
+
+
 def _converted(value: Any, unit: str | None) -> Any:
     if isinstance(value, list | tuple):
         return [_converted(v, unit) for v in value]

@@ -12,6 +12,7 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.figures import check_figure
 from reluctance.base.phases import phase_name
 from reluctance.cli.options import AsJson, Overrides, Plot, Trust
+from reluctance.drive.run.events import told
 from reluctance.targets.export.replay_dump import Replayed, replay_dump
 
 
@@ -58,8 +59,8 @@ def _trigger(found: Replayed) -> str:
         return f"{dump.samples} samples, no trigger"
     text = f"{dump.samples} samples, trigger at sample {dump.trigger}: {found.cause}"
     if dump.status:
-        of = f" of {phase_name(dump.phase)}" if dump.phase >= 0 else ""
-        text += f" (value {dump.value:.6g}{of}, limit {dump.limit:.6g})"
+        of = f"{phase_name(dump.phase)}: " if dump.phase >= 0 else ""
+        text += f" ({of}{told(dump.status, dump.phase, dump.value, dump.limit)})"
     return text
 
 

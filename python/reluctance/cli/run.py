@@ -26,7 +26,7 @@ from reluctance.drive.run.bounds import MOST_BYTES, waveform_bytes
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.events import tripped, unready
 from reluctance.drive.run.radial_force import force_orders
-from reluctance.drive.run.safety import exceeded
+from reluctance.drive.run.safety import coarse_angle, exceeded, never_planted
 
 if TYPE_CHECKING:
     from reluctance.drive.run.energy_loop import EnergyLoop
@@ -118,6 +118,8 @@ def run(
             print(f"{t:8.4f} s  {text}")
         for remark in [
             *undiagnosed(drive),
+            *never_planted(drive, end),
+            *coarse_angle(drive),
             *unready(result.events),
             *(tripped(result.events, end) or unmet(drive, result.kpis)),
             *exceeded(drive, result.kpis),

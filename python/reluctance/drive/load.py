@@ -126,5 +126,11 @@ def _settle_courses(data: dict[str, Any], folder: Path) -> None:
         file = table.get(key) if isinstance(table, dict) else None
         if isinstance(table, dict) and isinstance(file, str) and file.lower().endswith(".csv"):
             path = folder / file if is_file(folder / file) else Path(file)
+            if beside := [name for name in ("t_s", "values") if name in table]:
+                undone = " ".join(f"--set {section}.{name}=" for name in beside)
+                raise ParameterError(
+                    f"[{section}] {key} = {file!r} is a course over time, and so is "
+                    f"{' and '.join(beside)}; remove one of them ({undone})"
+                )
             del table[key]
             table["t_s"], table["values"] = read_course(path, key)

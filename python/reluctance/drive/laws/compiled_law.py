@@ -15,7 +15,7 @@ from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.base.extension import core_fingerprint
 from reluctance.base.schema import did_you_mean
-from reluctance.base.units import si
+from reluctance.base.units import si_once
 from reluctance.drive.laws.own_code import CodeName, below, module_of, of_the_user, own_code
 from reluctance.drive.tables.control import Control
 from reluctance.drive.tables.known import Known
@@ -40,7 +40,7 @@ class CompiledLaw(Control):
     def core(self, known: Known) -> _core.Law:
         code = own_code(self.law)
         make, wanted = _struct(self.law), law_fields(self.law)
-        given = {"T_s": self.T_s} | si(self.model_extra or {})
+        given = {"T_s": self.T_s} | si_once(self.model_extra or {})
         own = [name for name in given if name != "T_s"]
         for name in own:
             if name not in wanted:

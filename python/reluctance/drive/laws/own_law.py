@@ -15,7 +15,7 @@ from pydantic import ConfigDict
 from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.base.schema import did_you_mean
-from reluctance.base.units import si
+from reluctance.base.units import si_once
 from reluctance.drive.laws.own_code import CodeName, module_of, of_the_user, own_code
 from reluctance.drive.tables.control import Control
 from reluctance.drive.tables.known import Known
@@ -86,7 +86,7 @@ class OwnLaw(Control):
     def _instance(self) -> Law:
         """A new law, with the numbers of the table."""
         kind = law_class(self.law)
-        numbers = si(self.model_extra or {})
+        numbers = si_once(self.model_extra or {})
         wanted = inspect.signature(kind).parameters
         for name in numbers:
             if name not in wanted and not any(p.kind is p.VAR_KEYWORD for p in wanted.values()):

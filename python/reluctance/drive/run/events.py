@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from reluctance import _core
 from reluctance.base.phases import LETTERS
 
+OUT_OF_RANGE, FROZEN = 6, 11  # statuses
 MODES = ("off", "precharge", "calibrate", "ready", "run", "fault")  # control/guard/sequence.hpp
 
 
@@ -58,14 +60,33 @@ def tripped(entered: list[Event] | None, end: float) -> list[str]:
     ]
 
 
+# Of the value and the limit of a fault, by its status (include/srm/control/guard/fault.hpp). Status
+# 18 has those of a current or of a flux linkage, and no unit here.
+UNITS = {2: "A", 3: "V", 4: "V", 5: "rpm", 7: "deg el.", 8: "Wb", 9: "Wb", 10: "Wb", 12: "V"}
+UNITS |= {13: "A", 14: "s", 16: "Wb", 17: "Wb", 19: "Wb"}
+CONVERTED = {"rpm": 30 / math.pi, "deg el.": 180 / math.pi}
+
+
 def evidence(text: str, status: int, phase: int, value: float, limit: float) -> str:
-    """A fault in words, with its numbers."""
+    """A fault in words, with its numbers in their units."""
     text += f" (status {status}"
     if phase >= 0:
         text += f", phase {phase} ({LETTERS[phase]})"
     if limit != 0:
-        text += f": {value:.4g}, limit {limit:.4g}"
+        text += f": {told(status, phase, value, limit)}"
     return text + ")"
+
+
+def told(status: int, phase: int, value: float, limit: float) -> str:
+    """Value and limit of a fault, in their unit where it is known."""
+    if status == FROZEN:
+        return f"{value:.4g} A in {limit:.0f} samples"
+    if status == OUT_OF_RANGE:
+        unit = "A" if phase >= 0 else "deg el."
+    else:
+        unit = UNITS.get(status, "")
+    factor, behind = CONVERTED.get(unit, 1.0), f" {unit}" if unit else ""
+    return f"{factor * value:.4g}{behind}, limit {factor * limit:.4g}{behind}"
 
 
 def _event(row: Sequence[float]) -> Event:

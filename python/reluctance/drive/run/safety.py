@@ -7,6 +7,7 @@ from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.guard.trip_levels import OVER_CURRENT
 
+COUNTS_PER_STROKE = 4  # fewer leave the phase in doubt that makes the torque
 ABOVE = 0.1  # of i_max_A: half way to the trip level. A comparator's band and delay take a part
 
 
@@ -39,3 +40,25 @@ def exceeded(drive: Drive, kpis: Kpis) -> list[str]:
             f"{levels.speed_max_rpm:g}"
         )
     return found
+
+
+def coarse_angle(drive: Drive) -> list[str]:
+    """On one line, where a step of the encoder is wider than a stroke."""
+    counts, strokes = drive.sensing.encoder_counts, drive.machine.n_phases * drive.machine.N_r
+    if not 0 < counts < strokes or drive.sensing.hall:
+        return []
+    return [
+        f"a step of [sensing] encoder_counts = {counts} is {360 / counts:.3g} deg of the shaft, "
+        f"wider than a stroke, {360 / strokes:.3g} deg: which phase makes torque is not known in "
+        f"between; take at least {COUNTS_PER_STROKE * strokes} counts"
+    ]
+
+
+def never_planted(drive: Drive, end: float) -> list[str]:
+    """The faults of a drive that come after the end of a run [s], each on one line."""
+    return [
+        f"[faults.{n}] t_s = {fault.t_s:g} is not before the end of the run at {end:g} s: "
+        f"{fault} does not come; run longer (--until), or set it earlier"
+        for n, fault in enumerate(drive.faults.each)
+        if fault.t_s >= end
+    ]

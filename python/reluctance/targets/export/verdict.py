@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from reluctance.base.errors import ParameterError
 from reluctance.drive.drive import Drive
+from reluctance.drive.run.safety import coarse_angle
 from reluctance.targets.export.cost import Cost
 from reluctance.targets.export.target import Cpu
 
@@ -71,6 +72,7 @@ def left_out(drive: Drive, gates: set[int]) -> list[str]:
         found.append("current sensors have no noise: set [sensing] i_noise_LSB")
     if not sensing.counted_angle:
         found.append("the angle sensor is ideal: set [sensing] encoder_counts or hall")
+    found += coarse_angle(drive)
     if sensing.delay_samples == 0:
         found.append(
             f"orders act at the sample: a step longer than {LATE * drive.control.T_s_us:g} us "
