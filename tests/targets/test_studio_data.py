@@ -1,10 +1,14 @@
 """What the page of the studio is written with, without a browser."""
 
 import contextlib
+import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 from firmware_tools import ROOT
+from needs import needs
 
 import reluctance as rl
 from reluctance.targets.studio.controls import (
@@ -18,6 +22,7 @@ from reluctance.targets.studio.controls import (
     periods,
     tables,
 )
+from reluctance.targets.studio.serve import page
 from reluctance.targets.studio.starts import STARTS
 from reluctance.targets.studio.write import curves
 
@@ -104,3 +109,38 @@ def test_only_numbers_become_a_table_and_not_more_than_fifty():
     for count in (50, 51):
         many = {v: {f"n{k}": float(v) for k in range(count)} for v in (1, 2)}
         assert (tables(many, 1) is None) == (count > 50)
+
+
+@needs("make")
+@pytest.mark.parametrize("installed", [True, False], ids=["installed", "in the source tree"])
+def test_make_studio_puts_the_page_where_the_command_serves_it(installed, tmp_path, monkeypatch):
+    """With a compiler and a `reluctance` that only write files: the steps of the target."""
+    package = tmp_path / ("site" if installed else "python") / "reluctance"
+    (package / "base").mkdir(parents=True)
+    for part in ("base/__init__.py", "__init__.py"):
+        (package / part).touch()
+    shutil.copy(ROOT / "python/reluctance/base/resources.py", package / "base")
+    tools = tmp_path / "bin"
+    tools.mkdir()
+    scripts = {
+        "c++": 'for last; do true; done; case "$last" in -) ;; *) echo wasm > "$last";; esac',
+        "reluctance": 'mkdir -p "$3" && echo "{}" > "$3/drives.json"',
+        "python": f'exec env PYTHONPATH="{package.parent}" {sys.executable} "$@"',
+    }
+    for name, line in scripts.items():
+        (tools / name).write_text(f"#!/bin/sh\n{line}\n")
+        (tools / name).chmod(0o755)
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    pages = [tmp_path / "web", *([package / "web"] if installed else [])]
+    for folder in pages:
+        folder.mkdir()
+        (folder / "index.html").touch()
+    kept = [word for name in ("installed", "made") for word in ("-o", f".venv/{name}")]
+    subprocess.run(
+        ["make", "studio", *kept, f"BIN={tools}", f"WASM_CXX={tools}/c++"],
+        cwd=tmp_path,
+        check=True,
+        capture_output=True,
+    )
+    monkeypatch.setitem(page.__globals__, "resources", lambda name: pages[-1])
+    assert page() == pages[-1]  # which needs all that the browser loads
