@@ -128,3 +128,10 @@ def test_a_quantity_in_two_units_and_a_course_beside_a_course_are_refused(tmp_pa
     undo = re.search(r"\(--set (reference.t_s=)\)", line)
     assert undo, line
     assert command(*course, "--set", "reference.t_s=[0, 1]", "--set", undo[1]).code == 0
+
+
+def test_a_current_limit_beyond_all_saturation_is_told_by_the_flux_linkages():
+    line = refused(
+        *("run", RATED, "--set", "machine=generic_60kw_6_4", "--set", "machine.i_max_A=2000")
+    )
+    assert "is not above the unaligned one" in line and "lower i_max_A" in line

@@ -119,3 +119,36 @@ def test_samples_that_are_no_grid_say_what_to_do_with_them(tmp_path):
     path.write_text(head + "".join(loose))
     with pytest.raises(ParameterError, match="scattered: interpolate them to the same currents"):
         read_map(path, N_r=6)
+
+
+def test_a_flux_linkage_that_is_largest_before_alignment_is_taken_where_torque_shows_the_zero(
+    tmp_path,
+):
+    """As of a yoke that saturates once the poles overlap: psi = L0 i (g + 1/5), with g' = 0 at both
+    ends."""
+    theta = np.linspace(0, np.pi, 31)
+    x, dx = (1 - np.cos(theta)) / 2, np.sin(theta) / 2
+    g = x * (1 + 0.6 * np.sin(theta) ** 2)
+    dg = dx * (1 + 0.6 * np.sin(theta) ** 2) + 0.6 * x * np.sin(2 * theta)
+    i = np.linspace(0, 5, 6)[:, None]
+    psi, tau = 0.1 * i * (g + 0.2), 6 * 0.05 * i**2 * dg
+    assert psi.max() > 1.05 * psi[-1, -1]
+    path = tmp_path / "m.csv"
+
+    def write(names, *tables):
+        rows = [
+            ",".join(
+                f"{v:.12g}" for v in (i[k, 0], np.degrees(theta[n]), *(t[k, n] for t in tables))
+            )
+            for k in range(len(i))
+            for n in range(len(theta))
+        ]
+        path.write_text("\n".join([f"i_A,theta_e_deg,{names}", *rows]))
+
+    write("psi_Wb", psi)
+    with pytest.raises(ParameterError, match=r"If it is right, .* give the torque too"):
+        read_map(path, N_r=6, zero="unaligned")
+    write("psi_Wb,tau_Nm", psi, tau)
+    table = read_map(path, N_r=6, zero="unaligned")
+    assert table.psi == pytest.approx(psi, rel=1e-9) and table.tau == pytest.approx(tau, rel=1e-9)
+    assert check_map(table).verdict == "good"

@@ -27,6 +27,12 @@ MOST_TORQUE = 1e4  # on the shaft, over the greatest torque of the machine
 def corner_speed(machine: MachineFile, u_dc: float) -> float:
     """Speed at which u_dc moves the flux linkage of i_max to alignment in half a period [rad/s]."""
     unaligned, aligned = _fluxes(machine.magnetics, machine.i_max_A)
+    if aligned <= unaligned:
+        raise ParameterError(
+            f"[machine] i_max_A = {machine.i_max_A:g}: the aligned flux linkage, {aligned:.3g} Wb, "
+            f"is not above the unaligned one, {unaligned:.3g} Wb, as far beyond the last current "
+            "of a map; lower i_max_A, or extend the map"
+        )
     return float(np.pi * u_dc / (machine.N_r * (aligned - unaligned)))
 
 

@@ -13,6 +13,7 @@ MATCH = 0.01  # how near an angle range must come to a half or whole period, of 
 ZERO_OFF = np.pi / 18  # how far the largest flux may be from a zero that is inferred [rad]
 STRAIGHT, BENDS = 0.02, 0.05  # slopes of an inverse table: no saturation, and its opposite
 SAME = 0.02  # of its rise: what the flux linkage may differ from one period to the next
+AT_REST = 0.01  # of the largest torque: less, aligned and unaligned, is none
 LEAST_IN_PERIOD = 6  # samples, of a file with several periods
 FALLS = 0.02  # of its rise: what noise and a flat top may take from the flux at an end; at a zero
 # that is 16 deg wrong it is (1 - cos 16 deg)/2
@@ -104,7 +105,7 @@ def settled(
         theta_e, psi, tau, error = (*_half(theta_e, psi, tau, notes), 0.0)
     else:
         theta_e, psi, tau, error = _whole(theta_e, psi, tau, notes)
-    _peak_is_aligned(theta_e, psi, where)
+    _peak_is_aligned(theta_e, psi, tau, where)
     tau = _signed(theta_e, psi, tau, i, notes)
     if tau is None and reading.kind == "electrical":
         notes.append(f"N_r = {N_r} as stated: electrical angles without torque cannot tell")
@@ -445,7 +446,9 @@ def _snapped(theta_e: Array, span: float) -> Array:
     return exact
 
 
-def _peak_is_aligned(theta_e: Array, psi: Array, where: str) -> None:
+def _peak_is_aligned(theta_e: Array, psi: Array, tau: Array | None, where: str) -> None:
+    """Raises ParameterError where the flux linkage is not least and largest at the ends. Iron that
+    saturates may bring its largest before alignment; torque that vanishes there shows the zero."""
     flux = psi.mean(axis=0)
     if flux[0] > flux[np.argmin(np.abs(theta_e - np.pi))]:
         other = "unaligned" if where == "aligned" else "aligned"
@@ -455,12 +458,15 @@ def _peak_is_aligned(theta_e: Array, psi: Array, where: str) -> None:
         )
     half = theta_e[-1] < 1.5 * np.pi
     rise = float(np.ptp(flux))
+    if tau is not None and np.abs(tau[:, [0, -1]]).max() < AT_REST * np.abs(tau).max():
+        return
     if half and max(flux.max() - flux[-1], flux[0] - flux.min()) > FALLS * rise:
         least, most = (float(np.degrees(theta_e[at(flux)])) for at in (np.argmin, np.argmax))
         raise ParameterError(
             f"the flux is least {least:.0f} and largest {most:.0f} deg el. from what would be the "
             "unaligned angle, need 0 and 180: the zero of the angle is wrong; record again with "
-            "the right one (firmware: run `alignment` before `pulses`)"
+            "the right one (firmware: run `alignment` before `pulses`). If it is right, and iron "
+            "behind the poles saturates, give the torque too"
         )
 
 
