@@ -135,3 +135,32 @@ def test_a_current_limit_beyond_all_saturation_is_told_by_the_flux_linkages():
         *("run", RATED, "--set", "machine=generic_60kw_6_4", "--set", "machine.i_max_A=2000")
     )
     assert "is not above the unaligned one" in line and "lower i_max_A" in line
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ("limit",),
+        ("efficiency", "--speed", "500,1000", "--torque", "5,10"),
+        ("compare", "--controls", "deadbeat", "--set", "reference.speed_rpm=1000"),
+    ],
+    ids=lambda line: line[0],
+)
+def test_a_drive_on_an_array_has_its_pump_at_the_greatest_speed_as_the_point(line, tmp_path):
+    """Of a system too, by the command that its refusal names."""
+    name, *options = line
+    done = command(name, ROOT / "examples" / "sun_cloud.toml", *options)
+    assert done.code == 0, done.error
+    pytest.importorskip("pvlib")
+    system = ROOT / "examples" / "sun_day.toml"
+    told = re.search(r"`reluctance pump .+ (--write-drive) (drive.toml)`", refused(name, system))
+    assert told
+    path = tmp_path / told[2]
+    assert command("pump", system, told[1], path).code == 0
+    if name == "limit":
+        assert command(name, path).code == 0
+
+
+def test_a_point_above_tau_max_is_answered_with_what_lowers_it():
+    line = ("compare", ROOT / "examples" / "sun_cloud.toml", "--controls", "deadbeat")
+    assert "raise it, or ask for less torque" in refused(*line, "--set", "control.tau_max_Nm=1")

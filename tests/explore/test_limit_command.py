@@ -39,7 +39,7 @@ def cache_dir(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_every_example_has_a_limit(example: Path) -> None:
     drive = load(example)
     tau_ref = None
-    if drive.reference.kind in ("none", "pv"):
+    if drive.reference.kind == "none":
         tau_ref = 5.0
         with pytest.raises(ParameterError, match="--tau"):
             limits.limit(drive)

@@ -121,7 +121,8 @@ def check_torque_in_reach(drive: Tables) -> None:
     asked = float(np.max(np.abs(drive.reference.course[1])))
     if drive.reference.kind == "torque" and asked > drive.tau_max:
         raise ParameterError(
-            f"[reference] torque {asked:g} N m is above [control] tau_max_Nm = {drive.tau_max:g}"
+            f"[reference] torque {asked:g} N m is above [control] tau_max_Nm = {drive.tau_max:g}; "
+            "raise it, or ask for less torque (with a pump or a fan, for less speed)"
         )
     if drive.tau_max == 0:
         raise ParameterError("[reference] torque is 0 throughout; set [control] tau_max_Nm")

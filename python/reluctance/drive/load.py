@@ -69,8 +69,8 @@ def drive_of_file(
     """A drive from the content of its file, which is changed. Otherwise as `load`."""
     if is_system(data):
         raise ParameterError(
-            f"{path} is a pumping system, not a drive file; use `reluctance pump {path}`, or in "
-            "Python reluctance.pumping.drive_of(load_system(...))"
+            f"{path} is a pumping system, not a drive file; `reluctance pump {path} --write-drive "
+            "drive.toml` makes one of it, as reluctance.pumping.drive_of does in Python"
         )
     with reading(path, "a drive file"):
         if isinstance(data.get("machine"), str):

@@ -10,7 +10,9 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.tables.load import Load
+from reluctance.drive.tables.pv_control import PvControl
 from reluctance.drive.tables.sections import Reference
+from reluctance.drive.tables.source import Source
 from reluctance.explore.limits.point import operating_point as asked_of
 
 COMPARATORS = {
@@ -46,7 +48,11 @@ def operating_point(drive: Drive) -> Drive:
         raise ParameterError(f"torque {tau:g} N m, need > 0 to compare laws at it")
     speed_rpm = drive.load.speed_rpm if drive.load.kind == "locked" else from_si(omega, "rpm")
     held = Load(kind="locked", speed_rpm=speed_rpm, J_kgm2=drive.load.J_kgm2)
-    return replace(drive, load=held, reference=Reference(kind="torque", tau_Nm=tau))
+    asked = Reference(kind="torque", tau_Nm=tau)
+    if drive.reference.kind != "pv":
+        return replace(drive, load=held, reference=asked)
+    stiff = Source()  # at the nominal voltage: on an array the light would set the point
+    return replace(drive, load=held, reference=asked, source=stiff, pv_control=PvControl())
 
 
 def period(point: Drive) -> float:

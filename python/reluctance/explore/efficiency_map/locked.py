@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from reluctance.base.arrays import FloatArray
 from reluctance.drive.drive import Drive
 from reluctance.drive.tables.load import Load
+from reluctance.drive.tables.pv_control import PvControl
 from reluctance.drive.tables.sections import Reference
 from reluctance.drive.tables.source import Source
 
@@ -23,6 +24,7 @@ def at(drive: Drive, *, u_dc: float, omega: float, tau: float, tau_max: float) -
         source=Source(),  # stiff
         load=Load(kind="locked", speed_rpm=omega * 30 / math.pi),
         reference=Reference(kind="torque", tau_Nm=tau),
+        pv_control=PvControl(),
         control=drive.control.model_copy(update={"tau_max_Nm": tau_max}),
     )
 

@@ -15,7 +15,8 @@ def operating_point(
     """Torque [N m] and speed [rad/s] that a drive is asked for.
 
     The speed is the one held, or the greatest reference. The torque is the reference of greatest
-    magnitude; with a speed reference it is what load and friction take at that speed.
+    magnitude; with a speed reference, which may be the greatest speed of a pump on an array, it is
+    what load and friction take at that speed.
     """
     if drive.converter.bridge != "asymmetric":
         raise ParameterError(
@@ -27,7 +28,7 @@ def operating_point(
         return tau_ref, speed
     if drive.reference.kind == "torque":
         return _greatest(drive.reference.course[1]), speed
-    if drive.reference.kind in ("none", "pv"):
+    if drive.reference.kind == "none":
         raise ParameterError(
             f"[reference] kind = {drive.reference.kind!r} asks for no torque; give one with --tau"
         )
@@ -60,7 +61,7 @@ def check_point(
 
 
 def _speed(drive: Drive) -> float:
-    if drive.reference.kind == "speed":
+    if drive.reference.kind in ("speed", "pv"):
         return _greatest(drive.reference.course[1])
     return to_si(drive.load.speed_rpm, "rpm")
 
