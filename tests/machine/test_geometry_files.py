@@ -155,6 +155,7 @@ CURVES = [
     ([(h, b) for h, b in zip(B, H, strict=True)], "the columns are swapped"),
     ([(h, 1e4 * b) for h, b in zip(H, B, strict=True)], "divide gauss by 10 000"),
     ([(h, 1e3 * b) for h, b in zip(H, B, strict=True)], "divide millitesla by 1000"),
+    ([(h, 10 * b) for h, b in zip(H, B, strict=True)], "divide kilogauss by 10"),
     ([(h / 1000, b) for h, b in zip(H, B, strict=True)], "multiply kA/m by 1000"),
     ([(h, b) for h, b in zip(H, B, strict=True) if b < 1.75], "set [lamination] saturation_pol"),
     ([(H[0], B[0]), (H[3], B[3]), (H[2], B[2]), *zip(H[4:], B[4:], strict=True)], "need to rise"),

@@ -1,5 +1,6 @@
 """Records of five makers' oscilloscopes, in their forms, and a current probe's factor."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -134,3 +135,37 @@ def test_an_increment_without_a_number_is_one_line(tmp_path: Path) -> None:
     )
     with pytest.raises(ParameterError, match="no number below `Increment`"):
         read_pulses([tmp_path / "r.csv"], angles=[0.0])
+
+
+def with_units(p: Pulse) -> str:
+    rows = [f"{t:.9f},{u:.6f},{i / 10:.7f}" for t, u, i in zip(*p, strict=True)]
+    return "\n".join(["Time,CH1,CH2", "s,V,V", *rows])
+
+
+def test_a_current_in_volts_asks_for_its_probe_and_one_column_is_not_two_quantities(
+    tmp_path: Path,
+) -> None:
+    files = [tmp_path / f"{n}.csv" for n in range(len(ANGLES))]
+    for file, p in zip(files, PULSES, strict=True):
+        file.write_text(with_units(p) + "\n")
+    given = [f"--angle={a}" for a in ANGLES]
+    how = ("--angle_unit", "deg", "--angle_kind", "electrical", "--R_ohm", R, "--N_r", 6)
+    line = ("map", "identify", *files, *given, *how, "--out", tmp_path / "m.csv")
+    said = refused(*line)
+    assert "no column for u" in said and "header has Time" in said
+    assert "no column `s` for t" in refused(*line, "--name=t=s", "--name=u=V", "--name=i=V")
+    assert "of another quantity" in refused(*line, "--name=u=CH1", "--name=i=CH1")
+    names = ("--name=u=CH1", "--name=i=CH2")
+    probe = re.search(r"(--probe_A_per_V) (10) for 100 mV/A", refused(*line, *names))
+    assert probe and command(*line, *names, *probe.groups()).code == 0
+
+
+def test_a_resistance_that_is_ten_times_too_large_is_told_before_what_it_does(
+    tmp_path: Path,
+) -> None:
+    files = [tmp_path / f"{n}.csv" for n in range(len(ANGLES))]
+    for file, p in zip(files, PULSES, strict=True):
+        file.write_text(keysight(p) + "\n")
+    recording = read_pulses(files, angles=list(ANGLES))
+    with pytest.raises(ParameterError, match=f"agree with .* ohm, not with R_ohm = {10 * R:g}"):
+        identify(recording, N_r=6, R=10 * R, angle_unit="deg", angle_kind="electrical")

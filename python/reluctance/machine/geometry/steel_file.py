@@ -128,10 +128,10 @@ def read_curve(path: Path) -> tuple[Array, Array]:
             "in A/m first, or name them H_A_per_m and B_T"
         )
     if B.max() > MOST_B:
-        by_1000 = B.max() <= 1000 * MOST_B
+        units = (("kilogauss by 10", 10), ("millitesla by 1000", 1000), ("gauss by 10 000", 1e4))
+        todo = next((unit for unit, parts in units if B.max() <= parts * MOST_B), units[-1][0])
         raise ParameterError(
-            f"{path}: B ends at {B.max():g}, need tesla, below {MOST_B}; divide "
-            f"{'millitesla by 1000' if by_1000 else 'gauss by 10 000'}"
+            f"{path}: B ends at {B.max():g}, need tesla, below {MOST_B}; divide {todo}"
         )
     if H.max() < 1000:
         raise ParameterError(

@@ -107,20 +107,20 @@ def identify(
         angles, psi, N_r, angle_unit or recording.unit, angle_kind or recording.kind
     )
     raw = RawMap(i, angles, psi, None, "currents_down", N_r, recording.unit, recording.kind)
-    table = settled(
-        raw, angle_unit=angle_unit, angle_kind=angle_kind, zero=zero, aligned_at=aligned_at
-    )
-    smooth = repair_map(table)
     R_closing = _closing([t for traces in groups for t in traces])
-    notes = (*table.notes, *smooth.notes)
+    doubt = ""
     if R_closing is not None and abs(R_closing - R) > R_DISAGREES * R:
         doubt = (
             f"rising and falling currents agree with {R_closing:.4g} ohm, not with R_ohm = {R:g}: "
             "check the resistance, the voltage's offset, and the drops of the devices"
         )
-        if abs(R_closing - R) > R_REFUSED * max(R, R_closing):
+        if abs(R_closing - R) > R_REFUSED * max(R, R_closing):  # before it bends the flux linkage
             raise ParameterError(doubt)
-        notes = (*notes, doubt)
+    table = settled(
+        raw, angle_unit=angle_unit, angle_kind=angle_kind, zero=zero, aligned_at=aligned_at
+    )
+    smooth = repair_map(table)
+    notes = (*table.notes, *smooth.notes, *([doubt] if doubt else []))
     return Identified(
         table=replace(smooth.table, notes=notes),
         R_closing=R_closing,

@@ -11,7 +11,7 @@ import numpy as np
 from reluctance.base.errors import ParameterError
 from reluctance.base.reading import is_number, numbers, read_text, reading
 from reluctance.machine.maps.cells import any_rows
-from reluctance.machine.maps.raw import Column, column, stated_column
+from reluctance.machine.maps.raw import Column, column, stated_column, stated_unit
 from reluctance.machine.maps.table import Array
 
 MAX_BYTES = 100_000_000  # 31 angles, 8 pulses of 2000 rows, are 20 MB
@@ -106,7 +106,7 @@ def read_pulses(
     for place, path in enumerate(map(Path, paths)):
         with reading(path, "a record of pulses", "export it as CSV"):
             angle = angles[place] if angles else None
-            found, turn = _read(path, angle, dict(names or {}), 1.0 if probe is None else probe)
+            found, turn = _read(path, angle, dict(names or {}), probe)
         pulses += found
     return Recording(tuple(pulses), turn.unit if turn else None, turn.kind if turn else None)
 
@@ -150,7 +150,7 @@ def trace(pulse: Pulse) -> Trace:
 
 
 def _read(
-    path: Path, angle: float | None, names: dict[str, str], probe: float
+    path: Path, angle: float | None, names: dict[str, str], probe: float | None
 ) -> tuple[list[Pulse], Column | None]:
     rows = any_rows(read_text(path, most_bytes=MAX_BYTES))
     even = _even_times(rows[:MOST_HEAD])
@@ -158,7 +158,9 @@ def _read(
     needed = needed if angle is not None else (*needed, "theta")
     first, head, found = _table(rows, {q: n for q, n in names.items() if q in needed}, needed)
     values = {q: numbers(rows[first:], c, head[c], first=first + 1) for q, (c, _) in found.items()}
-    u, i = found["u"][1].factor * values["u"], probe * found["i"][1].factor * values["i"]
+    if probe is None:
+        _check_no_volts(head[found["i"][0]])
+    u, i = found["u"][1].factor * values["u"], (probe or 1.0) * found["i"][1].factor * values["i"]
     if even is None:
         t = found["t"][1].factor * values["t"]
     else:
@@ -177,13 +179,23 @@ def _read(
     return pulses, found["theta"][1] if angle is None else None
 
 
+def _check_no_volts(name: str) -> None:
+    """Raises ParameterError for a current whose unit is that of a voltage."""
+    unit = name.rpartition("[")[2].strip("] ").lower() if name.endswith("]") else ""
+    if unit and unit in VOLTAGE:
+        raise ParameterError(
+            f"the current `{name}` is in volts: give the factor of its probe, --probe_A_per_V 10 "
+            "for 100 mV/A"
+        )
+
+
 def _table(
     rows: list[list[str]], names: dict[str, str], needed: Sequence[str]
 ) -> tuple[int, list[str], dict[str, tuple[int, Column]]]:
     """The place of the first row of numbers, the names of the columns, and the quantities. A row of
     units below the names belongs to them."""
     heads = [k for k, row in enumerate(rows[:MOST_HEAD]) if not is_number(row[0])]
-    fault = None
+    fault, told = None, _names_row(rows, heads)
     for k in heads or [0]:
         units = k + 1 < len(rows) and not any(map(is_number, rows[k + 1][: len(needed)]))
         of = rows[k + 1] if units else []
@@ -195,9 +207,18 @@ def _table(
             try:
                 return first, taken, _columns(taken, {**names, **known}, needed)
             except ParameterError as one:
-                fault = one if fault is None or k == heads[-1] else fault
+                fault = one if fault is None or k == told else fault
     assert fault is not None
     raise fault
+
+
+def _names_row(rows: list[list[str]], heads: list[int]) -> int:
+    """Of the rows without numbers the last one, or the one before it where that has the units."""
+    if len(heads) < 2:
+        return 0
+    cells = [cell.strip("[]() ").lower() for cell in rows[heads[-1]]]
+    units = all(cell in TIME or cell in VOLTAGE or stated_unit(cell) for cell in cells)
+    return heads[-2] if units else heads[-1]
 
 
 def _even_times(rows: list[list[str]]) -> tuple[float, float] | None:
@@ -237,6 +258,13 @@ def _columns(
                 f"no column for {quantity}, need t_s, u_V, i_A and theta_m_deg or the like; the "
                 f"header has {', '.join(head[:8])}; say --name {quantity}=NAME"
                 + (" or --angle for each file" if quantity == "theta" else "")
+            )
+    places = [place for place, _ in found.values()]
+    for quantity, (place, _) in found.items():
+        if places.count(place) > 1:
+            raise ParameterError(
+                f"`{head[place]}` is the column of {quantity} and of another quantity; the header "
+                f"has {', '.join(head[:8])}: say which is which, --name {quantity}=NAME"
             )
     return found
 
