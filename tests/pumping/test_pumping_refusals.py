@@ -46,6 +46,7 @@ def data(**changes):
         ({"demand": {"m3_per_day": 9.0, "from_h": 8.0, "to_h": 7.0}}, "is not before to_h"),
         ({"pipe__H_static_m": 60.0}, "lower the head or take another pump"),
         ({"drive": "single_pulse.toml"}, "cannot follow a torque"),
+        ({"control": {"T_s_us": 50}}, "change it in sharing_cubic.toml, the file of the drive"),
         ({"site__latitude_deg": 85.0, "weather__start": date(2026, 12, 21)}, "dark"),
     ],
     ids=lambda value: "" if isinstance(value, str) else " ".join(value),

@@ -14,6 +14,7 @@ from reluctance.base.errors import ParameterError, one_line
 from reluctance.base.files import read_toml, toml_value
 from reluctance.base.reading import reading
 from reluctance.base.schema import Section, check_places, checked, did_you_mean
+from reluctance.drive.all_tables import TABLES as DRIVE_TABLES
 from reluctance.drive.drive import Drive
 from reluctance.drive.tables.source import COLD_G
 from reluctance.plant.hydraulics.pipe import Pipe
@@ -173,6 +174,7 @@ TABLES: dict[str, type[Section]] = {
     "tank": Tank,
     "demand": Demand,
 }
+OF_A_DRIVE = {"machine", "control", *DRIVE_TABLES}
 OPTIONAL = {"operation", "limits", "tank", "demand"}
 
 
@@ -223,6 +225,11 @@ def system_from(data: dict[str, Any], *, folder: Path, name: str = "system") -> 
             "`drive` in a system file: reluctance examples sun_day"
         )
     for key in data:
+        if key in OF_A_DRIVE and isinstance(data.get("drive"), str):
+            raise ParameterError(
+                f"`{key}` is a table of a drive, not of a pumping system; change it in "
+                f"{data['drive']}, the file of the drive"
+            )
         if key not in known:
             raise ParameterError(f"unknown table `{key}`{did_you_mean(key, known)}")
     for key in known:
