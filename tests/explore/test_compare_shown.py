@@ -36,6 +36,11 @@ def found() -> Comparison:
     return compare(drive, [*SHARING[:3], "deadbeat"], f_switch=5e3, octaves=(), processes=1)
 
 
+def test_a_notebook_shows_one_line(found: Comparison) -> None:
+    names = ", ".join([*SHARING[:3], "deadbeat"])
+    assert repr(found) == f"Comparison(paper_rated: {names} at 5 kHz per switch)"
+
+
 def test_no_two_laws_look_alike() -> None:
     styles = [drawing.style(name) for name in CONTENDERS]
     assert len({(s["color"], s["ls"], s["marker"]) for s in styles}) == len(CONTENDERS)

@@ -266,7 +266,7 @@ def _line(error: dict[str, Any], section: type[Section], where: str) -> str:
     keys = section.model_fields.keys()
     need = NEEDS.get(error["type"], error["msg"]).format(**error.get("ctx", {}))
     if error["type"] == "float_type" and isinstance(error["input"], str):
-        need += _number_hint(error["input"], key)
+        need += number_hint(error["input"], key)
     if error["type"] == "float_type" and isinstance(error["input"], list) and OVER_TIME <= keys:
         need += "; in its place t_s and values of the same length are a course over time"
     return f"{where} {key} = {error['input']!r}, {need}"
@@ -298,11 +298,11 @@ def of_option(fault: ValidationError, name: str, unit: str) -> str:
     kind = error["type"].replace("_parsing", "_type")
     need = NEEDS.get(kind, error["msg"]).format(**error.get("ctx", {}))
     if isinstance(error["input"], str):
-        need += _number_hint(error["input"], f"{name}_{unit}" if unit else name)
+        need += number_hint(error["input"], f"{name}_{unit}" if unit else name)
     return f"{name} = {error['input']!r}, {need}"
 
 
-def _number_hint(text: str, key: str) -> str:
+def number_hint(text: str, key: str) -> str:
     """What to say of a text that was meant as a number, or as several."""
     if hint := point_hint(text):
         return f"; {hint}"

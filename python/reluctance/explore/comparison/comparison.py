@@ -35,6 +35,10 @@ class Comparison:
     entries: tuple[Entry, ...]
     step_time: dict[str, float]  # of a control step on this computer, by name [s]
 
+    def __repr__(self) -> str:
+        laws = ", ".join(entry.name for entry in self.entries)
+        return f"Comparison({self.point.name}: {laws} at {self.f_target / 1e3:g} kHz per switch)"
+
 
 def compare(
     drive: Drive,
