@@ -297,6 +297,14 @@ def test_no_water_names_what_fails_at_the_threshold_and_books_the_energy_there(
         assert with_units(found)[f"limited_{limit}_h"] > 6
 
 
+def test_an_array_far_off_its_maximum_power_point_is_not_answered_with_more_modules(day):
+    found = pump(day.system.with_values({"array.n_parallel": 1}))
+    off = replace(found, samples=replace(found.samples, p_mp=20 * found.samples.p_mp))
+    assert not any("take more modules" in line for line in remarks(off))
+    (line,) = [line for line in remarks(off) if "change [operation]" in line]
+    assert f"at its maximum power point it has {off.samples.p_mp.max():.0f} W" in line
+
+
 def test_hours_at_a_limit_are_those_of_speed_torque_voltage_and_well(day):
     slow = replace(day.system, pump=day.system.pump.model_copy(update={"speed_max_rpm": 1250.0}))
     for system, limit in (

@@ -228,9 +228,12 @@ def _why_none(found: Pumped) -> str:
     if not (s.limit != Limit.none).any():
         u = np.full(1, np.median(s.u_dc[s.p_mp > 0]))
         least = float(losses.p_in(u, np.full(1, omega), np.full(1, tau))[0])
+        best, todo = s.p_mp.max(), "take more modules or less head"
+        if best > least:
+            todo = f"at its maximum power point it has {best:.0f} W: change [operation]"
         return (
             f"the drive needs {least:.0f} W where the pump begins to lift water, and the array "
-            f"gives at most {s.p_link.max():.0f} W; take more modules or less head"
+            f"gives at most {s.p_link.max():.0f} W; {todo}"
         )
     most = losses.tau_set_up
     if tau > most:
