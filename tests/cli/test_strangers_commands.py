@@ -164,3 +164,8 @@ def test_a_drive_on_an_array_has_its_pump_at_the_greatest_speed_as_the_point(lin
 def test_a_point_above_tau_max_is_answered_with_what_lowers_it():
     line = ("compare", ROOT / "examples" / "sun_cloud.toml", "--controls", "deadbeat")
     assert "raise it, or ask for less torque" in refused(*line, "--set", "control.tau_max_Nm=1")
+
+
+def test_a_law_in_the_place_of_its_variants_is_answered_with_these():
+    line = refused("compare", RATED, "--controls", "torque_sharing,deadbeat")
+    assert "`torque_sharing` is a law; compare sharing_linear, sharing_cubic" in line

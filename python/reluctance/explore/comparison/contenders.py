@@ -85,6 +85,8 @@ def contender(name: str) -> Contender:
     if names_code(name):
         return _own(name)
     if name not in CONTENDERS:
+        if of_law := [each for each, one in CONTENDERS.items() if one.law == name]:
+            raise ParameterError(f"control `{name}` is a law; compare {', '.join(of_law)}")
         raise ParameterError(f"control `{name}` is unknown{did_you_mean(name, CONTENDERS)}")
     return CONTENDERS[name]
 
