@@ -66,6 +66,7 @@ def test_a_light_rotor_under_its_own_torque_is_no_stuck_angle(name):
     drive = rl.load(ROOT / "examples" / f"{name}.toml")
     light = {"load.J_kgm2": 0.5 * drive.machine.J_kgm2, "sensing.encoder_counts": 4096}
     fan = {"load.kind": "fan", "load.k_fan_Nms2": 1e-3, "load.speed_rpm": 200.0}
+    fan |= {"protection.speed_max_rpm": 3000.0}
     given = drive.with_values({**fan, **light, "supervision.enable_s": 0.0})
     result = rl.simulate(given, until=0.2)
     assert result.omega_m.max() > 2 * to_si(200.0, "rpm")
