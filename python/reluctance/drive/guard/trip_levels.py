@@ -246,8 +246,8 @@ def _acceleration(drive: Drive, omega_max: float) -> float:
 
 
 def _greatest_torque(drive: Drive) -> float:
-    """Of all phases that pull one way at i_max, at the angle where it is most: whatever the law asks
-    for, a fault or a ripple of it can be as much [N m]."""
+    """Of all phases that pull one way at i_max, at the angle where it is most. Whatever the law
+    asks for, a fault or a ripple of it can be as much [N m]."""
     machine = drive.machine
     turn = np.linspace(0.0, 2 * np.pi, 90 * machine.n_phases, endpoint=False)
     i = np.full_like(turn, machine.i_max_A)
