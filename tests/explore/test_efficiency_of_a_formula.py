@@ -314,3 +314,21 @@ def test_a_shared_switch_has_no_limit(drive):
     shared = SimpleNamespace(converter=SimpleNamespace(bridge="shared_switch"))
     with pytest.raises(rl.ParameterError, match="share no switch; add --no-envelope"):
         envelope_over(SimpleNamespace(drive=shared))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_an_envelope_is_of_the_speeds_the_voltage_and_the_side_of_the_map(monkeypatch, drive, side):
+    from reluctance.explore.efficiency_map import envelope
+
+    asked = {}
+
+    def noted(point, omega, **how):
+        asked.update(point=point, omega=omega, **how)
+
+    monkeypatch.setattr(envelope, "torque_speed_envelope", noted)
+    found = SimpleNamespace(drive=drive, u_dc=123.0, omega=OMEGA, tau=side * np.array([5.0, 20.0]))
+    envelope.envelope_over(found)
+    assert asked["point"].u_dc == 123.0 and asked["direction"] == side
+    assert asked["omega"][0] == OMEGA[0] and asked["omega"][-1] == OMEGA[-1]
+    assert np.allclose(np.diff(asked["omega"], 2), 0) and len(asked["omega"]) > len(OMEGA)
+    assert asked["n_points"] % drive.machine.n_phases == 0
