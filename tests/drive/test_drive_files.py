@@ -232,7 +232,9 @@ def test_an_unusable_file_is_named(tmp_path, content, says):
 
 
 def test_a_system_is_no_drive_file_and_a_torque_far_beyond_the_machine_is_not_meant():
-    with pytest.raises(rl.ParameterError, match="a pumping system, not a drive file; use `relu"):
+    with pytest.raises(
+        rl.ParameterError, match="a pumping system, not a drive file; `reluctance pump"
+    ):
         rl.load(EXAMPLES / "sun_day.toml")
     path, given = EXAMPLES / "paper_pump.toml", ["load.kind=torque", "load.k_pump_Nms2="]
     most = 1e4 * rl.load(path).machine.greatest_torque

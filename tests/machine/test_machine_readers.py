@@ -131,13 +131,14 @@ def test_a_sheet_is_its_filled_rows_and_columns(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     sheet = book.active
-    for row, column, value in ((2, 2, "i_A"), (2, 4, " psi_Wb "), (5, 2, 1.5), (5, 4, 0)):
+    cells = ((5, 2, 1.5), (5, 4, 0), (6, 2, 2), (6, 4, 1))
+    for row, column, value in ((2, 2, "i_A"), (2, 4, " psi_Wb "), *cells):
         sheet.cell(row, column, value)
     book.create_sheet("other").cell(1, 1, "not this")
     book.save(tmp_path / "a.xlsx")
-    assert sheet_rows(tmp_path / "a.xlsx") == [["i_A", "psi_Wb"], ["1.5", "0"]]
+    assert sheet_rows(tmp_path / "a.xlsx") == [["i_A", "psi_Wb"], ["1.5", "0"], ["2", "1"]]
     openpyxl.Workbook().save(tmp_path / "b.xlsx")
-    with pytest.raises(ParameterError, match="the first sheet is empty"):
+    with pytest.raises(ParameterError, match="no sheet has a table"):
         sheet_rows(tmp_path / "b.xlsx")
     book = openpyxl.Workbook()
     book.active.cell(1, 1001, 5)

@@ -315,7 +315,7 @@ def dry(found):
 @pytest.mark.parametrize(
     ("limit", "reach", "told"),
     [
-        (Limit.none, None, "take more modules or less head"),
+        (Limit.none, None, "at its maximum power point it has"),
         (Limit.torque, 1.0, "the torque limit of 1 N m is too low"),
         (Limit.torque, 0.5, "the machine gives no more at"),
         (Limit.voltage, None, "the voltage is too low"),
@@ -341,6 +341,10 @@ def test_why_there_is_no_water_follows_from_what_limits(dry, limit, reach, told)
         (p,) = losses.p_in(*(np.array([x]) for x in (u, omega, tau)))
         assert f"the drive needs {p:.0f} W" in line
         assert f"gives at most {samples.p_link.max():.0f} W" in line
+        weak = replace(
+            dry, samples=replace(samples, p_mp=0.9 * p / samples.p_mp.max() * samples.p_mp)
+        )
+        assert any("; take more modules or less head" in line for line in remarks(weak))
     if limit == Limit.voltage:
         u = samples.u_dc.max()
         (most,) = losses.greatest_torque(np.array([u]), np.array([omega]))

@@ -240,19 +240,9 @@ def _acceleration(drive: Drive, omega_max: float) -> float:
     times, speeds = (np.array(part) for part in load.omega)
     held = np.abs(np.diff(speeds) / np.diff(times)).max(initial=0.0)
     steady = max(abs(tau) for tau in load.tau_0[1])
-    driven = _greatest_torque(drive) + steady
+    driven = drive.machine.greatest_torque + steady
     passive = driven if load.pump is not None else min(load.k * omega_max**2, driven)
     return max((driven + passive) / drive.J, float(held))
-
-
-def _greatest_torque(drive: Drive) -> float:
-    """Of all phases that pull one way at i_max, at the angle where it is most. Whatever the law
-    asks for, a fault or a ripple of it can be as much [N m]."""
-    machine = drive.machine
-    turn = np.linspace(0.0, 2 * np.pi, 90 * machine.n_phases, endpoint=False)
-    i = np.full_like(turn, machine.i_max_A)
-    one = np.maximum(_core.magnetics(machine.magnetics, i, turn)[:, 2], 0.0)
-    return float(one.reshape(machine.n_phases, -1).sum(axis=0).max())
 
 
 def _model_error(drive: Drive, step: float) -> float:
