@@ -1,6 +1,7 @@
 """Geometry files: what is refused with which line, and what comes out of a good one."""
 
 import json
+import re
 from copy import deepcopy
 from pathlib import Path
 from types import SimpleNamespace
@@ -514,7 +515,7 @@ def test_progress_of_a_geometry_rises_to_one_and_pairs_take_the_greater_part(
     tmp_path, monkeypatch, coupling, first
 ):
     told = []
-    kept = SimpleNamespace(table=lambda N_r: N_r, i=np.array([0.0, 15.0]))
+    kept = SimpleNamespace(table=lambda N_r: N_r, i=np.array([0.0, 15.0]), psi=np.eye(2))
 
     def field(geometry, *, progress):
         progress(0.5), progress(1.0)
@@ -594,3 +595,29 @@ def test_how_far_a_mesh_is_off_is_told_in_parts_of_the_greatest(monkeypatch):
     }
     for name, expected in parts.items():
         assert [row[name] for row in rows] == pytest.approx(expected, abs=1e-4), name
+
+
+@pytest.mark.parametrize(
+    ("key", "wrong", "given"),
+    [
+        ("map__current_max_A", 1500.0, {}),
+        ("map__current_max_A", 1500.0, {"winding__turns_per_pole": 6007}),
+        ("air_gap__length_mm", 0.01, {}),
+        ("air_gap__length_mm", 0.01, {"stator__bore_diameter_mm": 57.3}),
+        ("lamination__stack_length_mm", 0.1, {"stator__bore_diameter_mm": 57.31}),
+    ],
+)
+def test_the_limit_that_a_message_names_is_allowed(key, wrong, given):
+    with pytest.raises(rl.ParameterError, match=r"need at (most|least) [0-9]") as fault:
+        geometry(**given | {key: wrong})
+    limit = float(re.search(r"need at (?:most|least) ([\d.]+)", str(fault.value))[1])
+    section, name = key.split("__")
+    assert getattr(getattr(geometry(**given | {key: limit}), section), name) == limit
+
+
+def test_a_machine_whose_iron_has_no_room_behind_the_poles_is_refused():
+    thin = SimpleNamespace(i=np.array([0.0, 25.0]), psi=np.array([[0.0, 0.0], [0.0632, 0.0439]]))
+    with pytest.raises(rl.ParameterError, match=r"has 0\.0439 Wb aligned and 0\.0632 Wb"):
+        from_geometry._check_rises(thin)
+    thin.psi[-1] = [0.0439, 0.0632]
+    from_geometry._check_rises(thin)

@@ -175,6 +175,11 @@ def test_a_pump_that_runs_out_is_answered_with_the_speed_at_which_it_does_not():
             "Q_m3ph,H_m,eta\n0,30,0\n10,29,30\n20,28,50",
             "fractions between 0 and 1 where Q > 0; a column in per cent is named `eta [%]`",
         ),
+        (
+            "Q_m3ph,H_m,P2 [W]\n0,70,0.5\n4,64,0.9\n10.8,26,1.5",
+            "at Q_m3ph = 4 the water takes 696 W and the shaft has 0.9 W; correct the unit",
+        ),
+        ("Q_m3ph,H_m,p_shaft_W\n0,70,300\n4,64,900\n7,50,950", "takes 952 W and the shaft"),
         ("Q_m3ph,H_m\n0,30\n10,29\n20,28", "need Q_m3ph, H_m and eta or p_shaft_W"),
         ("Q_m3ph,H_m,eta\n0,a,0", "data row 2, H_m: `a` is not a number"),
         ("", "the file has no rows"),

@@ -17,7 +17,7 @@ from reluctance._core import ORDER_COLUMNS
 from reluctance.drive.guard.trip_levels import protection
 from reluctance.targets.export import firmware
 from reluctance.targets.export.cost import cost
-from reluctance.targets.export.parity import in_the_loop, parity
+from reluctance.targets.export.parity import check_parity, in_the_loop, parity
 from reluctance.targets.export.recording import record
 from reluctance.targets.export.target import build, processor_in_the_loop, replay
 
@@ -177,6 +177,13 @@ def test_healthy_recordings_with_real_sensors_never_trip(tmp_path):
     found = int(np.flatnonzero(answers.status)[0])
     assert 1500 <= found <= 1500 + late + guard.advance.block
     assert_safe_from(answers, found, 7)
+
+
+@pytest.mark.parametrize("compare", [check_parity, in_the_loop])
+def test_a_drive_with_faults_is_not_compared_with_a_desk_that_has_no_protection(compare):
+    broken = drive("deadbeat").with_values({"faults": [{"kind": "open_wire"}]})
+    with pytest.raises(rl.ParameterError, match=r"\[\[faults\]\] has no form in a comparison of"):
+        compare(broken)
 
 
 def test_a_target_that_stops_is_told_and_nothing_waits_for_it(packages):

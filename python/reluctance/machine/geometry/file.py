@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from math import asin, degrees, gcd, pi, radians, sin
+from collections.abc import Callable
+from decimal import Decimal
+from math import asin, ceil, degrees, floor, gcd, log10, pi, radians, sin
 from typing import Literal
 
 from pydantic import Field, model_validator
@@ -21,6 +23,7 @@ MM = 1e-3
 GAP_FIELD_MOST = 32.0  # [T]
 IRON_FIELD_MOST = 2e5  # [A/m]
 LEAST_GAP = 1 / 2000  # of the bore diameter: 0.5 mm at a metre, half of what is built
+ROUNDING = 1e-8  # of a limit that a message names with its digits
 LEAST_STACK = 1 / 50  # of the bore diameter; machines have 0.3 to 3
 LEAST_ARC = 0.1  # of a pole pitch; machines have 0.3 to 0.55
 MOST_PHASES = 6
@@ -195,15 +198,17 @@ def _check_sizes(g: Geometry) -> None:
             f"air_gap.length_mm = {g.air_gap.length_mm:g} is over a quarter of "
             f"stator.bore_diameter_mm = {bore:g}; check the units of both (millimetres)"
         )
-    if s.gap < LEAST_GAP * 2 * s.r_bore:
+    if g.air_gap.length_mm < (1 - ROUNDING) * LEAST_GAP * bore:
         raise ValueError(
             f"air_gap.length_mm = {g.air_gap.length_mm:g}, need at least "
-            f"{LEAST_GAP * bore:.3g}, 1/2000 of the bore; check its unit (millimetres)"
+            f"{_three_digits(LEAST_GAP * bore, ceil):g}, 1/2000 of the bore; check its unit "
+            "(millimetres)"
         )
-    if g.lamination.stack_length_mm < LEAST_STACK * bore:
+    if g.lamination.stack_length_mm < (1 - ROUNDING) * LEAST_STACK * bore:
         raise ValueError(
             f"lamination.stack_length_mm = {g.lamination.stack_length_mm:g}, need at least "
-            f"{LEAST_STACK * bore:.3g}, 1/50 of the bore; check its unit (millimetres)"
+            f"{_three_digits(LEAST_STACK * bore, ceil):g}, 1/50 of the bore; check its unit "
+            "(millimetres)"
         )
     for side, height in (("stator", s.h_s), ("rotor", s.h_r)):
         if height < s.gap:
@@ -304,15 +309,21 @@ def _check_polarity(g: Geometry) -> None:
         )
 
 
+def _three_digits(value: float, way: Callable[[Decimal], int]) -> float:
+    """A limit as a message has it: rounded to the side that is allowed, > 0."""
+    step = Decimal(1).scaleb(floor(log10(value)) - 2)
+    return float(way(Decimal(f"{value:.9g}") / step) * step)
+
+
 def _check_map(g: Geometry) -> None:
     turns = g.winding.turns_per_pole / g.winding.parallel_paths
     s = g.cross_section
     iron = s.h_s + s.h_r + s.r_out - s.r_shaft  # about what a pole's flux passes [m]
     most = (GAP_FIELD_MOST * s.gap / mu_0 + IRON_FIELD_MOST * iron) / turns
-    if g.map.current_max_A > most:
+    if g.map.current_max_A > (1 + ROUNDING) * most:
         raise ValueError(
             f"map.current_max_A = {g.map.current_max_A:g} is far beyond saturation with "
-            f"{turns:g} turns: need at most {most:.3g}, or fewer turns"
+            f"{turns:g} turns: need at most {_three_digits(most, floor):g}, or fewer turns"
         )
     if g.map.coupling == "none" and g.map.pair_rank is not None:
         raise ValueError("map.pair_rank has no effect with coupling = 'none'; set 'pairs'")

@@ -176,6 +176,7 @@ def machine_from_geometry(
         first = SELF_PART if pairs else 1.0
         told = progress or (lambda part: None)
         solution = solved(checked_file, progress=lambda part: told(first * part))
+        _check_rises(solution)
         coupling = None
         if pairs:
             share = 1 - SELF_PART
@@ -189,3 +190,14 @@ def machine_from_geometry(
     except ParameterError as fault:
         line = str(fault).replace("[machine.", "[")  # here the tables stand by themselves
         raise ParameterError(f"{path}: {line}") from None
+
+
+def _check_rises(solution: Solution) -> None:
+    """Raises ParameterError where a phase has no more flux linkage aligned than unaligned."""
+    unaligned, aligned = (float(solution.psi[-1, k]) for k in (0, -1))
+    if not aligned > unaligned:
+        raise ParameterError(
+            f"at {solution.i[-1]:g} A a phase has {aligned:.3g} Wb aligned and {unaligned:.3g} Wb "
+            "unaligned: the iron behind the poles is too thin; give the yokes about half of a "
+            "pole's width (outer diameter, shaft diameter, pole heights)"
+        )

@@ -190,6 +190,8 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
                 f"{path}: {name} reaches {table[name].max():.3g}, need at most {most:g}; correct "
                 "the unit in the column's name"
             )
+    if "p_shaft_W" in table:
+        _check_power(Q, H, table["p_shaft_W"], path)
     given, (Q, H) = Q, _falling(Q, H, path)
     at_work = np.isin(given, Q) & (given > 0)
     if "p_shaft_W" in table:
@@ -209,6 +211,18 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
     from scipy.interpolate import PchipInterpolator  # [load] knows what a pump is, without SciPy
 
     return Curve(omega_ref, float(Q[-1]), PchipInterpolator(Q, H), PchipInterpolator(Q, P))
+
+
+def _check_power(Q: FloatArray, H: FloatArray, P: FloatArray, path: Path) -> None:
+    """Raises ParameterError where the water takes as much power as the shaft, or more."""
+    water = RHO * GRAVITY * Q * H
+    over = np.flatnonzero(~(water < P) & (Q > 0))
+    if len(over):
+        k = int(over[0])
+        raise ParameterError(
+            f"{path}: at Q_m3ph = {Q[k] / M3PH:g} the water takes {water[k]:.3g} W and the shaft "
+            f"has {P[k]:.3g} W; correct the unit in the name of a column: flow, head or power"
+        )
 
 
 def _falling(Q: FloatArray, H: FloatArray, path: Path) -> tuple[FloatArray, FloatArray]:

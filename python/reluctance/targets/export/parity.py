@@ -23,6 +23,8 @@ from reluctance.targets.export.target import (
     replay,
 )
 
+BOTH = "a comparison of the target with the desk, which has no protection here"
+
 
 @dataclass(frozen=True)
 class Parity:
@@ -55,7 +57,14 @@ def parity(program: Path, cpu: Cpu, recording: Recording) -> Parity:
 
 
 def check_parity(drive: Drive, *, cpu: Cpu = "cortex-m7", steps: int = STEPS) -> Parity:
-    """Export a drive, build it for the emulated target, and replay a simulation on it."""
+    """Export a drive, build it for the emulated target, and replay a simulation on it.
+
+    Raises
+    ------
+    ParameterError
+        If the drive has faults: what trips by them is the target alone.
+    """
+    drive.check_sound(BOTH)
     with scratch() as place:
         program = build(firmware(drive, place / "package").folder, cpu)
         return parity(program, cpu, record(drive, steps=steps))
@@ -74,7 +83,13 @@ def in_the_loop(
     -------
     target, desk : Kpis
         The desk's controller computes in single precision too.
+
+    Raises
+    ------
+    ParameterError
+        If the drive has faults: what trips by them is the target alone.
     """
+    drive.check_sound(BOTH)
     with scratch() as place:
         program = build(firmware(drive, place / "package").folder, cpu)
         with processor_in_the_loop(
