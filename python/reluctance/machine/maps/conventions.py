@@ -6,15 +6,14 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from reluctance.base.errors import ParameterError
+from reluctance.machine.maps.periods import check_rises_once, first_period
 from reluctance.machine.maps.raw import RawMap
 from reluctance.machine.maps.table import Array, FluxTable
 
 MATCH = 0.01  # how near an angle range must come to a half or whole period, of a half period [1]
 ZERO_OFF = np.pi / 18  # how far the largest flux may be from a zero that is inferred [rad]
 STRAIGHT, BENDS = 0.02, 0.05  # slopes of an inverse table: no saturation, and its opposite
-SAME = 0.02  # of its rise: what the flux linkage may differ from one period to the next
 AT_REST = 0.01  # of the largest torque: less, aligned and unaligned, is none
-LEAST_IN_PERIOD = 6  # samples, of a file with several periods
 FALLS = 0.02  # of its rise: what noise and a flat top may take from the flux at an end; at a zero
 # that is 16 deg wrong it is (1 - cos 16 deg)/2
 EXCHANGED = (
@@ -89,7 +88,11 @@ def settled(
     unnamed = raw.layout is None  # names would say which of the two is the current
     if tau is None and (raw.inverse or (unnamed and is_inverse(i, psi))):
         i, psi = _turned(i, psi, notes)
-    angle, psi, tau, kind = _one_period(angle, psi, tau, N_r, unit, kind, notes)
+    units = {u: size for u, size in UNITS.items() if unit in (u, None)}
+    kinds = [kind] if kind else CHOICES["angle_kind"]
+    given = [psi] if tau is None else [psi, tau]
+    angle, (psi, *torque), found = first_period(angle, given, N_r, units, kinds, notes)
+    tau, kind = torque[0] if torque else None, found or kind
     reading = _angles(angle, N_r, unit, kind, notes)
     if aligned_at is not None:
         theta_e, where = (angle - aligned_at) * reading.factor + np.pi, "unaligned"
@@ -255,45 +258,6 @@ def _sorted(
     )
 
 
-def _one_period(
-    angle: Array,
-    psi: Array,
-    tau: Array | None,
-    N_r: int,
-    unit: str | None,
-    kind: str | None,
-    notes: list[str],
-) -> tuple[Array, Array, Array | None, str | None]:
-    """The first of several whole periods, as of a whole turn of the shaft, and their kind; what is
-    given where it is one period or a half."""
-    step = (angle[-1] - angle[0]) / (len(angle) - 1)
-    for u in [unit] if unit else UNITS:
-        for k in [kind] if kind else CHOICES["angle_kind"]:
-            period = 2 * np.pi / (UNITS[u] * (N_r if k == "mechanical" else 1))
-            for span in (angle[-1] - angle[0], angle[-1] - angle[0] + step):
-                count = round(span / period)
-                if period < LEAST_IN_PERIOD * step:  # a unit that leaves no sample in a period
-                    continue
-                if count < 2 or abs(span / period - count) > 1e-3 * count:
-                    continue
-                if not _repeats(angle, psi, period):
-                    continue
-                kept = angle < angle[0] + period * (1 - 1e-6)
-                notes.append(f"{count} periods of {period:.6g} {u} {k}: the first one is taken")
-                tables = [np.hstack([t[:, kept], t[:, :1]]) for t in (psi, tau) if t is not None]
-                first = np.append(angle[kept], angle[0] + period)
-                return first, tables[0], tables[1] if tau is not None else None, k
-    return angle, psi, tau, kind
-
-
-def _repeats(angle: Array, psi: Array, period: float) -> bool:
-    """Whether the flux linkage repeats over the angle."""
-    flux = CubicSpline(angle, psi.mean(axis=0))
-    early = angle[angle + period <= angle[-1]]
-    off = np.abs(flux(early + period) - flux(early)).max(initial=0.0)
-    return bool(len(early) > 2 and off < SAME * np.ptp(psi.mean(axis=0)))
-
-
 def _readings(angle: Array, N_r: int, unit: str | None, kind: str | None) -> list[Reading]:
     """Every reading of the angles that covers one half or one whole period."""
     span = float(angle.max() - angle.min())
@@ -352,25 +316,13 @@ def _angles(
     )
 
 
-def _rises_once(theta_e: Array, flux: Array) -> None:
-    """Raises ParameterError where a whole period of flux linkage is several of them."""
-    even = np.linspace(theta_e[0], theta_e[-1], 4 * len(theta_e), endpoint=False)
-    waves = np.abs(np.fft.rfft(np.interp(even, theta_e, flux)))
-    most = 1 + int(np.argmax(waves[1:]))
-    if most > 1:
-        raise ParameterError(
-            f"flux linkage rises and falls {most} times over the angles, need once over a period; "
-            f"if they are a turn of the shaft, N_r is {most}: correct N_r, or the angle's unit"
-        )
-
-
 def _zero(theta_e: Array, psi: Array, reading: Reading, notes: list[str]) -> str:
     """Where the file's angle zero is, from where the flux is largest."""
     flux = psi.mean(axis=0)
     if reading.halves == 1:
         peak = theta_e[[0, -1]][int(flux[-1] > flux[0])]
     else:
-        _rises_once(theta_e, flux)
+        check_rises_once(theta_e, flux)
         turn = np.append(theta_e, theta_e[0] + 2 * np.pi)  # the end may be the start already
         wave = np.append(flux, flux[0]) * np.exp(1j * turn)
         peak = float(np.angle(np.sum((wave[1:] + wave[:-1]) * np.diff(turn))))
