@@ -13,8 +13,9 @@ from firmware_tools import ROOT, Native, needs_target
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base.units import from_si
 from reluctance.drive.guard.supervised import controller
-from reluctance.drive.guard.trip_levels import diagnosis
+from reluctance.drive.guard.trip_levels import diagnosis, protection
 from reluctance.targets.export.package import gates_of
 
 
@@ -216,6 +217,14 @@ def drawn(seed):
     period = 60 / (rpm * drive.machine.N_r)
     late = {**fault, "t_s": GIVEN["settled_s"]}
     return bench.Case(name, drive, rpm, late, [float(of.uniform(0, 360))], seed, 3 * period), period
+
+
+def test_the_page_has_the_speed_from_which_a_frozen_angle_is_found():
+    guard = protection(bench.drive_of("6_4/deadbeat", 300.0, GIVEN))
+    tau = guard.advance.parts * guard.advance.block * guard.flux.T_s
+    change = (2 * guard.levels.angle_slack + guard.advance.bend) / tau / 4
+    page = " ".join((ROOT / "docs" / "faults.md").read_text().split())
+    assert f"in this time: {from_si(change, 'rpm'):.0f} rpm on the 6/4 machine" in page
 
 
 @pytest.mark.parametrize("seed", range(88100, 88106))

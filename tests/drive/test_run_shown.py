@@ -8,8 +8,9 @@ import pytest
 from matplotlib.figure import Figure
 
 import reluctance as rl
+from reluctance import _core
+from reluctance.drive.run import events, plots
 from reluctance.drive.run import kpis as figures
-from reluctance.drive.run import plots
 from reluctance.drive.run.energy_loop import EnergyLoop, energy_loops, plot_energy_loop, text
 from reluctance.drive.run.events import Event, evidence, tripped, unready
 from reluctance.drive.run.kpis import evaluated
@@ -281,3 +282,10 @@ def test_orders_of_a_force_have_the_mean_and_the_oscillation_of_the_poles(run):
     assert shown.with_units() == {
         "order": 2, "mean_N": 1.0, "max_N": 2.0, "f_Hz": -50.0, "amplitude_N": 0.5,
     }  # fmt: skip
+
+
+def test_every_status_has_a_unit_or_none_to_have():
+    """A new status needs its line. 1, 15 and 20 have no limit, and 18 one of two quantities."""
+    known = {n for n in range(1, 100) if _core.describe_status(n) != "unknown"}
+    without = {1, 15, 18, 20}
+    assert known == {*events.UNITS, events.OUT_OF_RANGE, events.FROZEN} | without
