@@ -30,7 +30,7 @@ M3PH = 1 / 3600
 # The formula of the efficiency ends at twice the best flow; near it the power has a pole.
 LARGEST_X = 1.8
 DROOP = 1e-3  # of the largest head, by which a flat one falls: less than a curve is read to
-MOST_FLOW, HIGHEST = 1e6, 1e4  # of any pump [m^3/h], [m]
+MOST_FLOW, GREATEST_HEAD = 1e6, 1e4  # of any pump [m^3/h], [m]
 LEAST_RPM = 100.0  # the largest pumps turn at some 200 rpm
 
 
@@ -184,7 +184,7 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
                 "names; if they are right, turn the order of the rows round"
             )
         raise ParameterError(f"{path}: Q_m3ph needs at least 3 rising flows, none below 0{asked}")
-    for name, most in (("Q_m3ph", MOST_FLOW), ("H_m", HIGHEST)):
+    for name, most in (("Q_m3ph", MOST_FLOW), ("H_m", GREATEST_HEAD)):
         if not table[name].max() <= most:
             raise ParameterError(
                 f"{path}: {name} reaches {table[name].max():.3g}, need at most {most:g}; correct "
