@@ -6,8 +6,8 @@
 //
 //   |(theta - theta_1) - (theta_1 - theta_0)| <= 2 slack + a tau^2
 //
-// A change of the speed is seen within tau and a block from (2 slack + a tau^2)/tau on, a jump at the
-// end of a block. The least such change is 2 sqrt(2 slack a), with tau = sqrt(2 slack/a).
+// A change of the speed is seen within tau and a block from (2 slack + a tau^2)/tau on, a jump at
+// the end of a block. The least such change is 2 sqrt(2 slack a), with tau = sqrt(2 slack/a).
 //
 // Where another sensor gives the speed (block = 0), the angle has to advance by N_r omega_m T_s a
 // sample. What it does not is the slip; it is summed, and forgotten by 1/64 a sample, so that a
