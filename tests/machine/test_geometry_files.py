@@ -303,6 +303,24 @@ def test_a_convergence_that_fails_is_an_error(tmp_path, monkeypatch):
     assert not out.exists()
 
 
+def test_a_machine_file_that_was_edited_is_not_overwritten(tmp_path, monkeypatch):
+    monkeypatch.setattr("reluctance.machine.geometry.solved.Grid", lambda: COARSE)
+    path = write(tmp_path / "g.toml", changed())
+    order = ("machine", "from-geometry", path, "--out", tmp_path / "m.toml")
+    for _ in range(2):  # the second time over its own files
+        assert command(*order).code == 0
+    out = tmp_path / "m.toml"
+    out.write_text(out.read_text().replace("R_ohm = ", "R_ohm = 1"))
+    mine = out.read_text()
+    line = refused(*order)
+    assert "m.toml has been edited; remove m.toml, m.csv, m_force.csv, or choose another" in line
+    assert out.read_text() == mine
+    for name in ("m.toml", "m.csv", "m_force.csv"):
+        (tmp_path / name).unlink()
+    assert command(*order).code == 0
+    assert "g.toml exists, and may have been" in refused(*order[:-1], path)
+
+
 @pytest.mark.parametrize(("width", "height"), [(8.0, 12.0), (6.0, 10.0), (5.0, 14.0)])
 def test_a_stated_coil_has_its_width_times_its_height(width, height):
     """R, wire and copper follow from the area w h, whatever the mesh."""

@@ -246,7 +246,7 @@ def test_the_command_tells_factor_error_and_torque(drive, tmp_path):
     assert "the pairs are 1.2500 +- 0.0000 of those believed (ab 1.250, ca 1.250)" in said
     assert "next: pair_factor = 1 in the machine file" in said
     for option, told in (
-        (("--out", file), "is one of the recordings"),
+        (("--out", file), "is read by this command"),
         (("--out", tmp_path / "m.csv"), "6 clamped positions and 2 held currents, need"),
         (("--N_r", 4), "--N_r goes with a flux table, not with --pairs"),
     ):

@@ -5,7 +5,7 @@ import re
 import secrets
 import signal
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -138,6 +138,13 @@ def check_place(path: Path) -> None:
         raise ParameterError(f"{path} is a folder, need a file; choose another name")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ParameterError(f"{path}: no right to write in {folder}; choose another folder")
+
+
+def refuse_input(out: Path, read: Iterable[Path | None]) -> None:
+    """Raises ParameterError where a result would replace a file that the command reads."""
+    there = [path for path in read if path is not None and is_file(path)]
+    if is_file(out) and any(path.samefile(out) for path in there):
+        raise ParameterError(f"{out} is read by this command; name another file for its result")
 
 
 def check_folder(folder: Path, remedy: str = "choose another --out") -> None:

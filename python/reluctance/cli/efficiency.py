@@ -46,7 +46,7 @@ def efficiency(
     import numpy as np
 
     from reluctance.base.figures import check_figure, look
-    from reluctance.base.files import TABLES, check_ending, write_table
+    from reluctance.base.files import TABLES, check_ending, refuse_input, write_table
     from reluctance.cli.progress import progress_bar
     from reluctance.drive.load import load
     from reluctance.explore.efficiency_map import driven, read_cycle
@@ -59,6 +59,7 @@ def efficiency(
     torques = None if torque is None else np.array(parsed(f"torque={torque}")[1], float)
     if out is not None:
         check_ending(out, TABLES)
+        refuse_input(out, [cycle])
     if plot is not None:
         check_figure(plot, style, width)
     points = None if cycle is None else read_cycle(cycle)

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from reluctance.base.errors import ParameterError
+from reluctance.base.files import refuse_input
 from reluctance.base.key_figures import shown
 from reluctance.cli.drive_file import load_drive
 from reluctance.cli.lines import wrapped
@@ -119,6 +120,7 @@ def blob(
     as_json: AsJson = False,
 ) -> None:
     """Write the resolved parameters of a drive for the C interface."""
+    refuse_input(out, [drive_file])
     of = export.write_blob(load_drive(drive_file, overrides, trust=trust), out)
     if as_json:
         print(json.dumps({"file": str(out), **asdict(of)}))

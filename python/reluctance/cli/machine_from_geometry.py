@@ -37,12 +37,15 @@ def from_geometry(
     from reluctance.base.errors import ParameterError
     from reluctance.base.figures import check_figure
     from reluctance.base.files import check_ending
+    from reluctance.base.unedited import check_unedited
     from reluctance.cli.progress import progress_bar
     from reluctance.machine.geometry import convergence as doubled
     from reluctance.machine.geometry.from_geometry import machine_from_geometry
+    from reluctance.machine.geometry.write_geometry import files_of
 
     if out is not None:
         check_ending(out, {".toml"})
+        check_unedited(out, files_of(out, pairs=False))
     if plot is not None:
         check_figure(plot)
     with progress_bar(f"solving {geometry.name}", 1.0) as told:

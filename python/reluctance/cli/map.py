@@ -13,7 +13,8 @@ from rich.console import Console
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.figures import check_figure, look, save_figure
-from reluctance.base.files import check_ending, is_file, write_together, write_whole
+from reluctance.base.files import check_ending, is_file, refuse_input, write_whole
+from reluctance.base.unedited import write_unedited
 from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, Style, Width, help_if_bare
 from reluctance.machine.library import machine_table
@@ -222,6 +223,7 @@ def check(
     stated = replace(stated, torque=torque, i_max_A=i_max)
     if repair is not None:
         check_ending(repair, {".csv"})
+        refuse_input(repair, [file, torque])
     if accept is not None and (file.suffix.lower() != ".toml" or not accept.strip()):
         raise ParameterError(
             "--accept stores its reason in a machine file: make one with `reluctance map import`, "
@@ -369,11 +371,6 @@ def import_map(
         if beside.resolve() != pairs.resolve():
             files[beside] = lambda path: write_pairs(coupling, path)
         keys = beside.name, pair_factor
-    for path in (out, *files):
-        if path.exists():
-            raise ParameterError(
-                f"{path} exists, and may have been edited; remove it, or choose another --out"
-            )
     text = machine_text(
         name=out.stem,
         source=file.name,
@@ -387,8 +384,7 @@ def import_map(
         pairs=keys,
         notes=(*table.notes, *(f"column named: {name}" for name in stated.name)),
     )
+    write_unedited(out, text, files)
     *first, last = map(str, (out, *files))
-    files[out] = lambda path: path.write_text(text, encoding="utf-8")
-    write_together(files)
     print(f"wrote {', '.join(first)} and {last}")
     print(f"next: reluctance run DRIVE.toml --set machine={out}")

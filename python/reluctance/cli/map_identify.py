@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import check_ending, write_whole
+from reluctance.base.files import check_ending, refuse_input, write_whole
 from reluctance.cli.map import AlignedAt, AngleKind, AngleUnit, MaxCurrent, RotorPoles, Zero
 
 
@@ -69,8 +69,7 @@ def identify(
     if out is None:
         raise ParameterError("need --out MAP.csv, or --pairs DRIVE.toml for a factor of its pairs")
     check_ending(out, {".csv"})
-    if out.resolve() in [file.resolve() for file in files]:
-        raise ParameterError(f"--out {out} is one of the recordings; name another file")
+    refuse_input(out, files)
     if poles is None:
         raise ParameterError("the recording does not give the rotor poles; pass --N_r")
     recording = read_pulses(files, angles=angle or (), names=_names(name), probe=probe)

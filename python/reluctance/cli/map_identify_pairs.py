@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from reluctance import load
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import check_ending, write_whole
+from reluctance.base.files import check_ending, refuse_input, write_whole
 
 if TYPE_CHECKING:
     from reluctance.drive.drive import Drive
@@ -23,8 +23,7 @@ def identify_pairs(
 
     if out is not None:
         check_ending(out, {".csv"})
-        if out.resolve() in [file.resolve() for file in files]:
-            raise ParameterError(f"--out {out} is one of the recordings; name another file")
+        refuse_input(out, files)
     drive = load(drive_file)
     pulses = read_held_pulses(files, n_phases=drive.machine.n_phases)
     coupling = drive.machine.coupling

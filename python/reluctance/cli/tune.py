@@ -74,6 +74,7 @@ def tune(
     from reluctance.base.errors import ParameterError
     from reluctance.base.figures import check_figure, look
     from reluctance.base.files import TABLES, check_ending
+    from reluctance.base.unedited import check_unedited
     from reluctance.cli.progress import progress_bar
     from reluctance.cli.tune_over import tune_over
     from reluctance.drive.laws.own_code import refuse_untrusted
@@ -83,6 +84,8 @@ def tune(
 
     if out is not None:
         check_ending(out, {".toml"} if over is None else {".csv"})
+        if over is None:
+            check_unedited(out)
     if table is not None:
         check_ending(table, TABLES)
     if plot is not None:

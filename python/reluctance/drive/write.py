@@ -7,15 +7,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from reluctance.base.files import check_ending, write_text
+from reluctance.base.files import check_ending
 from reluctance.base.schema import renamed
+from reluctance.base.unedited import write_unedited
 from reluctance.drive.all_tables import Tables
 
 
 def write_drive(drive: Tables, path: str | Path, *, comment: str = "") -> None:
     """See `Drive.save`."""
     check_ending(Path(path), {".toml"})
-    write_text(Path(path), drive_text(drive, comment=comment, folder=Path(path).parent))
+    write_unedited(Path(path), drive_text(drive, comment=comment, folder=Path(path).parent))
 
 
 def drive_text(drive: Tables, *, comment: str = "", folder: Path | None = None) -> str:

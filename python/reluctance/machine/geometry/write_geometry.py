@@ -6,7 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import check_ending, write_together
+from reluctance.base.files import check_ending
+from reluctance.base.unedited import write_unedited
 from reluctance.machine.coupling import Coupling
 from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.geometry_machine import machine_keys
@@ -32,32 +33,33 @@ def write_machine(
     Raises
     ------
     ParameterError
-        If a file cannot be put there.
+        If a file cannot be put there, or one is there that was edited.
     """
     check_ending(out, {".toml"})
-    table = out.with_suffix(".csv")
-    if table.exists() and not out.exists():
-        raise ParameterError(f"{table} is there already and of no machine; choose another --out")
     report = check_map(solution.table(geometry.rotor_poles))
     if report.verdict != "good":
         raise ParameterError(
             f"{geometry.map.angles} angles x {geometry.map.currents} currents are too coarse for "
             f"this machine ({report.reasons[0]}); raise [map] angles or currents"
         )
+    table, force, pairs = files_of(out, pairs=True)
     text = machine_text(geometry, solution, table.name, made_of)
-    force = out.with_name(f"{out.stem}_force.csv")
     text += f"force_map = {quoted(force.name)}\n"
     files: dict[Path, Callable[[Path], object]] = {
         table: lambda path: write_map(solution.table(geometry.rotor_poles), path),
         force: lambda path: write_pole_force(solution.force_table, path),
     }
     if coupling is not None:
-        pairs = out.with_name(f"{out.stem}_pairs.csv")
         text += f"pairs = {quoted(pairs.name)}\n"
         files[pairs] = lambda path: write_pairs(coupling, path)
-    files[out] = lambda path: path.write_text(text, encoding="utf-8")
-    write_together(files)
-    return [out, *(path for path in files if path != out)]
+    write_unedited(out, text, files)
+    return [out, *files]
+
+
+def files_of(out: Path, *, pairs: bool) -> list[Path]:
+    """The files beside a machine file: map, radial force, and table of pairs."""
+    ends = ("_force", "_pairs") if pairs else ("_force",)
+    return [out.with_suffix(".csv"), *(out.with_name(f"{out.stem}{end}.csv") for end in ends)]
 
 
 def machine_text(geometry: Geometry, solution: Solution, map_name: str, made_of: str) -> str:
