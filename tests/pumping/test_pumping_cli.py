@@ -1,6 +1,7 @@
 """`reluctance pump` and `reluctance size` as a user meets them."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -121,6 +122,19 @@ def test_sizes_over_series_and_over_head(tmp_path):
     done = reluctance("size", DAY, "--vary", "array.n_series=7:8", "--out", str(tmp_path / "s"))
     assert (tmp_path / "s" / "sizes_n_series.csv").is_file(), done.stderr
     assert (tmp_path / "s" / "sizes_n_series.png").is_file()
+
+
+def test_sizing_says_what_its_weather_hides_and_which_size_is_longest_at_a_limit():
+    done = reluctance("size", YEAR, "--vary", "array.n_parallel=6,12")
+    said = " ".join(done.stdout.split())
+    assert said.count("note: the weather is means over 60 min: they overstate the water") == 1
+    (hours,) = re.findall(r"note: ([\d.]+) h with array.n_parallel = 12 at the torque limit", said)
+    more = reluctance("pump", YEAR, "--set", "array.n_parallel=12")
+    assert f"note: {hours} h at the torque limit" in " ".join(more.stdout.split())
+    mended = reluctance(
+        "size", YEAR, "--set", "weather.generate_minutes=true", "--vary", "array.n_parallel=6"
+    )
+    assert "means over 60 min" not in mended.stdout
 
 
 def test_values_of_sizes_may_stand_with_commas():

@@ -121,6 +121,8 @@ def size(
         if system.demand is not None:
             print(*map(wrapped, smallest(table, best, llp, system)), sep="\n")
         print()
+    for note in dict.fromkeys(note for table in tables for note in table.attrs["notes"]):
+        print(wrapped(f"note: {note}"))
     for path in files:
         print(path)
 

@@ -159,13 +159,7 @@ def per(found: Pumped, rule: str) -> pd.DataFrame:
 
 def remarks(found: Pumped) -> list[str]:
     """What a reader of these figures must know, each on one line."""
-    told, s = [*_of_the_azimuth(found.system), *found.weather.doubts], found.samples
-    if found.step >= LONG and found.system.weather.kind != "clear":
-        told.append(
-            f"the weather is means over {found.step / 60:g} min: they overstate the water of "
-            "cloudy days by 10 to 20 %, of clear days by less than 1 %; [weather] "
-            "generate_minutes = true generates the minutes within"
-        )
+    told, s = of_the_light(found), found.samples
     if found.water_from_means is not None:
         told.append(
             f"minutes were generated within the hours (seed {found.system.weather.seed}): from "
@@ -173,9 +167,7 @@ def remarks(found: Pumped) -> list[str]:
             f"{found.water_from_means / max(found.water, 1e-9) - 1:+.1%}"
         )
     if found.water:
-        for limit, remedy in REMEDIES.items():
-            if hours := float((s.limit == limit).sum() * found.step / 3600):
-                told.append(f"{hours:.1f} h at {remedy}")
+        told += [f"{hours:.1f} h at {REMEDIES[limit]}" for limit, hours in at_limits(found).items()]
     low = (s.omega > 0) & (s.u_dc < 0.98 * found.losses.u_dc[0])
     if low.any():
         told.append(
@@ -194,6 +186,25 @@ def remarks(found: Pumped) -> list[str]:
             "capacitors of the converter must stand it on the coldest morning: set [limits] u_max_V"
         )
     return told
+
+
+def of_the_light(found: Pumped) -> list[str]:
+    """What a reader must know of the weather and of how the array faces."""
+    told = [*_of_the_azimuth(found.system), *found.weather.doubts]
+    if found.step >= LONG and found.system.weather.kind != "clear":
+        told.append(
+            f"the weather is means over {found.step / 60:g} min: they overstate the water of "
+            "cloudy days by 10 to 20 %, of clear days by less than 1 %; [weather] "
+            "generate_minutes = true generates the minutes within"
+        )
+    return told
+
+
+def at_limits(found: Pumped) -> dict[Limit, float]:
+    """Hours at each limit that was reached [h]."""
+    limits, hours = found.samples.limit, found.step / 3600
+    reached = {limit: float((limits == limit).sum() * hours) for limit in REMEDIES}
+    return {limit: time for limit, time in reached.items() if time}
 
 
 def _of_the_set_up(found: Pumped) -> str:

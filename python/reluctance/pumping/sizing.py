@@ -14,7 +14,8 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.figures import drawn
 from reluctance.base.files import write_together
 from reluctance.base.picture import Picture
-from reluctance.pumping.figures import with_units
+from reluctance.pumping.figures import REMEDIES, at_limits, of_the_light, with_units
+from reluctance.pumping.matching import Limit
 from reluctance.pumping.operate import pump
 from reluctance.pumping.system import System
 from reluctance.pumping.text import number
@@ -32,6 +33,8 @@ def sizes(
     system: System, values: Values, *, progress: Callable[[float], None] | None = None
 ) -> pd.DataFrame:
     """A row for each combination; where a system cannot work at all, water is 0 and `why` says it.
+    The attribute `notes` of the table has what a reader must know of the weather, and the size with
+    the most hours at each limit.
 
     Examples
     --------
@@ -45,6 +48,8 @@ def sizes(
         if not len(several):
             raise ParameterError(f"{name}: need at least one value")
     rows = []
+    light: list[str] = []
+    longest: dict[Limit, tuple[float, str]] = {}
     combinations = list(product(*values.values()))
     for done, combination in enumerate(combinations):
 
@@ -54,15 +59,25 @@ def sizes(
 
         row: dict[str, object] = dict(zip(values, combination, strict=True))
         try:
-            found = with_units(pump(system.with_values(row), progress=told))
-            row |= {name: found[name] for name in FIGURES} | {"why": ""}
+            found = pump(system.with_values(row), progress=told)
+            light += of_the_light(found)
+            size = ", ".join(f"{name} = {value:g}" for name, value in row.items())
+            for limit, hours in at_limits(found).items():
+                longest[limit] = max(longest.get(limit, (0.0, "")), (hours, size))
+            figures = with_units(found)
+            row |= {name: figures[name] for name in FIGURES} | {"why": ""}
         except ParameterError as fault:
             row |= {name: np.nan for name in FIGURES} | {"water_m3": 0.0, "why": str(fault)}
         rows.append(row)
         told(1.0)
     if all(row["why"] for row in rows):
         raise ParameterError(f"none of the {len(rows)} sizes works: {rows[0]['why']}")
-    return pd.DataFrame(rows).dropna(axis="columns", how="all")  # no demand: no loss of load
+    table = pd.DataFrame(rows).dropna(axis="columns", how="all")  # no demand: no loss of load
+    table.attrs["notes"] = [
+        *dict.fromkeys(light),
+        *(f"{h:.1f} h with {size} at {REMEDIES[limit]}" for limit, (h, size) in longest.items()),
+    ]
+    return table
 
 
 def meets(table: pd.DataFrame, llp: float, system: System) -> int | None:
