@@ -186,11 +186,11 @@ def without(frame, rows):
 
 
 FILES = [
-    (lambda f: without(f, [10, 11]), "a gap from 2026-05-01 09:30"),
+    (lambda f: without(f, [10, 11]), "a gap from 2026-05-01 09:00:00+01:00 to 2026-05-01 12:00:00"),
     (lambda f: pd.concat([f[:20], f[19:]]), "repeated or unordered times"),
     (
         lambda f: f.assign(ghi=f["ghi"].where(f.index != 30)),
-        "or no number, at 2026-05-02 06:30",
+        "or no number, at 2026-05-02 06:00",
     ),
     (lambda f: f.assign(ghi=3 * f["ghi"]), "need -20 to 1800"),
     (lambda f: f.assign(ghi=0.0), "night only"),
@@ -208,6 +208,26 @@ def test_a_file_that_cannot_be_used_is_refused_on_one_line(tmp_path, change, mes
     with pytest.raises(ParameterError) as fault:
         read(**written(tmp_path, change(sunny())))
     assert message in str(fault.value) and "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize("stamp", ["start", "middle", "end"])
+def test_a_message_has_the_time_of_the_row_in_the_file(tmp_path, stamp):
+    frame = sunny()
+    frame["time"] = pd.to_datetime(frame["time"]) + {
+        "start": pd.Timedelta(0), "middle": pd.Timedelta("30min"), "end": pd.Timedelta("1h"),
+    }[stamp]  # fmt: skip
+    for name, value in (("ghi", np.nan), ("ghi", 1700.0), ("temp_air", 99.9)):
+        wrong = frame.copy()
+        wrong.loc[31:33, name] = value
+        given = written(tmp_path, wrong)
+        row = str(wrong["time"][31])
+        if value == 1700.0:
+            (told,) = (d for d in read(**given, stamp=stamp).doubts if "physically possible" in d)
+        else:
+            with pytest.raises(ParameterError) as fault:
+                read(**given, stamp=stamp)
+            told = str(fault.value)
+        assert f" at {row}+01:00" in told, told
 
 
 @pytest.mark.parametrize(

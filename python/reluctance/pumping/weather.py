@@ -14,6 +14,7 @@ LIGHT = 50.0  # more at night than a pyranometer's offset [W/m^2]
 OF_DAYS = 0.9  # of the light while the sun is up: days; an offset has half of itself there
 WRONG_ZONE_H = 1.0  # the light's centroid may be off noon by this, over a month or more
 WRONG_ZONE_DAY_H = 2.5  # and by this on few days: clouds may take a morning
+NO_SHIFT = pd.Timedelta(0)
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,12 @@ class Weather:
     sun: Sun
     where: str  # for messages
     doubts: tuple[str, ...] = ()  # what a file contradicts itself in, for notes
+    shift: pd.Timedelta = NO_SHIFT  # of the middles, from the times that a file has
+
+    @property
+    def stamps(self) -> pd.DatetimeIndex:
+        """The times of the file's rows, for messages."""
+        return self.t - self.shift
 
 
 # What stands for a missing value in EPW, TMY3, SRML and the files of loggers
@@ -40,7 +47,8 @@ COLUMNS = ("ghi", "dni", "dhi", "temp_air", "wind_speed")
 
 
 def weather_of(table: pd.DataFrame, site: Site, *, where: str) -> Weather:
-    """Checked samples from a table with an index of middles and pvlib's names.
+    """Checked samples from a table with an index of middles and pvlib's names. Its attribute
+    `shift` is how much later these are than the times of the file.
 
     Raises
     ------
@@ -49,14 +57,15 @@ def weather_of(table: pd.DataFrame, site: Site, *, where: str) -> Weather:
         light is hours off noon.
     """
     t = pd.DatetimeIndex(table.index).tz_convert(site.timezone)
-    step = interval(t, where)
+    shift = table.attrs.get("shift", NO_SHIFT)
+    step = interval(t - shift, where)
     table = as_numbers(table)
     values = {name: table[name].to_numpy(dtype=float) for name in COLUMNS}
-    found = Weather(t=t, step=step, sun=sun_over(site, t), where=where, **values)
-    _whole(t, values["ghi"], "ghi", where)
+    found = Weather(t=t, step=step, sun=sun_over(site, t), where=where, shift=shift, **values)
+    _whole(found.stamps, values["ghi"], "ghi", where)
     _check_light(found, site)  # first: a wrong zone makes the other columns wrong too
     for name in COLUMNS[1:]:
-        _whole(t, values[name], name, where)
+        _whole(found.stamps, values[name], name, where)
     return found
 
 
@@ -112,15 +121,16 @@ def _whole(t: pd.DatetimeIndex, values: FloatArray, name: str, where: str) -> No
 def _check_light(weather: Weather, site: Site) -> None:
     sun, ghi, hour = weather.sun, np.maximum(weather.ghi, 0.0), weather.step / 3600
     if not ghi.max() >= 5:
+        stamps = weather.stamps
         if ghi @ (sun.height > 0) > OF_DAYS * ghi.sum():
             raise ParameterError(
-                f"{weather.where}: ghi stays below 5 W/m2 from {weather.t[0]} to {weather.t[-1]}, "
+                f"{weather.where}: ghi stays below 5 W/m2 from {stamps[0]} to {stamps[-1]}, "
                 f"but follows the days, up to {ghi.max():.3g}: is its unit kW/m2? Then "
                 "write ghi, and dni and dhi where given, in W/m2: 1000 times as much"
             )
         raise ParameterError(
-            f"{weather.where}: night only, ghi stays below 5 W/m2 from {weather.t[0]} to "
-            f"{weather.t[-1]}; take days with sun"
+            f"{weather.where}: night only, ghi stays below 5 W/m2 from {stamps[0]} to "
+            f"{stamps[-1]}; take days with sun"
         )
     height = sun.height
     if height.max() == 0:

@@ -21,7 +21,7 @@ from reluctance.plant.solar.pv_module import pvlib
 from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
 from reluctance.pumping.pvgis import is_pvgis, pvgis_hours
 from reluctance.pumping.site import Site, extra_radiation, sun_over
-from reluctance.pumping.weather import COLUMNS, Weather, as_numbers, interval, weather_of
+from reluctance.pumping.weather import COLUMNS, NO_SHIFT, Weather, as_numbers, interval, weather_of
 from reluctance.pumping.weather_quality import doubts
 
 NEAR_DEG = 1.0  # a file from farther away is for another place
@@ -156,6 +156,7 @@ def _tmy3(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     _check_place(place, site, path)
     frame = frame[[*COLUMNS]]
     frame.index = frame.index - pd.Timedelta("30min")
+    frame.attrs["shift"] = pd.Timedelta("-30min")
     return frame
 
 
@@ -175,7 +176,9 @@ def _epw(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     parts = frame.groupby(frame.index).cumcount().to_numpy()  # within the hour
     t = frame.index.map(lambda hour: hour.replace(year=year))
     frame = frame[[*COLUMNS]]
-    frame.index = t + pd.to_timedelta((parts + 0.5) * 60 / (parts.max() + 1), unit="min")
+    step = pd.Timedelta(hours=1) / (parts.max() + 1)
+    frame.index = t + (parts + 0.5) * step
+    frame.attrs["shift"] = -0.5 * step  # each record is named by its end
     return frame
 
 
@@ -246,9 +249,11 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
             frame[quantity] *= factor
     frame.index = t
     shift = {"start": 0.5, "middle": 0.0, "end": -0.5}[table.stamp]
-    frame.index = t + shift * (t[1] - t[0]) if len(t) > 1 else t
+    shift *= t[1] - t[0] if len(t) > 1 else NO_SHIFT
+    frame.index = t + shift
+    frame.attrs["shift"] = shift
     if "dni" not in frame:
-        interval(pd.DatetimeIndex(frame.index), str(path))  # before the sun is followed through it
+        interval(t, str(path))  # before the sun is followed through it
         zenith = sun_over(site, pd.DatetimeIndex(frame.index)).zenith_deg
         ghi, day = frame["ghi"].to_numpy(), pd.DatetimeIndex(frame.index).day_of_year.to_numpy()
         frame["dni"] = np.minimum(pvlib().irradiance.erbs(ghi, zenith, day)["dni"], SOLAR_CONSTANT)

@@ -94,8 +94,8 @@ def _of_the_limits(weather: Weather, given: tuple[str, ...]) -> Iterator[str]:
             worst = int(np.argmax(values - most))
             yield (
                 f"{name} is above what is physically possible in {beyond.sum()} samples: "
-                f"{values[worst]:.0f} W/m2 at {weather.t[worst]}, where at most {most[worst]:.0f} "
-                "can be; check the columns, the unit and the time stamps"
+                f"{values[worst]:.0f} W/m2 at {weather.stamps[worst]}, where at most "
+                f"{most[worst]:.0f} can be; check the columns, the unit and the time stamps"
             )
 
 
@@ -106,7 +106,7 @@ def _of_dark_days(weather: Weather, site: Site) -> Iterator[str]:
     above = sums(extra_radiation(weather.t) * weather.sun.height) * weather.step / 3600
     dark = (sums(weather.ghi) * weather.step / 3600 < DARK_DAY * above) & (above > 500)
     if dark.any():
-        first = weather.t[int(np.argmax(dark[day]))]
+        first = weather.stamps[int(np.argmax(dark[day]))]
         yield (
             f"{dark.sum()} of {len(dark)} days are dark, less than {DARK_DAY:.0%} of the light "
             f"above the atmosphere (first {first:%Y-%m-%d}): were gaps filled with zeros?"
