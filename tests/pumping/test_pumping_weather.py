@@ -150,6 +150,21 @@ def test_a_csv_file_gives_back_what_was_written(tmp_path):
     assert str(found.t[0]) == "2026-05-01 00:30:00+01:00"
 
 
+def test_a_temperature_and_a_wind_that_a_file_has_not_are_told_with_their_values(tmp_path):
+    given = written(tmp_path, sunny()[["time", "ghi"]])
+    warm, windy = read(**given).doubts[:2]
+    assert "no column of temp_air: 25 degC is taken" in warm and "temp_air_degC" in warm
+    assert "no column of wind_speed: 1 m/s is taken" in windy and "wind_mps" in windy
+    stated = {"temp_air_degC": 31.0, "wind_mps": 2.0}
+    found = read(**given, **stated)
+    assert found.temp_air[0] == 31 and not any("no column" in told for told in found.doubts)
+    whole = written(tmp_path, sunny())
+    assert not any("no column" in told for told in read(**whole).doubts)
+    for key, value in stated.items():
+        with pytest.raises(ParameterError, match=f"{key} has no effect; remove it"):
+            read(**whole, **{key: value})
+
+
 def test_direct_light_is_estimated_where_a_file_has_only_the_global(tmp_path):
     frame = sunny()
     found = read(**written(tmp_path, frame[["time", "ghi"]]))
@@ -289,6 +304,11 @@ def test_weather_in_a_wrong_zone_is_refused_on_one_line(tmp_path, zone):
     [
         ({"kind": "clear"}, "needs start"),
         ({"kind": "csv"}, "needs file"),
+        ({"kind": "csv", "file": "x.csv", "year": 2020}, "year has no effect with kind = 'csv'"),
+        ({"kind": "csv", "file": "x.csv", "seed": 2}, "seed has no effect without generate_min"),
+        ({**TMY3, "linke_turbidity": 5.0}, "linke_turbidity has no effect without generate_min"),
+        ({**TMY3, "stamp": "end"}, "stamp has no effect with kind = 'tmy3'"),
+        ({**TMY3, "temp_air_degC": 30.0}, "temp_air_degC has no effect with kind = 'tmy3'"),
         ({**CLEAR, "file": "x.csv"}, "file has no effect with kind = 'clear'"),
         ({**TMY3, "days": 3}, "days has no effect"),
         ({**TMY3, "year": 2024}, "29 February"),

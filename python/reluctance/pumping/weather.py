@@ -30,7 +30,7 @@ class Weather:
     wind_speed: FloatArray  # [m/s]
     sun: Sun
     where: str  # for messages
-    doubts: tuple[str, ...] = ()  # what a file contradicts itself in, for notes
+    doubts: tuple[str, ...] = ()  # what a file lacks or contradicts itself in, for notes
     shift: pd.Timedelta = NO_SHIFT  # of the middles, from the times that a file has
 
     @property

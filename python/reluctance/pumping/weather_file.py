@@ -31,6 +31,13 @@ A_LEAP_YEAR = 2024  # that a file with a 29 February is shown in
 LINKE = 3.0  # turbidity of the clear sky where nothing else is said
 
 
+# Keys without effect on a file of a kind; a CSV file may lack the columns of temperature and wind.
+FOR_OTHERS = {kind: {"stamp", "temp_air_degC", "wind_mps"} for kind in ("tmy3", "epw", "pvgis")}
+FOR_OTHERS["csv"] = {"year"}
+OF_MINUTES = {"linke_turbidity", "seed"}
+USUAL = {"temp_air": ("temp_air_degC", "degC"), "wind_speed": ("wind_mps", "m/s")}
+
+
 class WeatherTable(Section):
     """[weather]"""
 
@@ -58,6 +65,10 @@ class WeatherTable(Section):
             if self.file is None:
                 raise ValueError(f"kind = {self.kind!r} needs file")
             wrong = self.model_fields_set & {"start", "days", "step_min", "clouds"}
+            wrong |= self.model_fields_set & FOR_OTHERS[self.kind]
+            if "generate_minutes" not in self.model_fields_set:
+                for key in sorted(self.model_fields_set & OF_MINUTES):
+                    raise ValueError(f"{key} has no effect without generate_minutes; remove it")
         for key in sorted(wrong):
             raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
         if self.kind in ("tmy3", "pvgis") and pd.Timestamp(self.year, 1, 1).is_leap_year:
@@ -88,7 +99,8 @@ def read_weather(table: WeatherTable, site: Site, folder: Path) -> Weather:
         samples = read(path, table, site)
         found = weather_of(samples, site, where=str(path))
         components = "estimated" not in samples.attrs
-        return replace(found, doubts=doubts(found, site, components=components))
+        told = doubts(found, site, components=components)
+        return replace(found, doubts=(*samples.attrs.get("assumed", ()), *told))
 
 
 def _midnight(day: pd.Timestamp, site: Site) -> pd.Timestamp:
@@ -236,9 +248,19 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
                 "with their offset from UTC, or set a fixed [site] timezone such as Etc/GMT+5"
             ) from None
     listed = ", ".join(map(str, frame.columns))
-    for name, usual in (("temp_air", table.temp_air_degC), ("wind_speed", table.wind_mps)):
+    assumed = []
+    for name, (key, unit) in USUAL.items():
+        if name in frame and key in table.model_fields_set:
+            raise ParameterError(
+                f"{path} has a column of {name}: [weather] {key} has no effect; remove it"
+            )
         if name not in frame:
-            frame[name] = usual
+            frame[name] = getattr(table, key)
+            if key not in table.model_fields_set:
+                assumed.append(
+                    f"{path.name} has no column of {name}: {getattr(table, key):g} {unit} is taken "
+                    f"throughout; set [weather] {key}, or add the column"
+                )
     if "ghi" not in frame or ("dni" in frame) != ("dhi" in frame):
         raise ParameterError(
             f"{path}: columns {listed}; need time, ghi, and both or none of dni and dhi, in W/m2"
@@ -251,7 +273,7 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     shift = {"start": 0.5, "middle": 0.0, "end": -0.5}[table.stamp]
     shift *= t[1] - t[0] if len(t) > 1 else NO_SHIFT
     frame.index = t + shift
-    frame.attrs["shift"] = shift
+    frame.attrs |= {"shift": shift, "assumed": assumed}
     if "dni" not in frame:
         interval(t, str(path))  # before the sun is followed through it
         zenith = sun_over(site, pd.DatetimeIndex(frame.index)).zenith_deg
