@@ -132,10 +132,21 @@ def test_rows_are_cells_without_blanks_comments_and_empty_lines(tmp_path):
     assert is_number("nan") and is_number(" 1e3 ") and not is_number("1,5") and not is_number("")
 
 
+def test_commas_in_numbers_and_between_them_are_told_and_other_rows_are_not(tmp_path):
+    path = tmp_path / "a.csv"
+    for text in ("a,b\n1,5,2,5\n", "Station 1\na,b\n1,5,2,5\n", "a,b\n1,2\n1,5,2\n"):
+        path.write_text(text)
+        with pytest.raises(ParameterError, match="cells for 2 names: commas stand in its numbers"):
+            read_rows(path)
+    for text in ("1,5,2\n", "a,b\n1,2,\n", "a\n1,2\n", "a,b\n1.5,2,7\n", "a;b\n1,5;2,5\n"):
+        path.write_text(text)
+        read_rows(path)
+
+
 def test_a_cell_that_is_no_number_is_named_by_its_row():
     assert [*numbers([["1", "2"], ["3", "4"]], 1, "x")] == [2, 4]
     for cell, told in (
-        ("", "data row 3, x: `` is not a number; fill"),
+        ("", "data row 2, x: `` is not a number; fill"),
         ("1,5", "as in 1.5"),
         *((huge, "is not a finite number") for huge in ("inf", "1e301")),
     ):

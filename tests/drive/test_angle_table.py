@@ -147,10 +147,10 @@ REFUSED = {
     "torque_Nm = -5, need > 0": lambda t: t.replace("500,5,", "500,-5,"),
     "theta_on_deg = -200, need from -180": lambda t: t.replace("500,5,-10,", "500,5,-200,"),
     "theta_off_deg = -20, need above": lambda t: t.replace("500,5,-10,150", "500,5,-10,-20"),
-    "data row 2, theta_on_deg: `early` is not a number": lambda t: t.replace(
+    "data row 1, theta_on_deg: `early` is not a number": lambda t: t.replace(
         "500,5,-10,150", "500,5,early,150"
     ),
-    "data row 2, theta_on_deg: `` is not a number": lambda t: t.replace("500,5,-10,150", "500,5"),
+    "data row 1, theta_on_deg: `` is not a number": lambda t: t.replace("500,5,-10,150", "500,5"),
     "1 speeds and 3 torques, need at least two": lambda t: "\n".join(t.split("\n")[:4]),
     "has no rows": lambda t: HEAD,
 }

@@ -141,7 +141,7 @@ def test_a_cycle_has_an_efficiency_where_the_link_gives_and_the_shaft_gets(
     ("text", "told"),
     [
         ("t_s,speed_rpm\n0,1\n1,1\n", "no column `tau_Nm`"),
-        ("t_s,speed_rpm,tau_Nm\n0,1,x\n1,1,1\n", "data row 2, tau_Nm: `x` is not a number"),
+        ("t_s,speed_rpm,tau_Nm\n0,1,x\n1,1,1\n", "data row 1, tau_Nm: `x` is not a number"),
         ("t_s,speed_rpm,tau_Nm\n0,1,1\n0,1,1\n", "rising t_s"),
         ("t_s,speed_rpm,tau_Nm\n0,1,1\n1,-1,1\n", "need >= 0"),
         ("t_s,speed_rpm,tau_Nm\n0,1,nan\n1,1,1\n", "finite"),

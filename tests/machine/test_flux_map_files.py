@@ -149,7 +149,13 @@ BAD_GRIDS = {
     "no N_r": (I, THETA_M, TABLE.psi, {"N_r": None}, "pass N_r"),
     "swapped layout": (I, THETA_M, TABLE.psi, {"layout": "angles_down"}, "axes look swapped"),
     "wrong zero": (I, THETA_M, TABLE.psi, {"zero": "aligned"}, "pass zero=unaligned"),
-    "NaN": (I, THETA_M, with_nan(TABLE.psi), {}, "row 5, column 6: `nan` is not a finite number"),
+    "NaN": (
+        I,
+        THETA_M,
+        with_nan(TABLE.psi),
+        {},
+        "data row 4, column 6: `nan` is not a finite number",
+    ),
     "duplicated angle": (I, doubled(THETA_M), TABLE.psi, {}, "appears twice.*remove"),
     "duplicated current": (doubled(I), THETA_M, TABLE.psi, {}, "appears twice.*remove"),
     "unsorted angles": (I, unsorted(THETA_M), TABLE.psi, {}, "not sorted.*sort the map"),
@@ -178,8 +184,11 @@ def test_swapped_names_are_seen(tmp_path):
 BAD_FILES = {
     "empty.csv": (b"", "empty.*export"),
     "comments.csv": (b"# nothing\n", "no data"),
-    "ragged.csv": (b",0,45\n0,0,0\n10,0.1\n", "data row 3 has 2 cells, need 3"),
-    "words.csv": (b",0,20,45\n0,0,0,0\n10,x,0.2,0.3\n", "row 3, column 2: `x` is not a number"),
+    "ragged.csv": (b",0,45\n0,0,0\n10,0.1\n", "row 3 of the table has 2 cells, need 3"),
+    "words.csv": (
+        b",0,20,45\n0,0,0,0\n10,x,0.2,0.3\n",
+        "data row 2, column 2: `x` is not a number",
+    ),
     "hole.csv": (b"i_A,theta_deg,psi_Wb\n0,0,0\n0,45,0\n9,0,1\n", "9 A, angle 45 is missing"),
     "twice.csv": (b"i_A,theta_deg,psi_Wb\n0,0,0\n0,0,0\n", "appears 2 times"),
     "unit.csv": (b"i_A,theta_deg,psi_lb\n0,0,0\n0,0,0\n", "unknown part `lb`"),

@@ -394,7 +394,7 @@ REFUSED = [
     (all_scaled(12), "take flux map and pair table from the same source"),
     (lambda rows: rows[0].__setitem__(4, "W"), "column energy_J is missing"),
     (lambda rows: rows.pop(7), "rows are no grid"),
-    (cell("tau_Nm", "much"), "data row 6, tau_Nm: `much` is not a number"),
+    (cell("tau_Nm", "much"), "data row 5, tau_Nm: `much` is not a number"),
     (every("pairs", "ac", "ad"), "pair `ad` is none of phases a, b, c"),
     (lambda rows: rows.clear(), "the file has no rows"),
     (scaled("i_first_A", 0.5), "rows are no grid"),

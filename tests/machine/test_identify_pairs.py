@@ -223,7 +223,7 @@ def test_a_file_is_read_pulse_by_pulse(drive, tmp_path):
     ("text", "said"),
     [
         ("t_s,u_mean_V,i_A,theta_m_deg\n0,0,0,0\n", "u_held_mean_V is missing"),
-        (",".join(COLUMNS) + "\n0,0,0,0,0,ab\n", "data row 2: the pulse there has 1 rows"),
+        (",".join(COLUMNS) + "\n0,0,0,0,0,ab\n", "data row 1: the pulse there has 1 rows"),
         (",".join(COLUMNS) + "\n0,0,0,0,0,ad\n", "pair `ad` is none of phases a, b, c"),
         (",".join(COLUMNS) + "\n0,0,0,0,0,aa\n", "write the pulsed phase and the held one"),
         (",".join(COLUMNS) + "\n0,x,0,0,0,ab\n", "i_A"),

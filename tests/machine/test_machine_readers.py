@@ -120,7 +120,10 @@ def test_rows_of_text_are_those_below_comments_with_the_names_of_the_last_commen
     assert text_rows("% i_A;theta_deg;x\n0;1;2\n")[0] == ["0", "1", "2"]  # two names only
     assert text_rows("# i_A theta_deg psi_Wb\na b c\n0 1 2\n")[0] == ["a", "b", "c"]
     assert any_rows("// x\nset;1\n1,5;2\n") == [["set", "1"], ["1.5", "2"]]
-    for fault, told in (("1 2\n3\n", "data row 2 has 1 cells, need 2"), ("# x\n\n", "no data")):
+    for fault, told in (
+        ("1 2\n3\n", "row 2 of the table has 1 cells, need 2"),
+        ("# x\n\n", "no data"),
+    ):
         with pytest.raises(ParameterError, match=told):
             text_rows(fault)
     with pytest.raises(ParameterError, match="no data; export it again"):

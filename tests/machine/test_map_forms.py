@@ -393,5 +393,5 @@ def test_import_overwrites_no_machine_file_and_notes_the_names(tmp_path):
     assert command(*arguments).code == 0
     assert "# column named: theta=a" in motor.read_text()
     motor.write_text(edited := motor.read_text().replace("R_ohm = 2.0", "R_ohm = 1.9"))
-    assert "motor.toml exists" in refused(*arguments)
+    assert "motor.toml has been edited" in refused(*arguments)
     assert motor.read_text() == edited

@@ -182,7 +182,7 @@ def test_a_pulse_ends_where_the_time_falls_back_or_the_angle_changes(tmp_path):
     assert all(p.t == pytest.approx(1e-3 * np.arange(8)) for p in found.pulses)
     assert (found.unit, found.kind) == ("deg", "electrical")
     path.write_text("t_ms,theta_e_deg,u_mean_V,i_A\n" + "\n".join(lines[:15]))
-    with pytest.raises(ParameterError, match="data row 10: the pulse there has 7 rows, need 8"):
+    with pytest.raises(ParameterError, match="data row 9: the pulse there has 7 rows, need 8"):
         read_pulses([path])
 
 

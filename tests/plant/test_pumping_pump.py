@@ -181,7 +181,7 @@ def test_a_pump_that_runs_out_is_answered_with_the_speed_at_which_it_does_not():
         ),
         ("Q_m3ph,H_m,p_shaft_W\n0,70,300\n4,64,900\n7,50,950", "takes 952 W and the shaft"),
         ("Q_m3ph,H_m\n0,30\n10,29\n20,28", "need Q_m3ph, H_m and eta or p_shaft_W"),
-        ("Q_m3ph,H_m,eta\n0,a,0", "data row 2, H_m: `a` is not a number"),
+        ("Q_m3ph,H_m,eta\n0,a,0", "data row 1, H_m: `a` is not a number"),
         ("", "the file has no rows"),
     ],
 )

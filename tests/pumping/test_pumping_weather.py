@@ -288,6 +288,66 @@ def test_light_in_kilowatts_is_asked_for_its_unit_and_the_remedy_works(tmp_path,
     assert read(**written(tmp_path, mended)).ghi == pytest.approx(frame["ghi"], abs=0.51)
 
 
+@pytest.mark.parametrize(
+    ("name", "factor", "todo"),
+    [
+        ("ghi [kW/m2]", 1e-3, "multiply its numbers by 1000"),
+        ("ghi [J/cm2]", 0.36, "by 2.778 for an hour"),
+        ("GHI (Wh/m2)", 1.0, "divide its sums by the hours of an interval"),
+        ("ghi [MJ/m²]", 3.6e-3, "by 277.8 for an hour"),
+    ],
+)
+@pytest.mark.parametrize("above", ["", "Station 12\n"])
+def test_another_unit_of_light_is_told_first_and_its_remedy_works(
+    tmp_path, name, factor, todo, above
+):
+    frame = sunny()[["time", "ghi"]]
+    other = frame.assign(ghi=factor * frame["ghi"]).rename(columns={"ghi": name})
+    (tmp_path / "w.csv").write_text(above + other.to_csv(index=False))
+    given = {"kind": "csv", "file": "w.csv", "folder": tmp_path}
+    with pytest.raises(ParameterError) as fault:
+        read(**given)
+    line = str(fault.value)
+    assert f"w.csv: column `{name}` has the unit" in line and "time" not in line
+    assert line.endswith("and name it W/m2") and todo in line
+    mended = other.rename(columns={name: "ghi [W/m2]"}).assign(**{"ghi [W/m2]": frame["ghi"]})
+    assert len(read(**written(tmp_path, mended)).ghi) == 48
+    mended = mended.rename(columns={"ghi [W/m2]": "ghi [W/m²]"})
+    assert len(read(**written(tmp_path, mended)).ghi) == 48
+
+
+def test_decimal_commas_between_commas_are_told_as_such(tmp_path):
+    frame = sunny()[["time", "ghi"]].round(1)
+    parted = "time,ghi\n" + "".join(f"{t},{g}\n".replace(".", ",") for t, g in frame.to_numpy())
+    quoted = frame.to_csv(index=False, decimal=",", quoting=1)
+    for text, told in (
+        (parted, "has 3 cells for 2 names: commas stand in its numbers and between them"),
+        (quoted, "ghi = `0,0` at 2026-05-01 00:00:00+01:00 is not a number; write a decimal point"),
+    ):
+        (tmp_path / "w.csv").write_text(text)
+        with pytest.raises(ParameterError) as fault:
+            read(kind="csv", file="w.csv", folder=tmp_path)
+        assert told in str(fault.value)
+    (tmp_path / "w.csv").write_text(frame.to_csv(index=False, sep=";", decimal=","))
+    assert len(read(kind="csv", file="w.csv", folder=tmp_path).ghi) == 48
+
+
+@pytest.mark.parametrize(
+    ("form", "days", "right"),
+    [
+        ("%d/%m/%Y %H:%M", 2, "2026-05-01 or 2026-01-05, whichever it is"),
+        ("%d/%m/%Y %H:%M", 13, "write 2026-05-01"),
+        ("%m/%d/%Y %H:%M", 13, "write 2026-05-01"),
+    ],
+)
+def test_days_with_slashes_are_answered_with_the_day_to_write(tmp_path, form, days, right):
+    frame = sunny(days=days)
+    frame["time"] = pd.to_datetime(frame["time"]).dt.strftime(form)
+    with pytest.raises(ParameterError) as fault:
+        read(**written(tmp_path, frame))
+    assert str(fault.value).endswith(right) and "has slashes" in str(fault.value)
+
+
 def test_an_offset_of_a_sensor_is_no_light_in_kilowatts(tmp_path):
     with pytest.raises(ParameterError, match="night only"):
         read(**written(tmp_path, sunny()[["time", "ghi"]].assign(ghi=0.9)))

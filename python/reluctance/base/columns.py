@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from reluctance.base.errors import ParameterError
 
+SUPERSCRIPTS = str.maketrans("²³", "23")
 BRACKETED = re.compile(r"^(?P<stem>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
 
 # A number from one separator (or the end of the line) to the next, with a point or a comma in it.
@@ -59,7 +60,7 @@ def _parts(name: str) -> tuple[str, str | None]:
     match = BRACKETED.match(name)
     if match is None:
         return name.strip().lower(), None
-    return match["stem"].strip().lower(), match["unit"].strip().lower().replace("³", "3")
+    return match["stem"].strip().lower(), match["unit"].strip().lower().translate(SUPERSCRIPTS)
 
 
 def _stem(name: str, of: Quantity) -> str:
@@ -91,6 +92,23 @@ def with_points(lines: Sequence[str], separator: str | None) -> list[str]:
     if any(POINT.search(line) for line in lines):
         return list(lines)
     return [COMMA.sub(r"\1.\2", line) for line in lines]
+
+
+def refuse_parted(rows: Sequence[Sequence[str]]) -> None:
+    """Raises ParameterError where commas between cells part the numbers of rows, too: more cells
+    than the names have in the first row, and no decimal point among them."""
+    names, *rest = ([*row] for row in rows or [[]])
+    while names and not names[-1]:
+        names.pop()
+    for row in rest:
+        while row and not row[-1]:
+            row.pop()
+        if len(names) > 1 and len(row) > len(names) and not any("." in cell for cell in row):
+            raise ParameterError(
+                f"the row `{','.join(row)[:60]}` has {len(row)} cells for {len(names)} names: "
+                "commas stand in its numbers and between them; write decimal points, or put "
+                "semicolons between the cells"
+            )
 
 
 def point_hint(text: str) -> str:

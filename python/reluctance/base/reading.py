@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from reluctance.base.arrays import FloatArray
-from reluctance.base.columns import point_hint, with_points
+from reluctance.base.columns import point_hint, refuse_parted, with_points
 from reluctance.base.errors import Note, ParameterError, named
 
 MOST_BYTES = 50_000_000  # of a table of numbers as text
@@ -100,7 +100,11 @@ def read_rows(path: Path, *, most_bytes: int = MOST_BYTES) -> list[list[str]]:
     usual = [mark for mark in ";\t" if sum(mark in line for line in lines) > len(lines) / 2]
     separator = usual[0] if usual else ","  # a line above the names may have none
     found = csv.reader(with_points(lines, separator), delimiter=separator)
-    return [[cell.strip() for cell in row] for row in found]
+    rows = [[cell.strip() for cell in row] for row in found]
+    if separator == ",":
+        first = next((k for k, row in enumerate(rows) if all(map(is_number, row))), 0)
+        refuse_parted(rows[max(first - 1, 0) :])
+    return rows
 
 
 def is_number(cell: str) -> bool:
@@ -112,7 +116,7 @@ def is_number(cell: str) -> bool:
     return True
 
 
-def numbers(rows: Sequence[Sequence[str]], place: int, name: str, *, first: int = 2) -> FloatArray:
+def numbers(rows: Sequence[Sequence[str]], place: int, name: str, *, first: int = 1) -> FloatArray:
     """A column of finite numbers, shape (len(rows),).
 
     Parameters
@@ -123,7 +127,7 @@ def numbers(rows: Sequence[Sequence[str]], place: int, name: str, *, first: int 
     name : str
         Of the column, for errors.
     first : int
-        Number of the first row, for errors; by default the names stand above it.
+        Number of the first row, for errors.
 
     Raises
     ------

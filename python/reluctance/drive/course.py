@@ -20,9 +20,9 @@ def read_course(path: Path, key: str) -> tuple[list[float], list[float]]:
     """
     with reading(path, f"columns t_s and {key}", f"{key} takes a number or a CSV file"):
         rows = read_rows(path)
-        places, first = (0, 1), 1
+        places = 0, 1
         if not is_number(rows[0][0]):
-            head, rows, first = rows[0], rows[1:], 2
+            head, rows = rows[0], rows[1:]
             if "t_s" not in head or key not in head:
                 raise ParameterError(f"columns {', '.join(head)}; need t_s and {key}")
             places = head.index("t_s"), head.index(key)
@@ -31,7 +31,5 @@ def read_course(path: Path, key: str) -> tuple[list[float], list[float]]:
                 f"{len(rows)} rows of t_s and {key}, need 1 to {MOST_POINTS}; keep every n-th row: "
                 "values between two rows lie on a straight line"
             )
-        t, values = (
-            numbers(rows, k, n, first=first) for k, n in zip(places, ("t_s", key), strict=True)
-        )
+        t, values = (numbers(rows, k, n) for k, n in zip(places, ("t_s", key), strict=True))
     return t.tolist(), values.tolist()

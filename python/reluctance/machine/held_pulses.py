@@ -69,7 +69,7 @@ def _read(table: list[list[str]], n_phases: int) -> list[HeldPulse]:
     for part in np.split(np.arange(len(t)), ends):
         if len(part) < FEWEST_ROWS:
             raise ParameterError(
-                f"data row {part[0] + 2}: the pulse there has {len(part)} rows, need {FEWEST_ROWS} "
+                f"data row {part[0] + 1}: the pulse there has {len(part)} rows, need {FEWEST_ROWS} "
                 "with a time that rises, one angle and one pair"
             )
         pulsed, held = phases[pairs[part[0]]]

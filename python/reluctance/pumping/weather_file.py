@@ -1,5 +1,6 @@
 """The [weather] table: a clear sky, or a TMY3, EPW, PVGIS or CSV file."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -12,7 +13,14 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
 
-from reluctance.base.columns import Quantity, recognised, with_points
+from reluctance.base.columns import (
+    BRACKETED,
+    Quantity,
+    point_hint,
+    recognised,
+    refuse_parted,
+    with_points,
+)
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import is_file, scratch
 from reluctance.base.reading import read_text, reading
@@ -212,7 +220,16 @@ CSV_COLUMNS = {  # names of pvlib, PVGIS, TMY3 and loggers
 # A time in parts, as in files of NSRDB and NASA POWER
 PARTS = {"year": ("year",), "month": ("month", "mo"), "day": ("day", "dy")}
 PARTS |= {"hour": ("hour", "hr"), "minute": ("minute", "min")}
+UNITS_OF_LIGHT = {  # and how its numbers become W/m2
+    "kw/m2": "multiply its numbers by 1000",
+    "wh/m2": "divide its sums by the hours of an interval",
+    "kwh/m2": "multiply its sums by 1000 over the hours of an interval",
+    "j/cm2": "multiply its sums by 10000 over the seconds of an interval, by 2.778 for an hour",
+    "kj/m2": "multiply its sums by 1000 over the seconds of an interval, by 0.2778 for an hour",
+    "mj/m2": "multiply its sums by 1e6 over the seconds of an interval, by 277.8 for an hour",
+}
 DAY_FIRST = r"^(\d\d)\.(\d\d)\.(\d{4})"  # with points the day stands first, unlike with slashes
+SLASHED = r"^(\d{1,2})/(\d{1,2})/(\d{4})"
 MOST_HEAD = 60  # lines before the names of the columns
 BYTES_OF_HEAD = 20_000
 
@@ -223,14 +240,18 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     content = read_text(path)
     try:
         frame = _day_and_time_joined(_table(content))
-        known = recognised([str(name) for name in frame.columns], CSV_COLUMNS)
+        known = _recognised([str(name) for name in frame.columns])
         frame = frame.rename(columns={name: quantity for quantity, (name, _) in known.items()})
         text = frame["time"].astype(str) if "time" in frame else _from_parts(frame)
         text = text.str.replace(DAY_FIRST, r"\3-\2-\1", regex=True)
+        if (slashed := text.str.extract(SLASHED).dropna()).size:
+            _refuse_slashes(slashed)
         offset = text.str.contains(r"(?:[+-]\d\d:?\d\d|Z)$")
         if offset.any() and not offset.all():
             raise ValueError("some with an offset from UTC, some without")
         t = pd.DatetimeIndex(pd.to_datetime(text, format="ISO8601", utc=bool(offset.all())))
+    except ParameterError:  # of a column, or of rows
+        raise
     except (ValueError, KeyError) as fault:
         what = str(fault).splitlines()[0].partition(" You might")[0]
         raise ParameterError(
@@ -238,7 +259,7 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
             f"2026-03-21T12:00+01:00 ({what})"
         ) from None
     if t.isna().any():
-        raise ParameterError(f"data row {int(t.isna().argmax()) + 2} has no time; fill the cell")
+        raise ParameterError(f"data row {int(t.isna().argmax()) + 1} has no time; fill the cell")
     if t.tz is None:
         try:
             t = t.tz_localize(site.timezone, ambiguous="infer")
@@ -265,6 +286,7 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         raise ParameterError(
             f"{path}: columns {listed}; need time, ghi, and both or none of dni and dhi, in W/m2"
         )
+    _refuse_commas(frame, t)
     frame = as_numbers(frame)
     for quantity, (_, factor) in known.items():
         if factor != 1.0:
@@ -284,6 +306,25 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     return frame[[*COLUMNS]]
 
 
+def _refuse_commas(frame: pd.DataFrame, t: pd.DatetimeIndex) -> None:
+    """Raises ParameterError at the first number with a decimal comma."""
+    for name in (name for name in COLUMNS if name in frame):
+        for k, cell in enumerate(frame[name]):
+            if isinstance(cell, str) and (hint := point_hint(cell)):
+                raise ParameterError(f"{name} = `{cell}` at {t[k]} is not a number; {hint}")
+
+
+def _refuse_slashes(parts: pd.DataFrame) -> None:
+    """Raises ParameterError for days with slashes, with what the day of the first row may be."""
+    a, b, year = parts.iloc[0]
+    numbers = parts.astype(int).max()
+    day_first, month_first = (f"{year}-{m:0>2}-{d:0>2}" for d, m in ((a, b), (b, a)))
+    right = f"{day_first} or {month_first}, whichever it is"
+    if numbers[0] > 12 or numbers[1] > 12:
+        right = day_first if numbers[0] > 12 else month_first
+    raise ParameterError(f"the day `{a}/{b}/{year}` has slashes; write {right}")
+
+
 def _day_and_time_joined(frame: pd.DataFrame) -> pd.DataFrame:
     """A column of the day and one of the time of day become one of the time."""
     names = {str(name).strip().lower(): name for name in frame.columns}
@@ -300,6 +341,8 @@ def _table(content: str) -> pd.DataFrame:
     start = next((k for k, line in enumerate(lines[:MOST_HEAD]) if "ghi" in _known(line)), 0)
     separator = _separator(lines[start]) if lines else ","
     lines = with_points(lines[start:], separator)
+    if separator == ",":
+        refuse_parted([line.split(",") for line in lines[:MOST_HEAD] if '"' not in line])
     return pd.read_csv(StringIO("\n".join(lines)), sep=separator, skipinitialspace=True)
 
 
@@ -322,14 +365,25 @@ def _kind_by_its_form(path: Path) -> str:
     return "csv" if any("ghi" in _known(line) for line in lines) else ""
 
 
+def _recognised(names: list[str]) -> dict[str, tuple[str, float]]:
+    """`recognised`, with what makes watts of another unit of light."""
+    try:
+        return recognised(names, CSV_COLUMNS)
+    except ParameterError as fault:
+        unit = re.search(r"has the unit `(.*?)`", str(fault))
+        todo = UNITS_OF_LIGHT.get(unit[1].replace("^", "")) if unit else None
+        raise ParameterError(f"{fault}; {todo}, and name it W/m2" if todo else str(fault)) from None
+
+
 def _known(line: str) -> dict[str, tuple[str, float]]:
     names = [n.strip() for n in line.split(_separator(line))]
     with_day = any(n.lower() == "date" for n in names)  # and the time of day beside it
     try:
         clocks = ("time", "hour") if with_day else ()
         return recognised([n for n in names if n.lower() not in clocks], CSV_COLUMNS)
-    except ParameterError:
-        return {}
+    except ParameterError:  # a wrong unit, of light perhaps
+        stems = [BRACKETED.sub(r"\g<stem>", name).strip().lower() for name in names]
+        return {q: ("", 1.0) for q, of in CSV_COLUMNS.items() if {*of.stems} & {*stems}}
 
 
 def _from_parts(frame: pd.DataFrame) -> pd.Series:

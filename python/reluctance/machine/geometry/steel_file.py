@@ -118,7 +118,7 @@ def read_curve(path: Path) -> tuple[Array, Array]:
             raise ParameterError(
                 f"need two columns of at least {LEAST_POINTS} numbers, H in A/m and B in T"
             )
-        points = np.stack([numbers(rows, k, f"column {k + 1}", first=1 + named) for k in (0, 1)])
+        points = np.stack([numbers(rows, k, f"column {k + 1}") for k in (0, 1)])
     if named and heads[0].startswith("b"):
         points = points[::-1]
     H, B = points

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
-from reluctance.base.columns import with_points
+from reluctance.base.columns import refuse_parted, with_points
 from reluctance.base.errors import Note, ParameterError
 from reluctance.base.reading import is_number
 from reluctance.machine.maps.raw import column, stated_unit
@@ -53,11 +53,13 @@ def text_rows(text: str) -> list[list[str]]:
     rows = _table([cells(line, separator) for line in data])
     head = _named_by_comment(lines, separator) if all(map(is_number, rows[0])) else None
     rows = rows if head is None or len(head) != len(rows[0]) else [head, *rows]
+    if separator == ",":
+        refuse_parted(rows)
     for number, row in enumerate(rows, 1):
         if len(row) != len(rows[0]):
             raise ParameterError(
-                f"data row {number} has {len(row)} cells, need {len(rows[0])} as in the first; "
-                "fill or remove the row"
+                f"row {number} of the table has {len(row)} cells, need {len(rows[0])} as in the "
+                "first; fill or remove the row"
             )
     return rows
 

@@ -157,7 +157,7 @@ def _read(
     needed = ("u", "i") if even else ("t", "u", "i")
     needed = needed if angle is not None else (*needed, "theta")
     first, head, found = _table(rows, {q: n for q, n in names.items() if q in needed}, needed)
-    values = {q: numbers(rows[first:], c, head[c], first=first + 1) for q, (c, _) in found.items()}
+    values = {q: numbers(rows[first:], c, head[c]) for q, (c, _) in found.items()}
     if probe is None:
         _check_no_volts(head[found["i"][0]])
     u, i = found["u"][1].factor * values["u"], (probe or 1.0) * found["i"][1].factor * values["i"]
@@ -172,7 +172,7 @@ def _read(
     for part in np.split(np.arange(len(t)), np.flatnonzero(new) + 1):
         if len(part) < FEWEST_ROWS:
             raise ParameterError(
-                f"data row {part[0] + first + 1}: the pulse there has {len(part)} rows, need "
+                f"data row {part[0] + 1}: the pulse there has {len(part)} rows, need "
                 f"{FEWEST_ROWS} with a time that rises and one angle"
             )
         pulses.append(Pulse(float(theta[part[0]]), t[part], u[part], i[part], mean))
