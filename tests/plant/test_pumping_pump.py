@@ -176,6 +176,10 @@ def test_a_pump_that_runs_out_is_answered_with_the_speed_at_which_it_does_not():
             "fractions between 0 and 1 where Q > 0; a column in per cent is named `eta [%]`",
         ),
         (
+            "Q_m3ph,H_m,Eff [%]\n0,30,0\n10,29,0.4\n20,28,0.6\n30,20,.5",
+            "the best efficiency is 0.6 %, need at least 3 %; if the column has fractions, name",
+        ),
+        (
             "Q_m3ph,H_m,P2 [W]\n0,70,0.5\n4,64,0.9\n10.8,26,1.5",
             "at Q_m3ph = 4 the water takes 696 W and the shaft has 0.9 W; correct the unit",
         ),

@@ -57,6 +57,9 @@ class Curve:
         return float(self.head_1(np.zeros(1))[0])
 
 
+LEAST_BEST = 0.03  # efficiency: the smallest pumps reach some 10 %; less is a fraction in per cent
+
+
 class Pump(Section):
     """A pump file's [pump] table, or that of a system file."""
 
@@ -202,6 +205,11 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
             raise ParameterError(
                 f"{path}: eta needs fractions between 0 and 1 where Q > 0; a column in per cent is "
                 "named `eta [%]`"
+            )
+        if eta.max() < LEAST_BEST:
+            raise ParameterError(
+                f"{path}: the best efficiency is {100 * eta.max():.3g} %, need at least "
+                f"{100 * LEAST_BEST:g} %; if the column has fractions, name it `eta`"
             )
         P = RHO * GRAVITY * Q[1:] * H[1:] / eta
     if len(P) < len(Q):  # eta says nothing at Q = 0, nor does a curve that begins above it
