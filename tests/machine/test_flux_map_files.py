@@ -309,6 +309,31 @@ def test_a_grid_that_fits_no_convention_says_what_is_needed(make, said, told, tm
     assert "\n" not in str(fault.value)
 
 
+WHOLE_M = np.concatenate([THETA_M, 90 - THETA_M[-2::-1]])
+WHOLE_PSI = np.hstack([TABLE.psi, TABLE.psi[:, -2::-1]])
+
+
+@pytest.mark.parametrize("zero", [None, "unaligned"])
+@pytest.mark.parametrize(
+    ("theta", "psi", "N_r", "told"),
+    [
+        (THETA_M, TABLE.psi, 8, r"a whole period with N_r = 8.* one way only.*correct N_r \(4\)"),
+        (WHOLE_M, WHOLE_PSI, 2, r"half a period with N_r = 2.*up and down.*correct N_r \(4\)"),
+        (THETA_M, TABLE.psi, 3, r"extend the map, or correct N_r \(4 or 8\)"),
+        (THETA_M, TABLE.psi, 10, r"cut it there, or correct N_r \(4 or 8\)"),
+        (WHOLE_M, WHOLE_PSI, 3, r"cut it there, or correct N_r \(2 or 4\)"),
+    ],
+)
+def test_a_wrong_number_of_poles_is_told_as_such_and_its_remedy_works(
+    theta, psi, N_r, told, zero, tmp_path
+):
+    path = grid_csv(tmp_path / "m.csv", I, theta, psi)
+    with pytest.raises(ParameterError, match=told) as fault:
+        read_map(path, N_r=N_r, zero=zero)
+    assert "aligned_at" not in str(fault.value)
+    assert read_map(path, N_r=4, zero=zero).psi.shape[0] == len(I)
+
+
 def sweep(first="Angle [deg]", what="Flux [Wb]", last="3A"):
     """As Maxwell exports it: a column for each current."""
     head = ",".join(f"\"{what} - I='{i}'\"" for i in ("1A", "2A", last))

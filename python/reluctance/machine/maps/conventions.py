@@ -20,6 +20,9 @@ EXCHANGED = (
     "the columns of current and flux linkage look exchanged: the flux linkage rises ever faster "
     "with the current, which no iron does; exchange their two names, each with its unit"
 )
+# Of the rise of the flux linkage, its change from the first angle to the last: nearly all of it
+# over half a period, nothing over a whole one (a step of six samples at the steepest place is 0.5).
+ONE_WAY, RETURNS = 0.75, 0.1
 UNITS = {"deg": np.pi / 180, "rad": 1.0}
 CHOICES = {
     "angle_unit": ("deg", "rad"),
@@ -94,6 +97,7 @@ def settled(
     angle, (psi, *torque), found = first_period(angle, given, N_r, units, kinds, notes)
     tau, kind = torque[0] if torque else None, found or kind
     reading = _angles(angle, N_r, unit, kind, notes)
+    _check_period(psi.mean(axis=0), reading, N_r)
     if aligned_at is not None:
         theta_e, where = (angle - aligned_at) * reading.factor + np.pi, "unaligned"
         notes.append(f"angles shifted: aligned at {aligned_at:g} {reading.unit} of the file")
@@ -309,10 +313,32 @@ def _angles(
     kind = kind or ("mechanical" if (high - low) * turn * N_r < 540 else "electrical")
     factor = turn * (N_r if kind == "mechanical" else 1)
     span = (high - low) * factor
-    remedy = "extend the map" if span < 180 else "cut it there, or correct N_r or the unit"
+    remedy = "extend the map" if span < 180 else "cut it there"
+    poles = [part * N_r / span for part in (180, 360)] if kind == "mechanical" else []
+    whole = [f"{n:.0f}" for n in poles if n > 1.5 and abs(n - round(n)) < MATCH * n]
+    remedy += f", or correct N_r ({' or '.join(whole)})" if whole else ", or correct N_r"
     raise ParameterError(
         f"angles {low:g} to {high:g} {unit} cover {span:.4g} deg el. with N_r = {N_r}, need 180 or "
-        f"360; {remedy}"
+        f"360; {remedy} or the unit"
+    )
+
+
+def _check_period(flux: Array, reading: Reading, N_r: int) -> None:
+    """Raises ParameterError where the flux linkage is that of half the period which N_r makes of
+    the angles, or of twice as much: a whole one ends as it begins, a half one does not."""
+    if reading.kind != "mechanical":
+        return
+    moved = abs(flux[-1] - flux[0]) / np.ptp(flux)
+    if reading.halves == 2 and moved > ONE_WAY:
+        was, goes, right = "a whole period", "one way only, as over half of one", N_r / 2
+    elif reading.halves == 1 and moved < RETURNS:
+        was, goes, right = "half a period", "up and down, as over a whole one", 2 * N_r
+    else:
+        return
+    n = f" ({right:g})" if right == int(right) and right > 1 else ""
+    raise ParameterError(
+        f"the angles are {was} with N_r = {N_r}, and the flux linkage goes {goes}; correct N_r"
+        f"{n}, or the angle's unit or zero"
     )
 
 
