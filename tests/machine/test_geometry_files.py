@@ -2,6 +2,7 @@
 
 import json
 import re
+import warnings
 from copy import deepcopy
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,8 +25,10 @@ from reluctance.machine.geometry import convergence, draw, from_geometry
 from reluctance.machine.geometry import solved as solved_module
 from reluctance.machine.geometry.file import Coils, Geometry, Lamination, MapGrid
 from reluctance.machine.geometry.force import stress
+from reluctance.machine.geometry.geometry_machine import geometry_of
 from reluctance.machine.geometry.mesh import Grid
 from reluctance.machine.geometry.position import at_angle
+from reluctance.machine.geometry.proportions import questions
 from reluctance.machine.geometry.samples import rotor_angle
 from reluctance.machine.geometry.solve import solve
 from reluctance.machine.geometry.solved import by_products_of, solved, system_of
@@ -35,6 +38,7 @@ from reluctance.machine.maps import check_map, fit_surface
 from reluctance.machine.maps.pole_force import read_pole_force
 
 PLACE = "reluctance.machine.geometry"
+MACHINES = Path(__file__).parents[2] / "machines" / "geometry"
 COARSE = Grid(cell=3.0, growth=1.5, yoke=2)
 GOOD = {
     "machine": {"stator_poles": 6, "rotor_poles": 4, "phases": 3},
@@ -130,6 +134,54 @@ REFUSED = [
     ({"air_gap__length_mm": 0.0003}, "need at least 0.028, 1/2000 of the bore; check its unit"),
     ({"lamination__saturation_polarisation_T": 2.0}, "has no effect with the grade M400-50A"),
 ]
+
+
+LENGTHS = [
+    *("lamination__stack_length_mm", "air_gap__length_mm", "stator__bore_diameter_mm"),
+    *("stator__pole_height_mm", "rotor__pole_height_mm", "rotor__shaft_diameter_mm"),
+]
+
+
+@pytest.mark.parametrize(("unit", "size"), [("cm", 10), ("inches", 25.4), ("m", 1000)])
+@pytest.mark.parametrize("name", LENGTHS)
+def test_a_length_in_another_unit_is_asked_for_or_refused(name, unit, size):
+    """A length of a machine is at least a tenth of its fellows: what is asked is the right length,
+    unless another unit fits, too."""
+    section, key = name.split("__")
+    right = GOOD[section][key]
+    wrong = changed(**{name: right / size})
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        try:
+            geometry_of(flattened(wrong), "[machine]")
+        except rl.ParameterError as fault:
+            assert key in str(fault) or "bore_diameter_mm" in str(fault)
+            return
+    (line,) = (str(each.message) for each in told)
+    assert f"{section}.{key} = {right / size:g} is" in line
+    assert "is it in" in line
+    if unit == "cm":
+        assert line.endswith(f"is it in cm? Then write {right:g}")
+
+
+def test_lengths_that_machines_have_are_not_asked_for():
+    for data in (GOOD, *map(read_toml, sorted(MACHINES.glob("*.toml")))):
+        assert questions(geometry_of(flattened(data), "[machine]")) == []
+    small = {name: 0.1 for name in LENGTHS} | {"stator__outer_diameter_mm": 0.1}
+    tenth = {n: f * GOOD[n.split("__")[0]][n.split("__")[1]] for n, f in small.items()}
+    (line,) = questions(geometry(**tenth))
+    assert line.endswith("are all lengths in millimetres?")
+
+
+def test_an_end_winding_in_henries_is_told_as_such(tmp_path, monkeypatch):
+    monkeypatch.setattr("reluctance.machine.geometry.solved.Grid", lambda: COARSE)
+    own = 1e3 * by_products_of(geometry()).L_end_H
+    for value in (1e3 * own, -1.0):
+        path = write(tmp_path / "g.toml", changed(winding__end_winding=value))
+        line = refused("machine", "from-geometry", path, "--out", tmp_path / "m.toml")
+        assert f"[winding] end_winding = {value:g} mH, need 0 to" in line and "coarse" not in line
+    most = float(re.search(r"need 0 to ([\d.e+-]+)", line)[1])
+    by_products_of(geometry(winding__end_winding=0.999 * most))
 
 
 @pytest.mark.parametrize(("changes", "text"), REFUSED, ids=[text for _, text in REFUSED])

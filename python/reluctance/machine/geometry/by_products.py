@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.constants import mu_0
 
+from reluctance.base.errors import ParameterError
 from reluctance.machine.copper import COPPER_COEFFICIENT, COPPER_RESISTIVITY
 from reluctance.machine.geometry.elements import Elements
 from reluctance.machine.geometry.mesh import STEEL, Mesh
@@ -19,6 +20,7 @@ SHAFT_DENSITY = 7850.0  # carbon steel [kg/m^3]
 # Inductance of an end turn is mu_0 N^2 length times this. It gives the published 0.146 mH of the
 # 12/8 machine of the tests, which is an estimate too: 2-D fields do not contain it.
 END_PERMEANCE = 0.4
+MOST_END = 20.0  # of that estimate, of an inductance that is given: a thousand is H for mH
 
 
 @dataclass(frozen=True)
@@ -62,12 +64,18 @@ def by_products(
     R_coil = rho * winding.turns * turn / area
     per_path = n_coils / winding.parallel_paths
     L_coil = END_PERMEANCE * mu_0 * winding.turns**2 * 2 * end
+    L_auto = L_coil * per_path / winding.parallel_paths
+    if L_end_H is not None and not 0 <= L_end_H <= MOST_END * L_auto:
+        raise ParameterError(
+            f"[winding] end_winding = {1e3 * L_end_H:g} mH, need 0 to "
+            f"{1e3 * MOST_END * L_auto:.3g}, {MOST_END:g} times the estimate of 'auto'; check its unit (mH, of a phase)"
+        )
     sheet = SHEET_DENSITY * stacking_factor * system.length
     inertia = SHAFT_DENSITY * stack * np.pi / 2 * section.r_shaft**4
     rotor, stator = aligned.rotor, aligned.stator
     return ByProducts(
         R_ohm=R_coil * per_path / winding.parallel_paths,
-        L_end_H=L_coil * per_path / winding.parallel_paths if L_end_H is None else L_end_H,
+        L_end_H=L_auto if L_end_H is None else L_end_H,
         wire_area_m2=area,
         turn_m=turn,
         copper_kg=COPPER_DENSITY * len(winding.polarity) * winding.turns * area * turn,

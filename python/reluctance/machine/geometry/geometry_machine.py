@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -11,12 +12,14 @@ from typing import Any, Literal, Self
 from pydantic import Field
 
 from reluctance import _core
+from reluctance.base.errors import Note
 from reluctance.base.files import is_file
 from reluctance.base.schema import Section, check_places, checked, inner_sections
 from reluctance.machine.coupling import Coupling
 from reluctance.machine.flux_map_machine import FluxMapMachine
 from reluctance.machine.geometry.coupling_of import coupling_of
 from reluctance.machine.geometry.file import Geometry
+from reluctance.machine.geometry.proportions import questions
 from reluctance.machine.geometry.solved import Solution, solved
 from reluctance.machine.maps.pole_force import PoleForce
 from reluctance.machine.maps.surface import surface
@@ -94,7 +97,10 @@ class GeometryMachine(FluxMapMachine):
 def geometry_of(table: dict[str, Any], where: str) -> Geometry:
     """The geometry of a [machine] table, checked."""
     check_places(table, inner_sections(Geometry), "machine.")
-    return checked(Geometry, {k: v for k, v in table.items() if k != "model"}, where)
+    geometry = checked(Geometry, {k: v for k, v in table.items() if k != "model"}, where)
+    for question in questions(geometry):
+        warnings.warn(question, Note, stacklevel=2)
+    return geometry
 
 
 def machine_keys(

@@ -168,6 +168,7 @@ def _by_products(geometry: Geometry, system: System) -> ByProducts:
 
 def _solve(geometry: Geometry, grid: Grid, progress: Callable[[float], None] | None) -> Solution:
     system = system_of(geometry, grid)
+    extra = _by_products(geometry, system)
     i = np.linspace(0, geometry.map.current_max_A, geometry.map.currents + 1)
     theta_e = np.linspace(0, np.pi, geometry.map.angles)
     force = np.zeros((len(i), len(theta_e)))
@@ -185,7 +186,6 @@ def _solve(geometry: Geometry, grid: Grid, progress: Callable[[float], None] | N
             progress((column * len(i) + row + 1) / force.size)
 
     field = sample(system, i, theta_e, look=look)
-    extra = _by_products(geometry, system)
     return Solution(
         i=i,
         theta_e=theta_e,

@@ -39,8 +39,8 @@ def write_machine(
     report = check_map(solution.table(geometry.rotor_poles))
     if report.verdict != "good":
         raise ParameterError(
-            f"{geometry.map.angles} angles x {geometry.map.currents} currents are too coarse for "
-            f"this machine ({report.reasons[0]}); raise [map] angles or currents"
+            f"the map of {geometry.map.angles} angles x {geometry.map.currents} currents cannot be "
+            f"used ({report.reasons[0]}); raise [map] angles or currents, or check the dimensions"
         )
     table, force, pairs = files_of(out, pairs=True)
     text = machine_text(geometry, solution, table.name, made_of)
