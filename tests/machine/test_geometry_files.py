@@ -173,6 +173,20 @@ def test_lengths_that_machines_have_are_not_asked_for():
     assert line.endswith("are all lengths in millimetres?")
 
 
+@pytest.mark.parametrize(("side", "height"), [("stator", 27.0), ("rotor", 21.0)])
+def test_the_remedy_for_a_missing_yoke_leaves_one_that_takes_the_flux(side, height):
+    key = f"{side}__pole_height_mm"
+    with pytest.raises(rl.ParameterError, match="leaves no yoke") as fault:
+        geometry_of(flattened(changed(**{key: height})), "[machine]")
+    right = float(re.search(r"; at ([\d.]+) the yoke", str(fault.value))[1])
+    s = geometry(**{key: right}).cross_section
+    yoke, half = {
+        "stator": (s.r_out - s.r_slot_s, s.half_width_s),
+        "rotor": (s.r_slot_r - s.r_shaft, s.half_width_r),
+    }[side]
+    assert half <= yoke < 1.1 * half
+
+
 def test_an_end_winding_in_henries_is_told_as_such(tmp_path, monkeypatch):
     monkeypatch.setattr("reluctance.machine.geometry.solved.Grid", lambda: COARSE)
     own = 1e3 * by_products_of(geometry()).L_end_H

@@ -68,7 +68,8 @@ def by_products(
     if L_end_H is not None and not 0 <= L_end_H <= MOST_END * L_auto:
         raise ParameterError(
             f"[winding] end_winding = {1e3 * L_end_H:g} mH, need 0 to "
-            f"{1e3 * MOST_END * L_auto:.3g}, {MOST_END:g} times the estimate of 'auto'; check its unit (mH, of a phase)"
+            f"{1e3 * MOST_END * L_auto:.3g}, {MOST_END:g} times the estimate of 'auto'; check its "
+            "unit (mH, of a phase)"
         )
     sheet = SHEET_DENSITY * stacking_factor * system.length
     inertia = SHAFT_DENSITY * stack * np.pi / 2 * section.r_shaft**4

@@ -222,10 +222,10 @@ def _check_sizes(g: Geometry) -> None:
             f"bore_diameter_mm = {bore:g}; check the units of both (millimetres)"
         )
     if s.r_slot_s >= s.r_out - CLEARANCE:
-        most = (s.r_out - s.r_bore) / MM
         raise ValueError(
             f"stator.pole_height_mm = {g.stator.pole_height_mm:g} leaves no yoke: need less than "
-            f"{most:.4g}; lower it, or raise stator.outer_diameter_mm"
+            f"{(s.r_out - s.r_bore) / MM:.4g}; "
+            + _for_a_yoke(s.r_out - s.r_bore, s.half_width_s, "raise stator.outer_diameter_mm")
         )
     if s.r_rotor <= s.r_shaft + CLEARANCE:
         raise ValueError(
@@ -233,10 +233,10 @@ def _check_sizes(g: Geometry) -> None:
             f"stator.bore_diameter_mm = {bore:g}; check both, and air_gap.length_mm"
         )
     if s.r_slot_r <= s.r_shaft + CLEARANCE:
-        most = (s.r_rotor - s.r_shaft) / MM
         raise ValueError(
             f"rotor.pole_height_mm = {g.rotor.pole_height_mm:g} leaves no yoke: need less than "
-            f"{most:.4g}; lower it, or the shaft diameter"
+            f"{(s.r_rotor - s.r_shaft) / MM:.4g}; "
+            + _for_a_yoke(s.r_rotor - s.r_shaft, s.half_width_r, "lower the shaft diameter")
         )
     for side, arc, n, reach in (
         ("stator", g.stator.pole_arc_deg, s.N_s, 1.0),
@@ -254,6 +254,14 @@ def _check_sizes(g: Geometry) -> None:
                 f"{side}.pole_arc_deg = {arc:g}: neighbouring poles overlap, need less than "
                 f"{most:.4g} for {n} poles; lower the arc or the number of poles"
             )
+
+
+def _for_a_yoke(room: float, half_width: float, other: str) -> str:
+    """The remedy with a yoke that takes the flux of a pole: half as thick as the pole is wide."""
+    if room - half_width < room / 4:  # short poles are no machine either
+        return other
+    height = _three_digits((room - half_width) / MM, floor)
+    return f"at {height:g} the yoke is half as thick as a pole is wide; or {other}"
 
 
 def _check_coil(g: Geometry) -> None:
