@@ -1,5 +1,6 @@
 """The [control] tables: what they compute at set-up, what they refuse, what the laws then do."""
 
+import re
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -229,6 +230,32 @@ def test_torque_beyond_the_angles_is_refused() -> None:
     drive = rl.load(PWM, ["control.theta_on_deg=100.0", "control.theta_off_deg=120.0"])
     with pytest.raises(ParameterError, match="give a mean torque of at most"):
         rl.simulate(drive, until=0.01)
+
+
+@pytest.mark.parametrize(
+    ("values", "names"),
+    [
+        (["control.theta_on_deg=40", "control.theta_off_deg=70", "reference.tau_Nm=49"], True),
+        (["control.theta_on_deg=40", "control.theta_off_deg=70", "reference.tau_Nm=2"], False),
+        (["reference.tau_Nm=990"], True),
+        (["reference.tau_Nm=2"], False),
+    ],
+)
+def test_the_remedy_for_a_torque_out_of_reach_names_every_key_above_it(
+    values: list[str], names: bool
+) -> None:
+    limit = "control.tau_max_Nm=" + ("50" if len(values) == 3 else "1000")
+    with pytest.raises(rl.ParameterError) as fault:
+        rl.load(PWM, [*values, limit]).controller()
+    line = str(fault.value)
+    assert ("[reference] torque, and tau_max_Nm" in line) == names and "tau_max_Nm" in line
+    most = float(re.search(r"(?:at most|more than) ([\d.]+) N m", line)[1])  # type: ignore[index]
+    lower = [f"control.tau_max_Nm={0.99 * most:.4g}"]
+    lower += [f"reference.tau_Nm={0.99 * most:.4g}"] if names else []
+    if len(values) == 3:
+        rl.load(PWM, [*values, *lower]).controller()
+    else:  # the machine can, and the law may still not
+        rl.load(PWM, [*values, *lower])
 
 
 @pytest.mark.parametrize(

@@ -128,9 +128,12 @@ def check_torque_in_reach(drive: Tables) -> None:
         raise ParameterError("[reference] torque is 0 throughout; set [control] tau_max_Nm")
     most = drive.machine.greatest_torque
     if drive.tau_max > most:
+        names = "[control] tau_max_Nm"
+        if drive.reference.kind == "torque" and asked > most:
+            names = "[reference] torque, and tau_max_Nm where it is given,"
         raise ParameterError(
             f"torque {drive.tau_max:g} N m is out of reach: more than {most:.4g} N m is impossible "
-            f"at any angle with i_max_A = {drive.machine.i_max_A:g}; lower the torque or raise "
+            f"at any angle with i_max_A = {drive.machine.i_max_A:g}; lower {names} or raise "
             "i_max_A"
         )
 

@@ -93,10 +93,13 @@ class PulseCurrent(ConductionAngles):
         most = float(best.curve.tau[-1])
         if most < tau:
             on, off = np.degrees(best.ends)
+            names = "tau_max_Nm"
+            if known.reference == "torque" and known.tau_working > most:
+                names = "[reference] torque, and tau_max_Nm where it is given"
             raise ParameterError(
                 f"[control] angles {on:g} to {off:g} deg give a mean torque of at most {most:.4g} "
                 f"N m at i_max_A = {known.i_max:g} and {from_si(known.omega_m, 'rpm'):.5g} rpm, "
-                f"need {tau:g}; change the angles, lower the speed or the torque (tau_max_Nm), or "
+                f"need {tau:g}; change the angles, lower the speed or the torque ({names}), or "
                 "raise the voltage"
             )
 
