@@ -309,6 +309,27 @@ def test_a_grid_that_fits_no_convention_says_what_is_needed(make, said, told, tm
     assert "\n" not in str(fault.value)
 
 
+@pytest.mark.parametrize("remedy", ["current", "angle"])
+def test_the_remedy_for_an_empty_cell_of_a_list_is_enough(remedy, tmp_path):
+    rows = [[i, a, psi] for i, line in zip(I, TABLE.psi, strict=True)
+            for a, psi in zip(THETA_M, line, strict=True)]  # fmt: skip
+    bad = rows[40]
+    cells = [[f"{x:g}" for x in row] for row in rows]
+    cells[40][2] = ""
+    path = tmp_path / "m.csv"
+
+    def put(lines):
+        path.write_text("i_A,theta_deg,psi_Wb\n" + "\n".join(map(",".join, lines)))
+
+    put(cells)
+    with pytest.raises(ParameterError, match="data row 41, column 3: `` is not a number") as fault:
+        read_map(path, N_r=4)
+    assert "remove every row of its current or of its angle" in str(fault.value)
+    place = ["current", "angle"].index(remedy)
+    put(c for c, row in zip(cells, rows, strict=True) if row[place] != bad[place])
+    assert read_map(path, N_r=4).psi.size == TABLE.psi.size - TABLE.psi.shape[1 - place]
+
+
 WHOLE_M = np.concatenate([THETA_M, 90 - THETA_M[-2::-1]])
 WHOLE_PSI = np.hstack([TABLE.psi, TABLE.psi[:, -2::-1]])
 

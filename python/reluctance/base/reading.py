@@ -116,7 +116,9 @@ def is_number(cell: str) -> bool:
     return True
 
 
-def numbers(rows: Sequence[Sequence[str]], place: int, name: str, *, first: int = 1) -> FloatArray:
+def numbers(
+    rows: Sequence[Sequence[str]], place: int, name: str, *, first: int = 1, part: str = "the row"
+) -> FloatArray:
     """A column of finite numbers, shape (len(rows),).
 
     Parameters
@@ -128,6 +130,8 @@ def numbers(rows: Sequence[Sequence[str]], place: int, name: str, *, first: int 
         Of the column, for errors.
     first : int
         Number of the first row, for errors.
+    part : str
+        What may be removed where a cell is none, for errors.
 
     Raises
     ------
@@ -145,11 +149,11 @@ def numbers(rows: Sequence[Sequence[str]], place: int, name: str, *, first: int 
         if not is_number(cell):
             raise ParameterError(
                 f"data row {number}, {name}: `{cell[:30]}` is not a number; "
-                + (point_hint(cell) or "fill the cell or remove the row")
+                + (point_hint(cell) or f"fill the cell or remove {part}")
             )
         if not abs(float(cell)) <= MOST:
             raise ParameterError(
                 f"data row {number}, {name}: `{cell[:30]}` is not a finite number "
-                f"below {MOST:g}; mend the cell or remove the row"
+                f"below {MOST:g}; mend the cell or remove {part}"
             )
     raise AssertionError("a cell is no number, and none is found")

@@ -179,8 +179,9 @@ def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False)
     found = chosen(head, names, "the header", (value, "i", "theta"))
     if "tau" not in found:
         _check_torque_name(head, {name for name, _ in found.values()})
+    whole = "every row of its current or of its angle"
     data = {
-        q: numbers(rows[1:], head.index(name), f"column {head.index(name) + 1}") * c.factor
+        q: numbers(rows[1:], n := head.index(name), f"column {n + 1}", part=whole) * c.factor
         for q, (name, c) in found.items()
     }
     i, row = np.unique(data["i"], return_inverse=True)
