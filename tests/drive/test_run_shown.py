@@ -12,7 +12,7 @@ from reluctance import _core
 from reluctance.drive.run import events, plots
 from reluctance.drive.run import kpis as figures
 from reluctance.drive.run.energy_loop import EnergyLoop, energy_loops, plot_energy_loop, text
-from reluctance.drive.run.events import Event, evidence, tripped, unready
+from reluctance.drive.run.events import Event, evidence, trip, tripped, unready
 from reluctance.drive.run.kpis import evaluated
 from reluctance.drive.run.radial_force import ForceOrder, force_orders
 from reluctance.drive.tables.faults import Fault
@@ -223,9 +223,9 @@ def test_a_run_that_ends_before_the_drive_runs_or_after_it_has_tripped_is_told()
     again = [*fault, Event(0.35, "run")]
     assert unready(ran) == unready(fault) == unready(None) == unready([]) == []
     assert unready([*ran, Event(0.4, "off")]) == []
-    assert tripped(ran, 1.0) == tripped(None, 1.0) == []
-    assert "trips at 0.3 s" in tripped(fault, 1.0)[0]
-    assert tripped(again, 0.7) == [] and tripped(again, 0.69) != []  # runs from its middle on
+    assert trip(ran, 1.0) is None and trip(None, 1.0) is None and tripped(None) == []
+    assert trip(fault, 1.0) == 0.3 and "trips at 0.3 s" in tripped(0.3)[0]
+    assert trip(again, 0.7) is None and trip(again, 0.69) == 0.3  # runs from its middle on
     assert str(fault[-1]) == "fault: dead (status 8)" and str(ran[-1]) == "run"
     assert fault[-1].with_units() == {
         "t_s": 0.3, "mode": "fault", "status": 8, "text": "dead (status 8)",

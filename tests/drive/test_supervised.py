@@ -41,6 +41,24 @@ def named(result):
     return [event.mode for event in result.events]
 
 
+def test_a_sweep_marks_the_points_that_trip(tmp_path):
+    settings = [("--set", f"{key}={value}") for key, value in UP.items()]
+    order = ["sweep", FILE, *sum(settings, ()), "--set", "supervision.fault=over_current"]
+    order += ["--set", "supervision.fault_s=0.1", "--vary", "supervision.fault_s=0.1,0.3"]
+    order += ["--out", tmp_path / "s.sqlite", "--table", tmp_path / "t.csv"]
+    for _ in range(2):  # the second time from the store
+        told = command(*order).out
+        assert "0.1 !" in told and "0.3 !" not in told
+        said = " ".join(told.split())
+        assert "note: 1 of them trip, marked `!`: their figures are of drives that do not" in said
+        assert "the first: supervision.fault_s = 0.1, at 0.1" in said
+    columns = np.genfromtxt(tmp_path / "t.csv", delimiter=",", names=True)
+    assert columns["t_trip_s"][0] == pytest.approx(0.1, abs=1e-3)
+    assert np.isnan(columns["t_trip_s"][1])
+    given = rl.load(FILE).with_values(UP)
+    assert rl.simulate(given).kpis.t_trip is None
+
+
 def test_a_drive_is_precharged_calibrated_and_runs(drive):
     result = ran(drive, {"supervision.enable_s": 0.01, "supervision.precharge_ms": 30.0})
     assert named(result) == ["off", "precharge", "calibrate", "ready", "run"]

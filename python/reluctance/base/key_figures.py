@@ -83,6 +83,9 @@ class Kpis:
         Largest deviation of one period's mean torque, over the mean [1].
     beyond_map : float
         Part of the peak current that lies past the flux map, else 0 [1].
+    t_trip : float or None
+        When the drive trips [s]; None where it does not, or works again from the first half of the
+        run on.
     control_period : float
         Control period [s].
     wall_s_per_sim_s : float
@@ -120,6 +123,7 @@ class Kpis:
     energy_residual: float | None = unit("")
     torque_drift: float | None = unit("")
     beyond_map: float = unit("")
+    t_trip: float | None = unit("s")
     control_period: float = unit("s")
     wall_s_per_sim_s: float = unit("")
     periods: int = unit("")

@@ -121,7 +121,7 @@ def run(
             *never_planted(drive, end),
             *coarse_angle(drive),
             *unready(result.events),
-            *(tripped(result.events, end) or unmet(drive, result.kpis)),
+            *(tripped(result.kpis.t_trip) or unmet(drive, result.kpis)),
             *exceeded(drive, result.kpis),
             *left(result),
             *crowded(result.periods),

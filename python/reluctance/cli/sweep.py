@@ -29,6 +29,7 @@ Store = Annotated[
     ),
 ]
 Jobs = Annotated[int | None, typer.Option(metavar="N", help="Threads; by default all cores.")]
+TRIP = "t_trip_s"
 SHOWN = (
     *("tau_mean_Nm", "torque_ripple_pp", "torque_error_rms"),
     *("efficiency", "i_rms_A", "f_switch_Hz"),
@@ -121,9 +122,26 @@ def sweep(
     print(f"{len(found)} points: {found.ran} run now, {found.known} from the store")
     if found.failed:
         print(wrapped(f"note: {found.failed} of them failed; the first: {found.reason()}"))
+    for line in tripped(found):
+        print(wrapped(line))
     for path in (out, table, plot):
         if path is not None:
             print(path)
+
+
+def tripped(found: Sweep) -> list[str]:
+    """A note where points trip: the first of them, and when."""
+    import numpy as np
+
+    trips = np.flatnonzero(~np.isnan(found.figures[TRIP]))
+    if not len(trips):
+        return []
+    point = found.point(int(trips[0]))
+    values = ", ".join(f"{name} = {point[name]}" for name in found.values)
+    return [
+        f"note: {len(trips)} of them trip, marked `!`: their figures are of drives that do not "
+        f"work throughout; the first: {values}, at {point[TRIP]:.4g} s"
+    ]
 
 
 def as_object(found: Sweep) -> dict[str, object]:
@@ -144,7 +162,9 @@ def _print_table(found: Sweep, names: list[str] | None) -> None:
 
     from reluctance.base.key_figures import shown
 
-    columns = [n for n in names or SHOWN if not np.isnan(found.figures[n]).all()]
+    columns = [
+        n for n in dict.fromkeys((*(names or SHOWN), TRIP)) if not np.isnan(found.figures[n]).all()
+    ]
     rows = list(range(len(found)))
     title = found.name
     if len(rows) > MOST_ROWS:
@@ -159,8 +179,10 @@ def _print_table(found: Sweep, names: list[str] | None) -> None:
     for n in rows:
         point = found.point(n)
         varied = [point[name] for name in found.values]
+        texts = [f"{v:.5g}" if isinstance(v, float) else str(v) for v in varied]
+        texts[0] += "" if np.isnan(point[TRIP]) else " !"
         table.add_row(
-            *(Text(f"{v:.5g}" if isinstance(v, float) else str(v)) for v in varied),
+            *map(Text, texts),
             *(shown(None if np.isnan(point[c]) else point[c], "{:.4g}") for c in columns),
         )
     Console().print(table)

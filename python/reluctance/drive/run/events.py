@@ -48,14 +48,21 @@ def unready(entered: list[Event] | None) -> list[str]:
     ]
 
 
-def tripped(entered: list[Event] | None, end: float) -> list[str]:
-    """On one line, where a fault acts in the second half of a run that ends then [s]."""
+def trip(entered: list[Event] | None, end: float) -> float | None:
+    """When the last fault began that acts in the second half of a run that ends then [s]."""
     faults = [event for event in entered or [] if event.mode == "fault"]
     last = entered[-1] if entered else None
     if not faults or last is None or (last.mode == "run" and last.t <= end / 2):
+        return None
+    return faults[-1].t
+
+
+def tripped(t: float | None) -> list[str]:
+    """On one line, where a drive trips then [s]."""
+    if t is None:
         return []
     return [
-        f"the drive trips at {faults[-1].t:.4g} s: the figures are of the second half of the run, "
+        f"the drive trips at {t:.4g} s: the figures are of the second half of the run, "
         "in which it does not work throughout"
     ]
 

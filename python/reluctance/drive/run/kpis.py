@@ -8,6 +8,7 @@ from reluctance import _core
 from reluctance.base.key_figures import Kpis
 from reluctance.drive.drive import Drive
 from reluctance.drive.run.columns import Rows
+from reluctance.drive.run.events import Event, trip
 from reluctance.drive.run.losses import switching_loss
 
 SUN_SAMPLES = 501  # of the irradiance over the window: a cloud of a second takes 40 of them in 13 s
@@ -15,7 +16,14 @@ ROUNDING = 1e-10  # of the energy from the dc link: less is lost by no device
 MEANS_NOTHING = 100.0  # a ripple of 10 000 %: the mean that it is held against is about zero
 
 
-def kpis(rows: Rows, drive: Drive, *, p_fe: float | None, wall_s_per_sim_s: float) -> Kpis:
+def kpis(
+    rows: Rows,
+    drive: Drive,
+    *,
+    p_fe: float | None,
+    wall_s_per_sim_s: float,
+    entered: list[Event] | None = None,
+) -> Kpis:
     """Key figures from the period rows of a run.
 
     Parameters
@@ -27,6 +35,8 @@ def kpis(rows: Rows, drive: Drive, *, p_fe: float | None, wall_s_per_sim_s: floa
         Iron loss over the window of the key figures [W].
     wall_s_per_sim_s : float
         Wall time per simulated time [1], for the record.
+    entered : list of Event, optional
+        The states of a supervised drive.
     """
     machine = drive.machine
     window, periods = evaluated(rows, machine.N_r)
@@ -80,6 +90,7 @@ def kpis(rows: Rows, drive: Drive, *, p_fe: float | None, wall_s_per_sim_s: floa
         energy_residual=_ratio(left_open, max(E_dc, E_cu, abs(E_mech))),
         torque_drift=_ratio(float(np.abs(means - tau_mean).max()), tau_mean),
         beyond_map=max(0.0, 1 - float(machine.i_known_A) / i_peak) if i_peak > 0 else 0.0,
+        t_trip=trip(entered, float(rows["t"][-1])),
         control_period=drive.control.T_s,
         wall_s_per_sim_s=wall_s_per_sim_s,
         periods=periods,

@@ -113,10 +113,11 @@ def simulate(
     p_fe = _iron_loss(drive, rows, summed)
     if iron:
         rows = rows.between(0, 0) if record is None else _on_grid(rows, record)
-    figures = kpis(summed, drive, p_fe=p_fe, wall_s_per_sim_s=wall / end)
+    entered = events(controller)
+    figures = kpis(summed, drive, p_fe=p_fe, wall_s_per_sim_s=wall / end, entered=entered)
     beliefs = learned(history, drive.known().R) if drive.control.learns else None
     faults = drive.faults.begun(loop.onsets(), end)
-    return _result(drive, rows, figures, summed, beliefs, events(controller), faults)
+    return _result(drive, rows, figures, summed, beliefs, entered, faults)
 
 
 def checked(drive: object, until: object, record: object) -> float:

@@ -20,6 +20,7 @@ from reluctance.drive.guard.supervised import controller
 from reluctance.drive.laws.own_law import OwnLaw
 from reluctance.drive.run.bounds import Bounds
 from reluctance.drive.run.columns import Rows
+from reluctance.drive.run.events import events
 from reluctance.drive.run.kpis import kpis
 from reluctance.drive.run.plant import closed_loop
 from reluctance.drive.run.simulate import checked, simulate
@@ -115,6 +116,7 @@ class _Started:
 
     drive: Drive
     bounds: Bounds
+    controller: _core.Controller
     loop: _core.Simulation
 
     @property
@@ -124,7 +126,8 @@ class _Started:
 
 def _started(drive: Drive, end: float) -> _Started:
     bounds = Bounds(drive, end, None)
-    return _Started(drive, bounds, closed_loop(drive, controller(drive), -1.0))
+    guarded = controller(drive)
+    return _Started(drive, bounds, guarded, closed_loop(drive, guarded, -1.0))
 
 
 def _taken(runs: _core.Runs, started: dict[int, _Started]) -> tuple[int, Kpis | ParameterError]:
@@ -136,7 +139,8 @@ def _taken(runs: _core.Runs, started: dict[int, _Started]) -> tuple[int, Kpis | 
     except ParameterError as fault:
         return n, fault
     rows = Rows(np.asarray(values), _core.period_columns(run.drive.machine.n_phases))
-    return n, kpis(rows, run.drive, p_fe=None, wall_s_per_sim_s=wall / t)
+    entered = events(run.controller)
+    return n, kpis(rows, run.drive, p_fe=None, wall_s_per_sim_s=wall / t, entered=entered)
 
 
 def _alone(drive: Drive, end: float) -> Kpis | ParameterError:
