@@ -166,7 +166,29 @@ def test_the_command_writes_the_tuned_drive(tmp_path: Path) -> None:
     tuned = rl.load(tmp_path / "t.toml")
     assert tuned.control.i_band_A == told["values"]["control.i_band_A"]  # type: ignore[attr-defined]
     assert told["kept"] and told["trials"] <= 12
-    assert "12 trials" in command(*line, *rest).out
+    done = command(*line, *rest)
+    assert "12 trials" in done.out and done.code == 0
+
+
+def test_bounds_that_no_trial_keeps_are_told_with_exit_code_1(tmp_path: Path) -> None:
+    line = ("tune", CUBIC, "--vary", "control.i_band_A=0.3:3", "--minimise", "torque_error_rms")
+    rest = (
+        "--keep",
+        "i_rms_A<0.1",
+        "--budget",
+        "4",
+        "--until",
+        UNTIL,
+        "--out",
+        tmp_path / "t.toml",
+    )
+    done = command(*line, *rest)
+    assert done.code == 1 and (tmp_path / "t.toml").exists() and not done.error
+    said = " ".join(done.out.split())
+    assert "note: no trial keeps all bounds" in said and "widen --vary, or loosen --keep" in said
+    told = command(*line, *rest, "--json")
+    assert told.code == 1 and json.loads(told.out)["kept"] is False
+    assert command(*line, "--keep", "i_rms_A<1000", *rest[2:]).code == 0
 
 
 def test_optuna_searches_and_goes_on_from_its_store(drive: rl.Drive, tmp_path: Path) -> None:

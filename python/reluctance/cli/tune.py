@@ -70,7 +70,7 @@ def tune(
         int | None, typer.Option(metavar="N", help="Threads; by default all cores.")
     ] = None,
 ) -> None:
-    """Values for which a figure is best within bounds of others. Writes the drive file."""
+    """Values for which a figure is best within bounds of others. Exit code 1 if none keeps them."""
     from reluctance.base.errors import ParameterError
     from reluctance.base.figures import check_figure, look
     from reluctance.base.files import TABLES, check_ending
@@ -138,6 +138,8 @@ def tune(
         figures = {k: None if v != v else v for k, v in found.best.figures.items()}
         told_best = {"values": found.best.values, "figures": figures, "kept": found.best.kept}
         print(json.dumps({"goal": str(found.goal), "trials": len(found.tried)} | told_best))
+        if not found.best.kept:
+            raise typer.Exit(1)
         return
     print(f"{found.goal}: {len(found.tried)} trials, {found.ran} runs made now")
     failed = [trial for trial in found.tried if trial.why]
@@ -151,10 +153,15 @@ def tune(
     for line in at_the_end(found.best.values, values):
         print(wrapped(line))
     if not found.best.kept:
-        print("note: no trial keeps all bounds; this one misses them by least")
+        line = "note: no trial keeps all bounds; this one misses them by least: widen --vary, or "
+        print(wrapped(f"{line}loosen --keep"))
+    if (t_trip := found.best.figures.get("t_trip_s", float("nan"))) == t_trip:
+        print(wrapped(f"note: this drive trips at {t_trip:.4g} s, and its figures mean little"))
     for path in (out, table, plot):
         if path is not None:
             print(path)
+    if not found.best.kept:
+        raise typer.Exit(1)
 
 
 def at_the_end(best: Mapping[str, Any], ranges: Mapping[str, Sequence[Any]]) -> list[str]:
