@@ -6,8 +6,13 @@ from pathlib import Path
 import pytest
 from command import command, refused
 
+import reluctance as rl
+from reluctance.explore.comparison.contenders import CONTENDERS
+
 ROOT = Path(__file__).parents[2]
-RATED = ROOT / "examples" / "paper_rated.toml"
+EXAMPLES = ROOT / "examples"
+RATED = EXAMPLES / "paper_rated.toml"
+DEADBEAT, G474 = EXAMPLES / "deadbeat.toml", EXAMPLES / "deadbeat_g474.toml"
 
 
 @pytest.mark.parametrize(
@@ -169,3 +174,50 @@ def test_a_point_above_tau_max_is_answered_with_what_lowers_it():
 def test_a_law_in_the_place_of_its_variants_is_answered_with_these():
     line = refused("compare", RATED, "--controls", "torque_sharing,deadbeat")
     assert "`torque_sharing` is a law; compare sharing_linear, sharing_cubic" in line
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("control.law=mylaw.py:X", '; did you mean "python:mylaw.py:X"?'),
+        ("control.law=mylaw.py", '; did you mean "python:mylaw.py:CLASS"?'),
+        ("control.law=a/mylaw.so:X", '; did you mean "cpp:a/mylaw.so:X"?'),
+        ("control.law=sharing_cubic", 'law = "torque_sharing", sharing = "cubic"'),
+        ("control.law=finite_set_mpc_3", 'law = "finite_set_mpc", horizon = 3'),
+        ("protection.diagnosis=yes", "diagnosis = 'yes', need true or false"),
+        ("supervision.fault_s=None", "leave the key out (--set TABLE.fault_s= removes it)"),
+        ("faults.1.kind=open_wire", "`1`, need 0, the first"),
+    ],
+)
+def test_what_people_write_instead_is_answered_with_what_they_mean(setting, said):
+    assert said in refused("run", DEADBEAT, "--set", "supervision.enable_s=0", "--set", setting)
+
+
+def test_names_of_compare_are_laws_with_the_keys_that_the_answer_gives():
+    for name in CONTENDERS:
+        try:
+            rl.load(DEADBEAT, [f"control.law={name}"])
+        except rl.ParameterError as fault:
+            keys = re.findall(r"(\w+) = ([^,]+)", str(fault).partition("has this name for ")[2])
+            drive = rl.load(DEADBEAT, [f"control.{key}={value}" for key, value in keys])
+            assert drive.control.law == CONTENDERS[name].law
+
+
+def test_a_number_of_an_own_law_with_a_decimal_comma_is_told_as_such():
+    order = ("run", EXAMPLES / "own_law" / "own_law.toml", "--trust", "--until", "0.002")
+    line = refused(*order, "--set", "control.i_band_A=1,5")
+    assert "i_band_A = '1,5', need a number; write a decimal point, as in 1.5" in line
+    assert command(*order, "--set", "control.i_band_A=1.5").code == 0
+
+
+def test_compare_knows_the_file_of_an_own_law_without_its_kind():
+    line = refused("compare", DEADBEAT, "--controls", "deadbeat,mylaw.py:X")
+    assert line.endswith('did you mean "python:mylaw.py:X"?\n')
+
+
+def test_firmware_says_that_it_leaves_faults_out(tmp_path):
+    wire = ("--set", "faults.0.kind=open_wire", "--set", "faults.0.phase=b")
+    told = command("export", "firmware", G474, *wire, "--out", tmp_path / "fw").out
+    assert "warning: [[faults]] are left out" in told
+    told = command("export", "firmware", G474, "--out", tmp_path / "without").out
+    assert "[[faults]]" not in told

@@ -155,6 +155,8 @@ NEEDS = {  # pydantic's kinds of fault, as a need
     "finite_number": "need a finite number",
     "float_type": "need a number",
     "int_type": "need a whole number",
+    "bool_type": "need true or false",
+    "bool_parsing": "need true or false",
     "string_type": "need text in quotes",
     "literal_error": "need {expected}",
     "list_type": "need a list, as in [1, 2]",
@@ -166,6 +168,7 @@ NEEDS = {  # pydantic's kinds of fault, as a need
 }
 
 
+NOTHING = ("none", "null", "nil", "")  # as other languages have it
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 
 OVER_TIME = {"t_s", "values"}  # keys of a table that may be a course
@@ -306,6 +309,8 @@ def number_hint(text: str, key: str) -> str:
     """What to say of a text that was meant as a number, or as several."""
     if hint := point_hint(text):
         return f"; {hint}"
+    if text.lower() in NOTHING:
+        return f"; to give none, leave the key out (--set TABLE.{key}= removes it)"
     if with_unit := re.fullmatch(rf"({NUMBER})\s*([^\W\d_][\w/]*)", text):
         return _without_unit(float(with_unit[1]), with_unit[2], key)
     if ends := re.fullmatch(r"([-+]?[\d.]+)(?:-|\.\.|~| to )([-+]?[\d.]+)", text):

@@ -96,7 +96,8 @@ def _within(table: Any, part: str, where: str) -> Any:
     else:
         number = int(part) if part.isdecimal() else -1
         if not 0 <= number <= len(table):
-            raise ParameterError(f"{where}: `{part}`, need a number from 0 to {len(table)}")
+            need = f"a number from 0 to {len(table)}" if table else "0, the first"
+            raise ParameterError(f"{where}: `{part}`, need {need}")
         if number == len(table):
             table.append({})
         inner = table[number]

@@ -11,7 +11,7 @@ from typing import Any
 from reluctance.base.errors import ParameterError
 from reluctance.base.schema import checked, did_you_mean
 from reluctance.drive.drive import Drive
-from reluctance.drive.laws import LAWS, table_of
+from reluctance.drive.laws import LAWS, code_meant, table_of
 from reluctance.drive.laws.compiled_law import law_fields
 from reluctance.drive.laws.own_code import PYTHON, names_code, own_code, same_code
 from reluctance.drive.laws.own_law import law_class
@@ -87,7 +87,8 @@ def contender(name: str) -> Contender:
     if name not in CONTENDERS:
         if of_law := [each for each, one in CONTENDERS.items() if one.law == name]:
             raise ParameterError(f"control `{name}` is a law; compare {', '.join(of_law)}")
-        raise ParameterError(f"control `{name}` is unknown{did_you_mean(name, CONTENDERS)}")
+        near = code_meant(name) or did_you_mean(name, CONTENDERS)
+        raise ParameterError(f"control `{name}` is unknown{near}")
     return CONTENDERS[name]
 
 

@@ -66,6 +66,8 @@ def mcu(name: str) -> Mcu:
 def left_out(drive: Drive, gates: set[int]) -> list[str]:
     """What a board has and the drive file does not: one line each."""
     sensing, found = drive.sensing, []
+    if drive.faults.each:
+        found.append("[[faults]] are left out: they act in simulations, and firmware ignores them")
     if sensing.adc_bits == 0:
         found.append("current sensors are ideal: set [sensing] adc_bits, i_range_A and i_noise_LSB")
     elif sensing.i_noise_LSB == 0:
