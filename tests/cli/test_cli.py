@@ -40,7 +40,7 @@ def test_json_is_one_object_with_the_promised_keys_and_nothing_else():
     assert (done.returncode, done.stderr) == (0, "")
     figures = json.loads(done.stdout)
     assert set(PROMISED) <= set(figures)
-    without_data = {"p_fe_W", "p_sw_W", "Q_mean_m3ph", "tracking"}  # nor pump, nor array
+    without_data = {"p_fe_W", "p_sw_W", "Q_mean_m3ph", "tracking", "t_trip_s"}  # nor pump, array
     assert {key for key, value in figures.items() if value is None} == without_data
     assert all(np.isfinite(v) for key, v in figures.items() if key not in without_data)
 

@@ -289,7 +289,8 @@ def test_weather_with_its_own_headers(tmp_path):
         system = load_system(
             ROOT / "examples" / "sun_day.toml",
             ["weather.kind='csv'", f"weather.file={json.dumps(str(tmp_path / 'w.csv'))}",
-             *(f"weather.{k}=" for k in ("start", "days", "step_min", "linke_turbidity"))],
+             *(f"weather.{k}=" for k in ("start", "days", "step_min", "linke_turbidity")),
+             "weather.temp_air_degC="],
         )  # fmt: skip
         weather = read_weather(system.weather, system.site, system.folder)
         assert weather.sun is not None and len(weather.t) == 24
