@@ -443,7 +443,7 @@ def test_a_file_has_them_and_keeps_them(tmp_path):
             "no such fault; did you mean `open_wire`?",
         ),
         ({"faults.0.t_s": 0.1}, "missing key `kind` in [faults.0]"),
-        ({"faults.1.kind": "open_wire"}, "`1`, need a number from 0 to 0"),
+        ({"faults.1.kind": "open_wire"}, "`1`, need 0, the first"),
         ({"faults.kind": "open_wire"}, "faults.0.kind=open_wire"),
         ({"faults": 3}, "[faults] = 3, need tables [[faults]]"),
         ({"faults": [{"kind": "sensor_gain"}]}, "[faults.0] kind = 'sensor_gain' needs gain"),
