@@ -24,7 +24,8 @@ from reluctance.base.picture import Picture
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted(p for p in (ROOT / "examples").glob("*.toml") if "[site]" not in p.read_text())
-LEFT_OUT = ("wall_s_per_sim_s", "control_period_s", "energy_residual")  # of the computer, or zero
+# Of the computer, zero, or of drives that trip
+LEFT_OUT = ("wall_s_per_sim_s", "control_period_s", "energy_residual", "t_trip_s")
 LIMIT = {"i_rms_A": "limit_i_rms_A", "p_cu_W": "limit_p_cu_W"}
 LAWS = {
     "pwm_current": "flat current pulses",
