@@ -226,7 +226,7 @@ def least_current(runs: Runs) -> Claim:
         model_gives=k.i_rms,
         unit="A rms",
         physical_limit=runs.best.i_rms,
-        verdict=verdict(k.i_rms < 1.08 * runs.best.i_rms),
+        verdict=verdict(k.i_rms <= 1.08 * runs.best.i_rms),
         why=f"{(k.i_rms / runs.best.i_rms - 1) * 100:.1f} % above the least current without ripple "
         "at this voltage; up to 8 % counts as minimised. True of the mended controller; the paper "
         "shows no current.",
@@ -258,7 +258,7 @@ def efficiency(runs: Runs) -> Claim:
         model_gives=definite(k.efficiency) * 100,
         unit="%",
         physical_limit=p_mech / (p_mech + runs.best.p_cu) * 100,
-        verdict=verdict(definite(k.efficiency) > 0.8),
+        verdict=verdict(definite(k.efficiency) >= 0.8),
         why="Good is read as 80 % or more. Copper loss only; iron and converter would lower it. "
         "Without ripple no controller can do better than the limit on this machine.",
     )
