@@ -1,0 +1,260 @@
+"""Currents of pulses from their mean torque: inverted curves, pulses that end early, what a mean is
+taken over. The mean torque of a window is a formula here, of which the answers are known."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import reluctance as rl
+from reluctance import _core
+from reluctance.base.arrays import FloatArray
+from reluctance.drive.laws import current_table, left_earlier, pulse_table
+from reluctance.drive.laws.angle_table import AngleTable
+from reluctance.drive.laws.current_table import Curve, Window
+from reluctance.drive.laws.pulse_current import PulseCurrent
+from reluctance.drive.laws.pulses import FixedLaw, chopped, period, pulses
+from reluctance.drive.tables.known import Known
+
+RATED = Path(__file__).parents[2] / "examples" / "paper_rated.toml"
+ON, OFF = 0.2, 2.6  # [rad]
+Given = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+
+
+@cache
+def known() -> Known:
+    return rl.load(RATED, ["control.law=angles"]).known()
+
+
+def fixed_law(*, smooth: bool) -> FixedLaw:
+    return replace(chopped(known(), 1.0, brakes=False, hard=False), smooth=smooth)
+
+
+def given_by(monkeypatch: pytest.MonkeyPatch, module: object, tau: Given) -> None:
+    """Mean torques by a formula of turn-on, turn-off and current."""
+
+    def made(_: object, *arguments: object) -> SimpleNamespace:
+        return SimpleNamespace(tau=tau(*(np.asarray(v, float) for v in arguments)))
+
+    monkeypatch.setattr(module, "pulses", made)
+
+
+def squared(on: FloatArray, off: FloatArray, i: FloatArray) -> FloatArray:
+    """Without saturation the torque is as the square of the current: 40 N m at 100 A."""
+    return np.asarray(40 * (i / 100) ** 2 * (off - on) / (OFF - ON))
+
+
+def test_between_two_currents_the_torque_is_taken_to_grow_as_the_square() -> None:
+    curve = Curve(np.array([0.0, 1.0, 3.0]), np.array([0.0, 1.0, 9.0]))
+    assert curve.inverse(np.array([0.0, 0.25, 4.0, 9.0])) == pytest.approx([0, 0.5, 2, 3])
+
+
+def test_of_a_torque_that_several_currents_give_the_least_is_taken() -> None:
+    curve = Curve(np.arange(5.0), np.array([0.0, 0.0, 4.0, 4.0, 9.0]))
+    assert curve.inverse(np.array([4.0, 6.25, 100.0])) == pytest.approx([2, 3, 4])
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+def test_table_of_currents_inverts_the_mean_torque(
+    monkeypatch: pytest.MonkeyPatch, smooth: bool
+) -> None:
+    given_by(monkeypatch, current_table, squared)
+    window = Window(ON, OFF, fixed_law(smooth=smooth))
+    assert window.ends == (ON, OFF)
+    torques = np.linspace(0, 41, 17)
+    assert window.currents(41.0) == pytest.approx(100 * np.sqrt(torques / 40), rel=1e-9)
+    beyond = window.currents(200.0)  # 90 N m are all that 150 A give
+    assert beyond[-1] == known().i_max == pytest.approx(100 * np.sqrt(90 / 40))
+
+
+def jumping(on: FloatArray, off: FloatArray, i: FloatArray) -> FloatArray:
+    """A chopping more from 60 A on: 10 % of the torque, as long as the window is whole."""
+    return squared(on, off, i) * np.where(i < 60, 1.0, 1.1)
+
+
+def test_where_the_mean_torque_jumps_the_currents_are_found_to_a_finer_step(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    given_by(monkeypatch, current_table, jumping)
+    found = Window(ON, OFF, fixed_law(smooth=False)).currents(40.0)
+    torques = np.linspace(0, 40, 17)
+    low, high = 40 * 0.36, 40 * 0.36 * 1.1  # at the jump
+    at_jump = (torques > low) & (torques < high)
+    assert at_jump.any()
+    for current, torque in zip(found, torques, strict=True):
+        if low < torque < high:
+            assert current == pytest.approx(60, abs=0.6)
+        else:
+            whole = 100 * np.sqrt(torque / 40 / (1.1 if torque >= high else 1))
+            assert current == pytest.approx(whole, rel=2e-3)
+
+
+def early(monkeypatch: pytest.MonkeyPatch, given: Given, tau_max: float = 40.0) -> _core.PulseTable:
+    given_by(monkeypatch, left_earlier, given)
+    given_by(monkeypatch, current_table, given)
+    window = Window(ON, OFF, fixed_law(smooth=False))
+    return left_earlier.left_earlier(window, tau_max, window.currents(tau_max))
+
+
+def test_torque_within_a_jump_takes_a_window_that_is_left_earlier(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The table gives every torque, and its window ends early within the jump only."""
+    table = early(monkeypatch, jumping)
+    low, high = 40 * 0.36, 40 * 0.36 * 1.1
+    for torque in np.linspace(6, 40, 200):
+        on, off, i = table.at(known().omega_m, torque)
+        assert on == pytest.approx(ON)
+        assert float(jumping(*map(np.asarray, (on, off, i)))) == pytest.approx(torque, rel=4e-3)
+        if torque < 0.99 * low or torque > 1.02 * high:
+            assert off == pytest.approx(OFF)
+        elif 1.01 * low < torque < 0.99 * high:
+            assert off < OFF and i == pytest.approx(60, abs=1)
+        for other in (0.1, 10):
+            assert table.at(other * known().omega_m, torque) == [on, off, i]
+
+
+@pytest.mark.parametrize("step", [1.5, 1.06])
+def test_every_jump_has_its_own_window(monkeypatch: pytest.MonkeyPatch, step: float) -> None:
+    """Two jumps, far apart or next to each other."""
+
+    def twice(on: FloatArray, off: FloatArray, i: FloatArray) -> FloatArray:
+        return squared(on, off, i) * (1 + 0.05 * ((i > 50) * 1.0 + (i > 50 * step)))
+
+    table = early(monkeypatch, twice)
+    for torque in np.linspace(6, 40, 200):
+        found = table.at(known().omega_m, torque)
+        assert float(twice(*map(np.asarray, found))) == pytest.approx(torque, rel=6e-3)
+
+
+def test_without_a_jump_there_is_no_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor where it lies above the greatest torque."""
+    for given, tau_max in ((squared, 40.0), (jumping, 12.0)):
+        with pytest.raises(ValueError, match="empty"):
+            early(monkeypatch, given, tau_max).at(100.0, 10.0)
+
+
+def test_table_of_angles_has_the_current_of_each_torque_up_to_the_limit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Windows that differ from node to node; at the last 45 N m are all that 150 A give."""
+    monkeypatch.setattr(pulse_table, "cached", lambda kind, inputs, compute, algorithm: compute())
+    given_by(monkeypatch, pulse_table, squared)
+    dwell = np.array([[OFF - ON, OFF - ON], [(OFF - ON) / 2] * 2])
+    on = np.array([[ON, ON], [ON, ON]])
+    angles = AngleTable(np.array([100.0, 200.0]), np.array([10.0, 40.0]), on, on + dwell)
+    table = pulse_table.pulse_table(replace(known(), tau_max=60.0), angles, 1.0, hard=False)
+    for omega_m, part in ((50, 1.0), (100, 1.0), (150, 0.75), (200, 0.5), (900, 0.5)):
+        for torque in (0.0, 10.0, 25.0, 40.0):
+            found = table.at(omega_m, torque)
+            assert found[:2] == pytest.approx([ON, ON + part * (OFF - ON)])
+            i = 100 * np.sqrt(torque / 40 / part)
+            assert found[2] == pytest.approx(i, rel=5e-3, abs=1e-9)
+    assert table.at(200, 60.0)[2] == known().i_max
+
+
+@pytest.mark.parametrize("hard", [True, False])
+def test_the_pulses_of_a_table_are_chopped_as_the_law_chops(
+    monkeypatch: pytest.MonkeyPatch, hard: bool
+) -> None:
+    asked = []
+
+    def noted(of: Known, half: float, *, brakes: bool, hard: bool) -> FixedLaw:
+        asked.append((of.omega_m, half, brakes, hard))
+        return fixed_law(smooth=True)
+
+    monkeypatch.setattr(pulse_table, "cached", lambda kind, inputs, compute, algorithm: compute())
+    monkeypatch.setattr(pulse_table, "chopped", noted)
+    given_by(monkeypatch, pulse_table, squared)
+    of = np.full((2, 2), ON), np.full((2, 2), OFF)
+    angles = AngleTable(np.array([100.0, 102.0]), np.array([10.0, 40.0]), *of)
+    pulse_table.pulse_table(replace(known(), omega_m=100.0), angles, 3.0, hard=hard)
+    assert asked == [(100.0, 3.0, False, hard), (102.0, 3.0, False, hard)]
+
+
+def test_a_stored_table_is_another_one_with_another_drive_or_band(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    keys = []
+
+    def noted(kind: type, inputs: list[object], compute: object, algorithm: int) -> object:
+        keys.append(json.dumps(inputs, default=float))
+        return kind(np.zeros((2, 2)))
+
+    angles = AngleTable(np.array([1.0, 1.05]), np.array([1.0, 1.01]), *np.zeros((2, 2, 2)))
+    monkeypatch.setattr(pulse_table, "cached", noted)
+    monkeypatch.setattr(pulse_table._core, "PulseTable", lambda **_: None)
+    for of, half, hard in (
+        (known(), 1.0, False),
+        (known(), 2.0, False),
+        (known(), 1.0, True),
+        (replace(known(), u_dc=300.0), 1.0, False),
+        (replace(known(), tau_max=50.0), 1.0, False),
+    ):
+        pulse_table.pulse_table(of, angles, half, hard=hard)
+    assert len(set(keys)) == 5
+
+
+def pwm(*given: str) -> PulseCurrent:
+    control = rl.load(RATED, ["control.law=pwm_current", *given]).control
+    assert isinstance(control, PulseCurrent)
+    return control
+
+
+def test_a_mean_is_of_enough_samples_and_of_two_periods_at_least() -> None:
+    """600 samples fall on all angles; a period has 1500 at most, and the loop is no faster."""
+    fast, slow = (
+        pwm().fixed(replace(known(), omega_m=omega_m), brakes=False) for omega_m in (2000.0, 5.0)
+    )
+    samples = period(fast.known) / fast.known.T_s
+    assert fast.known.T_s == known().T_s and samples < 300
+    assert fast.periods * samples >= 600 > (fast.periods - 1) * samples
+    assert slow.periods == 2 and slow.smooth
+    assert period(slow.known) / slow.known.T_s == pytest.approx(1500)
+
+
+def test_bandwidth_of_the_current_loop_is_as_given_or_by_the_control_period() -> None:
+    assert pwm().bandwidth == pytest.approx(0.3 / 20e-6)
+    assert pwm("control.bandwidth_Hz=100").bandwidth == pytest.approx(200 * np.pi)
+    most = 1 / (2 * np.pi * 20e-6)  # one radian in a control period
+    pwm(f"control.bandwidth_Hz={0.9999 * most}")
+    with pytest.raises(rl.ParameterError, match=r"bandwidth_Hz = .*, need <= 7957\.7"):
+        pwm(f"control.bandwidth_Hz={1.0001 * most}")
+
+
+def test_pulses_know_no_error_of_a_sensor_and_no_dead_time() -> None:
+    dirty = replace(
+        known(), t_dead=2e-6, angle_step=0.01, i_step=1.0, i_noise=2.0, tracker_bandwidth=50.0
+    )
+    clean, same = (
+        pulses(chopped(of, 1.0, brakes=False, hard=False), ON, OFF, 60.0) for of in (known(), dirty)
+    )
+    assert float(clean.tau) == float(same.tau) and float(clean.i_rms) == float(same.i_rms)
+
+
+def test_hard_chopping_switches_more_and_braking_is_always_hard() -> None:
+    """Freewheeling holds a current longer than demagnetizing: a band is passed less often."""
+    soft, hard = (
+        pulses(chopped(known(), 8.0, brakes=False, hard=hard), ON, OFF, 60.0)
+        for hard in (False, True)
+    )
+    assert float(soft.tau) != pytest.approx(float(hard.tau), rel=1e-4)
+    one, other = (
+        pulses(chopped(known(), 8.0, brakes=True, hard=hard), np.pi + ON, np.pi + OFF, 60.0)
+        for hard in (False, True)
+    )
+    assert float(one.tau) == float(other.tau) > 0
+
+
+def test_two_pulses_that_share_nothing_broadcast() -> None:
+    law = chopped(known(), 1.0, brakes=False, hard=False)
+    on, i = np.array([[ON], [ON + 0.1]]), np.array([30.0, 60.0, 90.0])
+    both = pulses(law, on, OFF, i)
+    assert both.tau.shape == both.i_rms.shape == (2, 3)
+    assert both.tau[1, 2] == pulses(law, ON + 0.1, OFF, 90.0).tau
+    assert (np.diff(both.tau, axis=1) > 0).all() and (both.i_rms < i).all()
