@@ -78,6 +78,14 @@ def test_a_pulse_that_shows_nothing_is_refused(change, told):
         trace(Pulse(0, whole.t[cut], u[cut], i[cut], False))
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.1, 0.3, 0.7, 0.99, -0.1])
+def test_a_reversed_current_is_refused_whatever_its_offset(offset):
+    """The mean of equal numbers is not always that number: what is left of it is no current."""
+    one = pulse()
+    with pytest.raises(ParameterError, match="check the column of the current and its polarity"):
+        trace(Pulse(0, one.t, one.u, offset - one.i, False))
+
+
 def test_a_current_that_does_not_leave_its_noise_is_refused():
     """Four times the noise."""
     i = np.tile([-1.0, 1.0], 10)

@@ -23,6 +23,7 @@ FEWEST_ROWS = 8  # of a pulse
 REST_ROWS = 4  # before a pulse: the fewest whose mean is an offset
 LEFT = 0.03  # of a pulse's top: below this current its end is not used
 LEFT_NOISE = 4.0  # ... nor below so many times its noise
+ROUNDING = 1e-9  # of the greatest reading: no current, but what an offset leaves of itself
 
 
 @dataclass(frozen=True)
@@ -130,7 +131,7 @@ def trace(pulse: Pulse) -> Trace:
     u = pulse.u - (pulse.u[rest].mean() if offsets else 0.0)
     noise = float(i[rest].std()) if offsets else 0.0
     top = first + int(i[first:].argmax())
-    if not i[top] > LEFT_NOISE * noise:
+    if not i[top] > max(LEFT_NOISE * noise, ROUNDING * np.abs(pulse.i).max()):
         raise ParameterError(
             f"a pulse reaches {i[top]:.3g} A with {noise:.2g} A of noise; check the column of the "
             "current and its polarity, or raise the current"
