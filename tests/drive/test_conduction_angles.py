@@ -11,6 +11,7 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.drive.laws import LAWS, table_of
 from reluctance.drive.laws.angle_table import read_angle_table
 from reluctance.drive.laws.ditc import overlapping_angles
 from reluctance.drive.laws.finite_set_mpc import copper_and_horizon
@@ -20,7 +21,6 @@ from reluctance.drive.laws.pulse_current import pulse_angles
 from reluctance.drive.laws.pulses import chopped, full_flux_speed, pulses
 from reluctance.drive.laws.shared_torque import sharing_angles
 from reluctance.drive.tables.known import Known
-from reluctance.drive.tables.variants import CARRIER, CURRENT_BAND, WANTED_FREQUENCY
 from reluctance.targets.studio.controls import parameters
 
 RATED = Path(__file__).parents[2] / "examples" / "paper_rated.toml"
@@ -167,12 +167,19 @@ def test_every_place_of_a_search_is_one_that_the_law_takes(n: int) -> None:
         assert together == pytest.approx(180 - 360 / n, abs=0.02)  # all that two phases share
 
 
-def test_frequency_goes_as_the_inverse_of_a_band_or_period_and_as_the_wanted_one() -> None:
-    assert (CURRENT_BAND.slope, CARRIER.slope, WANTED_FREQUENCY.slope) == (-1, -1, 1)
+@pytest.mark.parametrize("name", LAWS)
+def test_frequency_goes_as_the_inverse_of_a_band_or_period_and_as_the_wanted_one(
+    name: str,
+) -> None:
+    for variant in table_of(name).variants:
+        slope = 1 if variant.free.key == "f_switch_kHz" else -1
+        assert variant.free.slope == slope and variant.free.lowest < variant.free.highest
+
+
+def test_half_a_band_is_crossed_about_twice_as_often() -> None:
+    own = {"theta_on_deg": 20, "theta_off_deg": 150}
     wide, narrow = (
-        rl.simulate(
-            fixed(theta_on_deg=20, theta_off_deg=150, i_band_A=band), until=0.03, record=None
-        ).kpis.f_switch
+        rl.simulate(fixed(**own, i_band_A=band), until=0.03, record=None).kpis.f_switch
         for band in (4.0, 2.0)
     )
     assert 1.5 < narrow / wide < 2.5

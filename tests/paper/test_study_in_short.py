@@ -8,7 +8,7 @@ import pytest
 from brief_study import GRID, VOLTAGE_STEP, brief, coarse
 
 from reluctance.base.errors import ParameterError
-from reluctance.paper import pump, sweeps
+from reluctance.paper import pump, study, sweeps
 from reluctance.paper.points import HALF, RATED, Runs, le_huy
 from reluctance.paper.response import least_time, response_time
 from reluctance.paper.sweeps import Response
@@ -125,6 +125,7 @@ def test_least_voltage_is_the_one_below_which_the_torque_is_too_late(name: str) 
         assert some_late_or_all(late[0])
         assert not (np.any(late[1]) if u == r.u_least_any else np.all(late[1]))
     assert r.u_least_standstill <= r.u_least <= r.u_least_any
+    assert r.theta_least_deg in worst_deg  # from 0 on, within a stroke
 
 
 @of_both
@@ -190,6 +191,14 @@ def test_moves_never_outnumber_the_horizon_and_have_room_when_they_are_varied(
     expected = [(1, 1), (2, 2), (8, 2), (4, 1), (4, 4), (3, 2)]
     assert [pair[1:] for pair in tried] == expected
     assert [pair[0] for pair in tried] == ["0.05"] * 5 + ["0.5"]
+
+
+def test_report_has_the_settings_voltages_and_angles_that_its_texts_name() -> None:
+    """N_p = 1..10, N_c = 1..4, r_w = 0.5, 5 and 50; best angles to a degree."""
+    of = study.FULL.settings
+    assert (min(of["N_p"]), max(of["N_p"])) == (1, 10) and of["N_c"] == [1, 2, 3, 4]
+    assert {0.05, 0.5, 5, 50} <= {*of["r_w"]} and 3 in of["N_p"]
+    assert 240 in study.FULL.u_dc and study.FULL.angle_step_deg == 1
 
 
 def test_progress_rises_and_leaves_a_quarter_for_the_figures() -> None:
