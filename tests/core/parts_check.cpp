@@ -1,0 +1,545 @@
+// Parts of the laws and of the frame around them, each against its formula or its own words.
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "srm/control/frame/comparator.hpp"
+#include "srm/control/frame/edge_limits.hpp"
+#include "srm/control/frame/limited_pi.hpp"
+#include "srm/control/frame/speed_pi.hpp"
+#include "srm/control/frame/speed_ramp.hpp"
+#include "srm/control/frame/timer_ticks.hpp"
+#include "srm/control/frame/user_limits.hpp"
+#include "srm/control/frame/whole_periods.hpp"
+#include "srm/control/part/conduction.hpp"
+#include "srm/control/part/feasible.hpp"
+#include "srm/control/part/mean_torque.hpp"
+#include "srm/control/part/mean_torque_feedback.hpp"
+#include "srm/control/part/mirror.hpp"
+#include "srm/control/part/profile_follower.hpp"
+#include "srm/control/part/pulse_table.hpp"
+#include "srm/control/part/sharing.hpp"
+#include "srm/control/part/step_assist.hpp"
+#include "srm/control/part/switching_weight.hpp"
+#include "srm/machine/lehuy.hpp"
+#include "within.hpp"
+
+using namespace srm;
+
+namespace {
+
+constexpr double turn = 6.283185307179586;
+constexpr Leg up = Leg::magnetize, still = Leg::freewheel, down = Leg::demagnetize;
+
+double off(double found, double expected) { return std::fabs(found - expected); }
+double off(Leg found, Leg expected) { return found == expected ? 0 : 1; }
+double unless(bool holds) { return holds ? 0 : 1; }
+double worst_of(std::initializer_list<double> errors) {
+  double worst = 0;
+  for (double e : errors) worst = e <= worst || worst != worst ? worst : e;  // NaN stays
+  return worst;
+}
+
+/// Motoring, braking and starting: the window below its speed is centred on a quarter of a turn.
+template <int N>
+double windows() {
+  const Conduction<double> c{
+      .theta_on = -0.2, .theta_off = 2.5, .brake_on = 0.4, .brake_off = 3.6, .omega_start = 20};
+  const auto is = [&](double omega_m, double tau, double on, double to) {
+    const Window<double> w = c.window<N>(omega_m, tau);
+    return worst_of({off(w.theta_on, on), off(w.theta_off, to)});
+  };
+  const double half = N == 2 ? turn / 4 : 1.1 * turn / 2 / N;  // a tenth wider than a stroke
+  return worst_of({is(20, 1, -0.2, 2.5), is(-20, -1, -0.2, 2.5), is(20, -1, 0.4, 3.6),
+                   is(-50, 1, 0.4, 3.6), is(-50, 0, -0.2, 2.5), is(50, 0, -0.2, 2.5),
+                   is(19.9, -1, turn / 4 - half, turn / 4 + half),
+                   is(-19.9, 1, turn / 4 - half, turn / 4 + half)});
+}
+
+/// A phase's angle is mirrored for torque of the other sense.
+double mirrored() {
+  double worst = 0;
+  for (int k = 0; k < 3; ++k) {
+    for (double theta = 0.01; theta < turn; theta += 0.1) {
+      const double forward = drive_angle<3>(theta, k, 1.0), back = drive_angle<3>(theta, k, -1.0);
+      worst =
+          worst_of({worst, off(std::sin(forward), std::sin(theta - k * turn / 3)),
+                    off(std::cos(forward), std::cos(theta - k * turn / 3)),
+                    off(std::sin(back), -std::sin(forward)), off(std::cos(back), std::cos(forward)),
+                    unless(forward >= 0 && back < turn)});
+    }
+  }
+  return worst;
+}
+
+/// Currents over the torque lie on straight lines between 17 entries, of either sense.
+double mean_currents() {
+  MeanTorque<double> table{.tau_max = 32, .i_ref = {}, .i_brake = {}};
+  for (int j = 0; j <= 16; ++j) {
+    table.i_ref[j] = j * j;
+    table.i_brake[j] = 1000 + j;
+  }
+  return worst_of({off(table.current(0, false), 0), off(table.current(7, false), 12.5),
+                   off(table.current(-7, false), 12.5), off(table.current(99, false), 256),
+                   off(table.current(31, true), 1015.5),
+                   off(table.current(std::numeric_limits<double>::quiet_NaN(), true), 0),
+                   off(constant_current(80.0).current(0.1, true), 80),
+                   off(constant_current(80.0).current(-5.0, false), 80)});
+}
+
+/// A table that is bilinear itself is read exactly, and held outside of its axes.
+double pulse_tables() {
+  const double omega[] = {10, 20, 40}, tau[] = {0, 1, 3, 4};
+  double value[3][12];
+  const auto exact = [](double w, double t, int n) { return (n + 1) * (w * t - 2 * w + 7 * t); };
+  for (int n = 0; n < 3; ++n) {
+    for (int j = 0; j < 12; ++j) value[n][j] = exact(omega[j / 4], tau[j % 4], n);
+  }
+  PulseTable<double> table{{omega, 3}, {tau, 4}, {value[0], 12}, {value[1], 12}, {value[2], 12}};
+  double worst = unless(table.is_there() && table.is_consistent());
+  for (double w = 0; w < 60; w += 2.5) {
+    for (double t = 0; t < 6; t += 0.25) {
+      const Pulse<double> p = table.at(w, t);
+      const double a = std::fmin(std::fmax(w, 10), 40), b = std::fmin(t, 4);
+      worst = worst_of({worst, off(p.window.theta_on, exact(a, b, 0)),
+                        off(p.window.theta_off, exact(a, b, 1)), off(p.i_ref, exact(a, b, 2))});
+    }
+  }
+  table.theta_off.size = 11;
+  worst = table.is_consistent() ? 1 : worst;
+  table.theta_off.size = 12;
+  const double level[] = {0, 1, 1, 4};
+  table.tau.data = level;
+  return table.is_consistent() || PulseTable<double>{}.is_there() ? 1 : worst;
+}
+
+/// The rises by their formulae, and the share by its table; feasible up to alignment.
+double rises() {
+  Sharing<double> s{.shape = Shape::linear, .theta_on = 0.1, .theta_ov = 0.8};
+  for (int j = 0; j <= 32; ++j) s.table[j] = j * j / 1024.0;
+  double worst = 0;
+  for (double x = 0; x <= 1; x += 1 / 64.0) {
+    const double table = (std::floor(32 * x) * std::floor(32 * x) +
+                          (32 * x - std::floor(32 * x)) * (2 * std::floor(32 * x) + 1)) /
+                         1024;
+    const double rise[] = {x, 3 * x * x - 2 * x * x * x, (1 - std::cos(turn / 2 * x)) / 2,
+                           (1 - std::exp(-5 * x * x)) / (1 - std::exp(-5)), table};
+    for (int n = 0; n < 5; ++n) {
+      s.shape = static_cast<Shape>(n);
+      worst =
+          worst_of({worst, off(s.rise(0.8 * x), rise[n]), off(s.share<3>(0.1 + 0.8 * x), rise[n]),
+                    off(s.share<3>(0.1 + turn / 3 + 0.8 * x), 1 - rise[n])});
+    }
+  }
+  const double free = turn / 2 - turn / 3;
+  const auto feasible = [&](double on, double ov) {
+    s.theta_on = on;
+    s.theta_ov = ov;
+    return s.is_feasible<3>();
+  };
+  const bool right = feasible(0, free - 1e-9) && feasible(0.5, free - 0.5 - 1e-9) &&
+                     !feasible(-1e-9, 0.5) && !feasible(0.1, 0) && !feasible(0.5, free - 0.499);
+  return right ? worst : 1;
+}
+
+/// The greatest speed over voltage lies on straight lines between nine torques.
+double boundary() {
+  Feasible<double> f{.tau_max = 16, .motoring = {}, .braking = {}};
+  for (int j = 0; j < 9; ++j) {
+    f.motoring[j] = 20 - j;
+    f.braking[j] = 5;
+  }
+  const bool right = f.at(5, 17.5 * 100 - 1e-9, 100, false) &&
+                     !f.at(5, 17.5 * 100 + 1e-9, 100, false) && f.at(5, 500, 100, true) &&
+                     !f.at(5, 500.1, 100, true) && f.at(99, 1200, 100, false) &&
+                     always_feasible<double>().at(1e3, 1e6, 1, true);
+  return unless(right);
+}
+
+/// A plant that gives a part of what is asked for: the mean error after 40 turns.
+double settles(double part, bool braking, double most) {
+  MeanTorqueFeedback<double> x;
+  double asked = 0;
+  for (int n = 0; n < 4000; ++n) asked = x.asked(10, part * asked, 0.0628, braking, most);
+  return part * asked / 10 - 1;
+}
+
+double mean_feedback() {
+  double worst = 0;
+  for (double part : {0.8, 0.95, 1.3}) {
+    for (bool braking : {false, true}) {
+      worst = std::fmax(worst, std::fabs(settles(part, braking, 20)));
+    }
+  }
+  return worst;
+}
+
+/// What is left alone, limited, forgotten by other references, or no error of the mean.
+double feedback_at_its_ends() {
+  MeanTorqueFeedback<double> x, still_moving;
+  for (int n = 0; n < 2000; ++n) x.asked(10, 9.96, 0.06, false, 20);  // 0.4 %: left alone
+  double worst = off(x.asked(10, 9.96, 0.06, false, 20), 10);
+  worst = worst_of({worst, off(settles(0.5, false, 12), -0.4), off(settles(0.5, false, 8), -0.5)});
+  for (int n = 0; n < 3000; ++n) still_moving.asked(n % 2 ? 10 : 5, 0, 0.3, false, 20);
+  worst = worst_of({worst, off(still_moving.part[0], 0)});
+  for (int n = 0; n < 3000; ++n) x.asked(10, 5, -0.06, true, 20);  // backwards, and braking
+  const double motoring = x.part[0];
+  worst =
+      worst_of({worst, off(motoring, 0), off(x.part[1], 1), off(x.asked(0, 5, 0.06, true, 20), 0)});
+  for (int n = 0; n < 3000; ++n) x.asked(10, 5, 0, true, 20);  // at standstill nothing winds up
+  for (int n = 0; n < 9000; ++n) x.asked(10, 99, 0.06, true, 20);
+  return worst_of({worst, off(x.part[1], -0.95)});
+}
+
+/// A step of the reference lasts a stroke, or until the torque is there.
+double steps() {
+  TorqueStep<double> x;
+  const auto lasts = [&](double tau, double angle) {
+    x.next(tau, angle, 2);
+    return x.lasts();
+  };
+  bool right = lasts(10, 0.5) && lasts(10, 0.5) && lasts(10, 1.4) && !lasts(10, 0.2);
+  right = right && !lasts(10.4, 0.1) && lasts(11, 0.1) && lasts(11, 0.1);
+  x.reached = true;
+  right = right && !lasts(11, 0.1) && lasts(-11, 0.1) && !x.reached;
+  return unless(right);
+}
+
+/// After a step an idle phase helps that comes past unaligned before the one in charge has its flux
+/// linkage, up to a quarter of a turn behind it; up to the flux linkage early in its stroke.
+double helps() {
+  const double level = 0.3, u_dc = 200, T_s = 1e-4, speed = 0.02, built = 0.2;
+  double values[2 * 36] = {};
+  for (int j = 36; j < 72; ++j) values[j] = level;
+  const double omega = 100;
+  const ReferenceProfile<double> guide{{{values, 72}, 2, 36, 1}, {&omega, 1}, u_dc, 0};
+  const StepAssist<LeHuy<double>, 3> assist{.i_max = 80, .T_s = T_s, .delay = 1};
+  const double lead = (1.2 * level - built) / u_dc / T_s * speed;
+  double worst = 0;
+  for (double ahead = -1.5 * lead; ahead < turn / 4 + 0.3; ahead += 0.011) {
+    for (double psi : {0.0, level - u_dc * T_s - 1e-6, level - u_dc * T_s + 1e-6}) {
+      std::array<PhasePrediction<double>, 3> phases{};
+      phases[0].psi = built;
+      phases[0].gain = 1;
+      phases[2].psi = 9;  // it has passed: its torque falls with the flux linkage
+      phases[2].gain = -1;
+      phases[1].psi = psi;
+      phases[1].idle = true;
+      const Measurement<double, 3> y{.theta_e = wrap(ahead - speed + turn / 3), .u_dc = u_dc};
+      for (double i : {79.0, 81.0}) {
+        phases[1].i = i;
+        Command<double, 3> c{hold<double>(up), hold<double>(down), hold<double>(down)};
+        assist.magnetize_ahead(y, 1, phases, guide.at(1, 100, u_dc), speed, c);
+        const bool near_by = ahead > -lead && ahead < turn / 4;
+        const bool room = i < 80 && psi < level - u_dc * T_s;
+        worst = worst_of({worst,
+                          off(c[1].leg[0], !near_by ? down
+                                           : room   ? up
+                                                    : still),
+                          off(c[0].leg[0], up), off(c[2].leg[0], down)});
+      }
+    }
+  }
+  return worst;
+}
+
+/// A phase with 0.2 Wb and 50 A.
+PhasePrediction<double> near(double goal, double goal_rate) {
+  PhasePrediction<double> x{};
+  x.psi = 0.2;
+  x.i = 50;
+  x.goal = goal;
+  x.goal_rate = goal_rate;
+  return x;
+}
+
+/// The mean voltage of a followed sample brings the flux linkage to its goal, where it can.
+double follows() {
+  const ProfileFollower<double, 1> follower{.R = 0, .i_max = 100, .T_s = 1e-4};
+  double worst = 0;
+  for (Leg last : {down, still, up}) {
+    for (double missing = -0.03; missing <= 0.03; missing += 0.001) {
+      PhasePrediction<double> x = near(0.19 + missing, 100);
+      Command<double, 1> c{hold<double>(last)};
+      follower.follow({x}, 1e-9, 200, c);
+      const double reach = std::fmin(std::fmax(missing, -0.02), 0.02);
+      worst = worst_of({worst, off(magnetizing_time(c[0], 1e-4) * 200, reach)});
+      const bool stays = c[0].leg[0] == last || c[0].leg[0] == still || !(c[0].t_edge[0] < 1e-4);
+      if (!stays) worst = 1;
+      x.i = 101;  // no voltage forwards above the limit
+      c = {hold<double>(last)};
+      follower.follow({x}, 1e-9, 200, c);
+      worst = worst_of({worst, off(magnetizing_time(c[0], 1e-4) * 200, std::fmin(reach, 0))});
+    }
+  }
+  PhasePrediction<double> x = near(0.2009, 0);
+  Command<double, 1> c{hold<double>(still)};
+  follower.follow({x}, 1e-3, 200, c);
+  worst = worst_of({worst, off(c[0].leg[0], still), unless(!(c[0].t_edge[0] < 1))});
+  for (Leg last : {still, up}) {
+    x.goal = last == up ? 0.2209 : 0.2009;
+    x.i = last == up ? 50 : 101;  // above the limit a leg may freewheel on, but not magnetize
+    c = {hold<double>(last)};
+    follower.follow({x}, 1e-3, 200, c);
+    worst = worst_of({worst, off(c[0].leg[0], last), unless(!(c[0].t_edge[0] < 1))});
+  }
+  x = near(0.2011, 0);
+  c = {hold<double>(still)};
+  follower.follow({x}, 1e-3, 200, c);
+  return worst_of({worst, unless(c[0].t_edge[0] < 1e-4)});
+}
+
+/// The mean current halfway takes R i of the voltage.
+double follows_against_resistance() {
+  const ProfileFollower<double, 1> follower{.R = 0.5, .i_max = 100, .T_s = 1e-4};
+  PhasePrediction<double> x = near(0.21, 0);
+  x.i_gain = 1000;
+  x.i_drift = 1e5;
+  x.bias = 7;
+  Command<double, 1> c{hold<double>(up)};
+  follower.follow({x}, 0, 200, c);
+  const double i = 50 + (1e5 * 1e-4 + 1000 * 0.01) / 2;
+  return off(magnetizing_time(c[0], 1e-4) * 200, 0.01 + (0.5 * i - 7) * 1e-4);
+}
+
+double cube_roots() {
+  double worst = worst_of({off(cube_root(0.0), 0), off(cube_root(-1.0), 0)});
+  for (double x = 1e-12; x < 1e12; x *= 1.3) {
+    worst = std::fmax(worst, std::fabs(cube_root(x) / std::cbrt(x) - 1));
+  }
+  return worst;
+}
+
+/// Ripple grows as D (1 - D), of either sign of the voltage; near full voltage as at a tenth.
+double ripple_rates() {
+  return worst_of({off(ripple_rate(10.0, 50.0, 200.0), 10 * 200 * 0.25 * 0.75),
+                   off(ripple_rate(-10.0, -50.0, 200.0), 10 * 200 * 0.25 * 0.75),
+                   off(ripple_rate(10.0, 199.0, 200.0), 10 * 200 * 0.1 * 0.9),
+                   off(ripple_rate(10.0, 1.0, 200.0), 10 * 200 * 0.1 * 0.9),
+                   off(ripple_rate(10.0, -1.0, 200.0), 10 * 200 * 0.1 * 0.9)});
+}
+
+/// The comparator's rule as a table: below the band, in it, above it, above the run-away threshold.
+double comparators() {
+  double worst = 0;
+  for (Leg chop : {still, down}) {
+    PhaseCommand<double> c = regulate(100.0, 10.0, chop);
+    set_thresholds(c, Comparators::analog);
+    worst = worst_of({worst, off(c.i_lower, 90), off(c.i_upper, 110), off(c.i_centre, 100),
+                      off(c.i_runaway, 120)});
+    for (Leg leg : {down, still, up}) {
+      const Leg low = leg == down ? chop : leg;
+      worst =
+          worst_of({worst, off(compared(c, leg, 89.0), up), off(compared(c, leg, 95.0), low),
+                    off(compared(c, leg, 105.0), leg),
+                    off(compared(c, leg, 115.0), leg == down ? down : chop),
+                    off(compared(c, leg, 121.0), down), off(compared(c, leg, std::nan("")), down)});
+    }
+    set_thresholds(c, Comparators::two_level);
+    worst = worst_of({worst, off(compared(c, down, 1e6), chop), off(compared(c, up, 111.0), chop)});
+    c = regulate(10.0, 10.0, chop);  // a reference in its own band starts at half of it
+    set_thresholds(c, Comparators::analog);
+    worst = worst_of({worst, off(c.i_lower, 5), off(c.i_upper, 15)});
+    worst = worst_of({worst, off(compared(regulate(0.0, 1.0), up, -1.0), down)});
+  }
+  PhaseCommand<double> c = regulate(100.0, 10.0);
+  set_thresholds(c, Comparators::analog);
+  c.gate = Gate::window;
+  c.theta_on = -0.5;
+  c.theta_off = 2;
+  const double k_1 = turn / 3;  // where phase 1 is at zero
+  return worst_of({worst, off(compared<3>(c, up, 50.0, k_1 - 0.4, 1), up),
+                   off(compared<3>(c, up, 50.0, k_1 - 0.6, 1), down),
+                   off(compared<3>(c, up, 50.0, k_1 + 1.9, 1), up),
+                   off(compared<3>(c, up, 50.0, k_1 + 2.1, 1), down)});
+}
+
+/// An order that is compared at the sample is a leg that is held, and keeps its reference.
+double compared_at_samples() {
+  Command<double, 2> c{regulate(100.0, 10.0), hold<double>(still)};
+  for (PhaseCommand<double>& order : c) set_thresholds(order, Comparators::sampled);
+  std::array<Leg, 2> leg = all_demagnetized<2>();
+  compare_now<double, 2>(c, Measurement<double, 2>{.i = {50, 50}}, leg);
+  return worst_of({off(leg[0], up), off(leg[1], still), off(c[0].leg.back(), up),
+                   off(c[0].i_ref, 100), unless(c[0].gate == Gate::timer)});
+}
+
+/// Limits of a user cut references, and no leg magnetizes above the current.
+double limits_of_a_user() {
+  const UserLimits<double> u{.tau = 5, .i = 40};
+  double worst = worst_of({off(u.cut(7), 5), off(u.cut(-7), -5), off(u.cut(-4), -4)});
+  Command<double, 3> c{regulate(100.0, 2.0), pulse<double>(still, up, 1e-5, 2e-5),
+                       pulse<double>(down, up, 1e-5, 2e-5)};
+  u.apply<3>(c, Measurement<double, 3>{.i = {0, 41, 39}}, Comparators::analog);
+  worst = worst_of({worst, off(c[0].i_ref, 40), off(c[0].i_upper, 42), off(c[1].leg[1], still),
+                    off(c[1].leg[0], still), off(c[2].leg[1], up), off(c[2].leg[0], down)});
+  c[0] = regulate(30.0, 2.0);
+  u.apply<3>(c, Measurement<double, 3>{}, Comparators::analog);
+  return worst_of({worst, off(c[0].i_ref, 30)});
+}
+
+/// Conditional integration: at a limit the integral moves inwards only.
+double integrals() {
+  const SpeedPi<double> pi_law{.K_p = 2, .K_i = 10, .tau_min = -8, .tau_max = 5, .T_s = 0.01};
+  SpeedPi<double>::State x;
+  double worst = off(pi_law.step(x, 1, 0), 2);
+  worst = worst_of({worst, off(x.tau_integral, 0.1), off(pi_law.step(x, 11, 1, 0.5), 5),
+                    off(x.tau_integral, 0.1), off(pi_law.step(x, 0, 9), -8),
+                    off(x.tau_integral, 0.1), off(pi_law.step(x, 0, 0, -20), -8)});
+  worst = worst_of({worst, off(pi_law.step(x, 1, 0, -20), -8), off(x.tau_integral, 0.2)});
+  const LimitedPi<double> limited{.K_p = 2, .K_iT = 0.1};
+  double integral = 0;
+  worst = worst_of({worst, off(limited.step(integral, 1, -8, 5), 2), off(integral, 0.1),
+                    off(limited.step(integral, 9, -8, 5), 5), off(integral, 0.1),
+                    off(limited.step(integral, -9, -8, 5), -8), off(integral, 0.1),
+                    off(limited.step(integral, 1, -8, 0.05), 0.05), off(integral, 0.05)});
+  integral = 4.95;
+  limited.step(integral, -30, -60, 5);
+  return worst_of({worst, off(integral, 1.95)});
+}
+
+/// The reference moves as fast as the torque that the load leaves, and no faster than its rate.
+double ramps() {
+  const SpeedRamp<double> ramp{.J = 0.5, .tau = 10, .rate = 1e9, .T_s = 0.01};
+  SpeedRamp<double>::State x;
+  double worst = off(ramp.step(x, 100, 7, 4), 6);  // 10 - 4 N m for 12 rad/s^2
+  worst =
+      worst_of({worst, off(x.omega_ref, 7.12), off(ramp.step(x, -100, 7, 4), -14),
+                off(x.omega_ref, 6.84), off(ramp.step(x, 100, 7, 12), 0), off(x.omega_ref, 6.84),
+                off(ramp.step(x, 6.9, 7, 0), 0.5 * 0.06 / 0.01), off(x.omega_ref, 6.9)});
+  const SpeedRamp<double> slow{.J = 0.5, .tau = 10, .rate = 3, .T_s = 0.01};
+  slow.step(x, 100, 0, 0);
+  worst = worst_of({worst, off(x.omega_ref, 6.93)});
+  slow.step(x, -100, 0, 0);
+  worst = worst_of({worst, off(x.omega_ref, 6.9)});
+  const SpeedRamp<double> none{.J = 0.5, .tau = 0, .rate = 3, .T_s = 0.01};
+  return worst_of({worst, off(none.step(x, 55, 0, 0), 0), off(x.omega_ref, 55)});
+}
+
+/// Means of a wave that repeats with the period are free of it, over one period or several.
+double whole_period_means(double t_least, double direction) {
+  const WholePeriods<double> of{.T_s = 1e-4, .t_settle = 0.01, .t_least = t_least, .t_most = 1};
+  WholePeriods<double>::State x;
+  double theta = 1, u = 0;
+  int n = 0;
+  for (; n < 9000; ++n) {
+    theta = wrap(theta + direction * turn / 100 * (1 + 1e-12));
+    const double wave = n < 98 ? 1e6 : std::sin(3 * theta);
+    u = 300 + 5 * wave;
+    if (of.add(x, u, 10 + wave, -4 + wave, theta)) break;
+  }
+  const auto m = of.means(x, u);
+  const int periods = static_cast<int>(std::ceil(t_least / 0.01 - 1e-9));
+  return worst_of({off(m.u, 300), off(m.i, 10), off(m.tau, -4), off(m.p, 3000 + 5 * 0.5),
+                   off(m.t, periods * 0.01), off(m.rise, 0), unless(n < 9000)});
+}
+
+double means_where_the_rotor_stands() {
+  const WholePeriods<double> of{.T_s = 1e-3, .t_settle = 0, .t_least = 0.01, .t_most = 0.05};
+  WholePeriods<double>::State x;
+  int n = 1;
+  while (!of.add(x, 100 + n, 2, 1, 3) && n < 1000) ++n;
+  const auto m = of.means(x, 100 + n);
+  return worst_of({off(n, 50), off(m.t, 0.049), off(m.u, 125), off(m.rise, 49), off(m.p, 250)});
+}
+
+/// Ticks to the nearest, none of what does not come; each switch opens in its own turn.
+double ticks() {
+  double worst = worst_of({off(ticks_of(1.4e-6, 1e6, 50), 1), off(ticks_of(1.6e-6, 1e6, 50), 2),
+                           off(ticks_of(-3e-6, 1e6, 50), 0), off(ticks_of(49.6e-6, 1e6, 50), 50),
+                           off(ticks_of(never<double>, 1e6, 50), 50),
+                           off(ticks_of(std::nan(""), 1e6, 50), 50)});
+  const PhaseCommand<double> c = pulse<double>(still, up, 10e-6, 30e-6);
+  for (Freewheel opens : {Freewheel::upper_opens, Freewheel::lower_opens}) {
+    const LegEdges e = leg_edges(c, opens, 1e6, 50);
+    const bool upper = opens == Freewheel::upper_opens;
+    const SwitchEdges &moves = upper ? e.upper : e.lower, &stays = upper ? e.lower : e.upper;
+    worst = worst_of({worst, off(moves.on, 0), off(moves.count, 2), off(moves.tick[0], 10),
+                      off(moves.tick[1], 30), off(stays.on, 1), off(stays.count, 0)});
+  }
+  const PhaseCommand<double> short_one = pulse<double>(down, up, 10.1e-6, 10.3e-6);
+  const PhaseCommand<double> at_once = pulse<double>(down, up, 0.2e-6, 20e-6);
+  const SwitchEdges none = switch_edges(short_one, true, 1e6, 50);
+  const SwitchEdges begins = switch_edges(at_once, true, 1e6, 50);
+  const SwitchEdges late = switch_edges(regulate(9.0, 1.0), true, 1e6, 50);
+  return worst_of({worst, off(none.on, 0), off(none.count, 0), off(begins.on, 1),
+                   off(begins.count, 1), off(begins.tick[0], 20), off(late.on, 0),
+                   off(late.count, 0)});
+}
+
+/// An edge in the window before the sample moves to its start, or is left to the next order.
+double edges_before_a_sample() {
+  const EdgeLimits<double> limits{.t_min = 3, .t_blank = 7, .T_s = 100};
+  double worst = 0;
+  for (double t : {92.0, 93.0, 94.0, 96.4, 96.6, 99.0, 100.0}) {
+    PhaseCommand<double> c = hold<double>(still);
+    c.t_edge[0] = t;
+    limits.apply(c);
+    const double expected = t <= 93 ? t : t < 96.5 ? 93 : never<double>;
+    worst = worst_of({worst, off(c.t_edge[0], expected)});
+  }
+  return worst;
+}
+
+/// Edges of random orders: never falling, no state too short, none just before the sample.
+double edges() {
+  const EdgeLimits<double> limits{.t_min = 3, .t_blank = 7, .T_s = 100};
+  unsigned seed = 1;
+  double worst = unless(limits.any() && !EdgeLimits<double>{}.any());
+  for (int n = 0; n < 20000; ++n) {
+    PhaseCommand<double> c = hold<double>(still);
+    double before = 0;
+    for (double& t : c.t_edge) {
+      seed = seed * 1664525 + 1013904223;
+      t = before += (n % 2 ? 60.0 : 8.0) * (seed >> 8) / (1 << 24);
+    }
+    const PhaseCommand<double> asked = c;
+    limits.apply(c);
+    before = 0;
+    for (int j = 0; j < max_edges && c.t_edge[j] < 100; ++j) {
+      const double gap = c.t_edge[j] - before;
+      if (gap < 0 || (gap > 1e-9 && gap < 3 - 1e-9) || c.t_edge[j] > 93 + 1e-9) worst = 1;
+      before = c.t_edge[j];
+    }
+    const double first = asked.t_edge[0];
+    if (first > 3 && first <= 93 && c.t_edge[0] != first) worst = 1;  // in order: as asked
+    if (first < 1.49 && c.t_edge[0] != 0) worst = 1;                  // nearer to none
+    if (first > 1.51 && first < 3 && c.t_edge[0] != 3) worst = 1;     // nearer to the least
+  }
+  return worst;
+}
+
+}  // namespace
+
+int main() {
+  check("conduction: windows by speed and torque, 3 phases", windows<3>(), 1e-15);
+  check("conduction: windows by speed and torque, 2 phases", windows<2>(), 1e-15);
+  check("mirror: angles for torque of the other sense", mirrored(), 1e-9);
+  check("mean torque: currents between the entries", mean_currents(), 1e-12);
+  check("pulse table: a bilinear table", pulse_tables(), 1e-9);
+  check("sharing: rises by their formulae", rises(), 1e-7);
+  check("feasible: the boundary between its torques", boundary(), 0);
+  check("feedback: mean torque of a plant that gives a part", mean_feedback(), 0.006);
+  check("feedback: dead band, limits, standstill", feedback_at_its_ends(), 0.02);
+  check("step: lasts a stroke or until the torque is there", steps(), 0);
+  check("step: idle phases that help", helps(), 0);
+  check("follower: flux linkage at the end of the sample", follows(), 1e-12);
+  check("follower: voltage against the resistance", follows_against_resistance(), 1e-12);
+  check("switching weight: cube roots", cube_roots(), 2e-7);
+  check("switching weight: ripple over the duty", ripple_rates(), 1e-9);
+  check("comparator: legs by the current", comparators(), 1e-12);
+  check("comparator: legs at samples", compared_at_samples(), 0);
+  check("limits of a user: torque, reference, legs", limits_of_a_user(), 1e-12);
+  check("integrals: none at a limit, but inwards", integrals(), 1e-12);
+  check("ramp: as fast as the torque allows", ramps(), 1e-9);
+  for (double t : {0.01, 0.015, 0.03}) {
+    check("whole periods: means of a wave, forwards", whole_period_means(t, 1), 1e-6);
+    check("whole periods: means of a wave, backwards", whole_period_means(t, -1), 1e-6);
+  }
+  check("whole periods: at standstill after the longest time", means_where_the_rotor_stands(),
+        1e-9);
+  check("ticks: edges of both switches", ticks(), 0);
+  check("edge limits: edges just before a sample", edges_before_a_sample(), 0);
+  check("edge limits: random orders", edges(), 0);
+  return failures == 0 ? 0 : 1;
+}
