@@ -9,17 +9,18 @@ import subprocess
 import sys
 import tomllib
 from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from command import command, refused, wait_until_at_work
+from command import command, on_terminal, refused, wait_until_at_work
 from scipy.io import loadmat
 
 import reluctance as rl
 from reluctance.base.interactive import MOST_POINTS, thinned
-from reluctance.cli import app, progress
+from reluctance.cli import app, export, progress
 
 ROOT = Path(__file__).parents[2]
 RATED = str(ROOT / "examples" / "paper_rated.toml")
@@ -271,6 +272,32 @@ def test_examples_are_listed_shown_and_copied(tmp_path):
     assert "did you mean `ditc`" in refused("examples", "dict")
     assert command("examples", "--copy", tmp_path / "all").code == 0
     assert {p.stem for p in (tmp_path / "all").glob("*.toml")} == names
+
+
+def test_comments_of_the_examples_stand_in_one_column():
+    """Two spaces behind the longest name, also where they go on in a second line."""
+    lines = [line for line in on_terminal("examples") if not line.startswith(("next", "for a"))]
+    names = {path.stem for path in (ROOT / "examples").glob("*.toml")}
+    column = max(map(len, names)) + 2
+    assert {line[:column].strip() for line in lines} - {""} <= names
+    listed = [line for line in lines if line.split()[0] in names]
+    assert len(listed) == len(names)
+    for line in lines:
+        assert line[column - 2 : column] == "  " and line[column] != " "
+    assert any(line.startswith(" " * column) for line in lines)
+
+
+def test_key_figures_of_target_and_desk_stand_in_columns_that_end_alike(monkeypatch):
+    kpis = rl.simulate(rl.load(RATED), until=0.02, record=None).kpis
+    pair = replace(kpis, tau_mean=41.25), replace(kpis, tau_mean=41.123456789)
+    monkeypatch.setattr(export, "in_the_loop", lambda *_, **__: pair)
+    lines = command("export", "pil", RATED).out.splitlines()
+    (row,) = [line for line in lines if "tau_mean_Nm" in line]
+    cells = row.strip("│┃ ").split("│")
+    assert [cell.strip() for cell in cells] == ["tau_mean_Nm", "41.25", "41.1234568"]
+    assert cells[0].startswith("tau_mean") and cells[1].endswith("41.25 ")
+    found = json.loads(command("export", "pil", RATED, "--json").out)
+    assert [found[of]["tau_mean"] for of in ("target", "desk")] == [41.25, 41.123456789]
 
 
 def test_one_machine_is_shown_with_its_file():

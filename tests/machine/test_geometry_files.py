@@ -21,7 +21,7 @@ from reluctance.base.resources import resources
 from reluctance.base.schema import checked, inner_sections
 from reluctance.explore.sweeps.fingerprint import fingerprint
 from reluctance.machine.copper import COPPER_RESISTIVITY
-from reluctance.machine.geometry import convergence, draw, from_geometry
+from reluctance.machine.geometry import convergence, draw, from_geometry, geometry_machine
 from reluctance.machine.geometry import solved as solved_module
 from reluctance.machine.geometry.file import Coils, Geometry, Lamination, MapGrid
 from reluctance.machine.geometry.force import stress
@@ -705,3 +705,19 @@ def test_a_machine_whose_iron_has_no_room_behind_the_poles_is_refused():
         from_geometry._check_rises(thin)
     thin.psi[-1] = [0.0439, 0.0632]
     from_geometry._check_rises(thin)
+
+
+def test_pairs_of_a_geometry_are_scaled_by_what_a_control_believes(monkeypatch):
+    """By the factor on all flux linkage and by the one on pairs; the field is not solved for it."""
+    monkeypatch.setattr(
+        geometry_machine, "_solution", lambda *_: SimpleNamespace(R_ohm=1.0, J_kgm2=1e-3)
+    )
+    monkeypatch.setattr(
+        geometry_machine, "_coupling", lambda *_: SimpleNamespace(times=lambda x: x)
+    )
+    table = flattened(changed(map__coupling="pairs"))
+    machine = geometry_machine.GeometryMachine.from_table(table, "[machine]")
+    assert machine.coupled and machine.coupling == 1
+    assert machine.computed(psi_factor=0.5, pair_factor=0.8).coupling == pytest.approx(0.4)
+    monkeypatch.setattr(geometry_machine, "_coupling", lambda *_: None)
+    assert machine.coupling is None

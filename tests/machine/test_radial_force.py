@@ -3,6 +3,7 @@
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace as Namespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from command import command, refused
 from test_geometry_files import changed, drive, geometry, write
 
 import reluctance as rl
+from reluctance.drive.run import radial_force
 from reluctance.drive.run.radial_force import force_orders, pole_forces, spatial_orders
 from reluctance.machine.geometry.force import stress
 from reluctance.machine.geometry.position import at_angle
@@ -32,6 +34,37 @@ def test_the_orders_of_a_wave_are_its_own():
     assert waves[2] == pytest.approx(3 * np.exp(-1j * x))
     assert waves[6] == pytest.approx(np.cos(x))
     assert np.abs(waves[[1, 3, 4, 5]]).max() < 1e-12
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_each_order_has_its_mean_its_greatest_and_its_largest_oscillation(monkeypatch, sense):
+    """Over 20 ms: f_k = 100 + 8 cos(2 pi 600 t) + (20 + 5 cos(2 pi 50 t)) cos(2 pi 2 k/6 -+ 2 pi
+    150 t). The wave of order 2 turns with the poles or against them."""
+    t = np.linspace(0, 0.03, 3001)
+    k = np.arange(6)[:, None]
+
+    def forces(machine, i, theta_m):
+        at = theta_m  # that the rotor turns by 1 rad/s tells the time
+        wave = (20 + 5 * np.cos(2 * np.pi * 50 * at)) * np.cos(
+            2 * np.pi * (2 * k / 6 - sense * 150 * at)
+        )
+        return 100 + 8 * np.cos(2 * np.pi * 600 * at) + wave
+
+    window = {"t": np.array([0.01, 0.02, 0.03])}
+    monkeypatch.setattr(radial_force, "pole_forces", forces)
+    monkeypatch.setattr(radial_force, "evaluated", lambda *_: (window, None))
+    machine = Namespace(N_r=4, N_s=6)
+    run = Namespace(
+        t=t, theta_m=t, i=np.zeros((3, t.size)), periods=None, drive=Namespace(machine=machine)
+    )
+    mean, turning = force_orders(run)
+    assert (mean.order, turning.order) == (0, 2)
+    assert mean.mean == pytest.approx(100) and mean.max == pytest.approx(108, rel=1e-4)
+    assert abs(mean.f) == pytest.approx(600) and mean.amplitude == pytest.approx(8, rel=1e-3)
+    assert turning.mean == pytest.approx(20) and turning.max == pytest.approx(25, rel=1e-3)
+    assert turning.f == pytest.approx(sense * 150)
+    assert turning.amplitude == pytest.approx(20, rel=1e-3)
+    assert turning.with_units()["f_Hz"] == turning.f and "at 150 Hz" in str(turning)
 
 
 @pytest.fixture(scope="module")
