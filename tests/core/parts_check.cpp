@@ -65,6 +65,7 @@ double mean_currents() {
                    off(table.current(-7, false), 12.5), off(table.current(99, false), 256),
                    off(table.current(31, true), 1015.5),
                    off(table.current(std::numeric_limits<double>::quiet_NaN(), true), 0),
+                   off(constant_current(80.0).current(0, true), 0),
                    off(constant_current(80.0).current(0.1, true), 80),
                    off(constant_current(80.0).current(-5.0, false), 80)});
 }
@@ -192,11 +193,11 @@ double steps() {
 double helps() {
   const double level = 0.3, u_dc = 200, T_s = 1e-4, speed = 0.02, built = 0.2;
   double values[2 * 36] = {};
-  for (int j = 36; j < 72; ++j) values[j] = level;
+  for (int j = 0; j < 36; ++j) values[36 + j] = j < 7 ? level : j < 13 ? 0.35 : 0.1;
   const double omega = 100;
   const ReferenceProfile<double> guide{{{values, 72}, 2, 36, 1}, {&omega, 1}, u_dc, 0};
-  const StepAssist<LeHuy<double>, 3> assist{.i_max = 80, .T_s = T_s, .delay = 1};
-  const double lead = (1.2 * level - built) / u_dc / T_s * speed;
+  const StepAssist<LeHuy<double>, 3> assist{.i_max = 80, .T_s = T_s, .delay = 2};
+  const double lead = (1.2 * 0.35 - built) / u_dc / T_s * speed;
   double worst = 0;
   for (double ahead = -1.5 * lead; ahead < turn / 4 + 0.3; ahead += 0.011) {
     for (double psi : {0.0, level - u_dc * T_s - 1e-6, level - u_dc * T_s + 1e-6}) {
@@ -207,7 +208,7 @@ double helps() {
       phases[2].gain = -1;
       phases[1].psi = psi;
       phases[1].idle = true;
-      const Measurement<double, 3> y{.theta_e = wrap(ahead - speed + turn / 3), .u_dc = u_dc};
+      const Measurement<double, 3> y{.theta_e = wrap(ahead - 2 * speed + turn / 3), .u_dc = u_dc};
       for (double i : {79.0, 81.0}) {
         phases[1].i = i;
         Command<double, 3> c{hold<double>(up), hold<double>(down), hold<double>(down)};

@@ -223,6 +223,9 @@ def test_a_mean_is_of_enough_samples_and_of_two_periods_at_least() -> None:
 def test_bandwidth_of_the_current_loop_is_as_given_or_by_the_control_period() -> None:
     assert pwm().bandwidth == pytest.approx(0.3 / 20e-6)
     assert pwm("control.bandwidth_Hz=100").bandwidth == pytest.approx(200 * np.pi)
+    assert pwm("control.bandwidth_Hz=0.5").bandwidth == pytest.approx(np.pi)
+    with pytest.raises(rl.ParameterError, match="bandwidth_Hz = 0, need > 0"):
+        pwm("control.bandwidth_Hz=0")
     most = 1 / (2 * np.pi * 20e-6)  # one radian in a control period
     pwm(f"control.bandwidth_Hz={0.9999 * most}")
     with pytest.raises(rl.ParameterError, match=r"bandwidth_Hz = .*, need <= 7957\.7"):
