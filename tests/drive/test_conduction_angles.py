@@ -1,5 +1,6 @@
 """Conduction angles: what may be given, what follows by rule, and where searches place them."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -174,6 +175,16 @@ def test_frequency_goes_as_the_inverse_of_a_band_or_period_and_as_the_wanted_one
     for variant in table_of(name).variants:
         slope = 1 if variant.free.key == "f_switch_kHz" else -1
         assert variant.free.slope == slope and variant.free.lowest < variant.free.highest
+
+
+def test_searches_end_at_the_narrowest_band_of_their_range() -> None:
+    """As the page of the laws has it, at 150 A and 20.669 N m; no tuned number lies beyond."""
+    page = (RATED.parents[1] / "docs" / "control" / "laws.md").read_text(encoding="utf-8")
+    for name, unit in (("torque_sharing", 150.0), ("ditc", 20.669)):
+        free = table_of(name).variants[0].free
+        tuned = [float(v) for v in re.findall(rf"{free.key} = ([\d.]+) \|", page)]
+        assert min(tuned) == pytest.approx(free.lowest * unit, rel=1e-4)
+        assert max(tuned) < free.highest * unit
 
 
 def test_half_a_band_is_crossed_about_twice_as_often() -> None:
