@@ -133,6 +133,26 @@ double whole_period_means(double t_least, double direction) {
                    off(m.t, periods * 0.01), off(m.rise, 0), unless(n < 9000)});
 }
 
+/// A rotor that turns back shows the mirror image of what it shows forwards: the same means, also
+/// where a sample lies well past the end of a period.
+double means_of_both_directions() {
+  const WholePeriods<double> of{.T_s = 1e-4, .t_settle = 0, .t_least = 0.025, .t_most = 1};
+  WholePeriods<double>::Means means[2];
+  for (int side : {0, 1}) {
+    WholePeriods<double>::State x;
+    const double sense = side == 0 ? 1 : -1;
+    double theta = 0, u = 0;
+    for (int n = 0; n < 9000; ++n) {
+      theta += sense * turn / 15.3;
+      u = 300 + std::cos(theta);
+      if (of.add(x, u, 1, 2, wrap(theta))) break;
+    }
+    means[side] = of.means(x, u);
+  }
+  return worst_of({off(means[0].t, means[1].t), off(means[0].u, means[1].u),
+                   off(means[0].rise, means[1].rise)});
+}
+
 double means_where_the_rotor_stands() {
   const WholePeriods<double> of{.T_s = 1e-3, .t_settle = 0, .t_least = 0.01, .t_most = 0.05};
   WholePeriods<double>::State x;
@@ -220,6 +240,7 @@ int main() {
     check("whole periods: means of a wave, forwards", whole_period_means(t, 1), 1e-6);
     check("whole periods: means of a wave, backwards", whole_period_means(t, -1), 1e-6);
   }
+  check("whole periods: both directions", means_of_both_directions(), 1e-9);
   check("whole periods: at standstill after the longest time", means_where_the_rotor_stands(),
         1e-9);
   check("ticks: edges of both switches", ticks(), 0);

@@ -14,6 +14,7 @@ from reluctance.paper.claim import HEADING, Claim, line, text, verdict
         (0.00123456789, "0.0012346"),
         (99999.0, "99999"),
         (123456.7, "123457"),  # no exponent
+        (1e5, "100000"),
         (-250000.4, "-250000"),
     ],
 )

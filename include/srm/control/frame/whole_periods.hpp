@@ -47,7 +47,7 @@ struct WholePeriods {
     x.theta_e = theta_e;
     const T over = abs(x.turned) - two_pi<T>;
     const bool whole = over >= T(0);
-    if (whole) x.turned = over;
+    if (whole) x.turned = x.turned < T(0) ? -over : over;
     const T since = x.t - t_settle;
     if ((whole && since >= t_least) || since >= t_most) return true;
     x.u = x.u + (u - x.u_first);
