@@ -263,3 +263,97 @@ def test_two_pulses_that_share_nothing_broadcast() -> None:
     assert both.tau.shape == both.i_rms.shape == (2, 3)
     assert both.tau[1, 2] == pulses(law, ON + 0.1, OFF, 90.0).tau
     assert (np.diff(both.tau, axis=1) > 0).all() and (both.i_rms < i).all()
+
+
+def angles(*given: str) -> PulseCurrent:
+    control = rl.load(RATED, ["control.law=angles", *given]).control
+    assert isinstance(control, PulseCurrent)
+    return control
+
+
+@pytest.mark.parametrize(
+    ("tau_max", "rooms"), [(20.0, [1.1]), (24.0, [1.1, 1.3]), (29.0, [1.1, 1.3, 1.6])]
+)
+def test_a_window_by_rule_is_searched_with_more_room_until_it_gives_the_torque(
+    monkeypatch: pytest.MonkeyPatch, tau_max: float, rooms: list[float]
+) -> None:
+    """Its pulses may fall short of what the search expects; 20 N m here for a room of 1."""
+    asked: list[float] = []
+    law = angles()
+
+    def window(self: object, of: Known, room: float = 1.1) -> tuple[float, float]:
+        asked.append(room)
+        return ON, ON + room
+
+    monkeypatch.setattr(type(law), "window", window)
+    monkeypatch.setattr(type(law), "brake_window", lambda *_: (4.0, 6.0))
+    given_by(monkeypatch, current_table, lambda on, off, i: 20 * (i / 150) ** 2 * (off - on))
+    found = law.windows(replace(known(), tau_max=tau_max))[0]
+    assert asked == rooms
+    assert found.ends == (ON, ON + asked[-1])
+
+
+def able(most: float) -> Window:
+    """A window of 10 to 150 deg that gives so much torque at most."""
+    made = SimpleNamespace(
+        curve=SimpleNamespace(tau=np.array([0.0, most])),
+        ends=np.radians([10.0, 150.0]),
+        currents=lambda tau_max: [most, tau_max],
+    )
+    return made
+
+
+OWN = ["control.theta_on_deg=10", "control.theta_off_deg=150"]
+
+
+@pytest.mark.parametrize(
+    ("given", "direction", "motors", "brakes", "enough"),
+    [
+        ([], {"motors": True}, 40.0, 40.0, True),
+        ([], {"motors": True}, 30.0, 50.0, False),
+        ([], {"motors": True}, 40.0, 10.0, True),
+        ([], {"brakes": True}, 50.0, 30.0, False),
+        ([], {"brakes": True}, 10.0, 40.0, True),
+        ([], {}, 10.0, 40.0, True),  # a speed loop: one direction is enough
+        ([], {}, 39.0, 39.0, False),
+        (OWN, {}, 39.0, 90.0, False),  # angles of one's own must motor
+        (OWN, {}, 40.0, 10.0, True),
+    ],
+)
+def test_the_direction_of_all_references_must_have_its_torque(
+    given: list[str], direction: dict[str, bool], motors: float, brakes: float, enough: bool
+) -> None:
+    of = replace(
+        known(),
+        **{"motors": False, "brakes": False, "tau_max": 40.0, "tau_working": 40.0} | direction,
+    )
+    windows, law = (able(motors), able(brakes)), angles(*given)
+    if enough:
+        assert law.currents(of, windows) == ([motors, 40], [brakes, 40])
+        return
+    with pytest.raises(rl.ParameterError) as told:
+        law.currents(of, windows)
+    assert "angles 10 to 150 deg give a mean torque of at most" in str(told.value)
+    assert "at i_max_A = 150 and 1500 rpm, need 40;" in str(told.value)
+
+
+def test_the_working_torque_alone_is_asked_of_its_direction() -> None:
+    of = replace(known(), motors=True, brakes=False, tau_max=40.0, tau_working=20.0)
+    assert angles().currents(of, (able(25.0), able(45.0))) == ([25, 40], [45, 40])
+    with pytest.raises(rl.ParameterError, match="need 20;"):
+        angles().currents(of, (able(15.0), able(45.0)))
+
+
+def test_a_fixed_current_is_its_own_reference_and_has_no_table() -> None:
+    unasked = ["reference.kind=none", "reference.tau_Nm="]
+    law = angles(*OWN, "control.i_ref_A=60", *unasked)
+    assert law.currents(known(), (able(1.0), able(1.0))) is None
+    with pytest.raises(rl.ParameterError, match="without a torque reference needs theta_on_deg"):
+        angles("control.i_ref_A=60", *unasked)
+    for i_ref, fits in ((150, True), (150.1, False)):
+        given = [*OWN, f"control.i_ref_A={i_ref}", *unasked]
+        if fits:
+            angles(*given)
+        else:
+            with pytest.raises(rl.ParameterError, match=r"need <= \[machine\] i_max_A = 150"):
+                angles(*given)
