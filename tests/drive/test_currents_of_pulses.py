@@ -242,6 +242,27 @@ def test_pulses_know_no_error_of_a_sensor_and_no_dead_time() -> None:
     assert float(clean.tau) == float(same.tau) and float(clean.i_rms) == float(same.i_rms)
 
 
+def test_pulses_are_computed_in_double_whatever_the_law_of_the_drive_is() -> None:
+    """A float knows the flux linkage to 1e-7, and the torque of a pulse to 1e-6."""
+    single = _core.angles(
+        known().magnetics,
+        3,
+        True,
+        conduction=_core.Conduction(
+            theta_on=ON, theta_off=OFF, brake_on=ON, brake_off=OFF, omega_start=0.0
+        ),
+        reference=_core.MeanTorque.constant(60.0),
+        i_band=1.0,
+        chop=_core.Leg.freewheel,
+        watch=_core.AngleWatch.compare,
+        table=_core.PulseTable(),
+    )
+    double = chopped(known(), 1.0, brakes=False, hard=False)
+    of_float = replace(double, controller=lambda *_: _core.Controller(single, _core.Frame(delay=0)))
+    ours, other = (pulses(law, ON, OFF, 60.0) for law in (double, of_float))
+    assert 0 < abs(float(ours.tau) - float(other.tau)) < 1e-4 * float(ours.tau)
+
+
 def test_hard_chopping_switches_more_and_braking_is_always_hard() -> None:
     """Freewheeling holds a current longer than demagnetizing: a band is passed less often."""
     soft, hard = (

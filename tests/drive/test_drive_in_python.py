@@ -10,6 +10,7 @@ import pytest
 
 import reluctance as rl
 from reluctance.drive.drive import drive_from
+from reluctance.drive.laws.compiled_law import CompiledLaw
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
@@ -127,3 +128,5 @@ def test_laws_whose_comparators_are_not_known_need_a_sensor_of_the_array(tmp_pat
         with pytest.raises(rl.ParameterError, match="current = 'legs' with analog comparators"):
             sun.with_values({**legs, "sensing.comparators": "analog", "control.law": law})
     sun.with_values({**legs, "sensing.comparators": "sampled", "control.law": laws[0]})
+    compiled = CompiledLaw.model_construct(law="cpp:own.so:Own", T_s_us=20.0)
+    assert compiled.uses_comparators and not rl.EdgeMpc(T_s_us=20.0).uses_comparators
