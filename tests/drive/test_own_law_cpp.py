@@ -123,6 +123,7 @@ def test_compiled_law_needs_trust(drive_file: Path) -> None:
         (["control.theta_of_deg=3"], "has no field `theta_of`; did you mean `theta_off`"),
         (["control.theta_on_deg=early"], r"\[control\] theta_on_deg = 'early', need a number$"),
         (["control.theta_on_deg=0,5"], "need a number; write a decimal point, as in 0.5$"),
+        (["control.theta_on_deg=[1, 2]"], r"\[control\] DeadbeatPulse with theta_.*: TypeError"),
         (["control.law=cpp:own_law.so:Deadbeat"], "holds the law DeadbeatPulse, not Deadbeat"),
         (["control.law=cpp:gone.so:DeadbeatPulse"], "no such file"),
         (["control.law=cpp:own_law.hpp:DeadbeatPulse"], "is not a compiled law"),
