@@ -14,7 +14,7 @@ import pytest
 import reluctance as rl
 from reluctance import _core
 from reluctance.base.arrays import FloatArray
-from reluctance.drive.laws import current_table, left_earlier, pulse_table
+from reluctance.drive.laws import current_table, left_earlier, pulse_table, pwm_current
 from reluctance.drive.laws.angle_table import AngleTable
 from reluctance.drive.laws.current_table import Curve, Window
 from reluctance.drive.laws.pulse_current import PulseCurrent
@@ -208,8 +208,11 @@ def pwm(*given: str) -> PulseCurrent:
     return control
 
 
-def test_a_mean_is_of_enough_samples_and_of_two_periods_at_least() -> None:
+def test_a_mean_is_of_enough_samples_and_of_two_periods_at_least(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """600 samples fall on all angles; a period has 1500 at most, and the loop is no faster."""
+    asked: list[dict[str, float]] = []
     fast, slow = (
         pwm().fixed(replace(known(), omega_m=omega_m), brakes=False) for omega_m in (2000.0, 5.0)
     )
@@ -218,6 +221,11 @@ def test_a_mean_is_of_enough_samples_and_of_two_periods_at_least() -> None:
     assert fast.periods * samples >= 600 > (fast.periods - 1) * samples
     assert slow.periods == 2 and slow.smooth
     assert period(slow.known) / slow.known.T_s == pytest.approx(1500)
+    monkeypatch.setattr(pwm_current._core, "pwm_current", lambda *_, **given: asked.append(given))
+    monkeypatch.setattr(pwm_current._core, "Controller", lambda *_: None)
+    for law in (fast, slow):
+        law.controller(law.known, None, 60.0)
+    assert [law["bandwidth"] * law["T_s"] for law in asked] == pytest.approx([0.3, 0.3])
 
 
 def test_bandwidth_of_the_current_loop_is_as_given_or_by_the_control_period() -> None:

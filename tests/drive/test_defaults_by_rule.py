@@ -146,3 +146,37 @@ def test_voltages_of_an_array_rise() -> None:
     for key, value in (("u_stop_V", 150.0), ("u_full_V", 200.0), ("u_ref_min_V", 300.0)):
         with pytest.raises(rl.ParameterError, match="need rising voltages"):
             rl.load(EXAMPLES / "sun_cloud.toml", [f"pv_control.{key}={value}"])
+
+
+LIMITS = [  # docs/drive_file.md: what is still taken, and what is not
+    ("paper_mpc", "N_p", [1, 10], [0, 11], {"N_c": 1}),
+    ("paper_mpc", "N_c", [1, 4], [0, 5], {"N_p": 10}),
+    ("paper_mpc", "N_c", [3], [4], {"N_p": 3}),
+    ("paper_mpc", "r_w", [1e-9], [0], {}),
+    ("paper_mpc", "w_i", [0], [-1e-9], {}),
+    ("finite_set_mpc", "horizon", [1, 4], [0, 5], {}),
+    ("finite_set_mpc", "w_i", [0], [-1e-9], {}),
+    ("edge_mpc", "f_switch_kHz", [1e-3, 1e4], [0, 10001], {}),
+    ("edge_mpc", "ripple_weight", [1e-3], [0], {}),
+    ("edge_mpc", "guide_speed_rpm", [0, 1500], [-1], {}),
+    ("ditc", "tau_band_Nm", [1e-3], [0], {}),
+    ("ditc", "tau_band_outer_Nm", [1], [0], {"tau_band_Nm": 1e-3}),
+    ("torque_sharing", "i_band_A", [1e-3, 149], [0, 150], {}),
+    ("paper_mpc", "i_band_A", [1e-3, 149], [0, 150], {}),
+    ("angles", "i_band_A", [1e-3, 149], [0, 150], {}),
+]
+
+
+@pytest.mark.parametrize(("law", "key", "taken", "refused", "beside"), LIMITS)
+def test_numbers_of_a_law_are_taken_up_to_their_limits(
+    law: str, key: str, taken: list[float], refused: list[float], beside: dict[str, float]
+) -> None:
+    def load(value: float) -> rl.Drive:
+        given = [f"control.{name}={number}" for name, number in (beside | {key: value}).items()]
+        return rl.load(EXAMPLES / "paper_rated.toml", [f"control.law={law}", *given])
+
+    for value in taken:
+        assert getattr(load(value).control, key) in (value, [value])
+    for value in refused:
+        with pytest.raises(rl.ParameterError, match=key):
+            load(value)

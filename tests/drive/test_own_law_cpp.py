@@ -12,7 +12,7 @@ from firmware_tools import needs_target
 import reluctance as rl
 from reluctance import _core
 from reluctance.base.toolchain import compiler
-from reluctance.drive.laws import compiled_law, own_code
+from reluctance.drive.laws import build, compiled_law, own_code
 from reluctance.drive.laws.build import build_law, local_headers
 from reluctance.explore.comparison import compare
 from reluctance.targets.export import firmware
@@ -179,6 +179,14 @@ def test_wrong_arguments_of_a_build_are_one_line(
     (tmp_path / "law.hpp").write_text("struct Law {};")
     with pytest.raises(rl.ParameterError, match=text):
         build_law(tmp_path / header, name, out and tmp_path / out)
+
+
+def test_letters_beyond_ascii_are_compiled_as_they_are(tmp_path: Path) -> None:
+    """And quotes and lines as C++ quotes them; an escape of JSON would be another letter there."""
+    text = build._source(
+        tmp_path / "law.hpp", "Law", {"law.hpp": '// 90° is "\u03b8"\nstruct Law;\n'}
+    )
+    assert '"// 90° is \\"\u03b8\\"\\nstruct Law;\\n"' in text and "\\u" not in text
 
 
 def test_headers_of_the_same_folder_belong_to_the_law(tmp_path: Path) -> None:
