@@ -28,6 +28,10 @@ double comparators() {
                       off(c.i_runaway, 120)});
     for (Leg leg : {down, still, up}) {
       const Leg low = leg == down ? chop : leg;
+      // At a threshold the leg is as between it and the reference.
+      worst = worst_of({worst, off(compared(c, leg, 90.0), low), off(compared(c, leg, 100.0), low),
+                        off(compared(c, leg, 110.0), leg),
+                        off(compared(c, leg, 120.0), leg == down ? down : chop)});
       worst =
           worst_of({worst, off(compared(c, leg, 89.0), up), off(compared(c, leg, 95.0), low),
                     off(compared(c, leg, 105.0), leg),

@@ -177,6 +177,13 @@ def test_frequency_goes_as_the_inverse_of_a_band_or_period_and_as_the_wanted_one
         assert variant.free.slope == slope and variant.free.lowest < variant.free.highest
 
 
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_uses_comparators_where_its_variants_need_them(name: str) -> None:
+    table = table_of(name)
+    needs = ["comparator" in variant.needs for variant in table.variants]
+    assert {*needs} == {table.model_construct(law=name, T_s_us=20.0).uses_comparators}
+
+
 def test_searches_end_at_the_narrowest_band_of_their_range() -> None:
     """As the page of the laws has it, at 150 A and 20.669 N m; no tuned number lies beyond."""
     page = (RATED.parents[1] / "docs" / "control" / "laws.md").read_text(encoding="utf-8")
