@@ -170,12 +170,12 @@ def test_made_profiles_have_the_torques_the_points_and_the_sense_that_are_asked_
 BOUNDARY = 2.0  # omega_e/u_dc [rad/Wb]
 
 
-def beyond(part: float, *, room: float = 0.0, **of: object) -> tuple[list[float], Any]:
-    """What a law of a boundary makes at a part of it, and for which torques profiles were asked;
-    none is found above a greatest torque."""
+def beyond(part: float, **of: object) -> tuple[list[float], Any]:
+    """The room of the profiles that a law asks for at a part of its boundary, and what it is made
+    with; no profile is found."""
     asked: list[float] = []
 
-    def with_less_room(of: Known, make: Callable[[Known], Any], more: float) -> Any:
+    def none_is_found(of: Known, make: Callable[[Known], Any], more: float) -> Any:
         asked.append(more)
         raise RuntimeError("no optimum")
 
@@ -183,7 +183,7 @@ def beyond(part: float, *, room: float = 0.0, **of: object) -> tuple[list[float]
     law = control("torque_sharing")
     reach = np.full(hand_over.TORQUES, BOUNDARY), np.full(hand_over.TORQUES, BOUNDARY / 2)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(hand_over, "with_room", with_less_room)
+        patch.setattr(hand_over, "with_room", none_is_found)
         patch.setattr(type(law), "boundary", lambda self, known: reach)
         made = law.hand_over(replace(known(), omega_m=omega_m, **of), "i")
     return asked, made
