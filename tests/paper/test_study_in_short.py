@@ -1,6 +1,5 @@
 """A coarse study of the source paper: its runs, its sweeps and its limits agree with each other."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -247,4 +246,3 @@ def test_machine_of_another_model_is_refused_with_the_one_that_is_needed() -> No
     other = SimpleNamespace(name="other", magnetics=None)
     with pytest.raises(ParameterError, match=r"^other: need the analytic model `lehuy`"):
         le_huy(other)
-    assert replace(brief().found.rated, point=HALF).point is HALF
