@@ -21,6 +21,7 @@ AnyController supervised(const AnyLaw& law, const srm::Frame<double>& frame,
                          const AnyMachine& machine, const srm::Protection<double>& protection,
                          const srm::Sequence<double>& sequence, const srm::Supervision& plan,
                          const AnyCoupling& coupling,
-                         const std::optional<srm::Diagnosis<double>>& diagnosis);
+                         const std::optional<srm::Diagnosis<double>>& diagnosis,
+                         const std::optional<srm::FluxAngle<double>>& flux_angle);
 
 }  // namespace bound

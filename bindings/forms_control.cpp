@@ -91,7 +91,8 @@ AnyController supervised<forms_here>(const AnyLaw& law, const srm::Frame<double>
                                      const srm::Protection<double>& protection,
                                      const srm::Sequence<double>& sequence,
                                      const srm::Supervision& plan, const AnyCoupling& coupling,
-                                     const std::optional<srm::Diagnosis<double>>& diagnosis) {
+                                     const std::optional<srm::Diagnosis<double>>& diagnosis,
+                                     const std::optional<srm::FluxAngle<double>>& flux_angle) {
   const auto around = [&]<class T, int N>(const srm::CalledLaw<T, N>& called) {
     if (plan.phase < 0 || plan.phase >= N) throw std::invalid_argument("phase of the trouble");
     const auto guarded = [&]<class M>(const M& known, srm::Tables& memory) {
@@ -110,15 +111,16 @@ AnyController supervised<forms_here>(const AnyLaw& law, const srm::Frame<double>
         return any;
       };
       if (!diagnosis) return made(guarded);
-      srm::Diagnosed<Guarded> names{guarded, {}};
+      srm::Diagnosed<Guarded> names{guarded, {}, {}};
       srm::assign(names.diagnosis, *diagnosis);
+      if (flux_angle) srm::assign(names.flux_angle, *flux_angle);
       return made(names);
     };
     return with_machine<forms_here, T>(machine, guarded);
   };
   const auto others = [&] {
-    return elsewhere("supervised", &supervised<forms_here>)(law, frame, machine, protection,
-                                                            sequence, plan, coupling, diagnosis);
+    return elsewhere("supervised", &supervised<forms_here>)(
+        law, frame, machine, protection, sequence, plan, coupling, diagnosis, flux_angle);
   };
   return with_law(law, around, others);
 }

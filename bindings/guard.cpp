@@ -28,7 +28,8 @@ nb::class_<S> bind_readable(nb::module_& m, const char* name, const char* doc) {
 /// In single precision, as on the target.
 nb::dict described_guard(const srm::Protection<double>& protection,
                          const srm::Sequence<double>& sequence,
-                         const std::optional<srm::Diagnosis<double>>& diagnosis) {
+                         const std::optional<srm::Diagnosis<double>>& diagnosis,
+                         const std::optional<srm::FluxAngle<double>>& flux_angle) {
   srm::Protection<float> protects;
   srm::Sequence<float> leads;
   srm::assign(protects, protection);
@@ -40,6 +41,11 @@ nb::dict described_guard(const srm::Protection<double>& protection,
     srm::Diagnosis<float> names;
     srm::assign(names, *diagnosis);
     nodes["diagnosis"] = tree(names);
+  }
+  if (flux_angle) {
+    srm::FluxAngle<float> follows;
+    srm::assign(follows, *flux_angle);
+    nodes["flux_angle"] = tree(follows);
   }
   return nodes;
 }
@@ -64,10 +70,12 @@ void bind_guard(nb::module_& m) {
       m, "Likeness", "By what a phase may differ from the others in a sound drive. SI units.");
   bind_readable<srm::Diagnosis<double>>(
       m, "Diagnosis", "What the flux linkages may be wrong by in a sound drive. SI units.");
+  bind_readable<srm::FluxAngle<double>>(
+      m, "FluxAngle", "What the angle by the flux linkages may be wrong by. SI units.");
   bind_readable<srm::Sequence<double>>(
       m, "Sequence", "The states of a drive, from precharge to a fault and back. SI units.");
   m.def("described_guard", &described_guard, nb::arg("protection"), nb::arg("sequence"),
-        nb::arg("diagnosis") = nb::none(),
+        nb::arg("diagnosis") = nb::none(), nb::arg("flux_angle") = nb::none(),
         "All in single precision as trees of names and numbers, for export.");
 }
 

@@ -69,6 +69,7 @@ void bind_simulation(nb::module_& m) {
         return with_phases(n_phases, []<int N>() { return srm::column_names(srm::Period<N>{}); });
       },
       nb::arg("n_phases"), "Names of the columns of a period row.");
+  m.attr("flux_estimate_columns") = nb::cast(srm::column_names(srm::FluxEstimate<double>{}));
   m.attr("learned_columns") = nb::cast(srm::column_names(srm::Learned<double>{}));
   bind_runs(m);
   bind_environments(m);

@@ -38,6 +38,7 @@ void bind_supervised(nb::module_& m) {
   m.def("supervised", &supervised<Forms::usual>, nb::arg("law"), nb::arg("frame"), nb::kw_only(),
         nb::arg("machine"), nb::arg("protection"), nb::arg("sequence"), nb::arg("supervision"),
         nb::arg("coupling") = nb::none(), nb::arg("diagnosis") = nb::none(),
+        nb::arg("flux_angle") = nb::none(),
         "A law with its frame, protection and states, and their state: the step of a target, on "
         "the desk. machine: as the protection knows it.");
   m.def("events", &events_of, nb::arg("controller"),

@@ -84,7 +84,7 @@ float reluctance_torque_reference(const reluctance_controller* controller) {
   return drive.control.law(state_of(controller).control).frame.tau_ref;
 }
 
-// Of a law that learns: what it has learned.@learned_code@
+// What it has learned, and where the rotor is by the flux linkages.@more_code@
 
 const char* reluctance_describe(reluctance_status status) {
   return srm::describe(static_cast<srm::Status>(status));

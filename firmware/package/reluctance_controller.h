@@ -169,7 +169,7 @@ reluctance_status reluctance_get_status(const reluctance_controller* controller)
 const char* reluctance_describe(reluctance_status status);
 
 /* The torque that the last step worked to, for telemetry; with a speed loop, its output [N m]. */
-float reluctance_torque_reference(const reluctance_controller* controller);@learned_interface@
+float reluctance_torque_reference(const reluctance_controller* controller);@more_interface@
 
 /* Forgets the fault and all that was remembered, but no parameters. For a person's decision, not for a loop. */
 void reluctance_reset(reluctance_controller* controller);

@@ -623,6 +623,8 @@ def waveform_columns(n_phases: int) -> list[str]:
 def period_columns(n_phases: int) -> list[str]:
     """Names of the columns of a period row."""
 
+flux_estimate_columns: list = ...
+
 learned_columns: list = ...
 
 class Within:
@@ -967,6 +969,47 @@ class Diagnosis:
     @property
     def patience(self) -> int: ...
 
+class FluxAngle:
+    """What the angle by the flux linkages may be wrong by. SI units."""
+
+    def __init__(self, *, T_s: float, acceleration: float, theta_step: float, theta_error: float, tau_drift: float, omega_error: float, map_error: float, R_error: float, psi_error: float, i_noise: float, i_zero: float, alike: float) -> None: ...
+
+    @property
+    def T_s(self) -> float: ...
+
+    @property
+    def acceleration(self) -> float: ...
+
+    @property
+    def theta_step(self) -> float: ...
+
+    @property
+    def theta_error(self) -> float: ...
+
+    @property
+    def tau_drift(self) -> float: ...
+
+    @property
+    def omega_error(self) -> float: ...
+
+    @property
+    def map_error(self) -> float: ...
+
+    @property
+    def R_error(self) -> float: ...
+
+    @property
+    def psi_error(self) -> float: ...
+
+    @property
+    def i_noise(self) -> float: ...
+
+    @property
+    def i_zero(self) -> float: ...
+
+    @property
+    def alike(self) -> float: ...
+
 class Sequence:
     """The states of a drive, from precharge to a fault and back. SI units."""
 
@@ -1005,7 +1048,7 @@ class Sequence:
     @property
     def omega_none(self) -> float: ...
 
-def described_guard(protection: Protection, sequence: Sequence, diagnosis: Diagnosis | None = None) -> dict:
+def described_guard(protection: Protection, sequence: Sequence, diagnosis: Diagnosis | None = None, flux_angle: FluxAngle | None = None) -> dict:
     """All in single precision as trees of names and numbers, for export."""
 
 class Trouble(enum.Enum):
@@ -1036,7 +1079,7 @@ class Supervision:
 
     def __init__(self, *, T_s: float, enable: Course, clear: Course, troubled: Course, trouble: Trouble, phase: int, level: float) -> None: ...
 
-def supervised(law: Law, frame: Frame, *, machine: LeHuy | FluxMap, protection: Protection, sequence: Sequence, supervision: Supervision, coupling: Coupling | None = None, diagnosis: Diagnosis | None = None) -> Controller:
+def supervised(law: Law, frame: Frame, *, machine: LeHuy | FluxMap, protection: Protection, sequence: Sequence, supervision: Supervision, coupling: Coupling | None = None, diagnosis: Diagnosis | None = None, flux_angle: FluxAngle | None = None) -> Controller:
     """
     A law with its frame, protection and states, and their state: the step of a target, on the desk. machine: as the protection knows it.
     """

@@ -102,6 +102,7 @@ class ControlOf final : public ControlPart<P::n_phases> {
       if (const Fault f = fault(inner.protection)) return f;
       if constexpr (requires { given_.drive.control.diagnosis; }) {
         if (const Fault f = fault(given_.drive.control.diagnosis)) return f;
+        if (const Fault f = fault(given_.drive.control.flux_angle)) return f;
       }
       if (const Fault f = fault(given_.drive.sequence)) return f;
       return fault<N>(given_.supervision);

@@ -152,6 +152,13 @@ Fault fault(const Diagnosis<T>& d) {
 }
 
 template <Real T>
+Fault fault(const FluxAngle<T>& f) {
+  if (!f.on()) return nullptr;
+  if (!(f.theta_step > T(0) && f.theta_step <= two_pi<T>)) return "theta_step of the flux angle";
+  return f.alike >= T(1) && f.psi_error > T(0) ? nullptr : "alike, psi_error of the flux angle";
+}
+
+template <Real T>
 Fault fault(const Sequence<T>& s) {
   if (!is_positive(s.T_s)) return "T_s of the sequence";
   return s.n_calibrate >= 1 && s.n_settle >= 0 ? nullptr : "n_calibrate, n_settle";

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "srm/control/frame/flux_angle.hpp"
 #include "srm/control/frame/learned.hpp"
 #include "srm/control/interface/interface.hpp"
 
@@ -12,9 +13,10 @@ namespace srm {
 template <int N>
 struct Orders {
   Command<double, N> command;
-  double tau_ref = 0;         // the torque reference it worked to, for the record [N m]
-  Learned<double> learned{};  // of a law that learns
-  bool at_once = false;       // the gates are off: in effect at this sample, whatever the delay
+  double tau_ref = 0;               // the torque reference it worked to, for the record [N m]
+  Learned<double> learned{};        // of a law that learns
+  FluxEstimate<double> estimate{};  // of a control that follows the rotor by the flux linkages
+  bool at_once = false;  // the gates are off: in effect at this sample, whatever the delay
 };
 
 /// A complete controller with its state inside: speed loop, torque law, float or double. Erased to

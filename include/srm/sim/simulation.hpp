@@ -330,6 +330,7 @@ class Simulation {
   void take(const Orders<N>& orders) {
     now_.tau_ref = orders.tau_ref;
     now_.learned = orders.learned;
+    now_.estimate = orders.estimate;
     if (orders.at_once) now_.gates.pending = orders.command;
     now_.gates.take(orders.command, sampling_.delay > 0 && !orders.at_once, now_.t);
     now_.t_sample = sampling_.T_s * static_cast<double>(++now_.samples);

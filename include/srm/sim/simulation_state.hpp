@@ -42,7 +42,8 @@ struct SimulationState {
   double omega_e = 0, h_most = 0;           // meanwhile: electrical speed [rad/s], longest step [s]
   double h_fine = 1e300;                    // what a step may be, from the ones before [s]
   double tau_ref = 0;
-  Learned<double> learned;  // of the controller, where it learns
+  Learned<double> learned;        // of the controller, where it learns
+  FluxEstimate<double> estimate;  // of the controller, where it follows the rotor
   long samples = 0, steps = 0;
   Switchings switchings;
   Extremes extremes;

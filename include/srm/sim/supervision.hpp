@@ -116,6 +116,9 @@ Orders<Drive::N> step_on_desk(const SupervisedDrive<Drive>& given,
   const auto& law = drive.control.law(x.drive.control);
   orders.tau_ref = orders.at_once ? 0.0 : double(law.frame.tau_ref);
   if constexpr (requires { law.law.learned; }) assign(orders.learned, law.law.learned);
+  if constexpr (requires { drive.control.estimate(x.drive.control); }) {
+    assign(orders.estimate, drive.control.estimate(x.drive.control));
+  }
   return orders;
 }
 

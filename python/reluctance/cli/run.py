@@ -103,13 +103,15 @@ def run(
             plots.save_plot(result, plot)
     if as_json:
         learned = {} if result.learned is None else {"learned": result.learned.figures()}
+        followed = {} if result.estimate is None else {"flux_angle": result.estimate.figures()}
         entered = (
             {} if result.events is None else {"events": [e.with_units() for e in result.events]}
         )
         faults = [{"t_s": t, "fault": str(fault)} for t, fault in result.faults]
         planted = {"faults": faults} if faults else {}
         radial = {"radial_force": [x.with_units() for x in force_orders(result)]} if forces else {}
-        print(json.dumps({**result.kpis.with_units(), **learned, **entered, **planted, **radial}))
+        more = {**learned, **followed, **entered, **planted, **radial}
+        print(json.dumps({**result.kpis.with_units(), **more}))
     else:
         Console().print(kpi_table(drive.name, result.kpis, devices=drive.converter.has_drops))
         seen = [(t, f"planted: {fault}") for t, fault in result.faults]
@@ -131,6 +133,8 @@ def run(
             print(wrapped(f"radial force on a stator pole, {force}"))
         if result.learned is not None:
             print(wrapped(f"learned: {result.learned.text()}"))
+        if result.estimate is not None:
+            print(wrapped(f"angle by the flux linkages: {result.estimate.text()}"))
         for path in (out, plot, energy_loop):
             if path is not None:
                 print(path)

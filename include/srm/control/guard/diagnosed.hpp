@@ -1,26 +1,35 @@
 // A guarded control that says what broke: the diagnosis in the place of the check of the currents.
 #pragma once
 
+#include "srm/control/frame/flux_angle.hpp"
 #include "srm/control/guard/diagnosis.hpp"
 
 namespace srm {
 
-/// A guarded control that says what broke.
-template <class Guarded>
+/// In the place of a FluxAngle that is left out of a target's code.
+struct NoFluxAngle {
+  struct State {};
+};
+
+/// A guarded control that says what broke. Angle: what follows the rotor by the flux linkages.
+template <class Guarded, class Angle = FluxAngle<typename Guarded::Scalar>>
 struct Diagnosed {
   using Scalar = typename Guarded::Scalar;
   using T = Scalar;
   using Tuning = typename Guarded::Tuning;
   static constexpr int N = Guarded::N;
   static constexpr int n_phases = N;
+  static constexpr bool follows = !std::same_as<Angle, NoFluxAngle>;
 
   Guarded guarded;
   Diagnosis<T> diagnosis;
-  SRM_FIELDS(guarded, diagnosis)
+  Angle flux_angle;
+  SRM_FIELDS(guarded, diagnosis, flux_angle)
 
   struct State {
     typename Guarded::State guarded;
     typename Diagnosis<T>::template State<N> diagnosis;
+    [[no_unique_address]] typename Angle::State flux_angle;
   };
 
   constexpr Tuning tuning() const { return guarded.tuning(); }
@@ -36,10 +45,12 @@ struct Diagnosed {
     guarded.start(x.guarded);
     x.diagnosis = {};
     x.diagnosis.trial = PhaseTrial<T>::template begun<N>(diagnosis.psi_max);
+    x.flux_angle = {};
   }
   void forget(State& x) const {
     guarded.forget(x.guarded);
     x.diagnosis = {};
+    x.flux_angle = {};
   }
   template <Uses used = Uses{}>
   void watch(State& x, const Measurement<T, N>& y, const Tuning& at) const {
@@ -49,6 +60,12 @@ struct Diagnosed {
   bool latched(const State& x) const { return guarded.latched(x.guarded); }
   const auto& law(const State& x) const { return guarded.law(x.guarded); }
 
+  /// Where the rotor is by the flux linkages; all zero where nothing follows it.
+  FluxEstimate<T> estimate(const State& x) const requires follows {
+    return flux_angle.on() ? flux_angle.estimate(x.flux_angle, guarded.machine.N_r)
+                           : FluxEstimate<T>{};
+  }
+
  private:
   struct Asked {
     static constexpr bool on = true;
@@ -56,8 +73,15 @@ struct Diagnosed {
     State& x;
 
     bool finds(const Measurement<T, N>& y) const {
-      return self.diagnosis.finds(x.diagnosis, x.guarded.guard, self.guarded.protection,
-                                  self.guarded.machine, y);
+      const bool found = self.diagnosis.finds(x.diagnosis, x.guarded.guard, self.guarded.protection,
+                                              self.guarded.machine, y);
+      if constexpr (follows) follow(y);
+      return found;
+    }
+    void follow(const Measurement<T, N>& y) const {
+      if (!self.flux_angle.on()) return;
+      self.flux_angle.step(x.flux_angle, self.guarded.machine, y,
+                           [this](int k) { return x.diagnosis.by_voltage(k); });
     }
     bool tries(const Measurement<T, N>& y, Command<T, N>& orders) const {
       return self.diagnosis.tries(x.diagnosis, self.guarded.protection, self.guarded.machine, y,

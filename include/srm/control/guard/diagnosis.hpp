@@ -43,6 +43,7 @@
 
 #include <bit>
 
+#include "srm/control/frame/flux_angle.hpp"
 #include "srm/control/guard/angle_search.hpp"
 #include "srm/control/guard/guarded.hpp"
 #include "srm/control/guard/likeness.hpp"
@@ -132,6 +133,15 @@ struct Diagnosis {
     // Of the phase that was contradicted first with each other one, were they exchanged: by the
     // orders of the first and the current of the other, and the other way round.
     std::array<Span, N> forth, back;
+
+    /// What the voltage says of phase k. Nothing in doubt: it may be the one that is broken.
+    constexpr VoltageFlux<T> by_voltage(int k) const {
+      const Phase& each = phase[k];
+      return {.psi = (each.any.least + each.any.most) / T(2),
+              .taken = each.taken,
+              .left = each.left,
+              .is = doubted == 0 && each.age > 0};
+    }
   };
 
   /// A sample that the levels admit. guard: before it remembers this sample. True where the fault

@@ -6,7 +6,7 @@ from reluctance import _core
 from reluctance.base.phases import LETTERS
 from reluctance.drive.drive import Drive
 from reluctance.drive.guard.sequence_levels import sequence
-from reluctance.drive.guard.trip_levels import diagnosis, protection
+from reluctance.drive.guard.trip_levels import diagnosis, flux_angle, protection
 
 BEYOND = 0.1  # by which a reading passes its level
 LAST = 1e30  # a time that does not come [s]
@@ -38,6 +38,7 @@ def controller(drive: Drive, law: _core.Law | None = None) -> _core.Controller:
         supervision=supervision(drive, guard),
         coupling=drive.pairs(known),
         diagnosis=diagnosis(drive),
+        flux_angle=flux_angle(drive),
     )
 
 

@@ -168,6 +168,29 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
     )
 
 
+def flux_angle(drive: Drive) -> _core.FluxAngle | None:
+    """What follows the rotor by the flux linkages, where [protection] asks for it."""
+    names = diagnosis(drive)
+    if names is None or not drive.protection.flux_angle:
+        return None
+    guard = protection(drive)
+    machine = drive.machine
+    return _core.FluxAngle(
+        T_s=drive.control.T_s,
+        acceleration=machine.N_r / drive.J,
+        theta_step=float(np.radians(max(angle_step(drive), SMALLEST_SLACK_DEG))),
+        theta_error=names.theta_error - float(np.radians(angle_step(drive) / 2)),
+        tau_drift=machine.greatest_torque,
+        omega_error=machine.N_r * guard.levels.omega_max,
+        map_error=names.map_error,
+        R_error=names.R_error,
+        psi_error=names.psi_error,
+        i_noise=drive.sensing.i_noise + drive.sensing.i_step / np.sqrt(12),
+        i_zero=guard.i_zero,
+        alike=names.patience,
+    )
+
+
 def _mutual(coupling: Coupling, i_max: float) -> float:
     """What the other phases add at most to the flux linkage of one, and to that of one without
     current, from which its flux linkage is counted [Wb]."""

@@ -14,6 +14,7 @@ from reluctance.base.phases import LETTERS
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.run.columns import Rows
+from reluctance.drive.run.estimate import Estimate
 from reluctance.drive.run.events import MODES, Event
 from reluctance.drive.run.learned import Learned
 from reluctance.drive.tables.faults import Fault
@@ -62,6 +63,8 @@ class Record:
         One row per electrical period; columns as in include/srm/sim/recorder.hpp.
     learned : Learned or None
         What the controller has learned of its machine; None where it does not learn.
+    estimate : Estimate or None
+        Where the rotor is by the flux linkages; None without [protection] flux_angle.
     events : list of Event or None
         The states that the drive has entered; None where it has no [supervision].
     faults : list of (float, Fault)
@@ -84,6 +87,7 @@ class Record:
     u_dc: FloatArray
     periods: Rows
     learned: Learned | None = None
+    estimate: Estimate | None = None
     events: list[Event] | None = None
     faults: list[tuple[float, Fault]] = field(default_factory=list)
 
@@ -91,7 +95,8 @@ class Record:
         """The rows from `start` [s] on."""
         kept = self.t >= start
         rows = {name: getattr(self, name)[..., kept] for name in WAVEFORMS}
-        return replace(self, **rows)
+        estimate = None if self.estimate is None else self.estimate.kept(kept)
+        return replace(self, estimate=estimate, **rows)
 
     @property
     def Q(self) -> FloatArray:
@@ -128,6 +133,8 @@ class Record:
             table[f"i_ref_{phase}_A"] = self.i_ref[k]
         if (mode := self.mode) is not None:
             table["mode"] = mode.astype(float)
+        if self.estimate is not None:
+            table |= self.estimate.columns()
         if self.drive.load.pump is not None:
             table["Q_m3ph"] = from_si(self.Q, "m3ph")
         return table

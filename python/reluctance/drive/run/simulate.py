@@ -17,6 +17,7 @@ from reluctance.drive.run.bounds import Bounds
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.events import Event, events
 from reluctance.drive.run.kpis import evaluated, kpis
+from reluctance.drive.run.estimate import Estimate, estimate
 from reluctance.drive.run.learned import Learned, learned
 from reluctance.drive.run.losses import iron_loss
 from reluctance.drive.run.plant import closed_loop
@@ -146,7 +147,8 @@ def _on_grid(rows: Rows, record: float) -> Rows:
     grid = record * np.arange(int(t[-1] / record * (1 - 1e-12)) + 1)
     thinned = rows.values[np.searchsorted(t, grid + 1e-9 * record, side="right") - 1]
     for column, name in enumerate(rows.names):
-        if not name.startswith(("tau_ref", "leg", "i_ref", "u_")) or name == "u_dc":
+        held = name.startswith(("tau_ref", "leg", "i_ref", "u_")) and name != "u_dc"
+        if not held and name not in _core.flux_estimate_columns:
             thinned[:, column] = np.interp(grid, t, rows.values[:, column])
     return Rows(np.vstack([thinned, rows.values[-1:]]), rows.names)
 
@@ -158,6 +160,12 @@ def _iron_loss(drive: Drive, rows: Rows, periods: Rows) -> float | None:
     window = evaluated(periods, drive.machine.N_r)[0]["t"]
     inside = Rows(rows.values[(rows["t"] >= window[0]) & (rows["t"] <= window[-1])], rows.names)
     return iron_loss(drive.machine.iron, inside["t"], inside.phases("psi"))
+
+
+def _estimate(drive: Drive, rows: Rows) -> Estimate | None:
+    if not (drive.protection.flux_angle and drive.supervision.on):
+        return None
+    return estimate(rows, drive.machine.N_r, drive.control.T_s)
 
 
 def _result(
@@ -177,6 +185,7 @@ def _result(
         kpis=figures,
         periods=periods,
         learned=known,
+        estimate=_estimate(drive, rows),
         events=entered,
         faults=faults,
         **single,

@@ -21,6 +21,7 @@ class Protection(Section):
     precharge_max_s: float = Field(5.0, gt=0)  # longest wait for it
     command_timeout_ms: float = Field(100.0, gt=0)  # longest time without a command
     diagnosis: bool = False  # says what broke, see control/guard/diagnosis.hpp
+    flux_angle: bool = False  # follows the rotor by the flux linkages, see frame/flux_angle.hpp
     map_error_pct: float = Field(10.0, ge=0, lt=100)  # of the flux linkage, at most
     R_error_pct: float = Field(20.0, ge=0, lt=100)  # of the resistance
     u_error_pct: float = Field(2.0, ge=0, lt=100)  # of the voltage that the winding sees, of u_dc
@@ -35,6 +36,7 @@ class Protection(Section):
             "u_error_pct",
             "zero_error_deg",
             "phase_error_pct",
+            "flux_angle",
         }
         if not self.diagnosis:
             for key in sorted(self.model_fields_set & errors):

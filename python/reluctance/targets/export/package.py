@@ -21,13 +21,13 @@ from reluctance.base.resources import resources
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.guard.sequence_levels import sequence, speed_limit
-from reluctance.drive.guard.trip_levels import diagnosis, protection
+from reluctance.drive.guard.trip_levels import diagnosis, flux_angle, protection
 from reluctance.drive.laws.own_code import below
 from reluctance.targets.export.array_text import array_marks
 from reluctance.targets.export.blob import exportable
 from reluctance.targets.export.commission_levels import commission
 from reluctance.targets.export.constants import Node, Tables, constant, literal
-from reluctance.targets.export.learned_interface import learned_marks
+from reluctance.targets.export.more_interface import more_marks
 from reluctance.targets.export.pair_text import pair_marks
 from reluctance.targets.export.port import port_marks
 from reluctance.targets.export.recording import desk_controller
@@ -46,8 +46,13 @@ UNDIAGNOSED = {
     "guarded_header": "guarded",
 }
 DIAGNOSED = {
+    "guarded": "srm::Diagnosed<Undiagnosed, srm::NoFluxAngle>",
+    "guarded_values": "{{machine, protection, control}, diagnosis, {}}",
+    "guarded_header": "diagnosed",
+}
+FOLLOWED = {
     "guarded": "srm::Diagnosed<Undiagnosed>",
-    "guarded_values": "{{machine, protection, control}, diagnosis}",
+    "guarded_values": "{{machine, protection, control}, diagnosis, flux_angle}",
     "guarded_header": "diagnosed",
 }
 INCLUDE = re.compile(r'#include "(srm/[^"]+)"')
@@ -176,7 +181,10 @@ def described(drive: Drive) -> dict[str, Node]:
         limit = nodes["control"]["fields"]["frame"]["fields"]["limits"]["fields"]
         limit["tau"] = min(limit["tau"], drive.tau_max)
     guard = protection(drive)
-    return {**nodes, **_core.described_guard(guard, sequence(drive, guard), diagnosis(drive))}
+    described = _core.described_guard(
+        guard, sequence(drive, guard), diagnosis(drive), flux_angle(drive)
+    )
+    return {**nodes, **described}
 
 
 def parameters(
@@ -268,6 +276,13 @@ def _header_of(name: str) -> str:
     raise ParameterError(f"no header defines srm::{name}; the law cannot be exported")
 
 
+def _guarded(drive: Drive) -> dict[str, str]:
+    """What stands around the control."""
+    if not drive.protection.diagnosis:
+        return UNDIAGNOSED
+    return FOLLOWED if drive.protection.flux_angle else DIAGNOSED
+
+
 def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
     """What the templates name in @marks@."""
     guard = protection(drive)
@@ -280,10 +295,10 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
     }
     gates = gates_of(drive)
     return {
-        **learned_marks(drive.control.learns, drive.protection.diagnosis),
+        **more_marks(drive.control.learns, drive.protection),
         **array_marks(drive),
         **pair_marks(drive),
-        **(DIAGNOSED if drive.protection.diagnosis else UNDIAGNOSED),
+        **_guarded(drive),
         "phases": str(drive.machine.n_phases),
         "straight": ", ".join(map(str, range(drive.machine.n_phases))),
         "positive": ", ".join(["1"] * drive.machine.n_phases),

@@ -1,0 +1,190 @@
+// Where the rotor is by the flux linkages, next to the angle sensor: an extended Kalman filter of
+// the rotor, of what the map and the resistance are wrong by, and of the zero of the sensor.
+//
+//   state    theta, omega, tau_load, k, rho, zero
+//   motion   theta' = omega,  omega' = acceleration (tau - tau_load); the others drift
+//   phase    psi_u - (rho - 1) psi_R = k psi(i, theta)
+//   sensor   shown = theta + zero
+//
+// psi_u is the flux linkage that the ordered voltage has given a phase since it had none, with the
+// resistance as the drive file states it; psi_R is what this resistance took. k scales the map, rho
+// the resistance. tau is the torque of the map at the measured currents.
+//
+// The map is wrong at an angle, not at a sample, and a counter shows the same step for a while. So
+// a row weighs as one of all the samples in which its error stays the same: while the rotor turns
+// by a twelfth of a period, or by a step of the sensor; `alike` samples at most. A count that the
+// estimate has left by more than half a step is new, and weighs as one sample.
+//
+// S. Bolognani, L. Tubiana, M. Zigliotto, "Extended Kalman filter tuning in sensorless PMSM
+// drives", IEEE Trans. Ind. Appl. 39(6), 2003, has the filter of a machine with constant
+// inductances; the scale of the map and the rows of a sensor are ours.
+#pragma once
+
+#include <array>
+
+#include "srm/base/angle.hpp"
+#include "srm/base/fields.hpp"
+#include "srm/control/interface/interface.hpp"
+#include "srm/machine/magnetics.hpp"
+
+namespace srm {
+
+/// What is estimated, at a sample.
+template <Real T>
+struct FluxEstimate {
+  T theta_hat{};        // angle of the rotor, electrical [rad]
+  T omega_hat{};        // its speed, mechanical [rad/s]
+  T tau_load_hat{};     // [N m]
+  T psi_scale_hat{};    // flux linkage over that of the map [1]
+  T R_scale_hat{};      // resistance over that of the drive file [1]
+  T zero_hat{};         // by which the sensor shows more than the rotor's angle [rad]
+  T theta_deviation{};  // standard deviation of theta_hat [rad]
+  SRM_FIELDS(theta_hat, omega_hat, tau_load_hat, psi_scale_hat, R_scale_hat, zero_hat,
+             theta_deviation)
+};
+
+/// What the voltage says of a phase.
+template <Real T>
+struct VoltageFlux {
+  T psi{};          // flux linkage [Wb]
+  T taken{};        // by the resistance since it had none [Wb]
+  T left{};         // by which psi may be wrong [Wb]
+  bool is = false;  // it is known from when on there was none
+};
+
+template <Real T>
+struct FluxAngle {
+  T T_s;           // control period; 0: nothing is estimated [s]
+  T acceleration;  // by a torque, electrical: N_r/J [rad/s^2/(N m)]
+  T theta_step;    // of the angle sensor, electrical [rad]
+  T theta_error;   // of its zero, electrical [rad]
+  T tau_drift;     // by which the load torque drifts in a second [N m]
+  T omega_error;   // of the first speed, electrical [rad/s]
+  T map_error;     // of the flux linkage that the map says [1]
+  T R_error;       // of the resistance [1]
+  T psi_error;     // flux linkage of the other phases [Wb]
+  T i_noise;       // of a reading, rms [A]
+  T i_zero;        // readings up to this one count as no current [A]
+  T alike;         // samples that count as one, at most
+  SRM_FIELDS(T_s, acceleration, theta_step, theta_error, tau_drift, omega_error, map_error, R_error,
+             psi_error, i_noise, i_zero, alike)
+
+  static constexpr int n = 6;
+
+  struct State {
+    std::array<T, n> x{};                 // theta, omega, tau_load, k, rho, zero
+    std::array<std::array<T, n>, n> P{};  // their covariance: the upper triangle
+    T tau{};                              // of the last sample, by the map [N m]
+    bool begun = false;
+  };
+
+  constexpr bool on() const { return T_s > T(0); }
+
+  /// One sample. y: as the sensors show it; of(k): the VoltageFlux of phase k.
+  template <Machine M, int N, class Of>
+  constexpr void step(State& s, const M& machine, const Measurement<T, N>& y, const Of& of) const {
+    if (!s.begun) {
+      begin(s, y.theta_e, y.omega_m * static_cast<T>(machine.N_r));
+    } else {
+      predict(s);
+    }
+    const T turned = abs(s.x[1]) * T_s;
+    const T same = samples_of(pi<T> / T(6), turned);
+    s.tau = T(0);
+    for (int k = 0; k < N; ++k) {
+      if (y.i[k] > i_zero) hear(s, machine, y.i[k], phase_angle<N>(s.x[0], k), of(k), same);
+    }
+    see(s, y.theta_e, turned);
+    s.x[0] = wrap(s.x[0]);
+  }
+
+  /// What is known by now.
+  FluxEstimate<T> estimate(const State& s, int N_r) const {
+    return {.theta_hat = s.x[0],
+            .omega_hat = s.x[1] / static_cast<T>(N_r),
+            .tau_load_hat = s.x[2],
+            .psi_scale_hat = s.x[3],
+            .R_scale_hat = s.x[4],
+            .zero_hat = s.x[5],
+            .theta_deviation = sqrt(max(s.P[0][0], T(0)))};
+  }
+
+ private:
+  /// Samples in which the rotor turns by an angle, at `turned` a sample.
+  constexpr T samples_of(T angle, T turned) const {
+    return turned * alike > angle ? max(angle / turned, T(1)) : alike;
+  }
+
+  constexpr void begin(State& s, T theta_e, T omega_e) const {
+    s = {.x = {theta_e, omega_e, T(0), T(1), T(1), T(0)}, .begun = true};
+    const T zero = theta_error * theta_error;
+    const std::array<T, n> variance{zero + theta_step * theta_step / T(12),
+                                    omega_error * omega_error,
+                                    tau_drift * tau_drift,
+                                    map_error * map_error,
+                                    R_error * R_error,
+                                    zero};
+    for (int j = 0; j < n; ++j) s.P[j][j] = variance[j];
+    s.P[0][5] = -zero;
+  }
+
+  /// The rotor turns; what is not known of it grows. In a second each of the others may drift by
+  /// what is stated of it.
+  constexpr void predict(State& s) const {
+    auto& [x, P, tau, begun] = s;
+    const T a = acceleration * (tau - x[2]), b = -acceleration * T_s;
+    x[0] = x[0] + (x[1] + a * T_s / T(2)) * T_s;
+    x[1] = x[1] + a * T_s;
+    P[0][0] = P[0][0] + (T(2) * P[0][1] + P[1][1] * T_s) * T_s;
+    P[0][1] = P[0][1] + P[1][1] * T_s + b * (P[0][2] + P[1][2] * T_s);
+    for (int j = 2; j < n; ++j) P[0][j] = P[0][j] + P[1][j] * T_s;
+    P[1][1] = P[1][1] + b * (T(2) * P[1][2] + b * P[2][2]);
+    for (int j = 2; j < n; ++j) P[1][j] = P[1][j] + b * P[2][j];
+    const std::array<T, n> drift{T(0), T(0), tau_drift, map_error, R_error, theta_error};
+    for (int j = 2; j < n; ++j) P[j][j] = P[j][j] + drift[j] * drift[j] * T_s;
+  }
+
+  /// The row of a phase at a reading, which is at theta_e.
+  template <Machine M>
+  constexpr void hear(State& s, const M& machine, T i, T theta_e, const VoltageFlux<T>& v,
+                      T same) const {
+    const Magnetics<T> m = machine.at(i, theta_e);
+    s.tau = s.tau + m.tau;
+    if (!v.is) return;
+    const T k = s.x[3], N_r = static_cast<T>(machine.N_r);
+    const T at_theta = k * m.psi_theta / N_r, wrong = map_error * m.psi;
+    const T noise = m.L_inc * i_noise;
+    const T variance =
+        noise * noise + same * (wrong * wrong + psi_error * psi_error + v.left * v.left);
+    std::array<T, n> g;
+    for (int j = 0; j < n; ++j) {
+      g[j] = at_theta * upper(s, 0, j) + m.psi * upper(s, 3, j) + v.taken * upper(s, 4, j);
+    }
+    const T S = at_theta * g[0] + m.psi * g[3] + v.taken * g[4] + variance;
+    correct(s, g, S, v.psi - (s.x[4] - T(1)) * v.taken - k * m.psi);
+  }
+
+  /// The row of the sensor. A rotor turns by `turned` a sample.
+  constexpr void see(State& s, T shown, T turned) const {
+    const T d = wrap(shown - s.x[0] - s.x[5] + pi<T>) - pi<T>;
+    const T same = abs(d) > theta_step / T(2) ? T(1) : samples_of(theta_step, turned);
+    std::array<T, n> g;
+    for (int j = 0; j < n; ++j) g[j] = upper(s, 0, j) + upper(s, 5, j);
+    correct(s, g, g[0] + g[5] + same * theta_step * theta_step / T(12), d);
+  }
+
+  /// By a difference d that has variance S, and covariance g with the state.
+  // noinline: called in two places.
+  [[gnu::noinline]] constexpr void correct(State& s, const std::array<T, n>& g, T S, T d) const {
+    const T once = T(1) / S;
+    for (int j = 0; j < n; ++j) {
+      const T gain = g[j] * once;
+      s.x[j] = s.x[j] + gain * d;
+      for (int l = j; l < n; ++l) s.P[j][l] = s.P[j][l] - gain * g[l];
+    }
+  }
+
+  static constexpr T upper(const State& s, int j, int l) { return j < l ? s.P[j][l] : s.P[l][j]; }
+};
+
+}  // namespace srm
