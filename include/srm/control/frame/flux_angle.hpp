@@ -98,6 +98,14 @@ struct FluxAngle {
     s.x[0] = wrap(s.x[0]);
   }
 
+  /// Whether the sensor shows an angle that is not the rotor's: its zero is off by more than is
+  /// stated, and more than an error of the map can feign. Of errors of the map that are as great as
+  /// stated, of any shape over the angle, none of 56 drawn ones feigned more than 2.4 deviations,
+  /// and no harmonic more than 3.6 (6/4 and 12/8, 300 and 1500 rpm).
+  bool off(const State& s) const {
+    return abs(s.x[5]) > theta_error + T(5) * sqrt(max(s.P[5][5], T(0)));
+  }
+
   /// What is known by now.
   FluxEstimate<T> estimate(const State& s, int N_r) const {
     return {.theta_hat = s.x[0],
@@ -129,7 +137,8 @@ struct FluxAngle {
   }
 
   /// The rotor turns; what is not known of it grows. In a second each of the others may drift by
-  /// what is stated of it.
+  /// what is stated of it, the zero in a period: what the map is wrong by comes again with each
+  /// period, so that a longer memory tells nothing more.
   constexpr void predict(State& s) const {
     auto& [x, P, tau, begun] = s;
     const T a = acceleration * (tau - x[2]), b = -acceleration * T_s;
@@ -140,8 +149,9 @@ struct FluxAngle {
     for (int j = 2; j < n; ++j) P[0][j] = P[0][j] + P[1][j] * T_s;
     P[1][1] = P[1][1] + b * (T(2) * P[1][2] + b * P[2][2]);
     for (int j = 2; j < n; ++j) P[1][j] = P[1][j] + b * P[2][j];
-    const std::array<T, n> drift{T(0), T(0), tau_drift, map_error, R_error, theta_error};
-    for (int j = 2; j < n; ++j) P[j][j] = P[j][j] + drift[j] * drift[j] * T_s;
+    const std::array<T, 3> drift{tau_drift, map_error, R_error};
+    for (int j = 0; j < 3; ++j) P[j + 2][j + 2] = P[j + 2][j + 2] + drift[j] * drift[j] * T_s;
+    P[5][5] = P[5][5] + theta_error * theta_error * abs(x[1]) * T_s / two_pi<T>;
   }
 
   /// The row of a phase at a reading, which is at theta_e.

@@ -75,13 +75,21 @@ struct Diagnosed {
     bool finds(const Measurement<T, N>& y) const {
       const bool found = self.diagnosis.finds(x.diagnosis, x.guarded.guard, self.guarded.protection,
                                               self.guarded.machine, y);
-      if constexpr (follows) follow(y);
+      if constexpr (follows) return leaves(y) || found;
       return found;
     }
-    void follow(const Measurement<T, N>& y) const {
-      if (!self.flux_angle.on()) return;
-      self.flux_angle.step(x.flux_angle, self.guarded.machine, y,
-                           [this](int k) { return x.diagnosis.by_voltage(k); });
+    /// True where the angle shown has left the one by the flux linkages, which the guard is told.
+    /// In doubt of a phase only the others say where the rotor is.
+    bool leaves(const Measurement<T, N>& y) const {
+      const FluxAngle<T>& angle = self.flux_angle;
+      if (!angle.on()) return false;
+      angle.step(x.flux_angle, self.guarded.machine, y,
+                 [this](int k) { return x.diagnosis.by_voltage(k); });
+      auto& guard = x.guarded.guard;
+      if (guard.latched || !angle.off(x.flux_angle)) return false;
+      guard.latched = true;
+      guard.fault = {Status::angle_off};
+      return true;
     }
     bool tries(const Measurement<T, N>& y, Command<T, N>& orders) const {
       return self.diagnosis.tries(x.diagnosis, self.guarded.protection, self.guarded.machine, y,

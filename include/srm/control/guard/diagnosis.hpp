@@ -134,13 +134,13 @@ struct Diagnosis {
     // orders of the first and the current of the other, and the other way round.
     std::array<Span, N> forth, back;
 
-    /// What the voltage says of phase k. Nothing in doubt: it may be the one that is broken.
+    /// What the voltage says of phase k; nothing where it is the one that is in doubt.
     constexpr VoltageFlux<T> by_voltage(int k) const {
       const Phase& each = phase[k];
       return {.psi = (each.any.least + each.any.most) / T(2),
               .taken = each.taken,
               .left = each.left,
-              .is = doubted == 0 && each.age > 0};
+              .is = each.age > 0 && !(doubted > 0 && first.phase == k)};
     }
   };
 

@@ -1,4 +1,4 @@
-"""Where the rotor is by the flux linkages, over a run (include/srm/control/frame/flux_angle.hpp)."""
+"""Where the rotor is by the flux linkages, over a run (control/frame/flux_angle.hpp)."""
 
 from __future__ import annotations
 

@@ -15,9 +15,9 @@ from reluctance.drive.guard.supervised import controller as guarded
 from reluctance.drive.laws.own_law import Law, core_of
 from reluctance.drive.run.bounds import Bounds
 from reluctance.drive.run.columns import Rows
+from reluctance.drive.run.estimate import Estimate, estimate
 from reluctance.drive.run.events import Event, events
 from reluctance.drive.run.kpis import evaluated, kpis
-from reluctance.drive.run.estimate import Estimate, estimate
 from reluctance.drive.run.learned import Learned, learned
 from reluctance.drive.run.losses import iron_loss
 from reluctance.drive.run.plant import closed_loop
