@@ -66,12 +66,13 @@ COLUMNS = (
 
 
 def drive_of(law: str, machine: str, sensor: str, direction: int) -> rl.Drive:
-    """A supervised drive with its diagnosis."""
+    """A supervised drive with its diagnosis, and the angle by the flux linkages."""
     values = {
         **{"control.law": law, "machine": machine, "reference.tau_Nm": None},
         **{"sensing.i_noise_LSB": 8.0, "sensing.u_dc_noise_V": 1.0, "supervision.enable_s": 0.0},
         **{"load.kind": "fan", "load.k_fan_Nms2": 1e-3, "load.J_kgm2": 0.01},
-        **{"load.speed_rpm": 0.0, "protection.diagnosis": True, "reference.kind": "speed"},
+        **{"load.speed_rpm": 0.0, "reference.kind": "speed"},
+        **{"protection.diagnosis": True, "protection.flux_angle": True},
         **{"reference.t_s": COURSE[0], "reference.values": [direction * n for n in COURSE[1]]},
     }
     base = rl.load(ROOT / "examples" / "edge_mpc_mcu.toml")
@@ -103,6 +104,7 @@ def drawn(seed: int) -> dict[str, Any]:
         **{"mismatch.R_factor": of.uniform(0.84, 1.16)},
         **{"mismatch.flux_factor": of.uniform(0.92, 1.08)},
         **{"mismatch.angle_offset_deg": of.uniform(-1.7, 1.7)},
+        **{"protection.flux_angle": True},
     }
     single = {key: float(x) if isinstance(x, np.floating) else x for key, x in values.items()}
     gains = [float(gain) for gain in of.uniform(0.98, 1.02, drive.machine.n_phases)]

@@ -1,10 +1,11 @@
-"""What `diagnosis` adds to a step: `python bench/diagnosis_cost.py` writes diagnosis_cost.csv.
+"""What `diagnosis` and `flux_angle` add to a step: `python bench/diagnosis_cost.py` writes
+diagnosis_cost.csv.
 
 The samples of a start from rest, of bench/faults.toml, with a fault from the beginning go through
-two packages on the emulated Cortex-M7: with the diagnosis and without. A row has the most that a
-sample cost more, of those where both run, and the dearest sample of each package. In doubt the
-first one tries each phase, which the recorded currents do not follow: its status is none of the
-fault's.
+three packages on the emulated Cortex-M7: with the diagnosis, without, and with the angle by the
+flux linkages besides. A row has the most that a sample cost more, of those where both run, and the
+dearest sample of the first two. In doubt the diagnosis tries each phase, which the recorded
+currents do not follow: its status is none of the fault's.
 """
 
 import csv
@@ -62,15 +63,17 @@ def row(drive: rl.Drive, programs: list[Path], fault: tuple[str, dict[str, Any]]
     kinds = [] if fault[0] == "none" else fault[0].split()
     broken = drive.with_values({"faults": [{"kind": kind, **fault[1]} for kind in kinds]})
     samples = record(broken, steps=STEPS).samples
-    named, plain = (replay(program, "cortex-m7", samples) for program in programs)
+    named, plain, followed = (replay(program, "cortex-m7", samples) for program in programs)
     ends = [int(np.argmax(np.append(each.status, 1) != 0)) for each in (named, plain)]
     both = slice(0, min(ends))
     added = named.instructions[both].astype(int) - plain.instructions[both].astype(int)
+    more = followed.instructions[: ends[0]].astype(int) - named.instructions[: ends[0]]
     return {
         "fault": words(fault),
         "samples": ends[0],
         "status": int(named.status.max()),
         "added_max": int(added.max()),
+        "flux_angle_added_max": int(more.max()),
         "with_max": int(named.instructions[: ends[0] + 1].max()),
         "without_max": int(plain.instructions[: ends[1] + 1].max()),
     }
@@ -81,9 +84,10 @@ def rows(name: str, chosen: list[tuple[str, dict[str, Any]]]) -> list[dict[str, 
     drive = start(name)
     with scratch() as place:
         programs = []
-        for on in (True, False):
-            package = drive.with_values({"protection.diagnosis": on})
-            programs.append(build(firmware(package, place / str(on)).folder, "cortex-m7"))
+        for n, on in enumerate([(True, None), (False, None), (True, True)]):
+            keys = ("protection.diagnosis", "protection.flux_angle")
+            package = drive.with_values(dict(zip(keys, on, strict=True)))
+            programs.append(build(firmware(package, place / str(n)).folder, "cortex-m7"))
         return [{"drive": name, **row(drive, programs, fault)} for fault in chosen]
 
 

@@ -30,4 +30,7 @@ int main() {
 #if __has_include("srm/control/guard/diagnosed.hpp")
   print(reluctance::diagnosis);
 #endif
+#ifdef FLUX_ANGLE
+  print(reluctance::flux_angle);
+#endif
 }

@@ -29,7 +29,8 @@ NAMES = (
     *("sharing_cubic", "single_pulse", "sun_cloud"),
 )
 DIAGNOSED = {
-    **{"supervision.enable_s": 0.0, "supervision.precharge_ms": 1.0, "protection.diagnosis": True},
+    **{"supervision.enable_s": 0.0, "supervision.precharge_ms": 1.0},
+    **{"protection.diagnosis": True, "protection.flux_angle": True},
     **{"supervision.fault": "frozen_current_sensor", "supervision.fault_s": 0.085},
 }
 CLANG = shutil.which("clang++-19") or shutil.which("clang++")

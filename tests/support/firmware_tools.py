@@ -57,6 +57,10 @@ DRIVES = {
     ),
     "angles_table": ("angle_table", []),
     "deadbeat_diagnosis": ("deadbeat", ["protection.diagnosis=true"]),
+    "deadbeat_flux_angle": (
+        "deadbeat",
+        ["protection.diagnosis=true", "protection.flux_angle=true"],
+    ),
     "deadbeat_dead_time": ("deadbeat", ["converter.dead_time_us=1"]),
     "edge_mpc_learning": ("edge_mpc_learning", []),
     "edge_mpc_learning_map": (
@@ -97,7 +101,14 @@ DRIVES = {
 
 VARIANTS = {  # of laws that other drives have too: among the proofs
     *("edge_mpc_speeds", "edge_mpc_8_6", "edge_mpc_learning_map"),
-    *("deadbeat_braking", "deadbeat_fast", "deadbeat_dead_time", "ditc_fast", "angles_braking"),
+    *(
+        "deadbeat_flux_angle",
+        "deadbeat_braking",
+        "deadbeat_fast",
+        "deadbeat_dead_time",
+        "ditc_fast",
+        "angles_braking",
+    ),
     *("sharing_braking", "sharing_fast", "sharing_sampled", "sun_cloud_no_sensor"),
     *("edge_mpc_pairs", "finite_set_pairs", "paper_mpc_pairs"),
     *("edge_mpc_learning_pairs", "deadbeat_learning_pairs"),

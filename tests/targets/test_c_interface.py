@@ -56,7 +56,7 @@ DRIVES = {
         {"control.law": "torque_sharing", "control.precision": "float", **STATES}
     ),
     "states, diagnosed": rl.load(EXAMPLES / "sharing_cubic.toml").with_values(
-        {**SENSORS, **STATES, "protection.diagnosis": True}
+        {**SENSORS, **STATES, "protection.diagnosis": True, "protection.flux_angle": True}
     ),
     "angle table": rl.load(EXAMPLES / "angle_table.toml", TURNING),
     "pairs of the law": rl.load(EXAMPLES / "sharing_cubic.toml", COUPLED),

@@ -45,11 +45,12 @@ def test_a_compiled_package_has_the_numbers_that_the_drive_simulates_with(name, 
     made = firmware(drive(name), tmp_path / "package")
     program = tmp_path / "leaves"
     source = ROOT / "tests" / "core" / "leaves.cpp"
-    flags = ["-I.", "-Iinclude"]
+    nodes = described(drive(name))
+    flags = ["-I.", "-Iinclude", *(["-DFLUX_ANGLE"] if "flux_angle" in nodes else [])]
     build([str(source)], program, flags, folder=made.folder, what="the package", link=())
     printed = subprocess.run([program], capture_output=True, text=True, check=True).stdout
     compiled = np.array(printed.split(), dtype=np.float32)
-    wanted = [v for node in described(drive(name)).values() for v in leaves(node)]
+    wanted = [v for node in nodes.values() for v in leaves(node)]
     assert np.array_equal(compiled, np.array(wanted, dtype=np.float32))
     text = (made.folder / "parameters.hpp").read_text()
     assert f"fingerprint = 0x{made.fingerprint:08X}" in text

@@ -90,7 +90,7 @@ def protection(drive: Drive) -> _core.Protection:
         )
     return _core.Protection(
         flux=_core.FluxBounds(
-            R=drive.machine.R,
+            R=drive.known().R,
             T_s=drive.control.T_s,
             i_error=i_error,
             model_error=_model_error(drive, step),
@@ -112,7 +112,7 @@ def protection(drive: Drive) -> _core.Protection:
 
 def diagnosis(drive: Drive) -> _core.Diagnosis | None:
     """What tells the faults of a drive apart, where its [protection] asks for it."""
-    table, sensing, machine = drive.protection, drive.sensing, drive.machine
+    table, sensing, machine = drive.protection, drive.sensing, drive.known().machine
     if not table.diagnosis:
         return None
     guard = protection(drive)
@@ -215,7 +215,7 @@ def _trial_step(drive: Drive, i_trial: float) -> float:
     i = np.linspace(0.0, 2 * i_trial, 41)
     theta_e = np.linspace(0.0, np.pi, 37)
     at = np.meshgrid(i, theta_e, indexing="ij")
-    psi = _core.magnetics(drive.machine.magnetics, at[0].ravel(), at[1].ravel())[:, 0]
+    psi = _core.magnetics(drive.known().machine.magnetics, at[0].ravel(), at[1].ravel())[:, 0]
     least = np.diff(psi.reshape(at[0].shape), axis=0).min() / i[1]  # incremental inductance [H]
     known = 1 - drive.protection.map_error_pct / 100
     return float(known * i_trial * least / (1 + drive.sensing.delay_samples))
