@@ -154,15 +154,17 @@ struct FluxAngle {
     P[5][5] = P[5][5] + theta_error * theta_error * abs(x[1]) * T_s / two_pi<T>;
   }
 
-  /// The row of a phase at a reading, which is at theta_e.
+  /// The row of a phase at a reading, which is at theta_e. Where the voltage leaves more open than
+  /// the map it says nothing: a current that does not return to zero leaves the same in each
+  /// stroke.
   template <Machine M>
   constexpr void hear(State& s, const M& machine, T i, T theta_e, const VoltageFlux<T>& v,
                       T same) const {
     const Magnetics<T> m = machine.at(i, theta_e);
     s.tau = s.tau + m.tau;
-    if (!v.is) return;
     const T k = s.x[3], N_r = static_cast<T>(machine.N_r);
     const T at_theta = k * m.psi_theta / N_r, wrong = map_error * m.psi;
+    if (!v.is || v.left > wrong) return;
     const T noise = m.L_inc * i_noise;
     const T variance =
         noise * noise + same * (wrong * wrong + psi_error * psi_error + v.left * v.left);

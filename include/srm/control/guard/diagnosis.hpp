@@ -135,11 +135,13 @@ struct Diagnosis {
     std::array<Span, N> forth, back;
 
     /// What the voltage says of phase k; nothing where it is the one that is in doubt.
-    constexpr VoltageFlux<T> by_voltage(int k) const {
+    /// R_error: of the resistance, which is no part of what is left.
+    constexpr VoltageFlux<T> by_voltage(int k, T R_error) const {
       const Phase& each = phase[k];
+      const T left = (each.any.most - each.any.least) / T(2) - R_error * each.taken;
       return {.psi = (each.any.least + each.any.most) / T(2),
               .taken = each.taken,
-              .left = each.left,
+              .left = max(left, T(0)),
               .is = each.age > 0 && !(doubted > 0 && first.phase == k)};
     }
   };
