@@ -99,9 +99,8 @@ struct FluxAngle {
   }
 
   /// Whether the sensor shows an angle that is not the rotor's: its zero is off by more than is
-  /// stated, and more than an error of the map can feign. Of errors of the map that are as great as
-  /// stated, of any shape over the angle, none of 56 drawn ones feigned more than 2.4 deviations,
-  /// and no harmonic more than 3.6 (6/4 and 12/8, 300 and 1500 rpm).
+  /// stated, and more than an error of the map can feign. Five deviations are more than any shape
+  /// over the angle made of an error as great as is stated (tests/core/flux_angle_check.cpp).
   bool off(const State& s) const {
     return abs(s.x[5]) > theta_error + T(5) * sqrt(max(s.P[5][5], T(0)));
   }

@@ -185,7 +185,7 @@ def flux_angle(drive: Drive) -> _core.FluxAngle | None:
         map_error=names.map_error,
         R_error=names.R_error,
         psi_error=names.psi_error,
-        i_noise=drive.sensing.i_noise + drive.sensing.i_step / np.sqrt(12),
+        i_noise=float(np.hypot(drive.sensing.i_noise, drive.sensing.i_step / np.sqrt(12))),
         i_zero=guard.i_zero,
         alike=names.patience,
     )
