@@ -65,7 +65,7 @@ class Estimate:
         if f is None:
             return "the rotor was not followed: the state run was not reached"
         return (
-            f"angle wrong by {f['error_rms_deg']:.2g} deg electrical rms, "
+            f"wrong by {f['error_rms_deg']:.2g} deg electrical rms, "
             f"{f['error_max_deg']:.2g} at most; zero of the sensor {f['zero_deg']:+.1f} deg, "
             f"flux linkage {f['psi_scale']:.3f} and R {f['R_scale']:.3f} of what the control "
             "believes"
