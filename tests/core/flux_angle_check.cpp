@@ -68,6 +68,7 @@ constexpr FluxAngle<double> given{.T_s = T_s,
                                   .acceleration = 4 / 8e-3,
                                   .theta_step = step,
                                   .theta_error = 0.035,
+                                  .zero_drift = 0.3,
                                   .tau_drift = 40,
                                   .omega_error = 300,
                                   .map_error = 0.1,
@@ -95,7 +96,7 @@ struct Bench {
       taken[k] = i > 0 ? taken[k] + R_believed * i * T_s : 0;
       // By the voltage, with the resistance as it is believed.
       const double R_wrong = (R - R_believed) / R_believed * taken[k];
-      voltage[k] = {plant.at(i, at).psi + R_wrong, taken[k], 0, i > 0};
+      voltage[k] = {plant.at(i, at).psi + R_wrong, taken[k], 0, 1e-3, i > 0};
       y.i[k] = i > 0 ? std::fmax(i + noise(random), 0) : 0;
     }
     y.theta_e = wrap(step * (std::floor(wrap(theta + zero) / step) + 0.5));
@@ -152,9 +153,7 @@ struct Full {
     F[0][1] = T_s;
     F[1][2] = -given.acceleration * T_s;
     turn(P, F);
-    const Vector drift{0,          0,
-                       1600 * T_s, 0.01 * T_s,
-                       0.04 * T_s, 0.035 * 0.035 * std::fabs(x[1]) * T_s / two_pi<double>};
+    const Vector drift{0, 0, 1600 * T_s, 0.01 * T_s, 0.04 * T_s, 0.09 * T_s};
     for (int j = 0; j < n; ++j) P[j][j] += drift[j];
   }
   void step_with(const Bench& bench, const Linear& machine) {
@@ -162,14 +161,14 @@ struct Full {
     const double same = std::fmin(std::fmax(pi<double> / 6 / turned, 1), alike);
     tau = 0;
     for (int k = 0; k < N; ++k) {
-      if (!(bench.y.i[k] > given.i_zero)) continue;
-      const auto m = machine.at(bench.y.i[k], phase_angle<N>(x[0], k));
       const auto& v = bench.voltage[k];
+      if (!v.is && !(bench.y.i[k] > given.i_zero)) continue;
+      const auto m = machine.at(bench.y.i[k], phase_angle<N>(x[0], k));
       tau += m.tau;
-      if (!v.is) continue;
-      const double wrong = 0.01 * m.psi * m.psi + 4e-6;
-      const double d = v.psi - (x[4] - 1) * v.taken - x[3] * m.psi;
-      correct(x, P, {x[3] * m.psi_theta / 4, 0, 0, m.psi, v.taken, 0}, d,
+      if (!v.is || v.left > 0.1 * v.psi || !(m.psi > 0)) continue;
+      const double psi = v.psi - (x[4] - 1) * v.taken;
+      const double wrong = 0.01 * psi * psi + 4e-6 + 1e-6, d = psi - x[3] * m.psi;
+      correct(x, P, {psi / m.psi * m.psi_theta / 4, 0, 0, psi / x[3], v.taken, 0}, d,
               std::pow(m.L_inc * 0.3, 2) + same * wrong);
     }
     const double d = wrap(bench.y.theta_e - x[0] - x[5] + pi<double>) - pi<double>;

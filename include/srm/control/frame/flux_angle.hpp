@@ -48,7 +48,8 @@ template <Real T>
 struct VoltageFlux {
   T psi{};          // flux linkage [Wb]
   T taken{};        // by the resistance since it had none [Wb]
-  T left{};         // by which psi may be wrong [Wb]
+  T left{};         // by which psi may have been wrong when it began [Wb]
+  T error{};        // by which it may be wrong now, the resistance aside [Wb]
   bool is = false;  // it is known from when on there was none
 };
 
@@ -58,6 +59,7 @@ struct FluxAngle {
   T acceleration;  // by a torque, electrical: N_r/J [rad/s^2/(N m)]
   T theta_step;    // of the angle sensor, electrical [rad]
   T theta_error;   // of its zero, electrical [rad]
+  T zero_drift;    // by which it drifts in a root second, likewise [rad]
   T tau_drift;     // by which the load torque drifts in a second [N m]
   T omega_error;   // of the first speed, electrical [rad/s]
   T map_error;     // of the flux linkage that the map says [1]
@@ -66,8 +68,8 @@ struct FluxAngle {
   T i_noise;       // of a reading, rms [A]
   T i_zero;        // readings up to this one count as no current [A]
   T alike;         // samples that count as one, at most
-  SRM_FIELDS(T_s, acceleration, theta_step, theta_error, tau_drift, omega_error, map_error, R_error,
-             psi_error, i_noise, i_zero, alike)
+  SRM_FIELDS(T_s, acceleration, theta_step, theta_error, zero_drift, tau_drift, omega_error,
+             map_error, R_error, psi_error, i_noise, i_zero, alike)
 
   static constexpr int n = 6;
 
@@ -92,7 +94,8 @@ struct FluxAngle {
     const T same = samples_of(pi<T> / T(6), turned);
     s.tau = T(0);
     for (int k = 0; k < N; ++k) {
-      if (y.i[k] > i_zero) hear(s, machine, y.i[k], phase_angle<N>(s.x[0], k), of(k), same);
+      const VoltageFlux<T> v = of(k);
+      if (v.is || y.i[k] > i_zero) hear(s, machine, y.i[k], phase_angle<N>(s.x[0], k), v, same);
     }
     see(s, y.theta_e, turned);
     s.x[0] = wrap(s.x[0]);
@@ -136,8 +139,8 @@ struct FluxAngle {
   }
 
   /// The rotor turns; what is not known of it grows. In a second each of the others may drift by
-  /// what is stated of it, the zero in a period: what the map is wrong by comes again with each
-  /// period, so that a longer memory tells nothing more.
+  /// what is stated of it. The drift of the zero must not follow the speed that is estimated: it
+  /// would go along with the steps of the sensor, and the zero away with them.
   constexpr void predict(State& s) const {
     auto& [x, P, tau, begun] = s;
     const T a = acceleration * (tau - x[2]), b = -acceleration * T_s;
@@ -150,29 +153,30 @@ struct FluxAngle {
     for (int j = 2; j < n; ++j) P[1][j] = P[1][j] + b * P[2][j];
     const std::array<T, 3> drift{tau_drift, map_error, R_error};
     for (int j = 0; j < 3; ++j) P[j + 2][j + 2] = P[j + 2][j + 2] + drift[j] * drift[j] * T_s;
-    P[5][5] = P[5][5] + theta_error * theta_error * abs(x[1]) * T_s / two_pi<T>;
+    P[5][5] = P[5][5] + zero_drift * zero_drift * T_s;
   }
 
   /// The row of a phase at a reading, which is at theta_e. Where the voltage leaves more open than
   /// the map it says nothing: a current that does not return to zero leaves the same in each
-  /// stroke.
+  /// stroke. What a row counts and how much follows from its voltage: the noise of the reading
+  /// would choose the rows in which it is high, and be taken for an angle (errors in variables).
   template <Machine M>
   constexpr void hear(State& s, const M& machine, T i, T theta_e, const VoltageFlux<T>& v,
                       T same) const {
     const Magnetics<T> m = machine.at(i, theta_e);
     s.tau = s.tau + m.tau;
-    const T k = s.x[3], N_r = static_cast<T>(machine.N_r);
-    const T at_theta = k * m.psi_theta / N_r, wrong = map_error * m.psi;
-    if (!v.is || v.left > wrong) return;
-    const T noise = m.L_inc * i_noise;
+    if (!v.is || v.left > map_error * v.psi || !(m.psi > T(0))) return;
+    const T psi = v.psi - (s.x[4] - T(1)) * v.taken, at_psi = psi / s.x[3];
+    const T at_theta = psi / m.psi * m.psi_theta / static_cast<T>(machine.N_r);
+    const T noise = m.L_inc * i_noise, wrong = map_error * psi;
     const T variance =
-        noise * noise + same * (wrong * wrong + psi_error * psi_error + v.left * v.left);
+        noise * noise + same * (wrong * wrong + psi_error * psi_error + v.error * v.error);
     std::array<T, n> g;
     for (int j = 0; j < n; ++j) {
-      g[j] = at_theta * upper(s, 0, j) + m.psi * upper(s, 3, j) + v.taken * upper(s, 4, j);
+      g[j] = at_theta * upper(s, 0, j) + at_psi * upper(s, 3, j) + v.taken * upper(s, 4, j);
     }
-    const T S = at_theta * g[0] + m.psi * g[3] + v.taken * g[4] + variance;
-    correct(s, g, S, v.psi - (s.x[4] - T(1)) * v.taken - k * m.psi);
+    const T S = at_theta * g[0] + at_psi * g[3] + v.taken * g[4] + variance;
+    correct(s, g, S, psi - s.x[3] * m.psi);
   }
 
   /// The row of the sensor. A rotor turns by `turned` a sample.

@@ -138,10 +138,11 @@ struct Diagnosis {
     /// R_error: of the resistance, which is no part of what is left.
     constexpr VoltageFlux<T> by_voltage(int k, T R_error) const {
       const Phase& each = phase[k];
-      const T left = (each.any.most - each.any.least) / T(2) - R_error * each.taken;
+      const T error = (each.any.most - each.any.least) / T(2) - R_error * each.taken;
       return {.psi = (each.any.least + each.any.most) / T(2),
               .taken = each.taken,
-              .left = max(left, T(0)),
+              .left = each.left,
+              .error = max(error, T(0)),
               .is = each.age > 0 && !(doubted > 0 && first.phase == k)};
     }
   };

@@ -175,11 +175,14 @@ def flux_angle(drive: Drive) -> _core.FluxAngle | None:
         return None
     guard = protection(drive)
     machine = drive.machine
+    theta_error = names.theta_error - float(np.radians(angle_step(drive) / 2))
+    fastest = drive.omega_nominal or guard.levels.omega_max
     return _core.FluxAngle(
         T_s=drive.control.T_s,
         acceleration=machine.N_r / drive.J,
         theta_step=float(np.radians(max(angle_step(drive), SMALLEST_SLACK_DEG))),
-        theta_error=names.theta_error - float(np.radians(angle_step(drive) / 2)),
+        theta_error=theta_error,
+        zero_drift=theta_error * np.sqrt(machine.N_r * fastest / (2 * np.pi)),
         tau_drift=machine.greatest_torque,
         omega_error=machine.N_r * guard.levels.omega_max,
         map_error=names.map_error,
