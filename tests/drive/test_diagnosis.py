@@ -434,6 +434,7 @@ def test_a_diagnosis_adds_at_most_1500_instructions_to_a_step():
     assert len(stored) == len(cost.DRIVES) * len(cost.FAULTS)
     dearest = max(stored, key=lambda line: int(line["added_max"]))
     assert int(dearest["added_max"]) <= 1500
+    assert max(int(line["flux_angle_added_max"]) for line in stored) <= 1500
     fault = next(f for f in cost.FAULTS if dearest["fault"] == cost.words(f))
     again = cost.rows(dearest["drive"], [fault])[0]
     assert {key: str(value) for key, value in again.items()} == dearest
