@@ -28,6 +28,20 @@ _unfinished: set[Path] = set()  # what `remove_unfinished` clears away when the 
 _beginnings: list[None] = []  # of what is not in these sets yet
 _put_off: list[int] = []  # signals that came meanwhile
 kept: Counter[Path] = Counter()  # runs of this command that a store has for good
+_read: set[Path] | None = None  # files that the command has read; None where there is no command
+
+
+def begin_command() -> None:
+    """From here on no result replaces a file that `note_input` has named."""
+    global _read
+    _read = set()
+
+
+def note_input(path: Path) -> None:
+    """A file of the user's that is read."""
+    if _read is not None:
+        with suppress(OSError, ValueError):  # a name that no file can have
+            _read.add(path.resolve())
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -40,6 +54,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     """
     import tomllib  # here, as tempfile below: a tenth of the import time of the package
 
+    note_input(path)
     try:
         with path.open("rb") as file:
             content = file.read(MAX_TOML_BYTES + 1)
@@ -138,6 +153,7 @@ def check_place(path: Path) -> None:
         raise ParameterError(f"{path} is a folder, need a file; choose another name")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ParameterError(f"{path}: no right to write in {folder}; choose another folder")
+    refuse_input(path, _read or ())
 
 
 def refuse_input(out: Path, read: Iterable[Path | None]) -> None:

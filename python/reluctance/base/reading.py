@@ -12,6 +12,7 @@ import numpy as np
 from reluctance.base.arrays import FloatArray
 from reluctance.base.columns import point_hint, refuse_parted, with_points
 from reluctance.base.errors import Note, ParameterError, named
+from reluctance.base.files import note_input
 
 MOST_BYTES = 50_000_000  # of a table of numbers as text
 MOST = 1e15  # of a number in a file, either sign: no column of a drive comes near
@@ -36,6 +37,7 @@ def reading(path: Path, kind: str, remedy: str = "") -> Iterator[None]:
     ParameterError
         For every exception that the reader raises, of whichever kind.
     """
+    note_input(path)
     todo = f"; {remedy}" if remedy else ""
     try:
         with named(path):

@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 import reluctance
+from reluctance.base.files import begin_command
 from reluctance.cli.compare import compare
 from reluctance.cli.efficiency import efficiency
 from reluctance.cli.emulate import emulate
@@ -48,6 +49,7 @@ def about(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
 ) -> None:
+    begin_command()
     if version:
         print(f"reluctance {reluctance.__version__}")
         raise typer.Exit
