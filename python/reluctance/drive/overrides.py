@@ -22,8 +22,11 @@ def law_of(data: dict[str, Any]) -> object:
 
 def _keep_keys_of_the_law(control: dict[str, Any], before: object) -> None:
     """Drops the keys of [control] that its law does not have; those of a law of one's own are
-    given after it. Angles stay among laws of one kind only: elsewhere they mean something else."""
+    given after it, and stay from one such law to another. Angles stay among laws of one kind only:
+    elsewhere they mean something else."""
     law = control.get("law")
+    if names_code(law) and names_code(before):
+        return
     if isinstance(law, str) and (law in LAWS or names_code(law)):
         table = table_of(law)
         kept = set(table.model_fields)
