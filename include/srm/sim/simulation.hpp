@@ -465,6 +465,14 @@ class Simulation {
     now_.theta_begun = now_.theta_period - (direction() < 0 ? 0 : pitch);
   }
 
+  /// What comes next in the direction of motion; the rotor may have turned back since a period
+  /// began.
+  void look_ahead() {
+    if ((now_.theta_period - x().theta_m) * direction() < 0) begin_period();
+    now_.theta_next = next_angle(plant_, now_, sensed(), faults_);
+    now_.turns = direction();
+  }
+
   /// The currents of winding k between which no comparator acts.
   Span compared_span(int k) const {
     if (sound()) return awaited(command()[k], now_.gates.gate[k]);
@@ -637,10 +645,7 @@ class Simulation {
   void step_together(double t_limit) {
     for (int k = 0; k < N; ++k) t_limit = std::min(t_limit, now_.gates.next_instant(k));
     const StepStart<N> s = step_start();
-    if (now_.turns != direction()) {
-      now_.theta_next = next_angle(plant_, now_, sensed(), faults_);
-      now_.turns = direction();
-    }
+    if (now_.turns != direction()) look_ahead();
     Spans<N> spans;
     for (int k = 0; k < N; ++k) {
       if (s.circuit.flows[k]) spans[k] = span(k);
@@ -778,8 +783,7 @@ class Simulation {
   void step_independent(double t_limit) {
     State<N>& x = at().x;
     if (now_.turns == 0) {
-      now_.theta_next = next_angle(plant_, now_, sensed(), faults_);
-      now_.turns = direction();
+      look_ahead();
       now_.t_angle = now_.t + (now_.theta_next - x.theta_m) / x.omega_m;
       now_.extremes.include(x);
     }

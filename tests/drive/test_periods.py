@@ -1,0 +1,54 @@
+"""Whole electrical periods of a rotor that begins at rest, or turns back."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import reluctance as rl
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def fan(speed_rpm, start_rpm=0.0):
+    """A fan that is driven to a speed from another one."""
+    drive = rl.load(EXAMPLES / "sharing_cubic.toml")
+    return drive.with_values(
+        {
+            **{"reference.kind": "speed", "reference.speed_rpm": speed_rpm},
+            **{"reference.tau_Nm": None, "control.tau_max_Nm": 30.0, "load.speed_rpm": start_rpm},
+            **{"load.kind": "fan", "load.k_fan_Nms2": 5e-4, "load.J_kgm2": 0.005},
+        }
+    )
+
+
+@pytest.mark.parametrize("start", [0.0, 300.0])
+def test_backwards_has_the_key_figures_of_forwards(start):
+    """The mirror of a run: as many periods, the torque with the other sign."""
+    ahead = rl.simulate(fan(1000.0), until=0.4, record=None).kpis
+    back = rl.simulate(fan(-1000.0, start), until=0.4, record=None).kpis
+    assert ahead.periods > 10
+    assert abs(back.periods - ahead.periods) <= 1
+    assert back.tau_mean == pytest.approx(-ahead.tau_mean, rel=1e-3)
+    assert back.p_cu == pytest.approx(ahead.p_cu, rel=2e-3)
+    assert back.efficiency == pytest.approx(ahead.efficiency, rel=1e-3)
+    assert back.speed_mean == pytest.approx(-ahead.speed_mean, rel=1e-4)
+
+
+def test_a_period_ends_at_each_whole_pitch_that_is_passed():
+    """Forward, back past the start, and forward again: every end is a whole pitch, none is
+    missing."""
+    drive = fan(400.0).with_values(
+        {
+            **{"reference.speed_rpm": None, "reference.t_s": [0.0, 0.15, 0.15, 0.5, 0.5, 0.8]},
+            "reference.values": [400.0, 400.0, -400.0, -400.0, 300.0, 300.0],
+        }
+    )
+    result = rl.simulate(drive, until=0.8, record=drive.control.T_s)
+    pitch = 2 * np.pi / drive.machine.N_r
+    passed = np.flatnonzero(np.diff(np.floor(result.theta_m / pitch)))
+    ends = result.periods["t"][1:-1]
+    at = np.interp(ends, result.t, result.theta_m) / pitch
+    np.testing.assert_allclose(at, np.round(at), atol=1e-3)
+    assert len(ends) == len(passed) > 10
+    assert result.theta_m.min() < -2 * pitch < 2 * pitch < result.theta_m.max()
