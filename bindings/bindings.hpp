@@ -96,6 +96,7 @@ struct AnyController {
       step;
   std::function<std::vector<srm::Event>()> events{};  // of a supervised drive; else empty
   std::shared_ptr<const Exported> exported{};         // null: it has no such form
+  bool follows = false;                               // the rotor, by the flux linkages
 };
 
 void bind_called_law(nb::module_& m);

@@ -63,6 +63,9 @@ AnyController sampled(const srm::SupervisedDrive<Drive>& drive,
         return orders;
       })};
   made.events = [events] { return *events; };
+  if constexpr (requires { drive.drive.control.flux_angle; }) {
+    made.follows = drive.drive.control.flux_angle.on();
+  }
   return made;
 }
 

@@ -21,6 +21,7 @@ AnySimulation::AnySimulation(const AnyController& controller, const SimulationPa
           }
         }
         memory_ = given.memory();
+        follows_ = controller.follows;
         if constexpr (has_form<Forms::usual, double, N>) {
           make(step, given, model.value, faults);
         } else {
@@ -53,7 +54,8 @@ void bind_simulation(nb::module_& m) {
       .def("close_period", &AnySimulation::close_period,
            "Adds the integrals so far to the periods.")
       .def("take_waveforms", &AnySimulation::take_waveforms,
-           "Rows recorded since the last call, with the columns of waveform_columns.")
+           "Rows recorded since the last call, with the columns of waveform_columns; with those of "
+           "flux_estimate_columns behind them where the controller follows the rotor.")
       .def("take_periods", &AnySimulation::take_periods,
            "Rows at the ends of electrical periods since the last call, with the columns of "
            "period_columns.");

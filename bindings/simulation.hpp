@@ -101,6 +101,7 @@ class AnySimulation {
   std::function<std::vector<double>()> onsets_;
   std::function<srm::Learned<double>()> learned_;
   std::function<void(double)> change_R_;
+  bool follows_ = false;  // the rows of the waveforms have an estimate
   std::unique_ptr<srm::Rows> waveforms_, periods_;
   std::shared_ptr<const void> memory_;  // of the tables of the plant
 };
@@ -109,8 +110,9 @@ template <srm::Motor M, int N>
 void AnySimulation::make(const srm::Controller<N>& step, const SimulationParts& given,
                          const M& machine, const Faults& faults) {
   const bool records = given.resolution.record_every >= 0;
-  waveforms_ =
-      std::make_unique<srm::Rows>(srm::columns_of(srm::Waveform<N>{}), records ? waveform_rows : 1);
+  const int columns =
+      follows_ ? srm::columns_of(srm::FollowedWaveform<N>{}) : srm::columns_of(srm::Waveform<N>{});
+  waveforms_ = std::make_unique<srm::Rows>(columns, records ? waveform_rows : 1);
   periods_ = std::make_unique<srm::Rows>(srm::columns_of(srm::Period<N>{}), period_rows);
   const srm::Plant<M, N> plant = given.plant<M, N>(machine);
   if (const char* wrong = plant.coupling.fault(N)) throw std::invalid_argument(wrong);

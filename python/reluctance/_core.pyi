@@ -609,7 +609,7 @@ class Simulation:
 
     def take_waveforms(self) -> NDArray[numpy.float64]:
         """
-        Rows recorded since the last call, with the columns of waveform_columns.
+        Rows recorded since the last call, with the columns of waveform_columns; with those of flux_estimate_columns behind them where the controller follows the rotor.
         """
 
     def take_periods(self) -> NDArray[numpy.float64]:

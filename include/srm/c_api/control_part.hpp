@@ -50,6 +50,8 @@ class ControlPart {
   virtual Orders<N> step(const Measurement<double, N>& y, double reference) = 0;
 
   virtual bool supervised() const = 0;
+  /// The rotor by the flux linkages: its waveforms have an estimate.
+  virtual bool follows() const = 0;
   virtual States states() const = 0;
 
   virtual std::size_t state_size() const = 0;
@@ -117,6 +119,13 @@ class ControlOf final : public ControlPart<P::n_phases> {
   }
 
   bool supervised() const override { return with_states; }
+  bool follows() const override {
+    if constexpr (requires { given_.drive.control.flux_angle; }) {
+      return given_.drive.control.flux_angle.on();
+    } else {
+      return false;
+    }
+  }
   States states() const override {
     if constexpr (with_states) {
       const Outputs& now = state_.outputs;

@@ -46,7 +46,8 @@ class DriveUnit final : public Unit {
     for (const Number& n : numbers_) names_[SRM_PARAMETER].push_back(n.name);
     for (const Input& n : inputs_) names_[SRM_INPUT].push_back(n.name);
     if (part != SRM_CONTROLLER) {
-      names_[SRM_WAVEFORM] = column_names(Waveform<N>{});
+      names_[SRM_WAVEFORM] =
+          follows() ? column_names(FollowedWaveform<N>{}) : column_names(Waveform<N>{});
       names_[SRM_PERIOD] = names_[SRM_LAST_PERIOD] = column_names(Period<N>{});
       for (int k = 0; k < N; ++k) names_[SRM_LEG].push_back("leg_" + std::to_string(k));
     }
@@ -86,7 +87,7 @@ class DriveUnit final : public Unit {
         if (!input.of_control) put_input(input);
       }
       const bool records = given_.resolution.record_every >= 0;
-      waveforms_.emplace(columns_of(Waveform<N>{}), records ? 20000 : 1);
+      waveforms_.emplace(int(names_[SRM_WAVEFORM].size()), records ? 20000 : 1);
       periods_.emplace(columns_of(Period<N>{}), 1000);
       last_period_ = loop_->period();
       loop_->close_period(*periods_);
@@ -159,7 +160,11 @@ class DriveUnit final : public Unit {
     if (!started_) return {SRM_WRONG_ORDER};
     switch (table) {
       case SRM_WAVEFORM:
-        write_columns(loop_->waveform(), values);
+        if (follows()) {
+          write_columns(loop_->followed_waveform(), values);
+        } else {
+          write_columns(loop_->waveform(), values);
+        }
         break;
       case SRM_PERIOD:
         write_columns(loop_->period(), values);
@@ -269,6 +274,9 @@ class DriveUnit final : public Unit {
   }
 
  private:
+  /// The rotor by the flux linkages: rows of waveforms have the estimate.
+  bool follows() const { return part_ != SRM_STAGE && control_->follows(); }
+
   /// A saved state; the state of the controller follows it.
   struct Saved {
     std::uint64_t checksum, identity;

@@ -13,8 +13,7 @@ Waveform<N> waveform(const Plant<M, N>& plant, const SimulationState<N>& now) {
                   .theta_m = x.theta_m,
                   .omega_m = x.omega_m,
                   .u_dc = x.u_dc,
-                  .tau_ref = now.tau_ref,
-                  .estimate = now.estimate};
+                  .tau_ref = now.tau_ref};
   for (int k = 0; k < N; ++k) {
     const PhaseStep& phase = now.phase_steps[k];
     if (!phase.active) continue;

@@ -49,14 +49,21 @@ struct Waveform {
   double u_dc{};                   // dc-link voltage [V]
   double tau_ref{};                // torque reference; 0 where the law has none [N m]
   double tau{};                    // machine torque [N m]
-  FluxEstimate<double> estimate;   // of a control that follows the rotor by the flux linkages
   std::array<double, N> i{};       // phase currents [A]
   std::array<double, N> i_ref{};   // current references [A]
   std::array<double, N> leg{};     // what the windings see: 1, 0, -1
   std::array<double, N> u{};       // winding voltages [V]; 0 where the diodes block
   std::array<double, N> psi{};     // flux linkages [Wb]
   std::array<double, N> tau_ph{};  // phase torques [N m]
-  SRM_FIELDS(t, theta_m, omega_m, u_dc, tau_ref, tau, estimate, i, i_ref, leg, u, psi, tau_ph)
+  SRM_FIELDS(t, theta_m, omega_m, u_dc, tau_ref, tau, i, i_ref, leg, u, psi, tau_ph)
+};
+
+/// The same of a control that follows the rotor by the flux linkages.
+template <int N>
+struct FollowedWaveform {
+  Waveform<N> waveform;
+  FluxEstimate<double> estimate;
+  SRM_FIELDS(waveform, estimate)
 };
 
 /// Extremes within one electrical period.

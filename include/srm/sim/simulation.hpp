@@ -166,10 +166,15 @@ class Simulation {
 
   /// The present instant as a row of the waveforms.
   Waveform<N> waveform() const { return srm::waveform(plant_, now_); }
+  FollowedWaveform<N> followed_waveform() const { return {waveform(), now_.estimate}; }
 
   /// Adds the present instant to the waveforms.
   void record(Rows& waveforms) {
-    waveforms.add(waveform());
+    if (waveforms.columns() == columns_of(FollowedWaveform<N>{})) {
+      waveforms.add(followed_waveform());
+    } else {
+      waveforms.add(waveform());
+    }
     const double interval = resolution_.record_every;
     if (interval > 0) now_.t_record = interval * std::round(now_.t / interval + 1);
   }

@@ -109,7 +109,8 @@ def simulate(
     loop.close_period()
     n_phases = drive.machine.n_phases
     values = np.vstack([*waveforms, loop.take_waveforms()])
-    rows = Rows(values, _core.waveform_columns(n_phases))
+    names = [*_core.waveform_columns(n_phases), *_core.flux_estimate_columns]
+    rows = Rows(values, names[: values.shape[1]])
     summed = Rows(np.vstack([*periods, loop.take_periods()]), _core.period_columns(n_phases))
     p_fe = _iron_loss(drive, rows, summed)
     if iron:
@@ -163,7 +164,7 @@ def _iron_loss(drive: Drive, rows: Rows, periods: Rows) -> float | None:
 
 
 def _estimate(drive: Drive, rows: Rows) -> Estimate | None:
-    if not (drive.protection.flux_angle and drive.supervision.on):
+    if "theta_hat" not in rows.names:
         return None
     return estimate(rows, drive.machine.N_r, drive.control.T_s)
 
