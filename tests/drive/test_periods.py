@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
+from reluctance.cli.run import unmet
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -52,3 +53,14 @@ def test_a_period_ends_at_each_whole_pitch_that_is_passed():
     np.testing.assert_allclose(at, np.round(at), atol=1e-3)
     assert len(ends) == len(passed) > 10
     assert result.theta_m.min() < -2 * pitch < 2 * pitch < result.theta_m.max()
+
+
+def test_a_speed_that_is_missed_by_half_is_told_without_whole_periods():
+    drive = fan(1000.0).with_values({"load.k_fan_Nms2": 5.0, "control.tau_max_Nm": 5.0})
+    kpis = rl.simulate(drive, until=0.05, record=None).kpis
+    assert kpis.periods < 2
+    assert any("speed reference is not held" in remark for remark in unmet(drive, kpis))
+    held = fan(1000.0, 1000.0)
+    soon = rl.simulate(held, until=0.02, record=None).kpis
+    assert soon.periods < 2
+    assert not any("not held" in remark for remark in unmet(held, soon) if "speed" in remark)
