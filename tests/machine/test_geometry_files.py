@@ -33,7 +33,7 @@ from reluctance.machine.geometry.samples import rotor_angle
 from reluctance.machine.geometry.solve import solve
 from reluctance.machine.geometry.solved import by_products_of, solved, system_of
 from reluctance.machine.geometry.steel_file import grade
-from reluctance.machine.library import flattened
+from reluctance.machine.library import flattened, machine_from, machine_table
 from reluctance.machine.maps import check_map, fit_surface
 from reluctance.machine.maps.pole_force import read_pole_force
 
@@ -290,6 +290,33 @@ def made(tmp_path_factory):
     assert done.code == 0, done.error
     assert figure.stat().st_size > 20_000
     return path, out, json.loads(done.out)
+
+
+def test_a_given_resistance_holds_at_20_degrees_and_is_what_the_command_prints(
+    tmp_path, monkeypatch
+):
+    """With given inertia; a value far from the computed one is asked about."""
+    monkeypatch.setattr("reluctance.machine.geometry.solved.Grid", lambda: COARSE)
+    path, out = tmp_path / "g.toml", tmp_path / "m.toml"
+    warm = {"winding__temperature_degC": 90.0}
+    own = by_products_of(geometry(**warm))
+    for R, J, far in ((0.25, 4e-4, []), (25.0, 2.0, ["R_ohm = 25", "J_kgm2 = 2"])):
+        write(path, changed(machine__R_ohm=R, machine__J_kgm2=J, **warm))
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            done = command("machine", "from-geometry", path, "--out", out)
+        assert done.code == 0, done.error
+        assert f"R = {R:g} ohm as given" in done.out and f"J = {J:g} kg m2 as given" in done.out
+        assert [note for note in far if note in str([w.message for w in told])] == far
+        assert len(told) == len(far)
+        machine = read_toml(out)["machine"]
+        assert "temp_R_degC" not in machine and machine["temp_w_degC"] == 90
+        assert (machine["R_ohm"], machine["J_kgm2"]) == (R, J)
+        assert machine_from(machine_table(str(out), tmp_path)).R == pytest.approx(R * 1.2751)
+    write(path, changed(**warm))
+    done = command("machine", "from-geometry", path, "--out", out)
+    assert f"R = {own.R_ohm:.4g} ohm at 90 degC" in done.out
+    assert read_toml(out)["machine"]["temp_R_degC"] == 90
 
 
 def drive(machine, law="angles", **control):

@@ -222,7 +222,7 @@ def test_a_solved_geometry_is_told_by_its_figures():
     )  # fmt: skip
     geometry = SimpleNamespace(
         winding=SimpleNamespace(turns_per_pole=90, temperature_degC=20.0), stator_poles=6,
-        rotor_poles=4, phases=3,
+        rotor_poles=4, phases=3, R_ohm=None, J_kgm2=None,
         map=SimpleNamespace(current_max_A=12.0, angles=31, currents=20),
     )  # fmt: skip
     found = FromGeometry(geometry, solution, "mine")

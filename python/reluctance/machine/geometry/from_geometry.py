@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import Note, ParameterError
 from reluctance.base.figures import save_figure
 from reluctance.base.files import read_toml
 from reluctance.base.picture import Picture
+from reluctance.machine.copper import COPPER_COEFFICIENT
 from reluctance.machine.coupling import Coupling
 from reluctance.machine.geometry.coupling_of import coupling_of
 from reluctance.machine.geometry.file import Geometry
@@ -28,6 +30,7 @@ from reluctance.machine.maps.surface import surface
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+FAR = 5.0  # a given R or J is asked about beyond so many times the computed one, or its part
 SELF_PART = 0.25  # of the time, where pairs are solved too: for the progress
 
 
@@ -66,9 +69,9 @@ class FromGeometry:
                 np.ptp(s.coenergy[-1, [0, -1]]) * self.geometry.rotor_poles / np.pi
             ),
             "pole_force_max_N": float(s.pole_force.max()),
-            "R_ohm": s.R_ohm,
+            "R_ohm": s.R_ohm if self.geometry.R_ohm is None else self.geometry.R_ohm,
             "L_end_H": s.L_end_H,
-            "J_kgm2": s.J_kgm2,
+            "J_kgm2": s.J_kgm2 if self.geometry.J_kgm2 is None else self.geometry.J_kgm2,
             "copper_kg": s.copper_kg,
             "iron_kg": s.stator_iron_kg + s.rotor_iron_kg,
             "wire_area_mm2": 1e6 * s.wire_area_m2,
@@ -94,8 +97,15 @@ class FromGeometry:
 
     def lines(self) -> list[str]:
         """The figures as text."""
-        f, g = self.figures, self.geometry
+        f, g, s = self.figures, self.geometry, self.solution
         i_max = g.map.current_max_A
+        warm = f"{g.winding.temperature_degC:g} degC"
+        R = f"R = {f['R_ohm']:.4g} ohm at {warm}"
+        if g.R_ohm is not None:
+            R = f"R = {g.R_ohm:g} ohm as given (computed: {s.R_ohm:.4g} ohm at {warm})"
+        J = f"J = {f['J_kgm2']:.3g} kg m2"
+        if g.J_kgm2 is not None:
+            J = f"J = {g.J_kgm2:g} kg m2 as given (computed: {s.J_kgm2:.3g} kg m2)"
         return [
             f"{g.stator_poles}/{g.rotor_poles}, {g.phases} phases: {f['unknowns']:.0f} unknowns, "
             f"{g.map.angles} angles x {g.map.currents} currents",
@@ -103,10 +113,9 @@ class FromGeometry:
             f"{f['psi_unaligned_Wb']:.4g} Wb unaligned; torque {f['tau_peak_Nm']:.4g} N m peak, "
             f"{f['tau_mean_Nm']:.4g} N m mean of one phase; radial force on a pole up to "
             f"{f['pole_force_max_N']:.3g} N",
-            f"R = {f['R_ohm']:.4g} ohm at {g.winding.temperature_degC:g} degC, end windings "
-            f"{1e3 * f['L_end_H']:.3g} mH, wire {f['wire_area_mm2']:.3g} mm2 (estimates)",
-            f"J = {f['J_kgm2']:.3g} kg m2, copper {f['copper_kg']:.3g} kg, iron "
-            f"{f['iron_kg']:.3g} kg",
+            f"{R}, end windings {1e3 * f['L_end_H']:.3g} mH, wire {f['wire_area_mm2']:.3g} mm2 "
+            "(estimates)",
+            f"{J}, copper {f['copper_kg']:.3g} kg, iron {f['iron_kg']:.3g} kg",
             *self.pair_lines(),
         ]
 
@@ -186,10 +195,30 @@ def machine_from_geometry(
                 float(solution.i[-1]),
                 told=lambda part: told(first + share * part),
             )
+        for question in _far_from_computed(checked_file, solution):
+            warnings.warn(f"{path}: {question}", Note, stacklevel=2)
         return FromGeometry(checked_file, solution, path.name, coupling)
     except ParameterError as fault:
         line = str(fault).replace("[machine.", "[")  # here the tables stand by themselves
         raise ParameterError(f"{path}: {line}") from None
+
+
+def _far_from_computed(g: Geometry, s: Solution) -> Iterator[str]:
+    """What to ask of a given resistance or inertia that the dimensions do not lead to."""
+    T = g.winding.temperature_degC
+    if g.R_ohm is not None:  # it holds at 20 degC
+        cold = s.R_ohm / (1 + COPPER_COEFFICIENT * (T - 20.0))
+        yield from _far("R_ohm", g.R_ohm, cold, "ohm at 20 degC")
+    if g.J_kgm2 is not None:
+        yield from _far("J_kgm2", g.J_kgm2, s.J_kgm2, "kg m2")
+
+
+def _far(key: str, given: float, computed: float, unit: str) -> Iterator[str]:
+    if not computed / FAR <= given <= FAR * computed:
+        yield (
+            f"{key} = {given:g} is given, while {computed:.3g} {unit} follow from the dimensions: "
+            "check its unit and the dimensions"
+        )
 
 
 def _check_rises(solution: Solution) -> None:

@@ -109,6 +109,7 @@ def machine_keys(
     """What every machine file has. estimate: how a computed number is written."""
     poles = f"{g.stator_poles}/{g.rotor_poles}, {g.phases} phases"
     temperature = g.winding.temperature_degC
+    warm = {"temp_R_degC": temperature} if g.R_ohm is None else {}  # a given one: at the default
     return {
         "name": g.name or f"{poles}, from its geometry",
         "source": g.source,
@@ -118,7 +119,7 @@ def machine_keys(
         "N_r": g.rotor_poles,
         "n_phases": g.phases,
         "R_ohm": estimate(s.R_ohm) if g.R_ohm is None else g.R_ohm,
-        "temp_R_degC": temperature,
+        **warm,
         "temp_w_degC": temperature if g.temp_w_degC is None else g.temp_w_degC,
         "i_max_A": g.map.current_max_A if g.i_max_A is None else g.i_max_A,
         "J_kgm2": estimate(s.J_kgm2) if g.J_kgm2 is None else g.J_kgm2,
