@@ -137,6 +137,14 @@ def test_an_increment_without_a_number_is_one_line(tmp_path: Path) -> None:
         read_pulses([tmp_path / "r.csv"], angles=[0.0])
 
 
+@pytest.mark.parametrize("head", ["t_s,u_V,i_A,theta_e_deg", "x-axis,1,2\nsecond,Volt,Ampere"])
+def test_a_record_without_rows_is_told_as_such(tmp_path: Path, head: str) -> None:
+    path = tmp_path / "p.csv"
+    path.write_text(head + "\n")
+    with pytest.raises(ParameterError, match=r"p.csv: the file has no rows below the names"):
+        read_pulses([path], angles=[] if "theta" in head else [0.0])
+
+
 def with_units(p: Pulse) -> str:
     rows = [f"{t:.9f},{u:.6f},{i / 10:.7f}" for t, u, i in zip(*p, strict=True)]
     return "\n".join(["Time,CH1,CH2", "s,V,V", *rows])

@@ -158,6 +158,8 @@ def _read(
     needed = ("u", "i") if even else ("t", "u", "i")
     needed = needed if angle is not None else (*needed, "theta")
     first, head, found = _table(rows, {q: n for q, n in names.items() if q in needed}, needed)
+    if first >= len(rows):
+        raise ParameterError("the file has no rows below the names of its columns; record it again")
     values = {q: numbers(rows[first:], c, head[c]) for q, (c, _) in found.items()}
     if probe is None:
         _check_no_volts(head[found["i"][0]])
