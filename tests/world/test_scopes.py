@@ -168,6 +168,32 @@ def test_a_current_in_volts_asks_for_its_probe_and_one_column_is_not_two_quantit
     assert probe and command(*line, *names, *probe.groups()).code == 0
 
 
+@pytest.mark.parametrize(
+    ("head", "named", "scale"),
+    [
+        ("Time,CH1,CH2\ns,V,mV", "CH2", 1e3),
+        ("Time,CH1,CH2 [mV]", "CH2 [mV]", 1e3),
+        ("Time,CH1,Channel 2 (uV)", "Channel 2 (uV)", 1e6),
+        ("Time,CH1,i_mV", "i_mV", 1e3),
+        ("Time,CH1,i_mV", "", 1e3),
+        ("Time,CH1,current [kV]", "", 1e-3),
+        ("Time,CH1,i_V", "i_V", 1.0),
+    ],
+)
+def test_the_unit_of_a_probes_column_counts_before_its_factor(
+    tmp_path: Path, head: str, named: str, scale: float
+) -> None:
+    p, path = PULSES[3], tmp_path / "p.csv"
+    rows = [f"{t:.9f},{u:.6f},{scale * i / 10:.9g}" for t, u, i in zip(*p, strict=True)]
+    path.write_text("\n".join([head, *rows]) + "\n")
+    names = {"t": "Time", "u": "CH1"} | ({"i": named} if named else {})
+    (found,) = read_pulses([path], angles=[0.0], names=names, probe=10.0).pulses
+    assert found.i == pytest.approx(p[2], rel=1e-6, abs=1e-6)
+    if scale != 1:
+        with pytest.raises(ParameterError, match=r"is in volts: .* --probe_A_per_V"):
+            read_pulses([path], angles=[0.0], names=names)
+
+
 def test_a_resistance_that_is_ten_times_too_large_is_told_before_what_it_does(
     tmp_path: Path,
 ) -> None:

@@ -11,12 +11,12 @@ import numpy as np
 from reluctance.base.errors import ParameterError
 from reluctance.base.reading import is_number, numbers, read_text, reading
 from reluctance.machine.maps.cells import any_rows
-from reluctance.machine.maps.raw import Column, column, stated_column, stated_unit
+from reluctance.machine.maps.raw import BRACKETED, Column, column, stated_column, stated_unit
 from reluctance.machine.maps.table import Array
 
 MAX_BYTES = 100_000_000  # 31 angles, 8 pulses of 2000 rows, are 20 MB
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "second": 1.0, "sec": 1.0, "": 1.0}
-VOLTAGE = {"v": 1.0, "mv": 1e-3, "kv": 1e3, "volt": 1.0, "volts": 1.0, "": 1.0}
+VOLTAGE = {"v": 1.0, "mv": 1e-3, "uv": 1e-6, "kv": 1e3, "volt": 1.0, "volts": 1.0, "": 1.0}
 MOST_HEAD = 100  # lines of settings that an oscilloscope writes above its table
 U_STEM = "u|v|u_mean|voltage|volt"
 FEWEST_ROWS = 8  # of a pulse
@@ -161,9 +161,8 @@ def _read(
     if first >= len(rows):
         raise ParameterError("the file has no rows below the names of its columns; record it again")
     values = {q: numbers(rows[first:], c, head[c]) for q, (c, _) in found.items()}
-    if probe is None:
-        _check_no_volts(head[found["i"][0]])
-    u, i = found["u"][1].factor * values["u"], (probe or 1.0) * found["i"][1].factor * values["i"]
+    u = found["u"][1].factor * values["u"]
+    i = _amperes(head[found["i"][0]], found["i"][1].factor, probe) * values["i"]
     if even is None:
         t = found["t"][1].factor * values["t"]
     else:
@@ -182,14 +181,30 @@ def _read(
     return pulses, found["theta"][1] if angle is None else None
 
 
-def _check_no_volts(name: str) -> None:
-    """Raises ParameterError for a current whose unit is that of a voltage."""
-    unit = name.rpartition("[")[2].strip("] ").lower() if name.endswith("]") else ""
-    if unit and unit in VOLTAGE:
+def _amperes(name: str, factor: float, probe: float | None) -> float:
+    """What makes amperes of a column of currents. factor: of its unit, unless that is of a voltage.
+
+    Raises
+    ------
+    ParameterError
+        If it is of a voltage and there is no factor of a probe.
+    """
+    unit = _unit_of_volts(name)
+    if probe is None and unit:
         raise ParameterError(
             f"the current `{name}` is in volts: give the factor of its probe, --probe_A_per_V 10 "
             "for 100 mV/A"
         )
+    return (VOLTAGE[unit] if unit else factor) * (probe or 1.0)
+
+
+def _unit_of_volts(name: str) -> str:
+    """A unit of VOLTAGE in brackets, or behind an underscore: `CH2 [mV]`, `i_mV`; else nothing. A
+    single V behind an underscore may be the name of a phase."""
+    bracketed = BRACKETED.match(name)
+    unit = bracketed["unit"] if bracketed else name.rpartition("_")[2]
+    unit = unit.strip().lower()
+    return unit if unit in VOLTAGE and (bracketed or unit != "v") else ""
 
 
 def _table(
@@ -277,8 +292,9 @@ def _known(quantity: str, name: str, stated: bool) -> Column | None:
     if quantity in ("i", "theta"):
         if stated:
             return stated_column(quantity, name)
+        unit = _unit_of_volts(name) if quantity == "i" else ""
         try:
-            known = column(name)
+            known = column(re.sub(rf"(?i)[\s_(\[]+{unit}\W*$", "", name) if unit else name)
         except ParameterError:
             return None
         return known if known is not None and known.quantity == quantity else None
