@@ -316,6 +316,21 @@ def test_another_unit_of_light_is_told_first_and_its_remedy_works(
     assert len(read(**written(tmp_path, mended)).ghi) == 48
 
 
+@pytest.mark.parametrize(
+    "above",
+    ["", "Logger X12;Station 4\n", "Logger X12;Station 4;;\n\n", "Logger;4\nHeight;200\nA;7,5\n"],
+)
+@pytest.mark.parametrize("units", ["", ";;W/m2;C\n"])
+def test_names_in_another_language_are_told_as_the_columns_and_no_title(tmp_path, above, units):
+    names = "Datum;Zeit;Globalstrahlung [W/m²];Lufttemperatur"
+    rows = "".join(f"01.05.2026;{hour:02}:00;{hour},5;20,1\n" for hour in range(24))
+    (tmp_path / "w.csv").write_text(f"{above}{names}\n{units}{rows}")
+    with pytest.raises(ParameterError) as fault:
+        read(kind="csv", file="w.csv", folder=tmp_path)
+    assert f"columns {names.replace(';', ', ')};" in str(fault.value)
+    assert "Logger" not in str(fault.value)
+
+
 def test_decimal_commas_between_commas_are_told_as_such(tmp_path):
     frame = sunny()[["time", "ghi"]].round(1)
     parted = "time,ghi\n" + "".join(f"{t},{g}\n".replace(".", ",") for t, g in frame.to_numpy())

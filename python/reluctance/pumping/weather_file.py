@@ -1,5 +1,6 @@
 """The [weather] table: a clear sky, or a TMY3, EPW, PVGIS or CSV file."""
 
+import csv
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,7 +24,7 @@ from reluctance.base.columns import (
 )
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import is_file, scratch
-from reluctance.base.reading import read_text, reading
+from reluctance.base.reading import is_number, read_text, reading
 from reluctance.base.schema import Section
 from reluctance.plant.solar.pv_module import pvlib
 from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
@@ -338,12 +339,28 @@ def _day_and_time_joined(frame: pd.DataFrame) -> pd.DataFrame:
 def _table(content: str) -> pd.DataFrame:
     """The rows of a CSV file below the line that names the light; what stands above is no data."""
     lines = [line for line in content.splitlines() if line.strip() and not line.startswith("#")]
-    start = next((k for k, line in enumerate(lines[:MOST_HEAD]) if "ghi" in _known(line)), 0)
+    light = (k for k, line in enumerate(lines[:MOST_HEAD]) if "ghi" in _known(line))
+    start = next(light, _names_line(lines[:MOST_HEAD]))
     separator = _separator(lines[start]) if lines else ","
     lines = with_points(lines[start:], separator)
     if separator == ",":
         refuse_parted([line.split(",") for line in lines[:MOST_HEAD] if '"' not in line])
     return pd.read_csv(StringIO("\n".join(lines)), sep=separator, skipinitialspace=True)
+
+
+def _names_line(lines: list[str]) -> int:
+    """The line with the names where none names the light: of the lines without numbers above a row
+    of numbers, as wide as the last row, the one with most cells filled."""
+    rows = [next(csv.reader([line], delimiter=_separator(line))) for line in lines]
+    above: list[int] = []
+    for k, row in enumerate(rows):
+        if len(row) != len(rows[-1]):
+            above = []
+        elif not any(is_number(cell.replace(",", ".")) for cell in row):
+            above.append(k)
+        elif above:
+            return max(above, key=lambda n: sum(map(bool, rows[n])))
+    return 0
 
 
 def _separator(line: str) -> str:
