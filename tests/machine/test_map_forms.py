@@ -211,6 +211,36 @@ def test_another_number_of_turns_is_recognised_and_said(factor, tmp_path):
     assert command("map", "check", path, "--N_r", 6, "--turns_factor", remedy).code == 0
 
 
+def test_the_number_of_turns_that_is_told_is_whole_where_the_map_is_a_little_off(tmp_path):
+    psi, tau = sampled(HALF)
+    rows = [",".join(f"{v:.12g}" for v in row) for row in long_rows(0.499995 * psi, tau)]
+    path = tmp_path / "m.csv"
+    path.write_text("\n".join(["i_A,theta_deg,psi_Wb,tau_Nm", *rows]))
+    assert "pass --turns_factor 2;" in " ".join(
+        command("map", "check", path, "--N_r", 6).out.split()
+    )
+
+
+@pytest.mark.parametrize(
+    ("cell", "right"),
+    [
+        ("1.200,0", "1200.0"),
+        ("-12.345.678", "-12345678"),
+        ("1'200.5", "1200.5"),
+        ("1 200,25", "1200.25"),
+    ],
+)
+def test_a_number_whose_thousands_are_parted_is_told_as_such(cell, right, tmp_path):
+    path = tmp_path / "m.csv"
+    text = long_text(["i_A", "theta_deg", "psi_Wb", "tau_Nm"], ";").splitlines()
+    text[5] = f"{cell};" + text[5].partition(";")[2]
+    path.write_text("\n".join(text))
+    said = refused("map", "check", path, "--N_r", 6)
+    assert f"`{cell}` is not a number" in said and said.strip().endswith(
+        f"parts thousands: write {right}"
+    )
+
+
 def test_a_map_error_names_the_whole_path_and_the_option(tmp_path):
     path = tmp_path / "sub" / "m.csv"
     path.parent.mkdir()

@@ -15,6 +15,12 @@ BRACKETED = re.compile(r"^(?P<stem>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
 COMMA = re.compile(r"(?<![^\s;\"])([-+]?\d*),(\d+(?:[eE][-+]?\d+)?)(?![^\s;\"])")
 POINT = re.compile(r"(?<![^\s;\"])[-+]?\d*\.\d+(?:[eE][-+]?\d+)?(?![^\s;\"])")
 
+# A number in groups of three digits, and a decimal mark that is another one.
+THOUSANDS = re.compile(
+    r"(?P<whole>[-+]?[1-9]\d{0,2}(?:(?P<mark>[.,' \u2019\u00a0\u202f])\d{3})(?:(?P=mark)\d{3})*)"
+    r"(?P<decimal>(?!(?P=mark))[.,]\d+)?"
+)
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -112,7 +118,13 @@ def refuse_parted(rows: Sequence[Sequence[str]]) -> None:
 
 
 def point_hint(text: str) -> str:
-    """What to say of a text that is a number with a decimal comma; else nothing."""
+    """What to say of a text that is a number with a decimal comma, or with marks that part its
+    thousands; else nothing."""
+    if parted := THOUSANDS.fullmatch(text.strip()):
+        mark, decimal = parted["mark"], parted["decimal"] or ""
+        if decimal or mark not in ".," or parted["whole"].count(mark) > 1:
+            right = parted["whole"].replace(mark, "") + decimal.replace(",", ".")
+            return f"the `{mark}` in it parts thousands: write {right}"
     if re.fullmatch(r"\s*[-+]?\d+,\d+\s*", text) is None:
         return ""
     hint = f"write a decimal point, as in {text.strip().replace(',', '.')}"

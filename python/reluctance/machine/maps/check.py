@@ -238,7 +238,7 @@ def _scale(table: FluxTable, tau_W: Array) -> str | None:
         )
     return (
         f"flux linkage times current is 1/{whole} of what the torque belongs to; if the flux "
-        f"linkage is of one of {whole} coils in series, pass --turns_factor {factor:.6g}; if the "
+        f"linkage is of one of {whole} coils in series, pass --turns_factor {whole}; if the "
         f"current is of one of {whole} parallel paths, multiply the column of currents"
     )
 
