@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from reluctance.base.files import check_place
 from reluctance.cli import app
 from reluctance.machine.library import machine_table
 
@@ -80,3 +81,9 @@ def test_a_result_may_replace_a_result(place):
     words = ("run", "angle_table.toml", "--until", "0.005", "--out", "w.csv")
     assert answer(*words).exit_code == 0
     assert answer(*words).exit_code == 0
+
+
+def test_after_a_command_python_may_write_what_it_read(place):
+    """A command that ends leaves nothing behind, in a notebook that runs one."""
+    assert answer("run", "angle_table.toml", "--until", "0.005").exit_code == 0
+    check_place(place / "angle_table.csv")

@@ -37,6 +37,18 @@ def begin_command() -> None:
     _read = set()
 
 
+def end_command() -> None:
+    """What is read and written from here on is no command's."""
+    global _read
+    _read = None
+
+
+def edit_input(path: Path) -> None:
+    """A file that the command reads in order to change it."""
+    if _read is not None:
+        _read.discard(path.resolve())
+
+
 def note_input(path: Path) -> None:
     """A file of the user's that is read."""
     if _read is not None:

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 import reluctance
-from reluctance.base.files import begin_command
+from reluctance.base.files import begin_command, end_command
 from reluctance.cli.compare import compare
 from reluctance.cli.efficiency import efficiency
 from reluctance.cli.emulate import emulate
@@ -50,6 +50,7 @@ def about(
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
 ) -> None:
     begin_command()
+    context.call_on_close(end_command)
     if version:
         print(f"reluctance {reluctance.__version__}")
         raise typer.Exit

@@ -6,7 +6,7 @@ from math import gcd
 from pathlib import Path
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import write_text
+from reluctance.base.files import edit_input, write_text
 from reluctance.machine.library import machine_from, placed_machine
 
 
@@ -96,6 +96,7 @@ def accept_in(path: Path, reason: str) -> None:
     text = "\n".join(lines) + "\n"
     table = tomllib.loads(text)["machine"]
     machine_from(placed_machine(table, path.parent))
+    edit_input(path)
     write_text(path, text)
 
 
