@@ -1,5 +1,6 @@
 """Pump, pipe and lift: affinity, the reference table, `fluids` for friction, curves refused."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ from fluids import friction_factor
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import Note, ParameterError
 from reluctance.base.schema import checked
 from reluctance.plant.hydraulics.pipe import Pipe, flow, hydraulics, least_speed
 from reluctance.plant.hydraulics.pump import GRAVITY, RHO, Pump, pump_from
@@ -184,6 +185,14 @@ def test_a_pump_that_runs_out_is_answered_with_the_speed_at_which_it_does_not():
             "at Q_m3ph = 4 the water takes 696 W and the shaft has 0.9 W; correct the unit",
         ),
         ("Q_m3ph,H_m,p_shaft_W\n0,70,300\n4,64,900\n7,50,950", "takes 952 W and the shaft"),
+        (
+            "Q_m3ph,H_m,Eff [%],P2 [kW]\n0,70,0,500\n4,64,60,1160\n7,50,62,1540",
+            "power means an efficiency of 0.0618 %, the column of the efficiency has 62 %",
+        ),
+        (
+            "Q_m3ph,H_m,eta,p_shaft_W\n0,70,0,500\n4,64,0.2,1160\n7,50,0.6,1540",
+            "efficiency of 60 %, the column of the efficiency has 20 %; correct the unit of one",
+        ),
         ("Q_m3ph,H_m\n0,30\n10,29\n20,28", "need Q_m3ph, H_m and eta or p_shaft_W"),
         ("Q_m3ph,H_m,eta\n0,a,0", "data row 1, H_m: `a` is not a number"),
         ("", "the file has no rows"),
@@ -193,6 +202,18 @@ def test_a_curve_that_is_none_is_refused_on_one_line(tmp_path, text, message):
     with pytest.raises(ParameterError) as fault:
         pump_from(written(tmp_path, text), tmp_path).curve()
     assert message in str(fault.value) and "\n" not in str(fault.value)
+
+
+def test_an_efficiency_of_pump_and_motor_beside_a_shaft_power_is_told(tmp_path):
+    """80 % of the pump's: the power counts."""
+    text = "Q_m3ph,H_m,eta,p_shaft_W\n0,70,0,500\n4,64,0.48,1160\n7,50,0.5,1540"
+    with pytest.warns(Note, match=r"of 60 %, the column .* 48 %; the power counts"):
+        both = pump_from(written(tmp_path, text), tmp_path).curve()
+    alone = "\n".join(",".join(row.split(",")[i] for i in (0, 1, 3)) for row in text.splitlines())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        power = pump_from(written(tmp_path, alone), tmp_path).curve()
+    assert np.array_equal(both.power_1(both.Q_end / 2), power.power_1(power.Q_end / 2))
 
 
 BEST = {"n_ref_rpm": 1500.0, "H_0_m": 32.0, "Q_b_m3ph": 70.0, "H_b_m": 25.0, "eta_b": 0.72}

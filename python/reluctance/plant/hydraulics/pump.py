@@ -58,6 +58,8 @@ class Curve:
 
 
 LEAST_BEST = 0.03  # efficiency: the smallest pumps reach some 10 %; less is a fraction in per cent
+APART = 2.0  # of two efficiencies of one curve: one more than the other is a wrong unit
+DIFFERENT = 0.15  # the same: from here on it is said
 
 
 class Pump(Section):
@@ -195,6 +197,8 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
             )
     if "p_shaft_W" in table:
         _check_power(Q, H, table["p_shaft_W"], path)
+        if "eta" in table:
+            _check_both(Q, H, table, path)
     given, (Q, H) = Q, _falling(Q, H, path)
     at_work = np.isin(given, Q) & (given > 0)
     if "p_shaft_W" in table:
@@ -231,6 +235,28 @@ def _check_power(Q: FloatArray, H: FloatArray, P: FloatArray, path: Path) -> Non
             f"{path}: at Q_m3ph = {Q[k] / M3PH:g} the water takes {water[k]:.3g} W and the shaft "
             f"has {P[k]:.3g} W; correct the unit in the name of a column: flow, head or power"
         )
+
+
+def _check_both(Q: FloatArray, H: FloatArray, table: dict[str, FloatArray], path: Path) -> None:
+    """Raises ParameterError where power and efficiency cannot be of one pump.
+
+    A Note tells a smaller difference: the efficiency may be that of pump and motor.
+    """
+    flows = (Q > 0) & (table["eta"] > 0)
+    by_power = RHO * GRAVITY * Q[flows] * H[flows] / table["p_shaft_W"][flows]
+    ratio = by_power / table["eta"][flows]
+    if not len(ratio):
+        return
+    k = int(np.argmax(np.abs(np.log(ratio))))
+    told = (
+        f"{path}: at Q_m3ph = {Q[flows][k] / M3PH:g} the shaft power means an efficiency of "
+        f"{100 * by_power[k]:.3g} %, the column of the efficiency has "
+        f"{100 * table['eta'][flows][k]:.3g} %"
+    )
+    if abs(np.log(ratio[k])) > np.log(APART):
+        raise ParameterError(f"{told}; correct the unit of one of the two, or remove it")
+    if abs(ratio[k] - 1) > DIFFERENT:
+        warnings.warn(f"{told}; the power counts", Note, stacklevel=2)
 
 
 def _falling(Q: FloatArray, H: FloatArray, path: Path) -> tuple[FloatArray, FloatArray]:
