@@ -64,3 +64,11 @@ def test_a_speed_that_is_missed_by_half_is_told_without_whole_periods():
     soon = rl.simulate(held, until=0.02, record=None).kpis
     assert soon.periods < 2
     assert not any("not held" in remark for remark in unmet(held, soon) if "speed" in remark)
+
+
+@pytest.mark.parametrize("zero", [0.0, -0.0])
+def test_a_rotor_that_is_held_at_standstill_never_reaches_an_angle(zero):
+    drive = rl.load(EXAMPLES / "sharing_cubic.toml").with_values({"load.speed_rpm": zero})
+    result = rl.simulate(drive, until=0.002, record=1e-4)
+    assert result.t[-1] == 0.002 and (result.theta_m == result.theta_m[0]).all()
+    assert result.kpis.periods == 0

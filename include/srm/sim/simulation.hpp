@@ -789,7 +789,8 @@ class Simulation {
     State<N>& x = at().x;
     if (now_.turns == 0) {
       look_ahead();
-      now_.t_angle = now_.t + (now_.theta_next - x.theta_m) / x.omega_m;
+      // Never at standstill, whichever sign its zero has.
+      now_.t_angle = now_.t + std::abs(now_.theta_next - x.theta_m) / std::abs(x.omega_m);
       now_.extremes.include(x);
     }
     t_limit = std::min(t_limit, now_.t_angle);
