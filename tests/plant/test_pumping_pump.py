@@ -191,7 +191,7 @@ def test_a_pump_that_runs_out_is_answered_with_the_speed_at_which_it_does_not():
         ),
         (
             "Q_m3ph,H_m,eta,p_shaft_W\n0,70,0,500\n4,64,0.2,1160\n7,50,0.6,1540",
-            "efficiency of 60 %, the column of the efficiency has 20 %; correct the unit of one",
+            "of 60 %, the column of the efficiency has 20 %; correct the unit of the wrong one",
         ),
         ("Q_m3ph,H_m\n0,30\n10,29\n20,28", "need Q_m3ph, H_m and eta or p_shaft_W"),
         ("Q_m3ph,H_m,eta\n0,a,0", "data row 1, H_m: `a` is not a number"),

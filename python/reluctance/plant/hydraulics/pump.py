@@ -254,7 +254,7 @@ def _check_both(Q: FloatArray, H: FloatArray, table: dict[str, FloatArray], path
         f"{100 * table['eta'][flows][k]:.3g} %"
     )
     if abs(np.log(ratio[k])) > np.log(APART):
-        raise ParameterError(f"{told}; correct the unit of one of the two, or remove it")
+        raise ParameterError(f"{told}; correct the unit of the wrong one, or remove its column")
     if abs(ratio[k] - 1) > DIFFERENT:
         warnings.warn(f"{told}; the power counts", Note, stacklevel=2)
 
