@@ -114,6 +114,12 @@ def test_no_result_replaces_what_its_command_reads(tmp_path):
     assert "t.csv is read by this command; name another file for its result" in line
     assert table.read_bytes() == MAP.read_bytes()
     assert command("map", "check", table, *poles, "--repair", tmp_path / "u.csv").code == 0
+    theirs = tmp_path / "bench.csv"
+    theirs.write_text("current,angle,flux\n1,2,3\n")
+    line = refused("map", "check", table, *poles, "--repair", theirs)
+    assert "bench.csv exists, and is no table with the columns that this command writes" in line
+    assert theirs.read_text() == "current,angle,flux\n1,2,3\n"
+    assert command("map", "check", table, *poles, "--repair", tmp_path / "u.csv").code == 0
     drive = tmp_path / "d.toml"
     drive.write_text(RATED.read_text())
     assert "is read by this command" in refused("export", "blob", drive, "--out", drive)

@@ -223,6 +223,7 @@ def test_a_file_is_read_pulse_by_pulse(drive, tmp_path):
     ("text", "said"),
     [
         ("t_s,u_mean_V,i_A,theta_m_deg\n0,0,0,0\n", "u_held_mean_V is missing"),
+        (",".join(COLUMNS) + "\n", "there are no rows below the names"),
         (",".join(COLUMNS) + "\n0,0,0,0,0,ab\n", "data row 1: the pulse there has 1 rows"),
         (",".join(COLUMNS) + "\n0,0,0,0,0,ad\n", "pair `ad` is none of phases a, b, c"),
         (",".join(COLUMNS) + "\n0,0,0,0,0,aa\n", "write the pulsed phase and the held one"),
@@ -245,8 +246,11 @@ def test_the_command_tells_factor_error_and_torque(drive, tmp_path):
     assert "24 pulses at 12 clamped positions" in said
     assert "the pairs are 1.2500 +- 0.0000 of those believed (ab 1.250, ca 1.250)" in said
     assert "next: pair_factor = 1 in the machine file" in said
+    theirs = tmp_path / "theirs.csv"
+    theirs.write_text("phase,W\n1,2\n")
     for option, told in (
         (("--out", file), "is read by this command"),
+        (("--out", theirs), "no table with the columns that this command writes"),
         (("--out", tmp_path / "m.csv"), "6 clamped positions and 2 held currents, need"),
         (("--N_r", 4), "--N_r goes with a flux table, not with --pairs"),
     ):

@@ -175,6 +175,20 @@ def refuse_input(out: Path, read: Iterable[Path | None]) -> None:
         raise ParameterError(f"{out} is read by this command; name another file for its result")
 
 
+def check_own_table(out: Path, columns: Iterable[str]) -> None:
+    """Raises ParameterError where a file is there that does not begin with these columns: this
+    command has not written it, so it does not replace it."""
+    if not is_file(out):
+        return
+    with told(out), out.open("rb") as file:
+        head = ",".join(columns).encode()
+        if file.read(len(head)) != head:
+            raise ParameterError(
+                f"{out} exists, and is no table with the columns that this command writes; "
+                "remove it, or choose another name"
+            )
+
+
 def check_folder(folder: Path, remedy: str = "choose another --out") -> None:
     """Raises ParameterError where a folder could not be made, or not be written to."""
     there = folder.absolute()

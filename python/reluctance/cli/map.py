@@ -13,7 +13,7 @@ from rich.console import Console
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.figures import check_figure, look, save_figure
-from reluctance.base.files import check_ending, is_file, refuse_input, write_whole
+from reluctance.base.files import check_ending, check_own_table, is_file, refuse_input, write_whole
 from reluctance.base.unedited import write_unedited
 from reluctance.cli.lines import wrapped
 from reluctance.cli.options import AsJson, Style, Width, help_if_bare
@@ -218,12 +218,14 @@ def check(
 ) -> None:
     """Judge a flux map. Exit code 1 if it is refused and not accepted."""
     from reluctance.machine.maps import check_map, repair_map, write_map
+    from reluctance.machine.maps.importers import MAP_COLUMNS
     from reluctance.machine.maps.report import check_table
 
     stated = replace(stated, torque=torque, i_max_A=i_max)
     if repair is not None:
         check_ending(repair, {".csv"})
         refuse_input(repair, [file, torque])
+        check_own_table(repair, MAP_COLUMNS)
     if accept is not None and (file.suffix.lower() != ".toml" or not accept.strip()):
         raise ParameterError(
             "--accept stores its reason in a machine file: make one with `reluctance map import`, "

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import check_ending, refuse_input, write_whole
+from reluctance.base.files import check_ending, check_own_table, refuse_input, write_whole
 from reluctance.cli.map import AlignedAt, AngleKind, AngleUnit, MaxCurrent, RotorPoles, Zero
 
 
@@ -57,6 +57,7 @@ def identify(
 ) -> None:
     """Make a flux table of voltage pulses from a bench. By oscilloscope or firmware."""
     from reluctance.machine.maps import identify, read_pulses, write_map
+    from reluctance.machine.maps.importers import MAP_COLUMNS
 
     if pairs is not None:
         from reluctance.cli.map_identify_pairs import identify_pairs
@@ -70,6 +71,7 @@ def identify(
         raise ParameterError("need --out MAP.csv, or --pairs DRIVE.toml for a factor of its pairs")
     check_ending(out, {".csv"})
     refuse_input(out, files)
+    check_own_table(out, MAP_COLUMNS)
     if poles is None:
         raise ParameterError("the recording does not give the rotor poles; pass --N_r")
     recording = read_pulses(files, angles=angle or (), names=_names(name), probe=probe)

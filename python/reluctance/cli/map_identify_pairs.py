@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from reluctance import load
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import check_ending, refuse_input, write_whole
+from reluctance.base.files import check_ending, check_own_table, refuse_input, write_whole
 
 if TYPE_CHECKING:
     from reluctance.drive.drive import Drive
@@ -20,10 +20,12 @@ def identify_pairs(
     """The factor of a drive's pairs, or with `out` a table of them; how certain, and what torque
     that costs."""
     from reluctance.machine.held_pulses import read_held_pulses
+    from reluctance.machine.pair_file import COLUMNS
 
     if out is not None:
         check_ending(out, {".csv"})
         refuse_input(out, files)
+        check_own_table(out, COLUMNS)
     drive = load(drive_file)
     pulses = read_held_pulses(files, n_phases=drive.machine.n_phases)
     coupling = drive.machine.coupling

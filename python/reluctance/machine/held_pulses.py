@@ -55,10 +55,14 @@ def read_held_pulses(paths: Sequence[str | Path], *, n_phases: int) -> tuple[Hel
 def _read(table: list[list[str]], n_phases: int) -> list[HeldPulse]:
     names, *rows = table
     missing = [name for name in COLUMNS if name not in names]
-    if missing or not rows:
+    if missing:
         raise ParameterError(
-            f"column {[*missing, COLUMNS[0]][0]} is missing; need {', '.join(COLUMNS)} in the "
-            "first line, and rows: record the pulses beside a held phase"
+            f"column {missing[0]} is missing; need {', '.join(COLUMNS)} in the first line: record "
+            "the pulses beside a held phase"
+        )
+    if not rows:
+        raise ParameterError(
+            "there are no rows below the names; record the pulses beside a held phase"
         )
     t, i, theta, u_held, i_held = (numbers(rows, names.index(name), name) for name in COLUMNS[:-1])
     pairs = [row[names.index(COLUMNS[-1])] for row in rows]

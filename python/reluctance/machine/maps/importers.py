@@ -22,6 +22,7 @@ from reluctance.machine.maps.variations import is_swept, swept
 
 # Maps in the wild have 6 to 31 angles and 6 to 19 currents, some kilobytes.
 MAX_BYTES = 20_000_000
+MAP_COLUMNS = ("i_A", "theta_e_deg", "psi_Wb")  # of `write_map`
 MOST_POLES = 1000
 SCATTERED = 0.5  # of a grid without a sample: of scattered ones nearly all, of a grid few
 KINDS = {
@@ -105,7 +106,7 @@ def _reading(path: Path) -> AbstractContextManager[None]:
 
 def write_map(table: FluxTable, path: str | Path) -> None:
     """Write a table as long CSV in the project's convention; `read_map` gives it back."""
-    head = ["i_A", "theta_e_deg", "psi_Wb"] + ([] if table.tau is None else ["tau_Nm"])
+    head = [*MAP_COLUMNS] if table.tau is None else [*MAP_COLUMNS, "tau_Nm"]
     with Path(path).open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head)
