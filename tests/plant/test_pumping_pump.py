@@ -206,7 +206,7 @@ def test_a_curve_that_is_none_is_refused_on_one_line(tmp_path, text, message):
 
 def test_an_efficiency_of_pump_and_motor_beside_a_shaft_power_is_told(tmp_path):
     """80 % of the pump's: the power counts."""
-    text = "Q_m3ph,H_m,eta,p_shaft_W\n0,70,0,500\n4,64,0.48,1160\n7,50,0.5,1540"
+    text = "Q_m3ph,H_m,eta,p_shaft_W\n0,70,0,500\n4,64,0.48,1160\n5.5,57.5,0.5,1410\n7,50,0.5,1560"
     with pytest.warns(Note, match=r"of 60 %, the column .* 48 %; the power counts"):
         both = pump_from(written(tmp_path, text), tmp_path).curve()
     alone = "\n".join(",".join(row.split(",")[i] for i in (0, 1, 3)) for row in text.splitlines())
@@ -214,6 +214,18 @@ def test_an_efficiency_of_pump_and_motor_beside_a_shaft_power_is_told(tmp_path):
         warnings.simplefilter("error")
         power = pump_from(written(tmp_path, alone), tmp_path).curve()
     assert np.array_equal(both.power_1(both.Q_end / 2), power.power_1(power.Q_end / 2))
+
+
+def test_a_curve_that_is_better_between_its_points_than_at_them_is_told(tmp_path):
+    text = "Q_m3ph,H_m,p_shaft_W\n0,70,500\n4,64,1160\n7,50,1540"
+    with pytest.warns(Note, match="between its points") as told:
+        curve = pump_from(written(tmp_path, text), tmp_path).curve()
+    Q = np.linspace(0, curve.Q_end, 4001)
+    best = (998.2 * 9.80665 * Q * curve.head_1(Q) / curve.power_1(Q)).max()
+    at_points = 998.2 * 9.80665 * 7 / 3600 * 50 / 1540
+    line = str(told[0].message)
+    assert f"an efficiency of {100 * best:.3g} % (at Q_m3ph = 5." in line
+    assert f"the best point has {100 * at_points:.3g} %" in line
 
 
 BEST = {"n_ref_rpm": 1500.0, "H_0_m": 32.0, "Q_b_m3ph": 70.0, "H_b_m": 25.0, "eta_b": 0.72}

@@ -60,6 +60,7 @@ class Curve:
 LEAST_BEST = 0.03  # efficiency: the smallest pumps reach some 10 %; less is a fraction in per cent
 APART = 2.0  # of two efficiencies of one curve: one more than the other is a wrong unit
 DIFFERENT = 0.15  # the same: from here on it is said
+BETTER = 0.02  # efficiency by which a curve may pass its points unsaid
 
 
 class Pump(Section):
@@ -222,7 +223,24 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
         raise ParameterError(f"{path}: need shaft powers > 0 and heads >= 0 throughout")
     from scipy.interpolate import PchipInterpolator  # [load] knows what a pump is, without SciPy
 
-    return Curve(omega_ref, float(Q[-1]), PchipInterpolator(Q, H), PchipInterpolator(Q, P))
+    curve = Curve(omega_ref, float(Q[-1]), PchipInterpolator(Q, H), PchipInterpolator(Q, P))
+    _tell_between(curve, (RHO * GRAVITY * Q * H / P).max(), path)
+    return curve
+
+
+def _tell_between(curve: Curve, best: float, path: Path) -> None:
+    """A Note where the curve between its points is better than the best of them."""
+    Q = np.linspace(0.0, curve.Q_end, 401)
+    eta = RHO * GRAVITY * Q * curve.head_1(Q) / curve.power_1(Q)
+    k = int(np.argmax(eta))
+    if eta[k] > best + BETTER:
+        warnings.warn(
+            f"{path}: between its points the curve reaches an efficiency of {100 * eta[k]:.3g} % "
+            f"(at Q_m3ph = {Q[k] / M3PH:.3g}), the best point has {100 * best:.3g} %; add points "
+            "there if the maker has them",
+            Note,
+            stacklevel=2,
+        )
 
 
 def _check_power(Q: FloatArray, H: FloatArray, P: FloatArray, path: Path) -> None:
