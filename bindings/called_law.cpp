@@ -19,36 +19,37 @@ bool makes_sense(const Order& order) {
          srm::is_finite(order.theta_off);
 }
 
-/// A mistake of the law, on one line.
-[[noreturn]] void refuse(const std::string& text) {
+/// A mistake of a function, by its name, on one line.
+[[noreturn]] void refuse(const nb::object& function, const std::string& text) {
   const nb::object error = nb::module_::import_("reluctance.base.errors").attr("ParameterError");
-  PyErr_SetString(error.ptr(), text.c_str());
+  const std::string name = nb::str(function.attr("__name__")).c_str();
+  PyErr_SetString(error.ptr(), (name + " returned " + text).c_str());
   throw nb::python_error();
 }
 
 template <int N>
-srm::Command<double, N> taken(const nb::object& answer) {
+srm::Command<double, N> taken(const nb::object& function, const nb::object& answer) {
   const std::string need = ", need a list of " + std::to_string(N) + " Order, one a phase";
   const auto text = [](nb::handle what) {
     return std::string(nb::repr(what).c_str()).substr(0, 80);
   };
   if (!nb::isinstance<nb::sequence>(answer)) {
-    refuse("step returned " + text(answer) + need);
+    refuse(function, text(answer) + need);
   }
   const nb::sequence orders = nb::borrow<nb::sequence>(answer);
   if (nb::len(orders) != N) {
-    refuse("step returned " + std::to_string(nb::len(orders)) + " orders" + need);
+    refuse(function, std::to_string(nb::len(orders)) + " orders" + need);
   }
   srm::Command<double, N> command;
   for (int k = 0; k < N; ++k) {
     const nb::object order = orders[k];
     if (!nb::isinstance<Order>(order)) {
-      refuse("step returned " + text(order) + " for a phase" + need);
+      refuse(function, text(order) + " for a phase" + need);
     }
     command[k] = nb::cast<Order>(order);
     if (!makes_sense(command[k])) {
-      refuse("step returned " + text(order) +
-             ", need finite numbers, i_band >= 0 and edges that do not fall");
+      refuse(function,
+             text(order) + ", need finite numbers, i_band >= 0 and edges that do not fall");
     }
   }
   return command;
@@ -60,7 +61,7 @@ AnyLaw python_law(int n_phases, nb::callable function) {
         [owner = guarded(std::move(function))](const srm::Measurement<double, N>& y, double tau_ref,
                                                srm::Learned<double>&) {
           const nb::gil_scoped_acquire lock;
-          return taken<N>((*owner)(Measurement::of(y), tau_ref));
+          return taken<N>(*owner, (*owner)(Measurement::of(y), tau_ref));
         }})};
   });
 }

@@ -144,10 +144,13 @@ def test_dead_time_is_compensated_for_an_own_law() -> None:
 @pytest.mark.parametrize(
     ("answer", "text"),
     [
-        ("None", "step returned None, need a list of 3 Order"),
-        ("[rl.Order()]", "step returned 1 orders, need a list of 3 Order"),
-        ("[1, 2, 3]", "step returned 1 for a phase, need a list of 3 Order"),
-        ("[rl.Order.regulate(float('nan'), 1.0)] * 3", "need finite numbers"),
+        ("None", r"^Wrong\.step returned None, need a list of 3 Order"),
+        ("[rl.Order()]", r"^Wrong\.step returned 1 orders, need a list of 3 Order"),
+        ("[1, 2, 3]", r"^Wrong\.step returned 1 for a phase, need a list of 3 Order"),
+        (
+            "[rl.Order.regulate(float('nan'), 1.0)] * 3",
+            r"^Wrong\.step returned .*need finite numbers",
+        ),
         ("[rl.Order.regulate(1.0, -1.0)] * 3", "i_band >= 0"),
         (
             "[rl.Order.pulse(rl.Leg.freewheel, rl.Leg.magnetize, 5e-6, 1e-6)] * 3",

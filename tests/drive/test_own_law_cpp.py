@@ -1,5 +1,6 @@
 """Control laws of one's own, in C++: compiled in one command, named in a drive file, exported."""
 
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -11,6 +12,7 @@ from firmware_tools import needs_target
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base.errors import Note
 from reluctance.base.toolchain import compiler
 from reluctance.drive.laws import build, compiled_law, own_code
 from reluctance.drive.laws.build import build_law, local_headers
@@ -146,6 +148,21 @@ def test_a_law_of_other_headers_is_refused(
         rl.load(drive_file, trust=True)
 
 
+def test_an_edited_header_beside_a_law_is_told(
+    drive_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "law"
+    shutil.copytree(drive_file.parent, folder)
+    header = folder / "own_law.hpp"
+    monkeypatch.setattr(own_code, "_loaded", {})
+    rl.load(folder / drive_file.name, trust=True)  # as compiled: the suite fails on any note
+    header.write_text(header.read_text() + "// edited\n")
+    monkeypatch.setattr(own_code, "_loaded", {})
+    remedy = "`reluctance law build own_law.hpp DeadbeatPulse` builds it again"
+    with pytest.warns(Note, match=f"own_law.hpp has been edited since own_law.so .*{remedy}"):
+        rl.load(folder / drive_file.name, trust=True)
+
+
 def test_the_compiler_may_be_a_command_with_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CXX", "env 'g++'")
     assert compiler() == ["env", "g++"]
@@ -162,6 +179,19 @@ def test_a_header_that_does_not_compile_is_one_line(tmp_path: Path) -> None:
         build_law(header, "Wrong")
     assert "\n" not in str(fault.value)
     assert [path.name for path in tmp_path.iterdir()] == ["wrong.hpp"]
+
+
+def test_a_law_whose_machine_is_not_its_first_field_is_told_so(tmp_path: Path) -> None:
+    text = (EXAMPLE / "own_law.hpp").read_text()
+    for first, later in (
+        ("  M machine;\n  T i_max, T_s;\n", "  T i_max, T_s;\n  M machine;\n"),
+        ("SRM_FIELDS(machine, i_max, T_s,", "SRM_FIELDS(i_max, T_s, machine,"),
+    ):
+        assert first in text
+        text = text.replace(first, later)
+    (tmp_path / "law.hpp").write_text(text)
+    with pytest.raises(rl.ParameterError, match="machine has to be the first field of a law"):
+        build_law(tmp_path / "law.hpp", "DeadbeatPulse")
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import posixpath
 import sys
-from collections.abc import Callable, Iterable
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated
 
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import Note, ParameterError
 from reluctance.base.extension import load_extension
 from reluctance.base.files import is_file
 from reluctance.base.schema import NamesFile
@@ -120,12 +122,30 @@ def _python(path: Path) -> ModuleType:
 
 def _compiled(path: Path) -> ModuleType:
     try:
-        return load_extension(COMPILED, path)
+        module = load_extension(COMPILED, path)
     except ImportError as fault:
         raise ParameterError(
             f"{path} is not a compiled law ({of_the_user(fault)}); make it with "
             "`reluctance law build`"
         ) from fault
+    _tell_edited(path, module)
+    return module
+
+
+def _tell_edited(path: Path, module: ModuleType) -> None:
+    """A Note where a header beside a compiled law is no longer what was compiled."""
+    headers: Mapping[str, str] = getattr(module, "HEADERS", {})
+    for name, text in headers.items():
+        header = path.parent / name
+        with suppress(OSError, ValueError):
+            if is_file(header) and header.read_text("utf-8") != text:
+                first = next(iter(headers))
+                warnings.warn(
+                    f"{header.name} has been edited since {path.name} was built, which runs as it "
+                    f"was; `reluctance law build {first} {module.NAME}` builds it again",
+                    Note,
+                    stacklevel=2,
+                )
 
 
 def below(header: str) -> str:

@@ -124,6 +124,7 @@ def core_of(law: Law, known: Known) -> _core.Law:
         except Exception as fault:
             raise ParameterError(f"{name}.step failed with {of_the_user(fault)}") from fault
 
+    step.__name__ = f"{name}.step"  # as the core tells what it returned
     return _core.python_law(known.n_phases, step)
 
 
