@@ -181,6 +181,13 @@ def test_swapped_names_are_seen(tmp_path):
     refused(path, "axes look swapped", N_r=4)
 
 
+def test_currents_that_would_be_a_period_of_a_wrong_number_of_poles_stay_currents(tmp_path):
+    """30 A are a quarter of a turn with six poles, 30 deg; the flux linkage vanishes at 0 A."""
+    i, theta = both(np.linspace(0, 30, len(I)), THETA_M / 2)
+    path = long_csv(tmp_path / "m.csv", "i_A,theta_m_deg,psi_Wb", [i, theta, TABLE.psi.ravel()])
+    refused(path, r"22.5 deg cover 135 deg el. with N_r = 6, .*correct N_r \(8 or 16\)", N_r=6)
+
+
 BAD_FILES = {
     "empty.csv": (b"", "empty.*export"),
     "comments.csv": (b"# nothing\n", "no data"),

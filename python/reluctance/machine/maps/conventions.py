@@ -186,7 +186,8 @@ def _oriented(
             "names or the layout"
         )
     taken = down if known == "currents_down" else across
-    if not _readings(taken[1], N_r, None, None) and _readings(taken[0], N_r, None, None):
+    unlike = not fits[known == "angles_down"]
+    if unlike and not _readings(taken[1], N_r, None, None) and _readings(taken[0], N_r, None, None):
         raise ParameterError(
             f"axes look swapped: {taken[0].min():g} to {taken[0].max():g} A would be a period of "
             "angles, the angles are none; swap the two names or the layout"
