@@ -151,6 +151,21 @@ def test_milliohms_are_seen():
     assert "milliohm" in refused("run", RATED, "--set", "machine.R_ohm=32")
 
 
+@pytest.mark.parametrize(
+    ("key", "most"),
+    [
+        ("v_switch_V", 120),  # half of the dc link
+        ("v_diode_V", 120),
+        ("R_switch_ohm", 0.8),  # times 150 A
+        ("R_diode_ohm", 0.8),
+    ],
+)
+def test_devices_that_drop_more_than_the_dc_link_has_are_seen(key, most):
+    line = refused("run", RATED, "--set", f"converter.{key}={most}")
+    assert f"{key} = {most:g}: two devices in series drop 240 V" in line and "milli" in line
+    rl.load(RATED, [f"converter.{key}={0.999 * most}"])
+
+
 def test_examples_are_whole_sentences():
     lines = command("examples").out.splitlines()
     listed = [line for line in lines if line.startswith(("angle_table", "sun_cloud", "paper_pump"))]

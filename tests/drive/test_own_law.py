@@ -154,9 +154,10 @@ def test_dead_time_is_compensated_for_an_own_law() -> None:
         ("[rl.Order.regulate(1.0, -1.0)] * 3", "i_band >= 0"),
         (
             "[rl.Order.pulse(rl.Leg.freewheel, rl.Leg.magnetize, 5e-6, 1e-6)] * 3",
-            "edges that do not fall",
+            "with t_edge = 1e-06, need edges that do not fall$",
         ),
         ("[rl.Order.hold('magnetize')] * 3", "step failed with TypeError: hold.*: incompatible"),
+        ("__import__('sys').exit(3)", "step failed with SystemExit: 3"),
         ("1 / 0", "step failed with ZeroDivisionError: division by zero at <string>:1"),
         ("y.i[7]", "step failed with IndexError"),
         ("rl.Law().step(y, tau_ref)", "needs a method step"),

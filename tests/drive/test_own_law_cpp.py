@@ -194,6 +194,13 @@ def test_a_law_whose_machine_is_not_its_first_field_is_told_so(tmp_path: Path) -
         build_law(tmp_path / "law.hpp", "DeadbeatPulse")
 
 
+def test_a_law_without_its_step_is_told_so(tmp_path: Path) -> None:
+    text = (EXAMPLE / "own_law.hpp").read_text().replace(" step(State&", " stepp(State&")
+    (tmp_path / "law.hpp").write_text(text)
+    with pytest.raises(rl.ParameterError, match=r"a law needs State and Command<T, N> step\("):
+        build_law(tmp_path / "law.hpp", "DeadbeatPulse")
+
+
 @pytest.mark.parametrize(
     ("header", "name", "out", "text"),
     [

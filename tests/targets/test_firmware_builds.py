@@ -74,7 +74,7 @@ def test_it_compiles_with_clang(package, target):
 
 
 def test_two_drives_link_into_one_image_and_answer_for_themselves(tmp_path):
-    drives = {"left": "sharing", "right": "deadbeat"}
+    drives = {"left": "sharing", "for": "deadbeat"}  # a word of the language names none of them
     made = {p: firmware(drive(n), tmp_path / p, prefix=p) for p, n in drives.items()}
     objects = []
     for side, one in made.items():
@@ -92,7 +92,7 @@ def test_two_drives_link_into_one_image_and_answer_for_themselves(tmp_path):
         fingerprint = getattr(library, f"{side}_fingerprint")
         fingerprint.restype = ctypes.c_uint32
         assert fingerprint() == one.fingerprint
-    assert made["left"].fingerprint != made["right"].fingerprint
+    assert made["left"].fingerprint != made["for"].fingerprint
 
 
 def test_two_packages_in_one_process_keep_their_own_constants(tmp_path):

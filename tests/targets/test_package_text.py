@@ -71,8 +71,10 @@ def test_a_tree_is_printed_field_by_field_and_a_table_once() -> None:
     ("text", "prefix", "expected"),
     [
         ("reluctance_run(RELUCTANCE_OK)", "left", "left_run(LEFT_OK)"),
-        ("namespace reluctance {", "left", "namespace left {"),
-        ("reluctance::x", "left", "left::x"),
+        ("namespace reluctance {", "left", "namespace left_ {"),
+        ("namespace reluctance {", "for", "namespace for_ {"),
+        ("namespace reluctance {", "reluctance", "namespace reluctance {"),
+        ("reluctance::x", "left", "left_::x"),
         ("`reluctance run`, a_reluctance_b, MY_RELUCTANCE_X", "left",
          "`reluctance run`, a_reluctance_b, MY_RELUCTANCE_X"),
     ],

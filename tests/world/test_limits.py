@@ -110,6 +110,59 @@ def test_a_current_above_its_limit_is_told(tmp_path: Path) -> None:
         assert "note: the peak" not in command("run", file, "--set", remedy).out
 
 
+def test_a_current_above_a_trip_level_that_is_below_the_limit_is_told(tmp_path: Path) -> None:
+    file = written(tmp_path, LOW_INDUCTANCE)
+    analog = ("--set", "sensing.comparators=analog")
+    told = command("run", file, *analog, "--set", "protection.i_trip_A=15").out
+    assert "note: the peak current of the run, 20.5 A, is above [protection] i_trip_A = 15" in told
+    assert "note: the peak" not in command("run", file, *analog).out
+
+
+OWN_LAW = """import reluctance as rl
+class Greedy(rl.Law):
+    def step(self, y, tau_ref):
+        return [rl.Order.regulate(60.0, 0.5) for _ in y.i]
+"""
+
+
+def test_a_current_that_an_own_law_asks_for_is_not_put_down_to_the_control_period(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "own.py").write_text(OWN_LAW)
+    text = LOW_INDUCTANCE.partition("[reference]")[0]
+    text += '[reference]\nkind = "torque"\ntau_Nm = 0.1\n'
+    file = written(tmp_path, text + '[control]\nlaw = "python:own.py:Greedy"\nT_s_us = 50\n')
+    told = command("run", file, "--trust", "--until", "0.02").out
+    assert "keep the currents that your law asks for below i_max_A" in told
+    assert "control period or" not in told
+
+
+def test_a_source_that_is_too_weak_is_told_while_the_capacitor_gives(tmp_path: Path) -> None:
+    """300 V behind 100 ohm give 225 W at most."""
+    text = BRAKING.partition("[load]")[0].replace("R_ohm = 0.1", "R_ohm = 100")
+    text += '[load]\nkind = "locked"\nspeed_rpm = 1500\n'
+    text += (
+        '[reference]\nkind = "torque"\ntau_Nm = 2\n[control]\nlaw = "pwm_current"\nT_s_us = 50\n'
+    )
+    file = written(tmp_path, text)
+    done = command("run", file, "--until", "0.1", "--json")
+    figures = json.loads(done.out)
+    assert figures["p_source_W"] < figures["p_in_W"] / 2
+    assert "note: the capacitor of the dc link gives " in done.error
+    low, high = figures["u_dc_min_V"], figures["u_dc_max_V"]
+    assert high - low > 10 and f"({low:.4g} to {high:.4g} V)" in done.error
+    stiff = command("run", file, "--until", "0.1", "--set", "source.R_ohm=0.1").out
+    assert "capacitor" not in stiff
+
+
+def test_notes_go_to_standard_error_beside_one_json_object(tmp_path: Path) -> None:
+    file = written(tmp_path, LOW_INDUCTANCE)
+    plain, beside = command("run", file), command("run", file, "--json")
+    notes = [line for line in plain.out.splitlines() if line.startswith("note: ")]
+    assert notes and beside.error.splitlines() == notes
+    assert "note" not in beside.out and json.loads(beside.out)["i_peak_run_A"] > 40
+
+
 @pytest.mark.parametrize(("min_us", "dead_us"), [(1, 0), (1, 2), (2, 2), (3, 2)])
 def test_no_switch_is_on_for_less_than_the_minimum_pulse_behind_its_dead_time(
     tmp_path: Path, min_us: float, dead_us: float

@@ -3,6 +3,7 @@
 import shutil
 import sys
 import textwrap
+from collections.abc import Iterable
 from typing import TextIO
 
 
@@ -23,3 +24,10 @@ def wrapped(line: str, stream: TextIO | None = None, indent: str = "") -> str:
         break_long_words=False,
         break_on_hyphens=False,
     )
+
+
+def tell_notes(notes: Iterable[str], *, as_json: bool = False) -> None:
+    """Each on lines of its own. Where standard output is for one JSON object, on standard error."""
+    stream = sys.stderr if as_json else sys.stdout
+    for note in notes:
+        print(wrapped(f"note: {note}", stream), file=stream)

@@ -26,7 +26,9 @@ Width = Annotated[
 Style = Annotated[
     str | None, typer.Option(metavar="STYLE", help="Of Matplotlib, by name or as a .mplstyle file.")
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object; notes go to standard error.")
+]
 
 
 def help_if_bare(context: typer.Context) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from reluctance.base.errors import named
-from reluctance.cli.lines import wrapped
+from reluctance.cli.lines import tell_notes, wrapped
 from reluctance.cli.options import AsJson
 
 if TYPE_CHECKING:
@@ -62,11 +62,11 @@ def pump(
 
         files = write(found, out)
     if as_json:
+        tell_notes(remarks(found), as_json=True)
         print(json.dumps(with_units(found)))
         return
     _print_table(system.name, rows(with_units(found)))
-    for remark in remarks(found):
-        print(wrapped(f"note: {remark}"))
+    tell_notes(remarks(found))
     for path in files:
         print(path)
 
@@ -112,7 +112,9 @@ def size(
     if system.demand is not None:  # over all days of the weather
         demand = next((float(m) for table in tables for m in table["demand_m3"].dropna()), None)
     files = [] if out is None else write_sizes(tables, chosen, out, demand)
+    notes = dict.fromkeys(note for table in tables for note in table.attrs["notes"])
     if as_json:
+        tell_notes(notes, as_json=True)
         print(json.dumps([json.loads(table.to_json(orient="records")) for table in tables]))
         return
     for table, values in zip(tables, chosen, strict=True):
@@ -121,8 +123,7 @@ def size(
         if system.demand is not None:
             print(*map(wrapped, smallest(table, best, llp, system)), sep="\n")
         print()
-    for note in dict.fromkeys(note for table in tables for note in table.attrs["notes"]):
-        print(wrapped(f"note: {note}"))
+    tell_notes(notes)
     for path in files:
         print(path)
 

@@ -16,7 +16,7 @@ from reluctance.base.key_figures import NOT_HELD, Kpis, shown
 from reluctance.base.phases import phase_name
 from reluctance.base.units import from_si
 from reluctance.cli.drive_file import load_drive
-from reluctance.cli.lines import wrapped
+from reluctance.cli.lines import tell_notes, wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.cli.progress import progress_bar
 from reluctance.drive.drive import Drive
@@ -26,7 +26,7 @@ from reluctance.drive.run.bounds import MOST_BYTES, waveform_bytes
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.events import tripped, unready
 from reluctance.drive.run.radial_force import force_orders
-from reluctance.drive.run.safety import coarse_angle, exceeded, never_planted
+from reluctance.drive.run.safety import coarse_angle, drained, exceeded, never_planted
 
 if TYPE_CHECKING:
     from reluctance.drive.run.energy_loop import EnergyLoop
@@ -102,7 +102,19 @@ def run(
 
         with look(style, width):
             plots.save_plot(result, plot)
+    notes = [
+        *undiagnosed(drive),
+        *never_planted(drive, end),
+        *coarse_angle(drive),
+        *unready(result.events),
+        *(tripped(result.kpis.t_trip) or unmet(drive, result.kpis)),
+        *exceeded(drive, result.kpis),
+        *(drained(drive, result.kpis, result.periods) if is_steady(drive) else ()),
+        *left(result),
+        *crowded(result.periods),
+    ]
     if as_json:
+        tell_notes(notes, as_json=True)
         learned = {} if result.learned is None else {"learned": result.learned.figures()}
         followed = {} if result.estimate is None else {"flux_angle": result.estimate.figures()}
         entered = (
@@ -119,17 +131,7 @@ def run(
         seen += [(event.t, str(event)) for event in result.events or []]
         for t, text in sorted(seen, key=lambda one: one[0]):
             print(f"{t:8.4f} s  {text}")
-        for remark in [
-            *undiagnosed(drive),
-            *never_planted(drive, end),
-            *coarse_angle(drive),
-            *unready(result.events),
-            *(tripped(result.kpis.t_trip) or unmet(drive, result.kpis)),
-            *exceeded(drive, result.kpis),
-            *left(result),
-            *crowded(result.periods),
-        ]:
-            print(wrapped(f"note: {remark}"))
+        tell_notes(notes)
         for force in force_orders(result) if forces else []:
             print(wrapped(f"radial force on a stator pole, {force}"))
         if result.learned is not None:

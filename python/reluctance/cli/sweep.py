@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from reluctance.base.errors import ParameterError
-from reluctance.cli.lines import wrapped
+from reluctance.cli.lines import tell_notes
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.explore.sweeps import Sweep
 
@@ -115,15 +115,16 @@ def sweep(
 
         with look(style, width):
             save_plot(found, plot, names, kind)
+    notes = tripped(found)
+    if found.failed:
+        notes.insert(0, f"{found.failed} of them failed; the first: {found.reason()}")
     if as_json:
+        tell_notes(notes, as_json=True)
         print(json.dumps(as_object(found)))
         return
     _print_table(found, names)
     print(f"{len(found)} points: {found.ran} run now, {found.known} from the store")
-    if found.failed:
-        print(wrapped(f"note: {found.failed} of them failed; the first: {found.reason()}"))
-    for line in tripped(found):
-        print(wrapped(line))
+    tell_notes(notes)
     for path in (out, table, plot):
         if path is not None:
             print(path)
@@ -139,7 +140,7 @@ def tripped(found: Sweep) -> list[str]:
     point = found.point(int(trips[0]))
     values = ", ".join(f"{name} = {point[name]}" for name in found.values)
     return [
-        f"note: {len(trips)} of them trip, marked `!`: their figures are of drives that do not "
+        f"{len(trips)} of them trip, marked `!`: their figures are of drives that do not "
         f"work throughout; the first: {values}, at {point[TRIP]:.4g} s"
     ]
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from reluctance.cli.lines import wrapped
+from reluctance.cli.lines import tell_notes, wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 
 
@@ -134,7 +134,16 @@ def tune(
 
         with look(style, width):
             save(found, plot)
+    notes = at_the_end(found.best.values, values)
+    if not found.best.kept:
+        notes.append(
+            "no trial keeps all bounds; this one misses them by least: widen --vary, or loosen "
+            "--keep"
+        )
+    if (t_trip := found.best.figures.get("t_trip_s", float("nan"))) == t_trip:
+        notes.append(f"this drive trips at {t_trip:.4g} s, and its figures mean little")
     if as_json:
+        tell_notes(notes, as_json=True)
         figures = {k: None if v != v else v for k, v in found.best.figures.items()}
         told_best = {"values": found.best.values, "figures": figures, "kept": found.best.kept}
         print(json.dumps({"goal": str(found.goal), "trials": len(found.tried)} | told_best))
@@ -150,13 +159,7 @@ def tune(
     shown = [found.goal.figure, *(bound.figure for bound in found.goal.bounds)]
     for name in dict.fromkeys(shown):
         print(f"  {name} {found.best.figures[name]:.5g}")
-    for line in at_the_end(found.best.values, values):
-        print(wrapped(line))
-    if not found.best.kept:
-        line = "note: no trial keeps all bounds; this one misses them by least: widen --vary, or "
-        print(wrapped(f"{line}loosen --keep"))
-    if (t_trip := found.best.figures.get("t_trip_s", float("nan"))) == t_trip:
-        print(wrapped(f"note: this drive trips at {t_trip:.4g} s, and its figures mean little"))
+    tell_notes(notes)
     for path in (out, table, plot):
         if path is not None:
             print(path)
@@ -173,7 +176,7 @@ def at_the_end(best: Mapping[str, Any], ranges: Mapping[str, Sequence[Any]]) -> 
             low, high = sorted(ends)
             if min(value - low, high - value) <= NEAR_AN_END * (high - low):
                 found.append(
-                    f"note: {name} = {value:g} is at the end of its range {low:g}:{high:g}; "
+                    f"{name} = {value:g} is at the end of its range {low:g}:{high:g}; "
                     "the best may lie beyond it: widen the range"
                 )
     return found

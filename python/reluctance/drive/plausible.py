@@ -92,6 +92,7 @@ def _voltages(drive: Tables) -> None:
             "check the units: milliohm in R_ohm, or milliampere in the currents of a map, are "
             "numbers a thousand times too large"
         )
+    _devices(drive)
     most = _fluxes(machine.magnetics, machine.i_max_A)[0] / SHORTEST_RISE
     given = [("[converter] u_dc_V", drive.converter.u_dc_V)]
     for name, u in given + [("[source] values", u) for u in drive.source.values]:
@@ -99,6 +100,23 @@ def _voltages(drive: Tables) -> None:
             raise ParameterError(
                 f"{name} = {u:g}, need at most {most:.3g}: it would take a phase to i_max_A = "
                 f"{machine.i_max_A:g} within {SHORTEST_RISE * 1e6:g} us; check the unit"
+            )
+
+
+def _devices(drive: Tables) -> None:
+    """Two switches or diodes are in series with a phase: they drop less than the dc link has."""
+    converter, i_max = drive.converter, drive.machine.i_max_A
+    for key, drop, times in (
+        ("v_switch_V", converter.v_switch_V, ""),
+        ("v_diode_V", converter.v_diode_V, ""),
+        ("R_switch_ohm", converter.R_switch_ohm * i_max, f" at i_max_A = {i_max:g}"),
+        ("R_diode_ohm", converter.R_diode_ohm * i_max, f" at i_max_A = {i_max:g}"),
+    ):
+        if 2 * drop >= converter.u_dc_V:
+            raise ParameterError(
+                f"[converter] {key} = {getattr(converter, key):g}: two devices in series drop "
+                f"{2 * drop:.4g} V{times}, need less than the dc link's {converter.u_dc_V:g} V; "
+                "check the unit: millivolt and milliohm are numbers a thousand times too large"
             )
 
 

@@ -43,6 +43,11 @@ def protection(drive: Drive) -> _core.Protection:
     table = drive.protection
     i_max, u_dc = drive.machine.i_max_A, drive.converter.u_dc_V
     i_trip = _given(table.i_trip_A, OVER_CURRENT * i_max)
+    if i_trip <= i_max:
+        raise ParameterError(
+            f"[protection] i_trip_A = {i_trip:g}, need more than [machine] i_max_A = {i_max:g}, "
+            "which the control may ask for; for less current lower i_max_A as well"
+        )
     if drive.sensing.adc_bits > 0 and drive.sensing.i_range_A <= i_trip:
         raise ParameterError(
             f"[protection] i_trip_A = {i_trip:g}, need < [sensing] i_range_A = "
@@ -87,6 +92,12 @@ def protection(drive: Drive) -> _core.Protection:
         raise ParameterError(
             f"[protection] i_zero_A = {i_zero:g}, need at least the {i_error:.3g} A by which a "
             "reading of [sensing] may be wrong"
+        )
+    if i_zero >= TRIAL * i_max:
+        raise ParameterError(
+            f"[protection] i_zero_A = {i_zero:g}, need less than {TRIAL * i_max:.3g}, a third of "
+            f"[machine] i_max_A = {i_max:g}: up to this reading a phase counts as one without "
+            "current"
         )
     return _core.Protection(
         flux=_core.FluxBounds(

@@ -115,7 +115,7 @@ def _python(path: Path) -> ModuleType:
     sys.modules[module.__name__] = module
     try:
         exec(compile(path.read_bytes(), path, "exec"), vars(module))
-    except Exception as fault:
+    except (Exception, SystemExit) as fault:
         raise ParameterError(f"{path} failed with {of_the_user(fault)}") from fault
     return module
 

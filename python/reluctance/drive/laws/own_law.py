@@ -98,7 +98,7 @@ class OwnLaw(Control):
                 )
         try:
             return kind(**numbers)
-        except Exception as fault:
+        except (Exception, SystemExit) as fault:
             raise ParameterError(f"[control] {kind.__name__}(...): {of_the_user(fault)}") from fault
 
 
@@ -115,13 +115,13 @@ def core_of(law: Law, known: Known) -> _core.Law:
     name = type(law).__name__
     try:
         law.reset(known)
-    except Exception as fault:
+    except (Exception, SystemExit) as fault:
         raise ParameterError(f"{name}.reset failed with {of_the_user(fault)}") from fault
 
     def step(y: _core.Measurement, tau_ref: float) -> Sequence[_core.Order]:
         try:
             return law.step(y, tau_ref)
-        except Exception as fault:
+        except (Exception, SystemExit) as fault:
             raise ParameterError(f"{name}.step failed with {of_the_user(fault)}") from fault
 
     step.__name__ = f"{name}.step"  # as the core tells what it returned

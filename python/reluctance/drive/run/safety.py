@@ -6,9 +6,23 @@ from reluctance.base.key_figures import Kpis
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.guard.trip_levels import OVER_CURRENT
+from reluctance.drive.laws.own_code import names_code
+from reluctance.drive.run.columns import Rows
+from reluctance.drive.run.kpis import evaluated
 
 COUNTS_PER_STROKE = 4  # fewer leave the phase in doubt that makes the torque
+SETTLED = 0.05  # of the energy from the dc link: so much of it may be its capacitor's
 ABOVE = 0.1  # of i_max_A: half way to the trip level. A comparator's band and delay take a part
+
+
+def _lower(drive: Drive) -> str:
+    """What keeps the currents of a drive lower."""
+    if names_code(drive.control.law):
+        return "keep the currents that your law asks for below i_max_A"
+    remedies = ["a shorter control period"]
+    if drive.control.uses_comparators and drive.sensing.comparators != "analog":
+        remedies.append("analog comparators")
+    return f"{' or '.join(remedies)} keep{'s' * (len(remedies) == 1)} it lower"
 
 
 def exceeded(drive: Drive, kpis: Kpis) -> list[str]:
@@ -20,7 +34,12 @@ def exceeded(drive: Drive, kpis: Kpis) -> list[str]:
         also = f", and above the trip level of {trip:g} A" if i > trip else ""
         found.append(
             f"the peak current of the run, {i:.4g} A, is above [machine] i_max_A = {i_max:g}"
-            f"{also}: a shorter control period or analog comparators keep it lower"
+            f"{also}: {_lower(drive)}"
+        )
+    elif i > trip:
+        found.append(
+            f"the peak current of the run, {i:.4g} A, is above [protection] i_trip_A = {trip:g}: a "
+            "supervised drive and firmware would trip; raise it, or ask for less"
         )
     u = kpis.u_dc_peak_run
     for key, limit in (
@@ -40,6 +59,21 @@ def exceeded(drive: Drive, kpis: Kpis) -> list[str]:
             f"{levels.speed_max_rpm:g}"
         )
     return found
+
+
+def drained(drive: Drive, kpis: Kpis, periods: Rows) -> list[str]:
+    """On one line, where the figures are of a dc link whose capacitor is emptied or filled."""
+    window = evaluated(periods, drive.machine.N_r)[0]
+    taken, stored = window.rise("E_dc"), window.rise("W_dc")
+    part = abs(stored) / max(abs(taken), 1e-12)
+    if part <= SETTLED:
+        return []
+    how = "gives" if stored < 0 else "takes"
+    return [
+        f"the capacitor of the dc link {how} {part:.0%} of the drive's power, its voltage has not "
+        f"settled ({kpis.u_dc_min:.4g} to {kpis.u_dc_max:.4g} V): run longer (--until), or the "
+        "source cannot give or take so much (check the units of [source])"
+    ]
 
 
 def coarse_angle(drive: Drive) -> list[str]:

@@ -155,9 +155,13 @@ def firmware(
 
 
 def renamed(text: str, prefix: str) -> str:
-    """The text with another prefix of all symbols, macros, file names, and of the namespace."""
+    """The text with another prefix of all symbols, macros and file names. The namespace has it with
+    an underscore: so it is no word of the language."""
+    if prefix == PREFIX:
+        return text
     text = re.sub(r"\bRELUCTANCE(?=_)", prefix.upper(), text)
-    return re.sub(r"\breluctance(?=_|::)|(?<=namespace )reluctance\b", prefix, text)
+    text = re.sub(r"\breluctance(?=_)", prefix, text)
+    return re.sub(r"\breluctance(?=::)|(?<=namespace )reluctance\b", f"{prefix}_", text)
 
 
 def described(drive: Drive) -> dict[str, Node]:
