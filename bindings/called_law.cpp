@@ -8,15 +8,23 @@ namespace {
 
 using Order = srm::PhaseCommand<double>;
 
-/// Numbers that a gate can follow: finite, and edges that never fall.
-bool makes_sense(const Order& order) {
+/// What a gate cannot follow of an order, and what it needs; empty where it can.
+std::string wrong(const Order& order) {
+  const auto told = [](const char* name, double value) {
+    return std::string(name) + " = " + nb::repr(nb::float_(value)).c_str() + ", need ";
+  };
   double last = 0;
   for (const double t : order.t_edge) {
-    if (!(t >= last)) return false;
+    if (!(t >= last)) return told("t_edge", t) + "edges that do not fall";
     last = t;
   }
-  return srm::is_finite(order.i_ref) && order.i_band >= 0 && srm::is_finite(order.theta_on) &&
-         srm::is_finite(order.theta_off);
+  if (!(order.i_band >= 0)) return told("i_band", order.i_band) + "i_band >= 0";
+  const std::pair<const char*, double> finite[] = {
+      {"i_ref", order.i_ref}, {"theta_on", order.theta_on}, {"theta_off", order.theta_off}};
+  for (const auto& [name, value] : finite) {
+    if (!srm::is_finite(value)) return told(name, value) + "finite numbers";
+  }
+  return {};
 }
 
 /// A mistake of a function, by its name, on one line.
@@ -47,9 +55,8 @@ srm::Command<double, N> taken(const nb::object& function, const nb::object& answ
       refuse(function, text(order) + " for a phase" + need);
     }
     command[k] = nb::cast<Order>(order);
-    if (!makes_sense(command[k])) {
-      refuse(function,
-             text(order) + ", need finite numbers, i_band >= 0 and edges that do not fall");
+    if (const std::string found = wrong(command[k]); !found.empty()) {
+      refuse(function, "an Order with " + found);
     }
   }
   return command;

@@ -13,6 +13,9 @@ void own_law(nb::module_& m, const char* name, const char* core) {
     static_assert(std::is_same_v<decltype(First::value), decltype(Sample<Law>::machine)&>,
                   "machine has to be the first field of a law, in its struct and in SRM_FIELDS");
   }
+  static_assert(srm::ControlLaw<Sample<Law>>,
+                "a law needs State and Command<T, N> step(State&, const Measurement<T, N>&, T "
+                "tau_ref) const");
   nb::module_::import_("reluctance._core");  // its types are those of the arguments
   bind_law<Law>(m, name, "A control law from outside the package.");
   nb::list names;
