@@ -202,7 +202,8 @@ def without(frame, rows):
 
 FILES = [
     (lambda f: without(f, [10, 11]), "a gap from 2026-05-01 09:00:00+01:00 to 2026-05-01 12:00:00"),
-    (lambda f: pd.concat([f[:20], f[19:]]), "repeated or unordered times"),
+    (lambda f: pd.concat([f[:20], f[19:]]), "one time twice from 2026-05-01 19:00:00+01:00 to"),
+    (lambda f: f[::-1], "(47 such places), need a row every 3600 s; sort the rows by their time"),
     (
         lambda f: f.assign(ghi=f["ghi"].where(f.index != 30)),
         "or no number, at 2026-05-02 06:00",
@@ -407,16 +408,18 @@ def test_an_unknown_timezone_is_refused(zone, message):
         site(timezone=zone)
 
 
+@pytest.mark.parametrize("minute", [10, 30])
 @pytest.mark.parametrize("tmy", [True, False])
-def test_a_file_of_pvgis_gives_the_weather_that_it_was_written_from(tmp_path, tmy):
+def test_a_file_of_pvgis_gives_the_weather_that_it_was_written_from(tmp_path, tmy, minute):
     place = Site(latitude_deg=7.18, longitude_deg=2.06, altitude_m=100.0, timezone="UTC")
-    sky = pvgis_file(tmp_path / "p.csv", place, tmy=tmy)
+    sky = pvgis_file(tmp_path / "p.csv", place, tmy=tmy, minute=minute)
     table = WeatherTable(kind="pvgis", file="p.csv", year=2019)
     found = read_weather(table, place, tmp_path)
     assert found.ghi == pytest.approx(sky.ghi, abs=0.02) and found.step == 3600
     high = sky.sun.zenith_deg < 80
     assert found.dni[high] == pytest.approx(sky.dni[high], rel=2e-3)
     assert (found.t == sky.t).all() and set(found.temp_air) == {28.0}
+    assert found.doubts == ()
     if not tmy:  # of a plane's direct light none is inferred where the sun stands on the horizon
         low = sky.sun.zenith_deg > 89
         assert low.sum() > 4000 and not found.dni[low].any() and found.dni.max() <= 1200

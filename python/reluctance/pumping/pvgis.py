@@ -1,8 +1,12 @@
 """Hourly CSV files of PVGIS: a typical year (TMY), or a series on the horizontal plane.
 
 Both have a few lines on the place, one line of names that begins with `time`, rows up to an empty
-line, and notes. Times are in UTC. They name a satellite image within each hour; here every value is
-taken as the mean of its clock hour.
+line, and notes. Times are in UTC. The irradiance of a row is that of one instant, at which the
+satellite took its image; from a reanalysis it is the mean around it. A series has this instant as
+its time (HH:10 in most of Europe and Africa, HH:30 of ERA5). A typical year has full hours; since
+version 5.3 its head has how much later the instant is. Here a value stands for the hour around its
+instant, in a typical year without that line for its clock hour.
+(Joint Research Centre, PVGIS user manual, hourly data and typical meteorological year.)
 """
 
 import io
@@ -19,6 +23,7 @@ NAMES = {"T2m": "temp_air", "WS10m": "wind_speed", "G(h)": "ghi", "Gb(n)": "dni"
 TILTED = {"Gb(i)", "Gd(i)"}  # on the plane that was asked for
 LOWEST_SUN = 0.0175  # cosine of the zenith angle at 1 deg: below, no direct light is inferred
 OVER_YEAR = 8760  # hours of a typical year
+LATER = "Irradiance Time Offset"  # of a typical year, in the head [h]
 
 
 def is_pvgis(text: str) -> bool:
@@ -27,7 +32,7 @@ def is_pvgis(text: str) -> bool:
 
 
 def pvgis_hours(path: Path, year: int) -> tuple[pd.DataFrame, dict[str, float]]:
-    """Rows under pvlib's names at the middles of the hours, and the place. A typical year, whose
+    """Rows under pvlib's names at the instants of their light, and the place. A typical year, whose
     months come from several years, is shown in `year`.
 
     Raises
@@ -38,13 +43,17 @@ def pvgis_hours(path: Path, year: int) -> tuple[pd.DataFrame, dict[str, float]]:
     """
     head, names, body = _parts(read_text(path))
     frame = pd.read_csv(io.StringIO(names + body)).rename(columns=NAMES)
-    t = pd.to_datetime(frame.iloc[:, 0], format="%Y%m%d:%H%M", utc=True).dt.floor("h")
+    stamps = pd.to_datetime(frame.iloc[:, 0], format="%Y%m%d:%H%M", utc=True)
+    later = pd.Timedelta(0) if (stamps.dt.minute != 0).any() else pd.Timedelta("30min")
+    if LATER in head:
+        later = pd.Timedelta(hours=head[LATER]).round("min")
     place = {"latitude": head["Latitude"], "longitude": head["Longitude"]}
     light = [name for name in ("Gb(i)", "Gd(i)", "Gr(i)") if name in frame]
     frame = frame.assign(**{n: pd.to_numeric(frame[n], errors="coerce") for n in light})
-    frame = frame.set_index(pd.DatetimeIndex(t) + pd.Timedelta("30min"))
-    if len(frame) == OVER_YEAR and frame.index.year.nunique() > 1:
-        frame.index = frame.index.map(lambda when: when.replace(year=year))
+    t = pd.DatetimeIndex(stamps)
+    if len(frame) == OVER_YEAR and t.year.nunique() > 1:
+        t = t.map(lambda when: when.replace(year=year))
+    frame = frame.set_index(t + later)
     if TILTED <= set(frame) and "ghi" not in frame:
         frame = _from_horizontal(frame, head, path)
     missing = [name for name in NAMES.values() if name not in frame]

@@ -87,13 +87,19 @@ def interval(t: pd.DatetimeIndex, where: str) -> float:
         raise ParameterError(f"{where}: {len(t)} samples, need at least 2")
     steps = np.diff(t.tz_convert("UTC").tz_localize(None).to_numpy()) / np.timedelta64(1, "s")
     step = float(np.median(steps))
-    wrong = np.flatnonzero(~(np.abs(steps - step) <= 1e-3 * step))
+    wrong = np.flatnonzero(~((steps > 0) & (np.abs(steps - step) <= 1e-3 * step)))
     if len(wrong):
         k = int(wrong[0])
-        kind = "a gap" if steps[k] > step else "repeated or unordered times"
+        every = float(np.median(np.abs(steps)))
+        if steps[k] > every:
+            kind, remedy = "a gap", "fill the gaps first"
+        elif steps[k] == 0:
+            kind, remedy = "one time twice", "remove one row of each such pair"
+        else:
+            kind, remedy = "times out of order", "sort the rows by their time"
         raise ParameterError(
-            f"{where}: {kind} from {t[k]} to {t[k + 1]} ({len(wrong)} such places), need every "
-            f"{step:g} s; fill the gaps first"
+            f"{where}: {kind} from {t[k]} to {t[k + 1]} ({len(wrong)} such places), need a row "
+            f"every {every:g} s; {remedy}"
         )
     return step
 
