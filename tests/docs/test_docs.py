@@ -34,7 +34,7 @@ BY_COMMAND = {"laws.md": "<!-- From here on made by"}  # where the hand-written 
 NUMBER = re.compile(r"[-−]?\d{1,3}(?: \d{3})+(?!\d)|[-−]?\d+(?:\.\d+)?(?:e[-−]?\d+)?")
 SINGLE = re.compile(r"<!-- (\S+\.(?:csv|md\S*))\s+(.+?)\s+-->", re.S)
 COMMENT = re.compile(r"<!--.*?-->", re.S)
-TABLE = re.compile(r"<!-- from (\S+) by (\w+)(?: where (\S+))?: (.+) -->")
+TABLE = re.compile(r"<!-- from (\S+) by (\w+)(?: where ([^:]+))?: (.+) -->")
 
 
 def rows(source: str) -> list[dict[str, str]]:
@@ -110,6 +110,8 @@ def wrong(page: str) -> list[str]:
             start = next(m for m in range(n + 1, n + 4) if lines[m].startswith("|"))
             end = next((m for m in range(start, len(lines)) if not lines[m].startswith("|")), None)
             faults += wrong_in_table(lines[start:end], citation)
+        elif "<!-- from " in line:
+            faults.append(f"not understood: {line}")
     for citation in SINGLE.finditer(page):
         if not TABLE.match(citation[0]):
             before = " ".join(COMMENT.sub("", page[: citation.start()]).split())

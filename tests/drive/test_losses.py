@@ -230,6 +230,18 @@ def test_the_loop_needs_a_period_and_waveforms(tmp_path):
         save_energy_loop(rl.simulate(drive, until=0.03), tmp_path / "loop.gif")
 
 
+def test_the_loop_is_that_of_the_last_period_whatever_the_rotor_did_before():
+    result = rl.simulate(rl.load(HALF), until=0.05)
+    back = result.theta_m.copy()
+    back[: back.size // 4] = back[back.size // 4] + np.linspace(0.02, 0.01, back.size // 4)
+    turned = replace(result, theta_m=back)
+    for one, other in zip(energy_loops(result), energy_loops(turned), strict=True):
+        assert other.area == pytest.approx(one.area) and one.work != 0
+    there_and_back = replace(result, theta_m=np.minimum(result.theta_m, result.theta_m[::-1]))
+    with pytest.raises(rl.ParameterError, match="in one direction"):
+        energy_loops(there_and_back)
+
+
 def test_a_wrong_torque_shows_in_the_loop():
     result = rl.simulate(rl.load(HALF), until=0.05)
     loop = energy_loops(result)[0]

@@ -124,6 +124,8 @@ def test_compiled_law_needs_trust(drive_file: Path) -> None:
         (["control.theta_off_deg="], r"missing key `theta_off` in \[control\]"),
         (["control.theta_of_deg=3"], "has no field `theta_of`; did you mean `theta_off`"),
         (["control.theta_on_deg=early"], r"\[control\] theta_on_deg = 'early', need a number$"),
+        (["control.theta_on_deg=nan"], r"\[control\] theta_on_deg = nan, need finite numbers$"),
+        (["control.theta_on_deg=-inf"], r"\[control\] theta_on_deg = -inf, need finite numbers$"),
         (["control.theta_on_deg=0,5"], "need a number; write a decimal point, as in 0.5$"),
         (["control.theta_on_deg=[1, 2]"], r"\[control\] DeadbeatPulse with theta_.*: TypeError"),
         (["control.law=cpp:own_law.so:Deadbeat"], "holds the law DeadbeatPulse, not Deadbeat"),

@@ -31,8 +31,8 @@ from reluctance.drive.run.safety import coarse_angle, drained, exceeded, never_p
 if TYPE_CHECKING:
     from reluctance.drive.run.energy_loop import EnergyLoop
 
-# Of waveforms that only the radial forces need: at least this many samples fit into a run.
-MOST_FORCE_SAMPLES = 1e5
+# Of waveforms that only radial forces or an estimate need: so many samples fit into a run.
+MOST_SAMPLES = 1e5
 FAR_FROM = 0.5  # of a speed reference, where the start is in the mean
 CROWDED = 0.01  # of the time, with three phases on: from here on it is said
 TOLD_BYTES = 2e8  # of waveforms: from here on their size is said beforehand
@@ -73,8 +73,9 @@ def run(
     end = drive.simulation.until_s if until is None else until
     forces = drive.machine.pole_force is not None
     record: float | None = record_us * 1e-6
-    if silent:  # the forces alone need waveforms, at the samples of the control
-        record = max(drive.control.T_s, end / MOST_FORCE_SAMPLES) if forces else None
+    if silent:  # forces and estimate alone need waveforms, at the samples of the control
+        needed = forces or bool(drive.protection.flux_angle)
+        record = max(drive.control.T_s, end / MOST_SAMPLES) if needed else None
     if TOLD_BYTES < (size := waveform_bytes(drive, end, record)) <= MOST_BYTES:
         print(
             f"note: the waveforms take about {size / 1e9:.2g} GB; --record-us 100 keeps a grid",

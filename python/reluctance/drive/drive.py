@@ -143,7 +143,8 @@ def drive_from(
     for key in ("machine", "control", *TABLES):
         if key not in data and key not in kept and key not in OPTIONAL:
             raise ParameterError(f"missing table [{key}]")
-    own = {key: table for key, table in data.items() if key != "machine"}  # that is another file
+    apart = ("machine", "faults")  # another file; a list of tables
+    own = {key: table for key, table in data.items() if key not in apart}
     check_places(own, _kinds(data))
     sections: dict[str, Any] = {
         key: kept.get(key) or section.read(data.get(key, {}), f"[{key}]")

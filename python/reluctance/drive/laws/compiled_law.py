@@ -16,7 +16,14 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.extension import core_fingerprint
 from reluctance.base.schema import did_you_mean, number_hint
 from reluctance.base.units import si_once
-from reluctance.drive.laws.own_code import CodeName, below, module_of, of_the_user, own_code
+from reluctance.drive.laws.own_code import (
+    CodeName,
+    below,
+    check_numbers,
+    module_of,
+    of_the_user,
+    own_code,
+)
 from reluctance.drive.tables.control import Control
 from reluctance.drive.tables.known import Known
 
@@ -41,6 +48,7 @@ class CompiledLaw(Control):
         code = own_code(self.law)
         make, wanted = _struct(self.law), law_fields(self.law)
         given = {"T_s": self.T_s} | si_once(self.model_extra or {})
+        check_numbers(self.model_extra or {})
         for key, value in (self.model_extra or {}).items():
             if isinstance(value, str):  # which no field of a struct is
                 hint = number_hint(value, key)

@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated
@@ -18,7 +19,7 @@ from typing import Annotated
 from reluctance.base.errors import Note, ParameterError
 from reluctance.base.extension import load_extension
 from reluctance.base.files import is_file
-from reluctance.base.schema import NamesFile
+from reluctance.base.schema import NamesFile, number_hint
 
 PYTHON, CPP = "python:", "cpp:"
 NOT_OF_THE_USER = ("<frozen", "site-packages", str(Path(__file__).parents[2]))  # code, by its path
@@ -146,6 +147,16 @@ def _tell_edited(path: Path, module: ModuleType) -> None:
                     Note,
                     stacklevel=2,
                 )
+
+
+def check_numbers(given: Mapping[str, object]) -> None:
+    """Raises ParameterError for a number of [control] that is not finite, or is a text."""
+    for key, value in given.items():
+        if isinstance(value, str) and (hint := number_hint(value, key)):
+            raise ParameterError(f"[control] {key} = {value!r}, need a number{hint}")
+        numbers = value if isinstance(value, list | tuple) else [value]
+        if any(isinstance(x, float) and not isfinite(x) for x in numbers):
+            raise ParameterError(f"[control] {key} = {value}, need finite numbers")
 
 
 def below(header: str) -> str:

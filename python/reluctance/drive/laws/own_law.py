@@ -14,9 +14,15 @@ from pydantic import ConfigDict
 
 from reluctance import _core
 from reluctance.base.errors import ParameterError
-from reluctance.base.schema import did_you_mean, number_hint
+from reluctance.base.schema import did_you_mean
 from reluctance.base.units import si_once
-from reluctance.drive.laws.own_code import CodeName, module_of, of_the_user, own_code
+from reluctance.drive.laws.own_code import (
+    CodeName,
+    check_numbers,
+    module_of,
+    of_the_user,
+    own_code,
+)
 from reluctance.drive.tables.control import Control
 from reluctance.drive.tables.known import Known
 
@@ -86,9 +92,7 @@ class OwnLaw(Control):
     def _instance(self) -> Law:
         """A new law, with the numbers of the table."""
         kind = law_class(self.law)
-        for key, value in (self.model_extra or {}).items():
-            if isinstance(value, str) and (hint := number_hint(value, key)):
-                raise ParameterError(f"[control] {key} = {value!r}, need a number{hint}")
+        check_numbers(self.model_extra or {})
         numbers = si_once(self.model_extra or {})
         wanted = inspect.signature(kind).parameters
         for name in numbers:

@@ -56,11 +56,14 @@ def energy_loops(result: Result) -> list[EnergyLoop]:
     pitch = 2 * np.pi / machine.N_r
     end = pitch * np.floor(angle[-1] / pitch + 1e-6)
     start = end - pitch
-    if start < angle[0] - 1e-6 or np.any(np.diff(angle) < 0):
+    back = np.flatnonzero(np.diff(angle) < 0)
+    first = int(back[-1]) + 1 if back.size else 0  # from here on the rotor turns one way
+    if start < angle[first] - 1e-6:
         raise ParameterError(
             "the energy loop needs one whole electrical period in one direction; run longer"
         )
     moving = np.append(True, np.diff(angle) > 0)  # events leave several rows at one instant
+    moving[:first] = False
     kept = angle[moving]
     inside = np.unique(np.concatenate([[start], kept[(kept > start) & (kept < end)], [end]]))
     theta_m = np.interp(inside, kept, result.theta_m[moving])

@@ -110,7 +110,10 @@ class Faults(Section):
         if not isinstance(table, list):
             if table == {}:
                 return cls()
-            raise ParameterError(f"{where} = {table!r}, need tables [{where}]")
+            raise ParameterError(
+                f"{where} is no list of tables; write [{where}] with two brackets above the keys "
+                "of each fault"
+            )
         place = where.removesuffix("]")
         return cls(
             each=[
