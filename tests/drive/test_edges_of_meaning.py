@@ -40,7 +40,7 @@ def ends():
     laws = [*quick, "control.N_p=", "control.N_c=", "control.r_w=", "control.w_i="]
     return [
         ("machine.R_ohm", 10 * 240 / i / R, [], "need at most 10 times the dc link's"),
-        ("converter.u_dc_V", L_u * i / 1e-6, [], "within 1 us; check the unit"),
+        ("converter.u_dc_V", L_u * i / 1e-6, [], "within 1 us; check its unit"),
         ("load.speed_rpm", fastest, [*laws, "control.T_s_us=1"], "need at most"),
         ("load.speed_rpm", -fastest, [*laws, "control.T_s_us=1"], "need at most"),
         ("control.T_s_us", 1e6 * period, laws, "an electrical period at 1500 rpm"),

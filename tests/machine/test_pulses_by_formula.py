@@ -167,6 +167,8 @@ def test_start_and_increment_stand_in_the_place_of_times_and_a_probe_scales(tmp_
     path.write_text(f"Start,Increment\n-2.5,0.5\nCH1 [V],CH2 [V]\n{rows}\n")
     names = {"u": "CH1 [V]", "i": "CH2 [V]"}
     (one,) = read_pulses([path], angles=[12.5], names=names, probe=10.0).pulses
+    bare = read_pulses([path], angles=[12.5], names={"u": "CH1", "i": "CH2"}, probe=10.0)
+    assert (bare.pulses[0].i == one.i).all()  # a name without its unit
     assert one.t == pytest.approx(-2.5 + 0.5 * np.arange(12)) and one.angle == 12.5
     assert one.i == pytest.approx(10.0 * np.arange(12)) and not one.mean
     path.write_text(f"Start,Increment\n-2.5,0\nCH1 [V],CH2 [V]\n{rows}\n")

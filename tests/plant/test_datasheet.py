@@ -6,6 +6,7 @@ import pytest
 from reluctance import ParameterError
 from reluctance.base.schema import checked
 from reluctance.plant.solar.datasheet import Datasheet, _slopes, cell_from
+from reluctance.plant.solar.pv_module import check_one_module
 from reluctance.plant.solar.single_diode import array_diode, current, open_circuit, power_point
 
 # Typical of a module of 72 cells, 330 W.
@@ -124,3 +125,12 @@ def test_half_cells_are_answered_with_the_cells_in_series():
     with pytest.raises(ParameterError, match="54 in a module of 108 half cells"):
         sheet(**small, cells=108)
     meets_its_points(sheet(**small, beta_oc_pctpK=-0.25, gamma_mp_pctpK=-0.34, cells=54))
+
+
+def test_a_module_that_is_given_twice_is_told_which_to_remove():
+    given = sheet()
+    with pytest.raises(ValueError, match=r"`module` = 'X' and \[array.datasheet\] are the same"):
+        check_one_module("X", given, None, "array")
+    with pytest.raises(ValueError, match="need one of `module`"):
+        check_one_module(None, None, None, "array")
+    check_one_module(None, given, None, "array")

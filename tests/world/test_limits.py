@@ -155,6 +155,13 @@ def test_a_source_that_is_too_weak_is_told_while_the_capacitor_gives(tmp_path: P
     assert "capacitor" not in stiff
 
 
+def test_a_course_that_goes_on_after_the_run_is_told(tmp_path: Path) -> None:
+    file = written(tmp_path, BRAKING)
+    told = command("run", file, "--until", "0.05").out
+    assert "note: the course of [reference] goes on to 1 s, the run ends at 0.05 s" in told
+    assert "goes on to" not in command("run", file).out
+
+
 def test_notes_go_to_standard_error_beside_one_json_object(tmp_path: Path) -> None:
     file = written(tmp_path, LOW_INDUCTANCE)
     plain, beside = command("run", file), command("run", file, "--json")

@@ -99,7 +99,8 @@ def _voltages(drive: Tables) -> None:
         if u > most:
             raise ParameterError(
                 f"{name} = {u:g}, need at most {most:.3g}: it would take a phase to i_max_A = "
-                f"{machine.i_max_A:g} within {SHORTEST_RISE * 1e6:g} us; check the unit"
+                f"{machine.i_max_A:g} within {SHORTEST_RISE * 1e6:g} us; check its unit, and those "
+                "of the flux linkages of the machine"
             )
 
 

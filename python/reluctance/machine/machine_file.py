@@ -36,7 +36,7 @@ class MachineFile(Section):
     n_phases: int = Field(ge=2, le=6)
     R_ohm: float = Field(ge=0)  # of one phase, at temp_R_degC
     temp_R_degC: float = 20.0
-    temp_w_degC: float = Field(20.0, gt=-200)  # winding temperature of the run
+    temp_w_degC: float = Field(20.0, gt=-200, le=300)  # winding temperature of the run
     i_max_A: float = Field(gt=0)  # current limit of the drive
     J_kgm2: float = Field(gt=0)  # rotor inertia
     B_Nms: float = Field(0.0, ge=0)  # viscous friction

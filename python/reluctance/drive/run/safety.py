@@ -89,10 +89,15 @@ def coarse_angle(drive: Drive) -> list[str]:
 
 
 def never_planted(drive: Drive, end: float) -> list[str]:
-    """The faults of a drive that come after the end of a run [s], each on one line."""
+    """The faults and courses of a drive that come after the end of a run [s], each on one line."""
     return [
         f"[faults.{n}] t_s = {fault.t_s:g} is not before the end of the run at {end:g} s: "
         f"{fault} does not come; run longer (--until), or set it earlier"
         for n, fault in enumerate(drive.faults.each)
         if fault.t_s >= end
+    ] + [
+        f"the course of [{name}] goes on to {course.t_s[-1]:g} s, the run ends at {end:g} s: run "
+        "longer (--until), or check the unit of t_s: it is in seconds"
+        for name, course in (("reference", drive.reference), ("load", drive.load))
+        if len(course.t_s) > 1 and course.t_s[1] > end
     ]

@@ -102,7 +102,7 @@ class Geometry(Section):
     J_kgm2: float | None = Field(None, gt=0)  # None: computed
     R_ohm: float | None = Field(None, ge=0)  # None: computed
     B_Nms: float = Field(0.0, ge=0)
-    temp_w_degC: float | None = Field(None, gt=-200)  # of the run; None: temperature_degC
+    temp_w_degC: float | None = Field(None, gt=-200, le=300)  # of the run; None: temperature_degC
     lamination: Lamination
     stator: Stator
     rotor: Rotor

@@ -35,7 +35,12 @@ def check_one_module(
     module: str | None, sheet: Datasheet | None, numbers: CellNumbers | None, table: str
 ) -> None:
     """A ValueError unless a table names a module or gives its numbers, in one way alone."""
-    if sum(given is not None for given in (module, sheet, numbers)) != 1:
+    ways: dict[str, object] = {f"`module` = {module!r}": module}
+    ways |= {f"[{table}.datasheet]": sheet, f"[{table}.cell]": numbers}
+    given = [name for name, value in ways.items() if value is not None]
+    if len(given) > 1:
+        raise ValueError(f"{' and '.join(given)} are the same, said twice; remove all but one")
+    if not given:
         raise ValueError(
             f"need one of `module`, a CEC name, the table [{table}.datasheet] with what the maker "
             f"prints, or [{table}.cell] with the numbers of its diode"
