@@ -12,6 +12,7 @@ namespace {
 
 constexpr int N = 3, n = FluxAngle<double>::n;
 constexpr double T_s = 20e-6, step = two_pi<double> / 1024;
+const Coupling<double> none{};
 
 /// What a map may be wrong by over the angle: harmonics up to the fourth, at most `most`.
 struct Shape {
@@ -104,6 +105,61 @@ struct Bench {
   }
 };
 
+/// The tables of a pair, drawn; the phases of `pairs` are 0 and 1.
+struct Drawn {
+  static constexpr int n_i = 3, n_phi = 5, rank = 3;
+  std::array<std::uint8_t, 1> first{0}, second{1}, kind{0};
+  std::array<double, 1> behind{0.7};
+  std::array<double, n_i> knot{0, 10, 25};
+  std::array<double, n_i * rank * 4> f{};
+  std::array<double, (n_phi + 3) * rank * rank> C{};
+
+  explicit Drawn(std::mt19937& random) {
+    std::normal_distribution<double> any;
+    for (double& x : f) x = any(random);
+    for (double& x : C) x = any(random);
+  }
+  Coupling<double> pairs() const {
+    return {.N_r = 4,
+            .n_i = n_i,
+            .n_phi = n_phi,
+            .rank = rank,
+            .factor = 0.8,
+            .cells_per_rad = n_phi / pi<double>,
+            .first = {first.data(), 1},
+            .second = {second.data(), 1},
+            .kind = {kind.data(), 1},
+            .behind = {behind.data(), 1},
+            .knot = {knot.data(), n_i},
+            .f = {f.data(), int(f.size())},
+            .C = {C.data(), int(C.size())}};
+  }
+};
+
+/// The greatest difference of `flux` to `at`, over the size of the value.
+double apart_of_pairs() {
+  std::mt19937 random{20261127};
+  std::uniform_real_distribution<double> current(0, 30), angle(0, two_pi<double>);
+  double worst = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Drawn drawn(random);
+    const Coupling<double> pairs = drawn.pairs();
+    const double a = current(random), b = current(random), theta_e = angle(random);
+    const auto all = pairs.at(0, a, b, theta_e);
+    const auto some = pairs.flux(0, a, b, theta_e);
+    const std::array<std::array<double, 2>, 5> both{
+        {{all.tau, some.tau},
+         {all.psi_first, some.psi_first},
+         {all.psi_second, some.psi_second},
+         {all.psi_theta_first, some.psi_theta_first},
+         {all.psi_theta_second, some.psi_theta_second}}};
+    for (const auto& [x, y] : both) {
+      worst = std::fmax(worst, std::fabs(x - y) / (1 + std::fabs(x)));
+    }
+  }
+  return worst;
+}
+
 using Matrix = std::array<std::array<double, n>, n>;
 using Vector = std::array<double, n>;
 
@@ -183,7 +239,7 @@ double apart() {
   Bench bench;
   Linear believed;
   believed.scale = 1.05;
-  FluxAngle<double>::State s;
+  FluxAngle<double>::State<N> s;
   Full full;
   double worst = 0;
   for (int j = 0; j < 4000; ++j) {
@@ -191,7 +247,7 @@ double apart() {
     if (j == 0) full.begin(bench.y, 4);
     if (j > 0) full.predict();
     full.step_with(bench, believed);
-    given.step(s, believed, bench.y, [&](int k) { return bench.voltage[k]; });
+    given.step(s, believed, none, bench.y, [&](int k) { return bench.voltage[k]; });
     for (int a = 0; a < n; ++a) {
       const double d =
           a == 0 ? wrap(s.x[0] - full.x[0] + pi<double>) - pi<double> : s.x[a] - full.x[a];
@@ -204,11 +260,11 @@ double apart() {
 /// What is found of a drive that is wrong in everything.
 FluxEstimate<double> found(Bench& bench, bool& off, int samples = 20000,
                            const Linear& believed = {}) {
-  FluxAngle<double>::State s;
+  FluxAngle<double>::State<N> s;
   off = false;
   for (int j = 0; j < samples; ++j) {
     bench.next(0.7);
-    given.step(s, believed, bench.y, [&](int k) { return bench.voltage[k]; });
+    given.step(s, believed, none, bench.y, [&](int k) { return bench.voltage[k]; });
     off = off || given.off(s);
   }
   return given.estimate(s, 4);
@@ -245,6 +301,7 @@ double shaped(bool& any_off) {
 
 int main() {
   check("the filter in full matrices", apart(), 1e-9);
+  check("flux linkages and torque of pairs", apart_of_pairs(), 1e-12);
 
   bool off = false;
   for (const double way : {1.0, -1.0}) {

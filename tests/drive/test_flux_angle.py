@@ -2,11 +2,13 @@
 
 import csv
 import importlib.util
+import json
 import sys
 import tomllib
 
 import numpy as np
 import pytest
+from command import command
 from firmware_tools import ROOT
 
 import reluctance as rl
@@ -113,6 +115,34 @@ def test_it_has_its_columns_and_its_line():
     plain = run(made.with_values({"protection.flux_angle": None}), 0.1)
     assert plain.estimate is None and not names & set(plain.columns())
     np.testing.assert_array_equal(plain.i, result.i)  # it only watches
+
+
+@pytest.mark.parametrize("broken", [False, True])
+def test_the_command_tells_it_without_waveforms_too(tmp_path, broken):
+    """Up to a fault, where there is one."""
+    fault = {"kind": "encoder_off", "angle_deg": 40.0, "t_s": 0.15}
+    made = drive(faults=[fault] if broken else [])
+    made.save(tmp_path / "d.toml")
+    found = run(made, 0.2).estimate.figures()
+    told = json.loads(command("run", tmp_path / "d.toml", "--until", "0.2", "--json").out)
+    assert told["flux_angle"] == pytest.approx(found, rel=1e-6)
+    assert f"R {found['R_scale']:.3f}" in command("run", tmp_path / "d.toml", "--until", "0.2").out
+
+
+@pytest.mark.parametrize(
+    ("speed", "until"),
+    [(1500.0, 0.15), *(pytest.param(n, 0.4, marks=pytest.mark.long) for n in (300.0, -1500.0))],
+)
+def test_pairs_that_the_control_knows_are_no_error_of_it(speed, until):
+    """What the control does not know of the pairs it takes for other errors."""
+    known = drive("6_4_pairs/deadbeat", speed)
+    blind = known.with_values({"control.pair_torque": False})
+    one, other = (run(made, until).estimate.figures() for made in (known, blind))
+    assert one["error_rms_deg"] < 0.3
+    for figure in ("psi_scale", "R_scale"):
+        assert abs(one[figure] - 1) < 0.015
+    assert other["error_rms_deg"] > one["error_rms_deg"]
+    assert flux_angle(known).psi_error < 0.2 * flux_angle(blind).psi_error
 
 
 def test_its_errors_are_those_that_the_drive_file_states():

@@ -35,6 +35,14 @@ struct PairMagnetics {
   T tau_theta{};                            // [N m/rad]
 };
 
+/// The part of it that an estimate of the angle needs.
+template <Real T>
+struct PairFlux {
+  T tau{};                                  // torque [N m]
+  T psi_first{}, psi_second{};              // flux linkages [Wb]
+  T psi_theta_first{}, psi_theta_second{};  // [Wb/rad]
+};
+
 /// A view of tables that live elsewhere.
 template <Real T>
 struct Coupling {
@@ -100,6 +108,46 @@ struct Coupling {
       tau = tau + row * fx[p];
     }
     return slope_of(at) * tau;
+  }
+
+  /// Flux linkages and torque of pair n, as `at`.
+  constexpr PairFlux<T> flux(int n, T a, T b, T theta_e) const {
+    const Cell here = cell(n, theta_e);
+    const T v = here.v, v2 = v * v, rest = T(1) - v;
+    const T b0 = rest * rest * rest * T(1.0 / 6), b3 = v2 * v * T(1.0 / 6);
+    const T b1 = T(2.0 / 3) - v2 + v2 * v * T(0.5);
+    const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
+    const Weights value{{b0, b1, T(1) - b0 - b1 - b3, b3}};
+    const Weights slope{{d0, d1, -(d0 + d1 + d3), d3}};
+    T x[2][most_functions], y[2][most_functions];
+    slopes(n, here.mirrored ? b : a, x);
+    slopes(n, here.mirrored ? a : b, y);
+    PairFlux<T> m;
+    const int next = rank * rank;
+    const T* c = splines(n, here);
+    for (int p = 0; p < rank; ++p) {
+      T u0 = T(0), u1 = T(0), s0 = T(0), s1 = T(0);
+      for (int q = 0; q < rank; ++q, ++c) {
+        const T C_here = value.of(c, next), C_v = slope.of(c, next);
+        u0 = u0 + C_here * y[0][q];
+        u1 = u1 + C_here * y[1][q];
+        s0 = s0 + C_v * y[0][q];
+        s1 = s1 + C_v * y[1][q];
+      }
+      m.tau = m.tau + x[0][p] * s0;
+      m.psi_first = m.psi_first + x[1][p] * u0;
+      m.psi_second = m.psi_second + x[0][p] * u1;
+      m.psi_theta_first = m.psi_theta_first + x[1][p] * s0;
+      m.psi_theta_second = m.psi_theta_second + x[0][p] * s1;
+    }
+    const T turn = slope_of(here);
+    m = {turn * m.tau, factor * m.psi_first, factor * m.psi_second, turn * m.psi_theta_first,
+         turn * m.psi_theta_second};
+    if (here.mirrored) {
+      swap(m.psi_first, m.psi_second);
+      swap(m.psi_theta_first, m.psi_theta_second);
+    }
+    return m;
   }
 
   /// Pair n at currents of its phases >= 0 [A] and the electrical angle of phase 0 in [0, 2 pi).
@@ -223,6 +271,15 @@ struct Coupling {
     const T* c = piece(n, i);
     for (int p = 0; p < rank; ++p, c += n_power) {
       to[p] = c[0] + i * (c[1] + i * (c[2] + i * c[3]));
+    }
+  }
+
+  /// Functions of a current and their slopes.
+  constexpr void slopes(int n, T i, T (&to)[2][most_functions]) const {
+    const T* c = piece(n, i);
+    for (int p = 0; p < rank; ++p, c += n_power) {
+      to[0][p] = c[0] + i * (c[1] + i * (c[2] + i * c[3]));
+      to[1][p] = c[1] + i * (T(2) * c[2] + i * (T(3) * c[3]));
     }
   }
 

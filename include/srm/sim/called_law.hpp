@@ -8,6 +8,7 @@
 
 #include "srm/control/frame/learned.hpp"
 #include "srm/control/interface/interface.hpp"
+#include "srm/machine/coupling.hpp"
 
 namespace srm {
 
@@ -22,6 +23,7 @@ struct CalledLaw {
   };
 
   Call call;
+  Coupling<T> known_pairs{};  // of phases, which the law computes with; by default none
 
   Command<T, N> step(State& x, const Measurement<T, N>& y, T tau_ref) const {
     if (!x.running) x.running = call;
@@ -35,16 +37,23 @@ struct CalledLaw {
 template <ControlLaw Law>
 CalledLaw<typename Law::Scalar, Law::n_phases> called(std::shared_ptr<const Law> law) {
   using T = typename Law::Scalar;
+  Coupling<T> pairs;
+  if constexpr (requires { law->machine.pairs; }) {
+    pairs = law->machine.pairs;
+  } else if constexpr (requires { law->pairs; }) {
+    pairs = law->pairs;
+  }
   return {[law, state = typename Law::State{}](const Measurement<T, Law::n_phases>& y, T tau_ref,
                                                Learned<T>& learned) mutable {
-    if constexpr (requires { Law::learned(state); }) {
-      const auto orders = law->step(state, y, tau_ref);
-      learned = Law::learned(state);
-      return orders;
-    } else {
-      return law->step(state, y, tau_ref);
-    }
-  }};
+            if constexpr (requires { Law::learned(state); }) {
+              const auto orders = law->step(state, y, tau_ref);
+              learned = Law::learned(state);
+              return orders;
+            } else {
+              return law->step(state, y, tau_ref);
+            }
+          },
+          pairs};
 }
 
 }  // namespace srm

@@ -192,6 +192,11 @@ class Tables:
         pairs = self._believed_pairs(known)
         return None if pairs is None or self.control.knows_pairs else pairs.core
 
+    @property
+    def pairs_known(self) -> bool:
+        """True where phases couple and the controller knows the pairs."""
+        return self._believed_pairs(self.known()) is not None
+
     def _believed_pairs(self, known: Known) -> Coupling | None:
         """Those that the controller knows."""
         pairs = known.machine.coupling if self.control.pair_torque else None

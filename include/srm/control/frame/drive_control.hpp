@@ -33,6 +33,19 @@ struct DriveControl {
     typename Frame<T>::template State<n_phases> frame;
   };
 
+  /// The pairs, where the control knows them: the law itself, or the frame for it.
+  constexpr const Coupling<T>& pairs() const {
+    if constexpr (requires { law.machine.pairs; }) {
+      return law.machine.pairs;
+    } else if constexpr (requires { law.known_pairs; }) {
+      return law.known_pairs.any() ? law.known_pairs : coupling;
+    } else if constexpr (learns_pairs<Law>) {
+      return law.pairs.any() ? law.pairs : coupling;
+    } else {
+      return coupling;
+    }
+  }
+
   /// What these parameters use.
   constexpr Uses uses() const {
     Uses used = frame.uses();

@@ -6,9 +6,12 @@
 //   phase    psi_u - (rho - 1) psi_R = k psi(i, theta)
 //   sensor   shown = theta + zero
 //
-// psi_u is the flux linkage that the ordered voltage has given a phase since it had none, with the
-// resistance as the drive file states it; psi_R is what this resistance took. k scales the map, rho
-// the resistance. tau is the torque of the map at the measured currents.
+// psi_u is the flux linkage that the ordered voltage has given a phase since it had no current,
+// with the resistance as the drive file states it; psi_R is what this resistance took. k scales the
+// map, rho the resistance. tau is the torque of the map at the measured currents. Where phases
+// couple and the control knows the pairs, `pairs` is what the currents of the others add to the
+// flux linkage of the phase, less what they added when it had no current; their torque is part of
+// tau.
 //
 // The map is wrong at an angle, not at a sample, and a counter shows the same step for a while. So
 // a row weighs as one of all the samples in which its error stays the same: while the rotor turns
@@ -21,10 +24,12 @@
 #pragma once
 
 #include <array>
+#include <type_traits>
 
 #include "srm/base/angle.hpp"
 #include "srm/base/fields.hpp"
 #include "srm/control/interface/interface.hpp"
+#include "srm/machine/coupling.hpp"
 #include "srm/machine/magnetics.hpp"
 
 namespace srm {
@@ -73,18 +78,32 @@ struct FluxAngle {
 
   static constexpr int n = 6;
 
-  struct State {
+  struct Filter {
     std::array<T, n> x{};                 // theta, omega, tau_load, k, rho, zero
     std::array<std::array<T, n>, n> P{};  // their covariance: the upper triangle
     T tau{};                              // of the last sample, by the map [N m]
     bool begun = false;
   };
 
+  /// How a phase is counted where pairs are known.
+  struct Counted {
+    T psi{};          // flux linkage when it began, beyond that of the voltage [Wb]
+    T certain{};      // by which it was less wrong then than that of the voltage [Wb]
+    bool is = false;  // it has begun
+  };
+
+  template <int N>
+  struct State : Filter {
+    std::array<Counted, N> counted{};
+  };
+
   constexpr bool on() const { return T_s > T(0); }
 
-  /// One sample. y: as the sensors show it; of(k): the VoltageFlux of phase k.
+  /// One sample. pairs: as the control knows them; y: as the sensors show it; of(k): the
+  /// VoltageFlux of phase k.
   template <Machine M, int N, class Of>
-  constexpr void step(State& s, const M& machine, const Measurement<T, N>& y, const Of& of) const {
+  constexpr void step(State<N>& s, const M& machine, const Coupling<T>& pairs,
+                      const Measurement<T, N>& y, const Of& of) const {
     if (!s.begun) {
       begin(s, y.theta_e, y.omega_m * static_cast<T>(machine.N_r));
     } else {
@@ -92,10 +111,20 @@ struct FluxAngle {
     }
     const T turned = abs(s.x[1]) * T_s;
     const T same = samples_of(pi<T> / T(6), turned);
-    s.tau = T(0);
+    std::array<Added, N> added{};
+    s.tau = pairs.any() ? add(pairs, s, y, of, added) : T(0);
     for (int k = 0; k < N; ++k) {
-      const VoltageFlux<T> v = of(k);
-      if (v.is || y.i[k] > i_zero) hear(s, machine, y.i[k], phase_angle<N>(s.x[0], k), v, same);
+      VoltageFlux<T> v = of(k);
+      if (pairs.any() && !v.is) s.counted[k].is = false;
+      if (!v.is && !(y.i[k] > i_zero)) continue;
+      Magnetics<T> m = machine.at(y.i[k], phase_angle<N>(s.x[0], k));
+      s.tau = s.tau + m.tau;
+      if (pairs.any()) {
+        if (v.is) count(s.counted[k], m, added[k].psi, v);
+        m.psi = m.psi + added[k].psi;
+        m.psi_theta = m.psi_theta + added[k].psi_theta;
+      }
+      hear(s, m, static_cast<T>(machine.N_r), v, same);
     }
     see(s, y.theta_e, turned);
     s.x[0] = wrap(s.x[0]);
@@ -104,12 +133,12 @@ struct FluxAngle {
   /// Whether the sensor shows an angle that is not the rotor's: its zero is off by more than is
   /// stated, and more than an error of the map can feign. Five deviations are more than any shape
   /// over the angle made of an error as great as is stated (tests/core/flux_angle_check.cpp).
-  bool off(const State& s) const {
+  bool off(const Filter& s) const {
     return abs(s.x[5]) > theta_error + T(5) * sqrt(max(s.P[5][5], T(0)));
   }
 
   /// What is known by now.
-  FluxEstimate<T> estimate(const State& s, int N_r) const {
+  FluxEstimate<T> estimate(const Filter& s, int N_r) const {
     return {.theta_hat = s.x[0],
             .omega_hat = s.x[1] / static_cast<T>(N_r),
             .tau_load_hat = s.x[2],
@@ -125,7 +154,7 @@ struct FluxAngle {
     return turned * alike > angle ? max(angle / turned, T(1)) : alike;
   }
 
-  constexpr void begin(State& s, T theta_e, T omega_e) const {
+  constexpr void begin(Filter& s, T theta_e, T omega_e) const {
     s = {.x = {theta_e, omega_e, T(0), T(1), T(1), T(0)}, .begun = true};
     const T zero = theta_error * theta_error;
     const std::array<T, n> variance{zero + theta_step * theta_step / T(12),
@@ -141,7 +170,7 @@ struct FluxAngle {
   /// The rotor turns; what is not known of it grows. In a second each of the others may drift by
   /// what is stated of it. The drift of the zero must not follow the speed that is estimated: it
   /// would go along with the steps of the sensor, and the zero away with them.
-  constexpr void predict(State& s) const {
+  constexpr void predict(Filter& s) const {
     auto& [x, P, tau, begun] = s;
     const T a = acceleration * (tau - x[2]), b = -acceleration * T_s;
     x[0] = x[0] + (x[1] + a * T_s / T(2)) * T_s;
@@ -156,18 +185,56 @@ struct FluxAngle {
     P[5][5] = P[5][5] + zero_drift * zero_drift * T_s;
   }
 
-  /// The row of a phase at a reading, which is at theta_e. Where the voltage leaves more open than
+  /// What the others add to a phase.
+  struct Added {
+    T psi{}, psi_theta{};  // [Wb], [Wb/rad]
+  };
+
+  /// What the pairs add to the flux linkages that are asked for: of phases that flow, and of one
+  /// that begins to be counted. Returns their torque [N m].
+  template <int N, class Of>
+  constexpr T add(const Coupling<T>& pairs, const State<N>& s, const Measurement<T, N>& y,
+                  const Of& of, std::type_identity_t<std::array<Added, N>>& added) const {
+    std::array<T, N> i{};
+    std::array<bool, N> asked{};
+    for (int k = 0; k < N; ++k) {
+      if (y.i[k] > i_zero) i[k] = y.i[k];
+      asked[k] = i[k] > T(0) || (of(k).is && !s.counted[k].is);
+    }
+    const T theta_e = wrap(s.x[0]);
+    T tau = T(0);
+    for (int j = 0; j < pairs.n_pairs(); ++j) {
+      const int k = pairs.first[j], l = pairs.second[j];
+      if (!asked[k] || !asked[l] || !(i[k] + i[l] > T(0))) continue;
+      const PairFlux<T> m = pairs.flux(j, i[k], i[l], theta_e);
+      added[k] = {added[k].psi + m.psi_first, added[k].psi_theta + m.psi_theta_first};
+      added[l] = {added[l].psi + m.psi_second, added[l].psi_theta + m.psi_theta_second};
+      tau = tau + m.tau;
+    }
+    return tau;
+  }
+
+  /// Counts a phase from what the map and the pairs say when it begins. m: of the phase alone; psi:
+  /// what the pairs add.
+  constexpr void count(Counted& x, const Magnetics<T>& m, T psi, VoltageFlux<T>& v) const {
+    if (!x.is) {
+      const T wrong = map_error * m.psi + m.L_inc * i_zero;
+      x = {.psi = m.psi + psi - v.psi, .certain = v.left - wrong, .is = true};
+    }
+    v.psi = v.psi + x.psi;
+    v.error = max(v.error - x.certain, T(0));
+    v.left = v.left - x.certain;
+  }
+
+  /// The row of a phase with its magnetics at a reading. Where the voltage leaves more open than
   /// the map it says nothing: a current that does not return to zero leaves the same in each
   /// stroke. What a row counts and how much follows from its voltage: the noise of the reading
   /// would choose the rows in which it is high, and be taken for an angle (errors in variables).
-  template <Machine M>
-  constexpr void hear(State& s, const M& machine, T i, T theta_e, const VoltageFlux<T>& v,
+  constexpr void hear(Filter& s, const Magnetics<T>& m, T N_r, const VoltageFlux<T>& v,
                       T same) const {
-    const Magnetics<T> m = machine.at(i, theta_e);
-    s.tau = s.tau + m.tau;
     if (!v.is || v.left > map_error * v.psi || !(m.psi > T(0))) return;
     const T psi = v.psi - (s.x[4] - T(1)) * v.taken, at_psi = psi / s.x[3];
-    const T at_theta = psi / m.psi * m.psi_theta / static_cast<T>(machine.N_r);
+    const T at_theta = psi / m.psi * m.psi_theta / N_r;
     const T noise = m.L_inc * i_noise, wrong = map_error * psi;
     const T variance =
         noise * noise + same * (wrong * wrong + psi_error * psi_error + v.error * v.error);
@@ -180,7 +247,7 @@ struct FluxAngle {
   }
 
   /// The row of the sensor. A rotor turns by `turned` a sample.
-  constexpr void see(State& s, T shown, T turned) const {
+  constexpr void see(Filter& s, T shown, T turned) const {
     const T d = wrap(shown - s.x[0] - s.x[5] + pi<T>) - pi<T>;
     const T same = abs(d) > theta_step / T(2) ? T(1) : samples_of(theta_step, turned);
     std::array<T, n> g;
@@ -190,7 +257,7 @@ struct FluxAngle {
 
   /// By a difference d that has variance S, and covariance g with the state.
   // noinline: called in two places.
-  [[gnu::noinline]] constexpr void correct(State& s, const std::array<T, n>& g, T S, T d) const {
+  [[gnu::noinline]] constexpr void correct(Filter& s, const std::array<T, n>& g, T S, T d) const {
     const T once = T(1) / S;
     for (int j = 0; j < n; ++j) {
       const T gain = g[j] * once;
@@ -199,7 +266,7 @@ struct FluxAngle {
     }
   }
 
-  static constexpr T upper(const State& s, int j, int l) { return j < l ? s.P[j][l] : s.P[l][j]; }
+  static constexpr T upper(const Filter& s, int j, int l) { return j < l ? s.P[j][l] : s.P[l][j]; }
 };
 
 }  // namespace srm

@@ -8,6 +8,7 @@ namespace srm {
 
 /// In the place of a FluxAngle that is left out of a target's code.
 struct NoFluxAngle {
+  template <int N>
   struct State {};
 };
 
@@ -29,7 +30,7 @@ struct Diagnosed {
   struct State {
     typename Guarded::State guarded;
     typename Diagnosis<T>::template State<N> diagnosis;
-    [[no_unique_address]] typename Angle::State flux_angle;
+    [[no_unique_address]] typename Angle::template State<N> flux_angle;
   };
 
   constexpr Tuning tuning() const { return guarded.tuning(); }
@@ -83,7 +84,7 @@ struct Diagnosed {
     bool leaves(const Measurement<T, N>& y) const {
       const FluxAngle<T>& angle = self.flux_angle;
       if (!angle.on()) return false;
-      angle.step(x.flux_angle, self.guarded.machine, y,
+      angle.step(x.flux_angle, self.guarded.machine, self.guarded.control.pairs(), y,
                  [this](int k) { return x.diagnosis.by_voltage(k, self.diagnosis.R_error); });
       auto& guard = x.guarded.guard;
       if (guard.latched || !angle.off(x.flux_angle)) return false;

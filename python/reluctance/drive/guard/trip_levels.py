@@ -188,6 +188,11 @@ def flux_angle(drive: Drive) -> _core.FluxAngle | None:
     machine = drive.machine
     theta_error = names.theta_error - float(np.radians(angle_step(drive) / 2))
     fastest = drive.omega_nominal or guard.levels.omega_max
+    psi_error = names.psi_error
+    if drive.pairs_known:  # which are as wrong as the map
+        coupling = drive.known().machine.coupling
+        assert coupling is not None
+        psi_error -= _mutual(coupling, drive.known().machine.i_max_A)
     return _core.FluxAngle(
         T_s=drive.control.T_s,
         acceleration=machine.N_r / drive.J,
@@ -198,7 +203,7 @@ def flux_angle(drive: Drive) -> _core.FluxAngle | None:
         omega_error=machine.N_r * guard.levels.omega_max,
         map_error=names.map_error,
         R_error=names.R_error,
-        psi_error=names.psi_error,
+        psi_error=psi_error,
         i_noise=float(np.hypot(drive.sensing.i_noise, drive.sensing.i_step / np.sqrt(12))),
         i_zero=guard.i_zero,
         alike=names.patience,
