@@ -27,7 +27,7 @@ BENCH = Path(__file__).parent
 sys.path.insert(0, str(BENCH))
 import faults  # noqa: E402  of this folder
 
-DRIVES = "6_4/deadbeat", "12_8/edge_mpc", "8_6/deadbeat"
+DRIVES = "6_4/deadbeat", "12_8/edge_mpc", "8_6/deadbeat", "6_4_pairs/deadbeat"
 STEPS = 2500
 START_DEG = 22.0
 B_C = {"phase": "b", "other": "c"}
