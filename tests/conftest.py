@@ -3,6 +3,7 @@
 import csv
 import os
 import shutil
+import signal
 import sys
 import tempfile
 import zlib
@@ -38,7 +39,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """The user's cache could hide a defect. The processes of pytest-xdist share the folder."""
+    """The user's cache could hide a defect. The processes of pytest-xdist share the folder. A shell
+    that starts this in the background ignores Ctrl-C, and so would all that the tests start."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if not hasattr(config, "workerinput"):
         os.environ["RELUCTANCE_CACHE"] = tempfile.mkdtemp(prefix="reluctance-tests-")
 
