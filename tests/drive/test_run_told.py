@@ -1,0 +1,261 @@
+"""What a run says of its drive: limits not kept, angles too coarse, faults too late, power left to
+the array; where the rotor is by the flux linkages; windings that warm; waveforms on a grid."""
+
+import re
+from dataclasses import fields, replace
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace as Namespace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import reluctance as rl
+from reluctance import _core
+from reluctance.drive.run import array_left, plots
+from reluctance.drive.run.columns import Rows
+from reluctance.drive.run.estimate import Estimate, estimate
+from reluctance.drive.run.losses import switching_loss
+from reluctance.drive.run.record import WAVEFORMS
+from reluctance.drive.run.safety import coarse_angle, exceeded, never_planted
+from reluctance.machine.loss_data import Iron, SwitchingEnergies
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+RPM = np.pi / 30
+IRON = Iron(p_ref_W=60.0, psi_ref_Wb=0.3, f_ref_Hz=100.0, alpha=1.4, beta=1.9)
+LIMITS = {
+    "converter.u_rating_V": 300.0,
+    "protection.u_dc_max_V": 320.0,
+    "protection.speed_max_rpm": 2000.0,
+}
+
+
+@pytest.fixture(scope="module")
+def rated():
+    return rl.load(EXAMPLES / "paper_rated.toml")  # i_max_A = 150, 240 V
+
+
+@pytest.fixture(scope="module")
+def pulse():
+    """A law that asks for no resistance: fixed angles."""
+    return rl.load(EXAMPLES / "single_pulse.toml")
+
+
+def told(drive, **reached):
+    usual = {"i_peak_run": 150.0, "u_dc_peak_run": 240.0, "speed_peak_run": 1500 * RPM}
+    return exceeded(drive, Namespace(**usual | reached))
+
+
+@pytest.mark.parametrize(
+    ("figure", "reached", "beyond", "what"),
+    [
+        ("i_peak_run", 164.9, 165.1, r"the peak current of the run, 165.1 A, .* i_max_A = 150"),
+        ("u_dc_peak_run", 300.0, 300.1, r"reaches 300.1 V .* \[converter\] u_rating_V = 300:"),
+        ("speed_peak_run", 2000 * RPM, 2001 * RPM, r"speed reaches 2001 rpm .* = 2000$"),
+    ],
+)
+def test_a_limit_is_told_where_a_run_passes_it(rated, figure, reached, beyond, what):
+    """A comparator's band takes a tenth of i_max_A; a voltage and a speed may be reached."""
+    drive = rated.with_values(LIMITS)
+    assert told(drive, **{figure: reached}) == []
+    (line,) = told(drive, **{figure: beyond})
+    assert re.search(what, line)
+    assert len(told(drive, u_dc_peak_run=330.0)) == 2  # the rating and the trip level
+    if figure != "i_peak_run":
+        assert told(rated, **{figure: beyond}) == []  # it states no such limit
+
+
+@pytest.mark.parametrize(("given", "trip"), [({}, 180.0), ({"protection.i_trip_A": 170.0}, 170.0)])
+def test_a_current_above_the_trip_level_is_told_as_such(rated, given, trip):
+    drive = rated.with_values(given)
+    assert "trip level" not in told(drive, i_peak_run=trip)[0]
+    (line,) = told(drive, i_peak_run=trip + 0.1)
+    assert f", and above the trip level of {trip:g} A: a shorter" in line
+
+
+def test_an_encoder_is_coarse_whose_step_is_wider_than_a_stroke(rated):
+    """Three phases and four rotor poles: twelve strokes of 30 degrees."""
+
+    def of(counts, **more):
+        return coarse_angle(
+            replace(rated, sensing=rated.sensing.computed(encoder_counts=counts, **more))
+        )
+
+    (line,) = of(11)
+    assert "encoder_counts = 11 is 32.7 deg of the shaft, wider than a stroke, 30 deg" in line
+    assert "take at least 48 counts" in line
+    assert of(12) == of(0) == of(11, hall=True) == []
+    assert len(of(1)) == 1
+
+
+def test_a_fault_from_the_end_of_a_run_on_is_told(rated):
+    kinds = [{"kind": "sensor_dead", "phase": "b", "t_s": t} for t in (0.1, 0.2, 0.3)]
+    drive = rated.with_values({"faults": kinds})
+    last, at_end = never_planted(drive, 0.3), never_planted(drive, 0.2)
+    assert [line.split()[0] for line in last] == ["[faults.2]"]
+    assert [line.split()[0] for line in at_end] == ["[faults.1]", "[faults.2]"]
+    assert "t_s = 0.3 is not before the end of the run at 0.3 s: sensor_dead" in last[0]
+    assert never_planted(drive, 0.31) == []
+
+
+def left(tracking, part):
+    """Of a drive at its greatest speed for a part of 2 s, and at half of it for the rest."""
+    t = np.array([0.0, 2 * part, 2.0])
+    window = {"t": t, "theta_m": np.array([0.0, 200 * part, 200 * part + 100 * (1 - part)])}
+    drive = Namespace(omega_nominal=100.0, machine=Namespace(N_r=4))
+    run = Namespace(drive=drive, kpis=Namespace(tracking=tracking), periods=window)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(array_left, "evaluated", lambda rows, N_r: (rows, 2))
+        return array_left.left(run)
+
+
+def test_what_an_array_could_give_is_told_of_a_drive_at_its_greatest_speed():
+    """Below 98 % of the energy available, and for 2 % of the time."""
+    (line,) = left(0.9, 0.25)
+    assert "greatest speed, 954.9 rpm, for 0.5 of 2 s, and leaves what the array gives" in line
+    assert left(0.98, 0.25) and not left(0.981, 0.25) and not left(None, 0.25)
+    assert left(0.9, 0.021) and not left(0.9, 0.019)
+
+
+def rows_of(t, theta_m, **columns):
+    """Rows with an estimate; each column constant but for the time and the angles."""
+    usual = dict.fromkeys(_core.flux_estimate_columns, 0.0) | {"psi_scale_hat": 1.0} | columns
+    table = {"t": t, "theta_m": theta_m} | {
+        n: np.broadcast_to(v, t.shape) for n, v in usual.items()
+    }
+    return Rows(np.stack([*table.values()], axis=1), [*table])
+
+
+def test_between_samples_the_rotor_turns_on_at_the_speed_that_is_estimated():
+    """At a sample it is as estimated there: nothing has passed since, whatever the clock rounds."""
+    T_s, N_r, omega = 1e-3, 4, 50.0
+    n = np.arange(1, 200)
+    t = np.concatenate([n * T_s, np.cumsum(np.full(199, T_s)), (n + 0.25) * T_s])
+    since = np.where(np.arange(t.size) < 2 * n.size, 0.0, 0.25 * T_s)
+    found = estimate(rows_of(t, 0 * t, theta_hat=1.5, omega_hat=omega), N_r, T_s)
+    assert found.theta_e == pytest.approx(1.5 + N_r * omega * since, abs=1e-9)
+    assert found.omega_m == pytest.approx(np.full(t.size, omega))
+
+
+def test_an_estimate_is_an_angle_of_one_turn_and_its_error_of_half_a_turn():
+    t, theta_hat = 1e-3 * np.arange(5), np.array([-0.1, 6.4, 3.0, 3.0, 0.1])
+    theta_m = np.array([-0.2, 6.3, -3.0, 3.2, 2 * np.pi]) / 4
+    columns = {"zero_hat": 0.3, "theta_deviation": 0.2, "R_scale_hat": 1.1, "tau_load_hat": 7.0}
+    found = estimate(rows_of(t, theta_m, theta_hat=theta_hat, **columns), 4, 1e-3)
+    assert found.theta_e == pytest.approx(np.array([2 * np.pi - 0.1, 6.4 - 2 * np.pi, 3, 3, 0.1]))
+    assert found.error == pytest.approx(np.array([0.1, 0.1, 6 - 2 * np.pi, -0.2, 0.1]))
+    for values, want in (
+        (found.zero, 0.3), (found.deviation, 0.2), (found.R_scale, 1.1), (found.tau_load, 7.0),
+        (found.psi_scale, 1.0),
+    ):  # fmt: skip
+        assert values == pytest.approx(np.full(5, want))
+    shown = found.columns()
+    assert shown["zero_hat_deg"] == pytest.approx(np.degrees(found.zero))
+    assert shown["tau_load_hat_Nm"] == pytest.approx(found.tau_load)
+    unknown = estimate(rows_of(t, theta_m, psi_scale_hat=np.array([0.0, 1, 1, 1, 0])), 4, 1e-3)
+    for field in fields(unknown):
+        values = np.isnan(getattr(unknown, field.name))
+        assert values.tolist() == [True, False, False, False, True], field.name
+
+
+def test_figures_of_an_estimate_are_of_the_second_half_of_what_is_known():
+    """Errors of its last three instants of six; the rest as it ends."""
+    error = np.radians([np.nan, 50.0, -60.0, 70.0, 3.0, -4.0, 0.0, np.nan])
+    ramp = np.arange(8.0)
+    made = Estimate(error * 0 + 1, ramp, ramp, ramp, ramp / 10, ramp / 100, ramp / 1000, error)
+    assert made.figures() == pytest.approx(
+        {
+            "error_rms_deg": np.sqrt(25 / 3),
+            "error_max_deg": 4.0,
+            "deviation_deg": np.degrees(0.006),
+            "zero_deg": np.degrees(0.06),
+            "psi_scale": 6.0,
+            "R_scale": 0.6,
+        }
+    )
+    assert made.text() == (
+        "wrong by 2.9 deg electrical rms, 4 at most; zero of the sensor +3.4 deg, "
+        "flux linkage 6.000 and R 0.600 of what the control believes"
+    )
+    assert made.columns()["speed_hat_rpm"] == pytest.approx(ramp / RPM)
+    some = made.kept(ramp > 5)
+    assert some.R_scale == pytest.approx(np.array([0.6, 0.7])) and some.error.shape == (2,)
+
+
+def test_a_winding_that_is_warm_throughout_has_the_resistance_of_a_warm_machine(pulse):
+    """The law asks for no resistance. A factor that rises is followed to a millisecond."""
+    warm = replace(pulse, machine=pulse.machine.computed(R_ohm=1.5 * pulse.machine.R))
+    times = [0.0, 0.02]
+    plain, at_once, as_file = (
+        rl.simulate(pulse, until=0.012, record=1e-3, warming=(times, [1.0, 1.0])),
+        rl.simulate(pulse, until=0.012, record=1e-3, warming=(times, [1.5, 1.5])),
+        rl.simulate(warm, until=0.012, record=1e-3),
+    )
+    cold = rl.simulate(pulse, until=0.012, record=1e-3)
+    assert plain.i == pytest.approx(cold.i, rel=1e-6, abs=1e-6)
+    assert at_once.i == pytest.approx(as_file.i, rel=1e-6, abs=1e-6)
+    assert at_once.i.max() < 0.999 * plain.i.max()
+
+
+def test_waveforms_on_a_grid_are_those_of_all_points(pulse):
+    """States straight between their neighbours; legs and orders as they last were, and the end."""
+    whole, thinned = (rl.simulate(pulse, until=0.00505, record=r) for r in (0.0, 1e-4))
+    lossy = replace(pulse, machine=pulse.machine.computed(iron=IRON))
+    after = rl.simulate(lossy, until=0.00505, record=1e-4)
+    for grid in (thinned, after):
+        assert grid.t == pytest.approx([*(1e-4 * np.arange(51)), 0.00505], abs=1e-12)
+        for k in range(3):
+            want = np.interp(grid.t, whole.t, whole.i[k])
+            assert grid.i[k] == pytest.approx(want, abs=1e-3 * whole.i.max())
+            last = whole.leg[k][np.searchsorted(whole.t, grid.t + 1e-10, side="right") - 1]
+            assert np.array_equal(grid.leg[k], last)
+
+
+def test_a_run_since_an_instant_has_its_rows_from_there_on(pulse):
+    run = rl.simulate(pulse, until=0.004, record=1e-3)
+    late = run.since(0.002)
+    for name in WAVEFORMS:
+        assert np.array_equal(getattr(late, name), getattr(run, name)[..., 2:]), name
+    assert run.since(0.0021).t[0] == pytest.approx(0.003)
+
+
+def test_a_guide_that_is_not_found_is_told_in_the_place_of_its_run(pulse, monkeypatch):
+    """Of a run on a thread, and of one that needs Python."""
+
+    def none(*_):
+        raise RuntimeError("no optimum found")
+
+    lossy = replace(pulse, machine=pulse.machine.computed(iron=IRON))
+    for name, made in (("simulate_all", "controller"), ("simulate", "guarded")):
+        monkeypatch.setattr(import_module(f"reluctance.drive.run.{name}"), made, none)
+    for found in rl.simulate_all([pulse, lossy], until=0.001):
+        assert isinstance(found, rl.ParameterError) and str(found) == "no optimum found"
+
+
+def test_switching_energies_scale_with_voltage_and_current_of_each_edge():
+    """2.5 mJ a turn-on with the recovery of its diode and 1.5 mJ a turn-off, at 600 V and 50 A."""
+    point = {"u_sw_ref_V": 600.0, "i_sw_ref_A": 50.0}
+    energies = SwitchingEnergies(E_on_mJ=2.0, E_rr_mJ=0.5, E_off_mJ=1.5, **point)
+    at_point = 600.0 * 50.0 * 1000  # a thousand edges in a second [VA/s]
+    assert switching_loss(energies, at_point, 0.0) == pytest.approx(2.5)
+    assert switching_loss(energies, 0.0, at_point) == pytest.approx(1.5)
+    assert switching_loss(energies, at_point / 2, at_point / 4) == pytest.approx(1.625)
+    assert switching_loss(SwitchingEnergies(), at_point, at_point) is None
+
+
+def test_a_speed_is_shown_beside_the_course_that_is_asked_for(pulse):
+    """Straight between its points; the flow of a pump has an axis and a column of its own."""
+    run = rl.simulate(pulse, until=0.004, record=1e-3)
+    course = Namespace(kind="speed", course=([0.0, 0.002, 9.0], [0.0, 100.0, 100.0]))
+    asked = replace(run, drive=Namespace(reference=course, load=run.drive.load))
+    ax = plots.plot_speed(Figure().add_subplot(), asked)
+    shown = {line.get_label(): line.get_ydata() for line in ax.lines}
+    assert shown["reference"] == pytest.approx(np.array([0, 50, 100, 100, 100]) / RPM)
+    assert shown["speed"] == pytest.approx(run.omega_m / RPM)
+    assert len(plots.plot_speed(Figure().add_subplot(), run).lines) == 1
+    load = Namespace(pump="one", flow=lambda omega_m, t: 1e-3 * t)
+    pumped = replace(run, drive=Namespace(reference=course, load=load))
+    assert len(plots.plot_speed(Figure().add_subplot(), pumped).figure.axes) == 2
+    assert pumped.columns()["Q_m3ph"] == pytest.approx(3.6 * run.t)
+    assert "Q_m3ph" not in run.columns()
