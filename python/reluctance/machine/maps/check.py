@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from reluctance.base.errors import ParameterError
@@ -101,7 +102,7 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
     notes = table.notes
     pieces: tuple[FluxTable, ...] = (table,)
     if table.tau is not None and _jumps(table):
-        pieces, tau_W = _halves(table), _sloped(table)
+        pieces, tau_W = _halves(table), _of_given_sides(table, _sloped(table))
         notes = (*notes, "torque jumps at the unaligned and aligned position: one-sided values")
         torque_rms = max(_inner_torque_error(piece) for piece in pieces)
         area = max(map(_area_error, pieces))
@@ -162,17 +163,32 @@ def _jumps(table: FluxTable) -> bool:
     """Whether the torque given at the ends of the half period is that of one side: of an inductance
     with corners there. A smooth machine has none there, by symmetry."""
     assert table.tau is not None
-    ends = np.abs(table.theta_e % np.pi) < 1e-6
     most = np.abs(table.tau).max()
-    return bool(most > 0 and np.abs(table.tau[-1, ends]).max(initial=0.0) > JUMP * most)
+    at_ends = np.abs(table.tau[-1, _at_ends(table)]).max(initial=0.0)
+    return bool(most > 0 and at_ends > JUMP * most)
+
+
+def _at_ends(table: FluxTable) -> NDArray[np.bool_]:
+    """Which angles are unaligned or aligned."""
+    return np.asarray(np.abs(table.theta_e % np.pi) < 1e-6)
+
+
+def _of_given_sides(table: FluxTable, tau: Array) -> Array:
+    """Torque whose sign at the ends of the half period is that of the side which the table gives:
+    the flux linkage has both."""
+    assert table.tau is not None
+    ends = _at_ends(table)
+    return np.where(ends, np.copysign(tau, table.tau), tau)
 
 
 def _halves(table: FluxTable) -> tuple[FluxTable, ...]:
     """Both half periods as unaligned to aligned, where the table has a sample at alignment."""
-    aligned = int(np.argmin(np.abs(table.theta_e - np.pi)))
-    if table.half or abs(table.theta_e[aligned] - np.pi) > 1e-6:
-        return (table,)
     assert table.tau is not None
+    if table.half:
+        return (_with_own_ends(table, table.theta_e, table.psi, table.tau),)
+    aligned = int(np.argmin(np.abs(table.theta_e - np.pi)))
+    if abs(table.theta_e[aligned] - np.pi) > 1e-6:
+        return (table,)
     up, down = slice(0, aligned + 1), slice(aligned, None)
     back = np.append(table.theta_e[down], 2 * np.pi)
     psi, tau = (np.hstack([x[:, down], x[:, :1]])[:, ::-1] for x in (table.psi, table.tau))
