@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 from reluctance.machine.maps import FluxTable, check_map
+from reluctance.machine.maps.surface import angle_cells, angle_coefficients
+from reluctance.machine.maps.table import fold
 
 N_R, L_U, L_A = 6, 0.01, 0.05
 CURRENTS = np.linspace(0, 10, 11)
@@ -92,3 +94,43 @@ def test_a_period_without_a_sample_at_alignment_is_judged_as_one():
     theta = np.append(np.radians(BETWEEN), np.radians(BETWEEN[1:] + 180))
     report = check_map(straight(np.degrees(theta)))
     assert report.notes == (NOTE,) and report.theta_span_deg == 360
+
+
+def test_the_mean_of_a_period_and_its_mirror_image_is_its_half():
+    """Even flux linkage, odd torque: what is not so falls out."""
+    theta = 2 * np.pi * np.arange(24) / 24
+    even, odd = 0.3 - 0.2 * np.cos(theta), 0.01 * np.sin(2 * theta)
+    tau = 0.5 * np.sin(theta) + 0.04 * np.cos(3 * theta)
+    table = FluxTable(
+        N_R, CURRENTS, theta, np.outer(CURRENTS, even + odd), np.outer(CURRENTS**2, tau)
+    )
+    half = fold(table)
+    assert half.theta_e == pytest.approx(theta[:13]) and half.half
+    assert half.psi == pytest.approx(np.outer(CURRENTS, 0.3 - 0.2 * np.cos(half.theta_e)))
+    assert half.tau == pytest.approx(np.outer(CURRENTS**2, 0.5 * np.sin(half.theta_e)), abs=1e-9)
+    assert "folded" in half.notes[-1] and fold(half) is half
+    assert fold(replace(table, tau=None)).tau is None
+
+
+@pytest.mark.parametrize(
+    ("n", "span", "cells"),
+    [(13, 1, 24), (17, 1, 16), (16, 1, 30), (31, 1, 30), (101, 1, 96), (25, 2, 48), (201, 2, 192)],
+)
+def test_cells_are_whole_parts_of_the_steps_of_angle(n, span, cells):
+    """16 to 96 of half a period, so that samples lie on their edges."""
+    assert angle_cells(np.linspace(0, span * np.pi, n), span * np.pi) == cells
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_a_spline_of_angle_goes_through_its_values(half):
+    """(c[m-1] + 4 c[m] + c[m+1])/6 = value[m], and its slope is none at both ends of a half."""
+    values = np.random.default_rng(3).uniform(-1, 1, (2, 9))
+    if not half:
+        values[:, -1] = values[:, 0]
+    c = angle_coefficients(values, half)
+    assert c.shape == (2, 11)
+    assert (c[:, :-2] + 4 * c[:, 1:-1] + c[:, 2:]) / 6 == pytest.approx(values)
+    if half:
+        assert c[:, [0, -1]] == pytest.approx(c[:, [2, -3]])
+    else:
+        assert c[:, :3] == pytest.approx(c[:, -3:])
