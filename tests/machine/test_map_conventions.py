@@ -1,0 +1,276 @@
+"""From the axes of a file to the convention, by formula: which axis, which half, which end; fits
+and periods whose figures are known beforehand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reluctance import ParameterError
+from reluctance.machine.maps import fit_lehuy, fit_two_term, identify
+from reluctance.machine.maps.conventions import _is_current, settled
+from reluctance.machine.maps.fit import TwoTermFit
+from reluctance.machine.maps.periods import check_rises_once
+from reluctance.machine.maps.pulses import Pulse, Recording
+from reluctance.machine.maps.raw import RawMap
+
+CURRENTS = np.linspace(0, 10, 11)
+FLUX = 1 - np.exp(-CURRENTS / 4)
+
+
+def over(theta_e, aligned=np.pi):
+    """psi (n_i, n_theta): even about alignment, and saturating."""
+    return np.outer(FLUX, 0.5 + 0.3 * np.cos(np.asarray(theta_e) - aligned))
+
+
+def raw(degrees, psi=None, tau=None, **said):
+    degrees = np.asarray(degrees, float)
+    usual = {"layout": "currents_down", "N_r": 6, "angle_unit": "deg", "angle_kind": "electrical"}
+    psi = over(np.radians(degrees)) if psi is None else psi
+    return RawMap(CURRENTS, degrees, psi, tau, **usual | said)
+
+
+HALF, WHOLE = np.linspace(0, 180, 19), np.linspace(0, 360, 37)
+
+
+def test_both_ends_of_a_whole_period_are_meant_and_their_difference_told():
+    """Of the largest flux linkage; torque of the first end."""
+    psi = over(np.radians(WHOLE))
+    psi[:, 0] *= 0.96
+    found = settled(raw(WHOLE, psi))
+    assert found.theta_e == pytest.approx(np.radians(WHOLE[:-1]))
+    assert found.psi[:, 0] == pytest.approx(0.98 * psi[:, -1])
+    assert np.array_equal(found.psi[:, 1:], psi[:, 1:-1])
+    assert found.period_error == pytest.approx(0.04 * psi[-1, -1] / psi.max())
+    assert settled(raw(WHOLE[:-1])).period_error == 0
+
+
+def test_a_half_period_that_is_nearly_one_is_stretched_to_it():
+    """Up to a hundredth; beyond, it is none."""
+    for end in (178.3, 181.7):
+        found = settled(raw(HALF * end / 180, over(np.radians(HALF))))
+        assert found.theta_e == pytest.approx(np.radians(HALF)) and found.theta_e[-1] == np.pi
+    uneven = np.array([0, 10, 25, 60, 90, 120, 179.0])
+    found = settled(raw(uneven))
+    assert found.theta_e == pytest.approx(np.radians(uneven) * 180 / 179)
+    for end in (178.1, 181.9):
+        with pytest.raises(ParameterError, match=r"cover 18?1?7?8?\.[19] deg el\."):
+            settled(raw(HALF * end / 180, over(np.radians(HALF))))
+
+
+def test_a_half_past_alignment_is_mirrored_and_one_between_is_refused():
+    """Torque changes its sign as the angle turns round."""
+    past = HALF + 180
+    tau = np.outer(FLUX**2, -np.sin(np.radians(past - 180)))
+    found = settled(raw(past, tau=tau, zero="unaligned"))
+    assert found.psi == pytest.approx(over(np.radians(HALF)))
+    assert found.tau == pytest.approx(np.outer(FLUX**2, np.sin(np.radians(HALF))), abs=1e-12)
+    assert "half period past alignment mirrored" in found.notes
+    with pytest.raises(
+        ParameterError, match=r"the half period starts at 20 deg el\., need 0 or 180"
+    ):
+        settled(raw(HALF + 20, over(np.radians(HALF)), zero="unaligned"))
+
+
+@pytest.mark.parametrize("first", [7.0, 3.3])
+def test_a_period_without_a_sample_at_its_zero_gets_even_angles_by_a_spline(first):
+    degrees = first + np.arange(0, 360, 10.0)
+    tau = np.outer(FLUX**2, np.sin(np.radians(degrees)))
+    found = settled(raw(degrees, tau=tau, zero="unaligned"))
+    assert found.theta_e == pytest.approx(np.radians(np.arange(0, 360, 10.0)), abs=1e-12)
+    assert found.psi == pytest.approx(over(found.theta_e), abs=1e-5)
+    assert found.tau == pytest.approx(np.outer(FLUX**2, np.sin(found.theta_e)), abs=2e-5)
+    assert "no sample at angle zero: 36 even angles by a periodic spline" in found.notes
+
+
+@pytest.mark.parametrize("shift", [0.0, 180.0])
+@pytest.mark.parametrize("degrees", [HALF, WHOLE, WHOLE[:-1]], ids=["half", "whole", "open"])
+def test_the_zero_is_read_from_where_the_flux_is_largest(degrees, shift):
+    aligned = np.pi + np.radians(shift)
+    found = settled(raw(degrees, over(np.radians(degrees), aligned)))
+    assert found.psi == pytest.approx(over(found.theta_e))
+    name = "aligned" if shift else "unaligned"
+    assert f"angle zero read as {name}, from where the flux is largest" in found.notes
+
+
+@pytest.mark.parametrize(("off", "told"), [(9.9, False), (10.1, True), (-10.1, True)])
+def test_a_zero_that_is_ten_degrees_off_is_asked_for(off, told):
+    """With the angle of alignment in the file's unit: mechanical degrees here."""
+    psi = over(np.radians(WHOLE), np.pi + np.radians(off))
+    given = raw(WHOLE / 6, psi, angle_kind="mechanical")
+    if not told:
+        settled(given)
+        return
+    at = f"{(180 + off) / 6 - (60 if off > 0 else 0):.4g}"
+    with pytest.raises(ParameterError, match=f"need 0 or 180; .*aligned_at={at} "):
+        settled(given)
+    assert settled(given, aligned_at=float(at)).psi.max() == pytest.approx(psi.max(), rel=1e-3)
+
+
+def test_a_zero_at_the_wrong_end_is_told_with_the_right_one():
+    for zero, other in (("aligned", "unaligned"), ("unaligned", "aligned")):
+        psi = over(np.radians(HALF), np.pi if zero == "aligned" else 0.0)
+        with pytest.raises(ParameterError, match=f"zero = {zero}, .* pass zero={other} "):
+            settled(raw(HALF, psi), zero=zero)
+        settled(raw(HALF, psi), zero=other)
+
+
+@pytest.mark.parametrize(
+    ("end", "kind", "told"),
+    [
+        (150, "electrical", "cover 150 .* 180 or 360; extend the map, or correct N_r or the unit"),
+        (200, "electrical", "cover 200 .* 180 or 360; cut it there, or correct N_r or the unit"),
+        (45, "mechanical", "cover 270 .*; cut it there, or correct N_r .4 or 8. or the unit"),
+        (22.5, "mechanical", "cover 135 .*; extend the map, or correct N_r .8 or 16. or the"),
+        (24, "mechanical", "cover 144 .*; extend the map, or correct N_r .15. or the unit"),
+        (
+            25.7,
+            "mechanical",
+            "cover 154.2 .*; extend the map, or correct N_r .7 or 14. or the unit",
+        ),
+        (26, "mechanical", "cover 156 .*; extend the map, or correct N_r or the unit"),
+    ],
+)
+def test_angles_that_are_no_period_are_told_with_the_poles_that_make_them_one(end, kind, told):
+    """Of mechanical angles: as many poles as make half a period, or a whole one, to a hundredth."""
+    given = raw(np.linspace(0, end, 16), over(np.linspace(0, np.pi, 16)), angle_kind=kind)
+    with pytest.raises(ParameterError, match=told):
+        settled(given)
+
+
+def test_an_axis_along_which_the_flux_starts_from_nothing_is_that_of_currents():
+    psi = over(np.radians(HALF))
+    assert _is_current(CURRENTS, psi) and not _is_current(HALF, psi.T)
+    for part, yes in ((0.019, True), (0.021, False)):
+        some = psi.copy()
+        some[0, 3] = part * psi.max()
+        assert _is_current(CURRENTS, some) == yes
+    assert not _is_current(CURRENTS - 1, psi) and not _is_current(CURRENTS[:1], psi[:1])
+    late = CURRENTS[3:]  # none at zero: flux per current does not grow, and flux rises
+    assert _is_current(late, psi[3:]) and _is_current(late[::-1], psi[:2:-1])
+    flat = np.ones((8, 10)) * np.linspace(1, 1.5, 8)[:, None]
+    for falls, yes in ((6, True), (8, False)):  # of 70 steps, less than a tenth may fall
+        some = flat.copy()
+        some[4, :falls] = some[3, :falls] - 0.01
+        assert _is_current(np.arange(5.0, 13.0), some) == yes
+    for grows, yes in ((1.04, True), (1.06, False)):
+        steep = np.array([1.0, 2 * grows])[:, None] * np.ones((2, 4))
+        assert _is_current(np.array([1.0, 2.0]), steep) == yes
+
+
+@pytest.mark.parametrize(("part", "refused"), [(0.019, False), (0.021, True)])
+def test_flux_at_no_current_is_set_to_nothing_up_to_a_fiftieth(part, refused):
+    psi = over(np.radians(HALF))
+    psi[0] = part * psi.max()
+    if refused:
+        with pytest.raises(ParameterError, match=r"flux at 0 A is .* Wb, need 0"):
+            settled(raw(HALF, psi))
+        return
+    found = settled(raw(HALF, psi))
+    assert not found.psi[0].any() and np.array_equal(found.psi[1:], psi[1:])
+    assert f"flux of {part * psi[1:].max():.2g} Wb at 0 A set to 0" in found.notes
+
+
+def test_currents_that_start_above_zero_get_a_row_without_flux():
+    given = raw(HALF)
+    tau = np.outer(FLUX**2, np.sin(np.radians(HALF)))
+    late = replace(given, rows=CURRENTS[2:], psi=given.psi[2:], tau=tau[2:])
+    found = settled(late)
+    assert found.i.tolist() == [0, *CURRENTS[2:]]
+    assert not found.psi[0].any() and not found.tau[0].any()
+    assert np.array_equal(found.psi[1:], given.psi[2:])
+    assert "row at 0 A added: no flux, no torque" in found.notes
+
+
+@pytest.mark.parametrize(("waves", "said"), [(1, None), (2, "2 times"), (4, "N_r is 4")])
+def test_a_period_in_which_the_flux_rises_more_than_once_is_several(waves, said):
+    theta = np.radians(np.append(np.arange(0, 360, 7.0), 360))
+    flux = 1 - 0.5 * np.cos(waves * theta) - 0.1 * np.cos(3 * waves * theta)
+    if said is None:
+        check_rises_once(theta, flux)
+        return
+    with pytest.raises(ParameterError, match=said):
+        check_rises_once(theta, flux)
+
+
+def two_terms(**values):
+    usual = {
+        "N_r": 6, "L_u_H": 2e-3, "L_0_H": 5e-3, "A_Wb": (0.3, 0.2), "B_per_A": (1 / 8, 1 / 40),
+        "shapes": ((1.0, 0.5), (3.0, -1.0), (-1.0, 0.2)), "psi_error_rms": 0, "psi_error_max": 0,
+    }  # fmt: skip
+    return TwoTermFit(**usual | values)
+
+
+def test_torque_of_two_terms_is_the_derivative_of_the_energy_of_their_flux():
+    """Over a whole period: against differences of the co-energy, by the trapezoid rule."""
+    i, theta = np.linspace(0, 60, 3001), np.radians(np.append(0, np.arange(5, 360, 50.0)))
+    h = np.append(0, np.full(len(theta) - 1, 1e-4))
+    found = two_terms().table(i, theta)
+    energy = [
+        np.cumsum((p[1:] + p[:-1]) / 2 * np.diff(i)[:, None], axis=0)
+        for p in (two_terms().table(i, theta + x).psi for x in (h, -h))
+    ]
+    slope = 6 * (energy[0] - energy[1])[:, 1:] / 2e-4
+    assert found.tau[1:, 1:] == pytest.approx(slope, rel=1e-4, abs=1e-4 * np.abs(slope).max())
+    aligned = two_terms().table(np.arange(0, 40, 10.0), np.linspace(0, np.pi, 7)).psi[1, [0, -1]]
+    rise = 0.3 * (1 - np.exp(-10 / 8)) + 0.2 * (1 - np.exp(-10 / 40))
+    assert aligned == pytest.approx(np.array([0.02, 0.02 + 0.05 + rise]))
+
+
+def test_two_terms_are_found_again_where_one_has_no_flux():
+    """Le-Huy's machine is the case of one term: its residual is nothing, with two as with one."""
+    i, theta = np.linspace(0, 60, 13), np.linspace(0, np.pi, 13)
+    none = ((0.0, 0.0),) * 3
+    table = two_terms(A_Wb=(0.4, 0.0), shapes=none, L_0_H=0.0).table(i, theta)
+    assert fit_lehuy(table).psi_error_max < 1e-6
+    assert fit_two_term(table).psi_error_max < 1e-4
+
+
+def recording(R):
+    """Straight pulses at seven angles: a rise and a fall of the current in an inductance."""
+    dt, U, pulses = 1e-5, 50.0, []
+    for theta in np.linspace(0, np.pi, 7):
+        L, i, u, up, rows = 0.03 - 0.02 * np.cos(theta), 0.0, 0.0, True, []
+        for n in range(20000):  # the voltage of a row is that since the row before
+            rows.append((n * dt, u, i))
+            u = 0.0 if n < 30 else U if up else -U
+            i = max((i - u / R) * np.exp(-R / L * dt) + u / R, 0.0)
+            up = up and i < 5.0
+            if not up and i == 0.0:
+                break
+        t, u, i = np.array(rows).T
+        pulses.append(Pulse(float(np.degrees(theta)), t, u, i, True))
+    return Recording(tuple(pulses), "deg", "electrical")
+
+
+@pytest.fixture(scope="module")
+def pulses():
+    return recording(2.0)
+
+
+@pytest.mark.parametrize(("R", "doubts"), [(2.0, False), (1.92, False), (2.12, True)])
+def test_a_resistance_that_disagrees_with_the_pulses_by_a_twentieth_is_noted(pulses, R, doubts):
+    """Rising and falling currents agree with that of the pulses, 2 ohm."""
+    found = identify(pulses, N_r=6, R=R)
+    assert found.R_closing == pytest.approx(2.0, rel=5e-3)
+    assert (found.n_pulses, found.n_angles, found.i_noise) == (7, 7, 0.0)
+    told = [note for note in found.table.notes if "rising and falling currents agree" in note]
+    assert len(told) == doubts
+    for note in told:
+        assert "agree with 2 ohm, not with R_ohm = 2.12" in note
+    if R == 2.0:
+        L = 0.03 - 0.02 * np.cos(found.table.theta_e)
+        assert found.table.psi == pytest.approx(np.outer(found.table.i, L), abs=2e-3)
+
+
+def test_a_resistance_of_half_or_twice_that_of_the_pulses_is_refused(pulses):
+    for R in (0.9, 4.2):
+        with pytest.raises(ParameterError, match=f"not with R_ohm = {R:g}: check the resistance"):
+            identify(pulses, N_r=6, R=R)
+    for i_max in (0.0, 6.0):
+        with pytest.raises(ParameterError, match=f"i_max_A = {i_max:g}, but not every angle"):
+            identify(pulses, N_r=6, R=2.0, i_max=i_max)
+    assert identify(pulses, N_r=6, R=2.0, i_max=3.0).table.i[-1] == 3.0
+    for R in (-1.0, np.inf):
+        with pytest.raises(ParameterError, match="need the resistance of the phase"):
+            identify(pulses, N_r=6, R=R)
