@@ -11,7 +11,7 @@ from test_limit_pairs import point as pairs_at
 from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.machine import optimum
-from reluctance.machine.optimum import OperatingPoint, Profile, ripple
+from reluctance.machine.optimum import OperatingPoint, Profile, returning_flux, ripple
 from reluctance.machine.optimum.coupled import at_once, solved
 from reluctance.machine.optimum.each_phase import each_phase
 from reluctance.machine.optimum.least_ripple import _smoothed, _state, _voltage
@@ -109,6 +109,31 @@ def test_fluxes_return_within_each_commutation(seed):
     drifts, _, returns = _least(u[shared], gain[shared], u_dc)
     assert found == pytest.approx((sum(free) + returns) / 3, rel=0.01)
     assert returns > 1.05 * drifts
+
+
+def test_volt_seconds_of_each_phase_add_up_to_nothing_over_each_commutation(monkeypatch):
+    """Of three angles, over which the gains change: as a phase comes in, and as it goes out."""
+    solved_by = []
+
+    class Kept(SwitchingProgramme):
+        def solve(self):
+            solved_by.append((self, super().solve()))
+            return solved_by[-1][1]
+
+    monkeypatch.setattr(returning_flux, "SwitchingProgramme", Kept)
+    n, u_dc = 18, 100.0
+    random = np.random.default_rng(4)
+    flows = np.arange(n) < 9
+    u = np.where(flows, random.uniform(-0.8, 0.8, n) * u_dc, 0.0)
+    gain = np.where(flows, random.uniform(50, 200, n), 0.0)
+    returning_mean(u, gain, flows, n_phases=3, u_dc=u_dc)
+    ((made, x),) = solved_by
+    off = np.zeros((6, 3))
+    for j, angle in enumerate(made.angles):
+        off[j, angle.on] = x[list(angle.shares)] @ (angle.vectors - angle.mean)
+        assert off[j] @ gain.reshape(3, 6)[:, j] == pytest.approx(0, abs=1e-6)  # the torque
+    assert np.abs(off[:3]).max() > 1e-3  # they do wander
+    assert off[:3].sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-8)
 
 
 def test_pairs_of_weights_have_a_norm_of_one_and_are_their_own_reverse():
