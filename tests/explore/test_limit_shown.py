@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
-from reluctance.explore.limits import Limit, files, operating_point, text
+from reluctance.explore.limits import Limit, check_point, files, operating_point, text
 from reluctance.explore.limits import report as reported
 from reluctance.machine.optimum import Envelope, Profile, RippleFloor
 from reluctance.machine.optimum.torque_step import TorqueStep
@@ -222,3 +222,95 @@ def test_a_shared_switch_and_no_reference_have_no_operating_point():
     free = rl.load(EXAMPLES / "single_pulse.toml")
     with pytest.raises(rl.ParameterError, match="asks for no torque; give one with --tau"):
         operating_point(free)
+
+
+def test_what_is_searched_is_asked_for_at_the_point_of_the_drive(drive, monkeypatch):
+    """60 points of each phase; the envelope of the torque's sign; a floor where a frequency is
+    given, of a smooth profile; a step where there is a torque."""
+    asked = []
+
+    def search(name, answer):
+        monkeypatch.setattr(
+            reported, name, lambda *given, **more: asked.append((name, given, more)) or answer
+        )
+
+    search("best_profile", "profile")
+    search("torque_speed_envelope", replace(ENVELOPE, tau_max=np.array([44.0])))
+    search("ripple_floor", "floor")
+    search("fastest_torque_step", "step")
+    point = drive.at(SPEED)
+
+    def of(**given):
+        asked.clear()
+        return reported.limit(drive, omega_m=SPEED, **given)
+
+    found = of(tau_ref=20.0)
+    assert (found.least_copper, found.tau_max) == ("profile", 44.0)
+    assert (found.floor, found.step) == (None, "step")
+    best, border, step = asked
+    assert best == ("best_profile", (point, 20.0), {"n_points": 180})
+    assert border[1][0] == drive.at(0.0) and border[1][1].tolist() == [SPEED]
+    assert border[2] == {"n_points": 180, "direction": 1, "progress": None}
+    assert step == ("fastest_torque_step", (point, 20.0), {"start": None})
+    found = of(tau_ref=-20.0, switching_frequency=20e3)
+    assert found.floor == "floor" and asked[1][2]["direction"] == -1
+    smooth, floor = asked[2:4]
+    assert smooth[2] == {"n_points": 180, "norm": "rms", "smoothing": 1e-3}
+    assert floor == ("ripple_floor", (point, "profile"), {"switching_frequency": 20e3})
+    assert of(tau_ref=0.0).step is None
+    coupled = rl.load(EXAMPLES / "coupled_phases.toml")
+    monkeypatch.setattr(reported, "check_point", lambda *_, **__: None)  # it takes seconds there
+    assert reported.limit(coupled, tau_ref=1.0, omega_m=SPEED).step is None
+
+
+def test_a_switch_turns_on_once_in_an_electrical_period_at_least(drive):
+    """100 Hz at 1500 rpm with four rotor poles, either way."""
+    for speed in (50 * np.pi, -50 * np.pi):
+        point = {"tau_ref": 1.0, "omega_m": speed}
+        check_point(drive, **point, switching_frequency=100.0)
+        check_point(drive, **point, switching_frequency=None)
+        with pytest.raises(rl.ParameterError, match=r"99\.9 Hz, need at least .* 100 Hz here"):
+            check_point(drive, **point, switching_frequency=99.9)
+    most = drive.machine.greatest_torque
+    check_point(drive, tau_ref=-most, omega_m=0.0, switching_frequency=1e-3)
+
+
+@pytest.fixture(scope="module")
+def coupled(limit):
+    """Of phases with pairs, which have profiles of their own."""
+    drive = rl.load(EXAMPLES / "coupled_phases.toml")
+    n = drive.machine.n_phases
+    theta = 2 * np.pi * np.arange(4 * n) / (4 * n)
+    i = np.stack([(k + 1.0) * np.maximum(np.sin(theta), 0) for k in range(n)])
+    best = replace(limit.least_copper, theta_e=theta, i=i, psi=0.01 * i, u=10 * i, tau_ref=1.0)
+    return replace(limit, drive=drive, least_copper=best, step=None, floor=None)
+
+
+def test_pairs_of_phases_have_a_curve_and_a_part_of_the_sum(coupled):
+    best, m = coupled.least_copper, coupled.drive.machine
+    n = m.n_phases
+    ax = files.plot_torque(files.Picture(4, 3).subplots(), coupled)
+    at_once = [np.roll(best.i[k], 4 * k) for k in range(n)]
+    angles = [best.theta_e - 2 * np.pi * k / n for k in range(n)]
+    alone = sum(m.tau(i, angle) for i, angle in zip(at_once, angles, strict=True))
+    pairs = m.coupling.tau(np.stack(at_once, axis=-1), best.theta_e)
+    shown = curves(ax)
+    assert np.abs(pairs).max() > 0
+    assert shown["pairs"][1][:-1] == pytest.approx(pairs)
+    assert shown["sum"][1][:-1] == pytest.approx(alone + pairs, abs=1e-9)
+    assert shown["sum"][1][-1] == shown["sum"][1][0]
+    words = text.basis(coupled).split("\n")
+    assert words[0] == text.PROFILE and words[-1] == text.PAIRS
+
+
+def test_a_table_has_the_profile_of_each_phase_where_they_differ(coupled, tmp_path):
+    files.save_profile(coupled, tmp_path / "p.csv")
+    table = np.genfromtxt(tmp_path / "p.csv", delimiter=",", names=True)
+    best, m = coupled.least_copper, coupled.drive.machine
+    for k in range(m.n_phases):
+        letter = "abcdef"[k]
+        assert table[f"i_{letter}_A"] == pytest.approx(best.i[k])
+        assert table[f"psi_{letter}_Wb"] == pytest.approx(best.psi[k])
+        assert table[f"u_{letter}_V"] == pytest.approx(best.u[k])
+        tau = m.tau(best.i[k], best.theta_e)
+        assert table[f"tau_ph_{letter}_Nm"] == pytest.approx(tau, abs=1e-9)
