@@ -73,6 +73,8 @@ def test_words_have_every_figure_in_its_unit(limit):
 def test_braking_has_its_ripple_over_the_size_of_its_torque(limit):
     braking = replace(limit, least_copper=replace(limit.least_copper, tau_ref=-20.0))
     assert dict(text.rows(braking))["torque error, rms, bound"] == "0.500%"
+    small = replace(limit, least_copper=replace(limit.least_copper, tau_ref=0.5))
+    assert dict(text.rows(small))["torque error, rms, bound"] == "20.000%"
     still = replace(limit, least_copper=replace(limit.least_copper, tau_ref=0.0))
     assert "torque error, rms, bound" not in dict(text.rows(still))
 
@@ -174,6 +176,7 @@ def test_each_phase_does_the_same_a_third_of_a_period_later(limit):
     assert border.get_ylim()[0] == 0 and "41.23 N m without ripple" in border.get_title()
     for ax in (currents, torque, voltage):
         assert ax.get_xlim() == (0, 360) and [*ax.get_xticks()] == [0, 60, 120, 180, 240, 300, 360]
+    assert not drawn._suptitle.get_parse_math()  # a name may have signs of a formula
     title = drawn.get_suptitle()
     assert "minimum copper loss without ripple, 20 N m at 1499.2 rpm, 240 V" in title
 
