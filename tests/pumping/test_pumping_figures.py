@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from reluctance.base.errors import ParameterError
 from reluctance.plant.hydraulics.pump import Pump
 from reluctance.plant.solar.pv_module import CellNumbers
+from reluctance.plant.solar.single_diode import power_point
 from reluctance.pumping import (
     Samples,
     chain,
@@ -384,10 +385,11 @@ def test_an_array_that_faces_away_from_the_equator_is_told(found, latitude, azim
         assert told[0].endswith(f"azimuth_deg = {towards}")
 
 
+@pytest.mark.parametrize("most", [10.0, 0.4])
 @pytest.mark.parametrize("reach", [1.0, 0.9, 0.5, 0.05])
-def test_a_law_is_set_up_for_the_greatest_torque_that_it_reaches(found, monkeypatch, reach):
+def test_a_law_is_set_up_for_the_greatest_torque_that_it_reaches(found, monkeypatch, reach, most):
     """To within the part of the torque that counts as held, and never beyond."""
-    real, most = maps.at, 10.0
+    real = maps.at
 
     def at(drive, **point):
         if point["tau"] > reach * most:
@@ -533,3 +535,51 @@ def test_figures_of_the_samples_have_the_threshold_and_the_drive_at_work(found):
         assert curve.get_ydata()[0] == pytest.approx(
             curves[-1].get_ydata()[0] * (rpm / fastest) ** 2, rel=2e-3
         )
+
+
+def test_operating_points_of_the_array_lie_apart_by_whether_water_flows(found):
+    """Of samples with more than 5 W/m2; the curves are those of the cells at the temperatures that
+    go with the light, from the short to the open circuit."""
+    s = found.samples
+    ax = plots.plot_array(axes(), found)
+    on, light = s.omega > 0, s.poa_effective > 5
+    drawn = lines(ax)
+    assert (light & ~on).any() and on.any()
+    for name, kept in (("no flow", light & ~on), ("pumping", on)):
+        assert drawn[name][0] == pytest.approx(s.u[kept])
+        assert drawn[name][1] == pytest.approx(s.i[kept])
+    slope, base = np.polyfit(s.poa_effective[light], s.temp_cell[light], 1)
+    for G, curve, text in zip((200, 400, 600, 800, 1000), ax.lines, ax.texts, strict=False):
+        temp = base + slope * G
+        assert text.get_text() == f"{G} W/m², {temp:.0f} °C"
+        u, i = curve.get_data()
+        best = power_point(found.system.array.diode(np.full(1, G), np.full(1, temp)))
+        assert u[0] == 0 and u[-1] == pytest.approx(best.u_oc[0])
+        assert i[-1] == pytest.approx(0, abs=1e-6 * i[0])
+        assert (u * i).max() == pytest.approx(best.p[0], rel=1e-3)
+
+
+def test_each_loss_begins_where_the_one_before_ends_and_the_rest_is_lifted(found):
+    """In kWh and in parts of the maximum power point; water over the rim has a row of its own."""
+    c = chain(found)
+    names = "off_mpp converter below_threshold above_limit drive friction pump pipe".split()
+    for shown in (found, replace(found, storage=None)):
+        ax = plots.plot_losses(axes(), shown)
+        bars = [(bar.get_x(), bar.get_width()) for bar in ax.patches]
+        whole, *rest = bars
+        assert whole == pytest.approx((0, c.e_mp / 3.6e6))
+        left = c.e_mp / 3.6e6
+        for (start, width), name in zip(rest, names, strict=False):
+            left -= getattr(c, name) / 3.6e6
+            assert (start, width) == pytest.approx((left, getattr(c, name) / 3.6e6), abs=1e-9)
+        assert bars[9] == pytest.approx((0, c.e_lift / 3.6e6)) and left == pytest.approx(bars[9][1])
+        spilt = shown.storage is not None
+        assert len(bars) == 10 + spilt
+        assert not spilt or bars[10] == pytest.approx((0, c.overflow / 3.6e6))
+        told = ax.texts[1].get_text()
+        assert told.endswith(f"kWh, {100 * c.off_mpp / c.e_mp:.1f} %")
+    assert c.overflow > 0
+
+
+def test_a_loss_map_has_five_voltages_nine_speeds_and_five_torques(found):
+    assert found.losses.loss_per_torque.shape == (5, 9, 5)
