@@ -127,6 +127,9 @@ def _run(
         for process in running:
             if process.poll() is None:
                 end_group(process.pid)
+                process.wait()
+            if process.stdout is not None:
+                process.stdout.close()
             unfinished_groups.discard(process.pid)
     for process, text in zip(running, said, strict=True):
         if process.returncode != 0:
