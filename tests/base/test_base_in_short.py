@@ -1,11 +1,15 @@
-"""A compiler: which one, its first error, and what is left of it where it takes too long."""
+"""Parts that all rooms stand on, at their edges: compilers, names of files, a cache, hints on a
+mistyped value, sizes of a figure."""
 
 import time
 
+import matplotlib as mpl
 import pytest
 
 from reluctance.base import files, toolchain
 from reluctance.base.errors import ParameterError
+from reluctance.base.figures import look
+from reluctance.base.picture import PANEL_WIDTH, Picture
 from reluctance.base.toolchain import compiler, first_error
 
 # A compiler.
@@ -70,3 +74,29 @@ def test_commands_run_side_by_side_and_the_first_that_fails_is_told(tmp_path, mo
     with pytest.raises(ParameterError, match=r"timed out after 0\.05"):
         run((*shell, "sleep 30"), folder=tmp_path)
     assert time.monotonic() - start < 20 and not files.unfinished_groups
+
+
+# Sizes of a figure.
+
+
+def test_a_figure_has_the_width_that_is_asked_for_and_its_own_shape():
+    assert tuple(Picture(8, 4).get_size_inches()) == (8, 4)
+    with look(None, "4in"):
+        assert tuple(Picture(8, 4).get_size_inches()) == (4, 2)
+    with mpl.rc_context({"figure.figsize": (5, 6)}):
+        assert tuple(Picture(8, 4).get_size_inches()) == (5, 6)
+        with look(None, "4in"):
+            assert tuple(Picture(8, 4).get_size_inches()) == (4, 2)
+    for width, one in ((2 * PANEL_WIDTH - 0.01, True), (2 * PANEL_WIDTH, False)):
+        assert Picture(width, 3).one_column == one
+
+
+def test_a_name_that_is_wider_than_the_figure_is_written_in_lines():
+    made = Picture(3.0, 3.0)
+    (line,) = made.subplots().plot([0, 1])
+    made.legend_below([line], ["words " * 30])
+    made._fit()
+    made.draw_without_rendering()
+    (legend,) = made.legends
+    assert "\n" in legend.get_texts()[0].get_text()
+    assert legend.get_window_extent().width <= made.get_window_extent().width

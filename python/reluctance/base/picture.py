@@ -127,7 +127,7 @@ class Picture(Figure):
         if legend.get_window_extent().width <= room:
             return False
         if columns == 1:
-            most = max(map(len, names))
+            most = max(len(line) for name in names for line in name.splitlines())
             self._below = (handles, [textwrap.fill(name, int(0.75 * most)) for name in names])
         self._draw_legend(max(columns - 1, 1))
         return True
