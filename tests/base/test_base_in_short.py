@@ -1,15 +1,25 @@
 """Parts that all rooms stand on, at their edges: compilers, names of files, a cache, hints on a
 mistyped value, sizes of a figure."""
 
+import os
+import signal
+import subprocess
+import sys
 import time
+from dataclasses import dataclass
+from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 import pytest
 
-from reluctance.base import files, toolchain
+from reluctance.base import cache, files, toolchain, unedited
+from reluctance.base.columns import refuse_parted
 from reluctance.base.errors import ParameterError
 from reluctance.base.figures import look
 from reluctance.base.picture import PANEL_WIDTH, Picture
+from reluctance.base.reading import read_rows
+from reluctance.base.schema import number_hint
 from reluctance.base.toolchain import compiler, first_error
 
 # A compiler.
@@ -74,6 +84,192 @@ def test_commands_run_side_by_side_and_the_first_that_fails_is_told(tmp_path, mo
     with pytest.raises(ParameterError, match=r"timed out after 0\.05"):
         run((*shell, "sleep 30"), folder=tmp_path)
     assert time.monotonic() - start < 20 and not files.unfinished_groups
+
+
+# Names of files, and what is left of a process that is ended.
+
+NO_NAME = [Path("x" * 5000), Path("a\0b")]
+
+
+@pytest.mark.parametrize("path", NO_NAME, ids=["long", "zero"])
+def test_a_name_that_no_file_can_have_names_none(path):
+    assert not files.is_file(path) and not files._is_dir(path) and not files._exists(path)
+    with pytest.raises(ParameterError, match="cannot read "):
+        files.read_toml(path)
+    files.begin_command()
+    try:
+        files.note_input(path)
+    finally:
+        files.end_command()
+
+
+def test_a_place_without_the_right_to_write_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(ParameterError, match=r"no right to write in .*; choose another folder"):
+        files.check_place(tmp_path / "a.csv")
+    with pytest.raises(ParameterError, match=f"no right to write in {tmp_path}; take another"):
+        files.check_folder(tmp_path / "a" / "b", "take another")
+
+
+def test_what_stands_in_the_place_of_a_result_is_told(tmp_path):
+    (tmp_path / "f").write_text("")
+    for path, said in (
+        (tmp_path, "is a folder, need a file; choose another name"),
+        (tmp_path / "none" / "a.csv", "does not exist; make it first"),
+        (tmp_path / "f" / "a.csv", "does not exist; make it first"),
+    ):
+        with pytest.raises(ParameterError, match=said):
+            files.check_place(path)
+    with pytest.raises(ParameterError, match="f is a file, need a folder; choose another --out"):
+        files.check_folder(tmp_path / "f" / "a" / "b")
+    for name, said in (("a.xyz", "ending `.xyz`, need one of .csv, .npz"), ("a", "no ending, ")):
+        with pytest.raises(ParameterError, match=said):
+            files.check_ending(tmp_path / name, {".npz", ".csv"})
+    assert files.check_ending(tmp_path / "A.CSV", {".npz", ".csv"}) == ".csv"
+
+
+def test_compilers_and_folders_of_a_process_that_is_ended_are_cleared_away(tmp_path, monkeypatch):
+    for name in ("_unfinished", "unfinished_groups"):
+        monkeypatch.setattr(files, name, set())
+    sleeper = subprocess.Popen(["sleep", "60"], process_group=0)
+    files.unfinished_groups.add(sleeper.pid)
+    with files.scratch(tmp_path) as place:
+        (place / "inner").mkdir()
+        (place / "inner" / "a").write_text("x")
+        assert files._unfinished == {place}
+        files.remove_unfinished()
+        assert not place.exists()
+        place.mkdir()  # for what removes it at the end
+    assert sleeper.wait(10) == -signal.SIGKILL and not files._unfinished
+    files.end_group(sleeper.pid)  # that has ended
+
+
+@pytest.mark.parametrize(("dots", "refused"), [(100, False), (101, True)])
+def test_a_key_has_a_hundred_points_at_most(tmp_path, dots, refused):
+    path = tmp_path / "a.toml"
+    path.write_text("a" + ".b" * dots + " = 1\n# " + "." * 500 + "\n")
+    if not refused:
+        files.read_toml(path)
+        return
+    with pytest.raises(ParameterError, match="a key of 102 parts, need at most 100; check"):
+        files.read_toml(path)
+
+
+def test_a_toml_file_has_a_megabyte_at_most(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text("a = 1\n" + "#" * (files.MAX_TOML_BYTES - 6))
+    assert files.read_toml(path) == {"a": 1}
+    path.write_text("a = 1\n" + "#" * (files.MAX_TOML_BYTES - 5))
+    with pytest.raises(ParameterError, match="has more than 1 MB, need a TOML file of some"):
+        files.read_toml(path)
+
+
+def test_without_parquet_support_one_line_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(ParameterError, match="parquet needs pyarrow; `pip install"):
+        files.write_table(tmp_path / "a.parquet", {"x": np.zeros(2)})
+    assert not [*tmp_path.iterdir()]
+
+
+def test_the_remedy_of_an_edited_file_needs_its_content(tmp_path):
+    with pytest.raises(
+        ParameterError, match=r"cannot read .*none: No such file .*; choose another"
+    ):
+        unedited._content(tmp_path / "none")
+    unedited.write_unedited(tmp_path / "a.toml", "x = 1\n")
+    unedited.write_unedited(tmp_path / "a.toml", "x = 2\n")
+    assert (tmp_path / "a.toml").read_text().startswith("x = 2\n# As written by reluctance")
+
+
+# A cache.
+
+
+@dataclass
+class Kept:
+    a: np.ndarray
+    b: float
+
+
+def test_a_result_is_kept_under_all_that_it_depends_on(tmp_path, monkeypatch):
+    monkeypatch.setenv("RELUCTANCE_CACHE", str(tmp_path / "c"))
+    made = []
+
+    def of(inputs, algorithm):
+        def compute():
+            made.append(1)
+            return Kept(np.arange(3.0), 2.5)
+
+        return cache.cached(Kept, inputs, compute, algorithm=algorithm)
+
+    for inputs, algorithm, count in (
+        *(([1, "a"], 1, 1), ([1, "a"], 1, 1), ([1, "b"], 1, 2), ([1, "a"], 2, 3)),
+        *(([np.float64(1), "a"], 1, 4), ([1, "a"], 1, 4)),
+    ):
+        found = of(inputs, algorithm)
+        assert len(made) == count and found.a.tolist() == [0, 1, 2] and found.b == 2.5
+        assert type(found.b) is float
+    assert {p.suffix for p in (tmp_path / "c").iterdir()} == {".npz"}
+
+
+def test_the_cache_is_where_the_user_or_the_system_keeps_such(monkeypatch):
+    monkeypatch.delenv("RELUCTANCE_CACHE")
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    assert cache.folder() == Path.home() / ".cache" / "reluctance"
+    monkeypatch.setenv("XDG_CACHE_HOME", "/x")
+    assert cache.folder() == Path("/x/reluctance")
+    monkeypatch.setenv("RELUCTANCE_CACHE", "/own")
+    assert cache.folder() == Path("/own")
+
+
+def test_a_result_that_cannot_be_kept_leaves_nothing_behind(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "no space")
+
+    monkeypatch.setattr(os, "replace", full)
+    cache._store(tmp_path / "a.npz", {"x": 1.0})
+    assert not [*tmp_path.iterdir()]
+
+
+# Cells and values.
+
+
+@pytest.mark.parametrize(
+    ("text", "rows"),
+    [
+        ("a;b\n1;2\nx,y\n", [["a", "b"], ["1", "2"], ["x,y"]]),  # two of three lines
+        ("a;b\nc,d\n", [["a;b"], ["c", "d"]]),  # half of them
+        ("a\tb\n1\t2\n", [["a", "b"], ["1", "2"]]),
+        ("a,b\n1,2\n", [["a", "b"], ["1", "2"]]),
+    ],
+)
+def test_cells_part_at_what_stands_in_most_lines(tmp_path, text, rows):
+    (tmp_path / "a.csv").write_text(text)
+    assert read_rows(tmp_path / "a.csv") == rows
+
+
+def test_empty_cells_at_the_end_are_none():
+    refuse_parted([["a", "b", ""], ["1", "2", "", ""]])
+    refuse_parted([["a"], ["1", "2"]])
+    refuse_parted([["a", "b"], ["1", "2.5", "3"]])
+    with pytest.raises(ParameterError, match="the row `1,2,3` has 3 cells for 2 names"):
+        refuse_parted([["a", "b", ""], ["1", "2", "3"]])
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "told"),
+    [
+        ("5 kV", "u_dc_V", "; write the number alone, as in 5000"),
+        ("5 V", "u_dc_V", "; write the number alone, as in 5"),
+        ("5 apples", "u_dc_V", "; write the number alone, in V"),
+        ("5 apples", "gain", "; write the number alone, without a unit"),
+        ("1-5", "u_dc_V", "; a range is FROM:TO:COUNT, as in 1:5:5"),
+        ("1,5", "u_dc_V", "; write a decimal point, as in 1.5"),
+        ("none", "u_dc_V", "; to give none, leave the key out (--set TABLE.u_dc_V= removes it)"),
+        ("much", "u_dc_V", ""),
+    ],
+)
+def test_a_text_that_is_no_number_is_told_how_to_be_written(text, key, told):
+    assert number_hint(text, key) == told
 
 
 # Sizes of a figure.
