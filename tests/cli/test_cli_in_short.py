@@ -1,0 +1,393 @@
+"""What commands print of findings that are given: nothing is simulated, solved or compiled."""
+
+import json
+from dataclasses import make_dataclass
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace as Namespace
+
+import numpy as np
+import pytest
+from command import command, refused
+
+import reluctance as rl
+from reluctance.base.errors import ParameterError
+from reluctance.cli import emulate, map_identify, map_identify_pairs, replay, tune
+from reluctance.cli import progress as bars
+from reluctance.explore.efficiency_map.map import EfficiencyMap
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CUBIC = EXAMPLES / "sharing_cubic.toml"
+run = import_module("reluctance.cli.run")  # the package has the function under this name
+
+
+def words(text):
+    return " ".join(text.split())
+
+
+# emulate
+
+
+def found(**values):
+    usual = {"sensor": (0, 1, 2), "sign": (1, 1, 1), "R": (0.5, 0.75, 0.7), "direction": 1}
+    usual |= {"place": (0, 1, 2), "zero_deg": 0.0, "spread_deg": 0.1}
+    return Namespace(**usual | values)
+
+
+def test_wiring_is_as_it_must_be_where_sensors_stand_in_order_with_their_signs():
+    lines = emulate._lines("wiring", found())
+    assert lines == [f"leg {k}: sensor {k}, sign +1" for k in range(3)] + ["as it must be"]
+    for wrong in ({"sensor": (0, 2, 1)}, {"sign": (1, -1, 1)}):
+        lines = emulate._lines("wiring", found(**wrong))
+        assert lines[-1] == "correct sensors and signs, then run `wiring` again"
+    assert lines[1] == "leg 1: sensor 1, sign -1"
+
+
+def test_resistances_have_their_mean():
+    assert emulate._lines("resistance", found()) == ["R [ohm]: 0.5000, 0.7500, 0.7000; mean 0.6500"]
+
+
+@pytest.mark.parametrize(
+    ("values", "near", "told"),
+    [
+        ({"zero_deg": 0.1}, "0.100", "as it must be"),
+        ({"zero_deg": 359.95, "spread_deg": 0.0}, "-0.050", "as it must be"),
+        ({"zero_deg": 0.06, "spread_deg": 0.01}, "0.060", "subtract the zero from the angle"),
+        ({"zero_deg": 200.0}, "-160.000", "subtract the zero from the angle"),
+        ({"direction": -1}, "0.000", "the angle counts against the order of the legs."),
+        ({"direction": 0}, "0.000", "the legs are in another order: exchange them, and run"),
+    ],
+)
+def test_an_alignment_says_what_to_do_about_its_zero(values, near, told):
+    """Within the spread, or a twentieth of a degree; from half a turn on it is negative."""
+    place, zero, what = emulate._lines("alignment", found(**values))
+    assert place == "place of legs 0, 1, 2: 0, 1, 2"
+    assert f"zero {near} deg electrical, spread" in zero and what.startswith(told)
+
+
+def test_a_step_that_fails_on_a_board_that_was_never_corrected_is_answered_with_it(monkeypatch):
+    wiring = import_module("reluctance.targets.commission.wiring")
+    for straight in (True, False):
+        monkeypatch.setattr(
+            wiring, "read_wiring", lambda _, straight=straight: Namespace(straight=straight)
+        )
+        for step in emulate.STEPS:
+            hint = emulate._hint(Path("p"), step)
+            asks = straight and step not in ("precharge", "wiring")
+            assert ("were `wiring` and `alignment` done?" in hint) == asks, step
+
+
+def test_a_finding_is_written_into_the_wiring_of_the_package(monkeypatch):
+    wiring, wrote = import_module("reluctance.targets.commission.wiring"), []
+
+    class Now:
+        def with_sensors(self, *given):
+            return Namespace(lines=lambda: [f"sensors {given}"])
+
+        def with_angle(self, *given):
+            return Namespace(lines=lambda: [f"angle {given}"])
+
+    monkeypatch.setattr(wiring, "read_wiring", lambda _: Now())
+    monkeypatch.setattr(wiring, "write_wiring", lambda place, now: wrote.append(now.lines()))
+    on = Namespace(package=Path("p"))
+    values = {"sensor": "s", "sign": "+", "direction": 1, "zero_deg": 5.0, "place": "abc"}
+    for step, told in (("wiring", "sensors ('s', '+')"), ("alignment", "angle (1, 5.0, 'abc')")):
+        assert emulate._corrected(on, step, values) == [
+            f"wrote {Path('p') / wiring.HEADER}:",
+            f"  {told}",
+        ]
+        assert wrote.pop() == [told]
+
+
+@pytest.mark.parametrize(
+    ("step", "options", "told"),
+    [
+        ("dance", [], "step `dance`, need one of: precharge, wiring, resistance, alignment"),
+        ("spin", ["--correct"], "--correct goes with wiring or alignment, not with `spin`"),
+        ("wiring", ["--out", "a.csv"], "--out goes with pulses, not with `wiring`"),
+        ("trip", ["--until", "1"], "--until goes with spin, not with `trip`"),
+        ("pulses", ["--reference", "1"], "--reference goes with spin or trip, not with `pulses`"),
+        ("spin", ["--held", "1"], "--held goes with pulses, not with `spin`"),
+        ("pulses", ["--phase", "3"], "--phase 3, need less than 3"),
+        ("pulses", ["--held", "1"], "--held and --held_A go together: a phase and its current"),
+        ("pulses", ["--held_A", "1"], "--held and --held_A go together: a phase and its current"),
+        ("pulses", [], "`pulses` needs --out PULSES.csv"),
+        ("pulses", ["--out", "a.txt"], "ending `.txt`, need one of .csv"),
+    ],
+)
+def test_an_option_goes_with_its_step(step, options, told):
+    assert told in refused("emulate", "package", step, "--drive", CUBIC, *options)
+
+
+def test_trips_are_told_with_what_they_lack(monkeypatch):
+    steps = import_module("reluctance.targets.commission.steps")
+    good = {"what": "a", "off": True, "stays": True, "clears": True, "late_us": 12.4}
+    Trip = make_dataclass("Trip", [*good, "text", "began"])
+    for lacks, done, told in (
+        ({}, True, "a: legs off after 12 us, t; stays, clears once the cause is gone"),
+        ({"off": False}, False, "a: LEGS ARE ON after 12 us"),
+        ({"stays": False}, False, "t; DOES NOT STAY, clears"),
+        ({"clears": False}, False, "stays, DOES NOT CLEAR"),
+    ):
+        one = Trip(**good | lacks, text="t", began=True)
+        monkeypatch.setattr(steps, "trips", lambda *_, one=one, **__: [one])
+        values, (line,) = emulate._step(None, "trip", None, None, None, reference=None, until=None)
+        assert values["done"] == done and told in line
+        assert values["text"] == (
+            "all stop the drive" if done else "a cause does not stop the drive as it must"
+        )
+    never = Trip(**good | {"off": False}, text="it did not run", began=False)
+    monkeypatch.setattr(
+        steps, "trips", lambda *_, **__: [Trip(**good, text="t", began=True), never]
+    )
+    values, lines = emulate._step(None, "trip", None, None, None, reference=None, until=None)
+    assert (values["done"], values["text"], len(lines)) == (False, "it did not run", 1)
+
+
+# replay
+
+
+def dump(**values):
+    usual = {"samples": 40, "trigger": 30, "status": 0, "phase": -1, "value": 0.0, "limit": 0.0}
+    return Namespace(dump=Namespace(**usual | values), cause="sensor dead")
+
+
+def test_a_trigger_is_told_with_its_cause_and_its_phase():
+    assert replay._trigger(dump(trigger=None)) == "40 samples, no trigger"
+    told = "40 samples, trigger at sample 30: sensor dead"
+    assert replay._trigger(dump()) == told
+    fault = {"status": 2, "value": 180.0, "limit": 150.0}
+    assert replay._trigger(dump(**fault)) == f"{told} (180 A, limit 150 A)"
+    assert replay._trigger(dump(**fault, phase=0)) == f"{told} (phase a: 180 A, limit 150 A)"
+
+
+# run
+
+
+def test_a_speed_that_is_missed_is_told_with_the_greatest_torque(monkeypatch):
+    """By a twentieth, or by half of it where fewer than two periods are in the figures."""
+    drive = rl.load(EXAMPLES / "paper_pump.toml")
+    asked = drive.reference.speed_rpm * np.pi / 30
+    for part, periods, told in (
+        (0.951, 2, False), (0.949, 2, True), (1.049, 2, False), (1.051, 2, True),
+        (0.51, 1, False), (0.49, 1, True), (0.949, 1, False),
+    ):  # fmt: skip
+        kpis = Namespace(speed_mean=part * asked, periods=periods, remarks=lambda steady: ["r"])
+        remark, *missed = run.unmet(drive, kpis)
+        assert remark == "r" and len(missed) == told, (part, periods)
+        if told:
+            assert missed[0].startswith(f"the speed reference is not held ({part:.0%} of it)")
+            assert missed[0].endswith(f"tau_max_Nm = {drive.tau_max:.4g} N m")
+    assert run.unmet(rl.load(CUBIC), kpis) == ["r"]
+
+
+def test_three_phases_at_once_are_told_from_a_hundredth_of_the_time_on():
+    def periods(three, t=2.0):
+        return Namespace(rise={"three_on": three, "t": t}.get)
+
+    assert run.crowded(periods(0.02)) == run.crowded(periods(0.0, 0.0)) == []
+    (line,) = run.crowded(periods(0.05))
+    assert line.startswith("three phases or more conduct at once for 2% of the time")
+
+
+def test_a_diagnosis_that_does_not_run_is_told():
+    for diagnosis, on, told in ((True, False, 1), (True, True, 0), (False, False, 0)):
+        parts = Namespace(diagnosis=diagnosis), Namespace(on=on)
+        assert len(run.undiagnosed(Namespace(protection=parts[0], supervision=parts[1]))) == told
+
+
+def test_what_acts_on_a_steady_drive_is_constant():
+    def drive(kind="torque", reference=None, load=None, source=None):
+        reference = Namespace(kind=kind, values=reference)
+        return Namespace(
+            reference=reference, load=Namespace(values=load), source=Namespace(values=source)
+        )
+
+    assert run.is_steady(drive()) and not run.is_steady(drive("pv"))
+    for name in ("reference", "load", "source"):
+        assert not run.is_steady(drive(**{name: [1.0, 2.0]}))
+    assert run.loss(None, "a.b") == "not counted: no a.b" and run.loss(1.26, "a.b") == "1.3 W"
+
+
+# efficiency
+
+
+def test_an_efficiency_is_asked_for_in_rpm_and_braking_where_the_cycle_brakes(
+    monkeypatch, tmp_path
+):
+    drive, asked = rl.load(CUBIC), []
+    room = import_module("reluctance.explore.efficiency_map")
+
+    def over(given, *, omega, tau, u_dc, jobs, progress):
+        asked.append((omega, tau, u_dc, jobs))
+        omega = np.array([10.0, 20.0]) if omega is None else omega
+        tau = np.array([1.0, 2.0]) if tau is None else tau
+        grid = np.ones((len(omega), len(tau)))
+        kinds = {"p_cu_W": grid}
+        figures = dict.fromkeys(import_module(f"{room.__name__}.map").FIGURES, grid)
+        return EfficiencyMap(
+            given, 240.0, omega, tau, tau[-1] * grid[:, 0], grid, kinds, figures, 4
+        )
+
+    monkeypatch.setattr(room, "efficiency", over)
+    given = ("--speed", "300:600:2", "--torque", "1,2", "--u-dc", "200", "--jobs", "1")
+    done = command("efficiency", CUBIC, *given, "--out", tmp_path / "e.csv")
+    assert done.code == 0, done.error
+    ((omega, tau, u_dc, jobs),) = asked
+    assert omega == pytest.approx([10 * np.pi, 20 * np.pi]) and tau.tolist() == [1, 2]
+    assert (u_dc, jobs) == (200, 1) and str(tmp_path / "e.csv") in done.out
+    assert f"{drive.name}, 240 V" in done.out
+    for torques, count in (("1,1", 1), ("1,-1", 2)):
+        asked.clear()
+        first, second = torques.split(",")
+        (tmp_path / "c.csv").write_text(f"t_s,speed_rpm,tau_Nm\n0,100,{first}\n1,100,{second}\n")
+        done = command("efficiency", CUBIC, "--cycle", tmp_path / "c.csv", "--json")
+        assert done.code == 0, done.error
+        assert len(asked) == count and "E_in_J" in done.out
+    assert asked[0][:2] == (None, None) and asked[1][1].tolist() == [-1, -2]
+
+
+# machine from-geometry
+
+
+def test_a_machine_is_not_written_from_a_mesh_that_moves_by_a_twentieth(monkeypatch, tmp_path):
+    room = import_module("reluctance.machine.geometry.from_geometry")
+    package = import_module("reluctance.machine.geometry")
+    saved = []
+    made = Namespace(
+        geometry="g", figures={"N_r": 4}, lines=lambda: ["a line"],
+        save=lambda out: saved.append(out) or [out], plot=lambda path: saved.append(path),
+    )  # fmt: skip
+    monkeypatch.setattr(room, "machine_from_geometry", lambda path, progress: made)
+    out, plot = tmp_path / "m.toml", tmp_path / "p.png"
+    order = ("machine", "from-geometry", "g.toml", "--out", out, "--plot", plot)
+    for name in ("psi_change", "tau_change", "tau_rough"):
+        for value, passes in ((0.049, True), (-0.051, False)):
+            point = {"theta_e_deg": 45.0, "psi_change": 0.001, "tau_change": 0.002}
+            point |= {"tau_rough": 0.003} | {name: value}
+            monkeypatch.setattr(package, "convergence", lambda _, point=point: [point])
+            saved.clear()
+            if not passes:
+                line = refused(*order, "--convergence")
+                assert "moves flux linkage or torque by 5.1 %, need at most 5 %" in line
+                assert not saved
+                continue
+            told = command(*order, "--convergence")
+            assert told.code == 0 and saved == [out, plot]
+            said = words(told.out)
+            assert said.startswith("a line mesh doubled at 45 deg el.: flux linkage moves by")
+            assert "the mesh is fine enough: no change over 5 %" in said
+            assert f"{out} {plot} next: reluctance run DRIVE.toml --set machine={out}" in said
+    shown = json.loads(command(*order[:3], "--json").out)
+    assert shown == {"N_r": 4, "convergence": []}
+    plain = command(*order[:3]).out
+    assert plain == "a line\n"
+
+
+# map identify
+
+
+def test_pairs_are_told_by_their_factor_and_what_its_error_costs(monkeypatch, capsys):
+    pairs = import_module("reluctance.machine.identify_pairs")
+    told = Namespace(
+        n_pulses=9, n_positions=3, factor=1.25, error=0.02, of_pair={"ab": 1.2, "bc": 1.3},
+        residual=1e-4, psi_rms=4e-3,
+    )  # fmt: skip
+    monkeypatch.setattr(pairs, "pair_factor", lambda *_: told)
+    monkeypatch.setattr(pairs, "pair_torque", lambda *_: 2.0)
+    machine = Namespace(coupling="c", magnetics="m", pair_factor=0.8)
+    drive = Namespace(machine=machine, tau_max=10.0, omega_nominal=1.0, at=lambda omega: None)
+    map_identify_pairs._factor(drive, [], 0.5)
+    assert words(capsys.readouterr().out) == (
+        "9 pulses at 3 clamped positions the pairs are 1.2500 +- 0.0200 of those believed (ab "
+        "1.200, bc 1.300) left over: 0.1 mWb rms, where the pairs add 5 mWb the pairs as believed "
+        "make 2 N m rms at 10 N m: the error of the factor costs 0.4 % of the torque, the believed "
+        "factor 5 % next: pair_factor = 1 in the machine file, or --set machine.pair_factor=1"
+    )
+
+
+@pytest.mark.parametrize(
+    ("coupling", "out", "ran"),
+    [
+        (None, None, "refused"), (Namespace(factor=0.0), None, "refused"),
+        (Namespace(factor=1.0), None, ["factor"]),
+        (Namespace(factor=1.0), "p.csv", ["factor", 5.0]), (None, "p.csv", [5.0]),
+    ],
+)  # fmt: skip
+def test_a_factor_needs_pairs_that_are_believed_and_a_table_a_place(
+    monkeypatch, tmp_path, coupling, out, ran
+):
+    calls = []
+    machine = Namespace(coupling=coupling, n_phases=3, i_max_A=5.0)
+    monkeypatch.setattr(map_identify_pairs, "load", lambda _: Namespace(machine=machine))
+    held = import_module("reluctance.machine.held_pulses")
+    monkeypatch.setattr(held, "read_held_pulses", lambda *_, **__: [])
+    monkeypatch.setattr(map_identify_pairs, "_factor", lambda *_: calls.append("factor"))
+    monkeypatch.setattr(map_identify_pairs, "_table", lambda *given: calls.append(given[-1]))
+    place = None if out is None else tmp_path / out
+
+    def identify(i_max):
+        map_identify_pairs.identify_pairs([], Path("d.toml"), 0.5, place, i_max)
+
+    if ran == "refused":
+        with pytest.raises(ParameterError, match=r"the machine of d\.toml has no pairs, need"):
+            identify(None)
+        return
+    identify(None)
+    assert calls == ran
+    identify(3.0)
+    assert calls[len(ran) :] == [3.0 if call == 5.0 else call for call in ran]
+
+
+def test_names_of_columns_are_stated_for_known_quantities():
+    assert map_identify._names(["t=time", "u=U 1", "theta=a=b"]) == {
+        "t": "time", "u": "U 1", "theta": "a=b",
+    }  # fmt: skip
+    assert map_identify._names(None) == {}
+    for wrong in ("t", "t=", "x=time", "=time"):
+        with pytest.raises(ParameterError, match=f"--name {wrong}: need t=NAME"):
+            map_identify._names([wrong])
+
+
+def test_options_of_a_map_do_not_go_with_pairs():
+    map_identify._only_with_a_map(N_r=None, zero=None)
+    with pytest.raises(ParameterError, match="--N_r goes with a flux table, not with --pairs"):
+        map_identify._only_with_a_map(zero=None, N_r=4)
+
+
+# tune, progress
+
+
+def test_an_operating_point_is_keys_and_values():
+    assert tune._point("load.speed_rpm=1000, reference.tau_Nm = 20") == {
+        "load.speed_rpm": 1000, "reference.tau_Nm": 20,
+    }  # fmt: skip
+    for wrong in ("load.speed_rpm", "load.speed_rpm=", "=3", "a=1,,b=2"):
+        with pytest.raises(ParameterError, match="need KEY=VALUE,KEY=VALUE"):
+            tune._point(wrong)
+
+
+def test_a_log_has_lines_of_where_the_work_is(monkeypatch, capsys):
+    """Of the last that was told, in parts of the whole."""
+    shows = []
+
+    class Each:
+        def __init__(self, seconds, show):
+            shows.append((seconds, show))
+
+        def __enter__(self):
+            return None
+
+        def __exit__(self, *_):
+            return False
+
+    monkeypatch.setattr(bars, "_each", Each)
+    with bars._in_lines("working", 4.0) as told:
+        ((seconds, show),) = shows
+        assert seconds == bars.EVERY_S
+        show()
+        told(1.0)
+        show()
+        told(4.0)
+        show()
+    assert capsys.readouterr().err.splitlines() == [f"working: {n} %" for n in (0, 25, 100)]
