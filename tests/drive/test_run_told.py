@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance import _core
-from reluctance.drive.run import array_left, plots
+from reluctance.drive.run import array_left, kpis, plots
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.estimate import Estimate, estimate
 from reluctance.drive.run.losses import switching_loss
@@ -259,3 +259,33 @@ def test_a_speed_is_shown_beside_the_course_that_is_asked_for(pulse):
     assert len(plots.plot_speed(Figure().add_subplot(), pumped).figure.axes) == 2
     assert pumped.columns()["Q_m3ph"] == pytest.approx(3.6 * run.t)
     assert "Q_m3ph" not in run.columns()
+
+
+def over(**columns):
+    """Rows of a run."""
+    return Rows(np.stack([np.array(v, float) for v in columns.values()], axis=1), [*columns])
+
+
+def test_a_mean_flow_is_that_of_the_mean_speeds_of_the_periods():
+    """Of 10 rad/s for a second and 20 for two, by the time that each takes; an end that has two
+    rows is no period."""
+    times = []
+
+    def flow(omega_m, t):
+        times.append(t.tolist())
+        return 1e-3 * omega_m**2
+
+    window = over(t=[0, 1, 1, 3], theta_m=[0, 10, 10, 50])
+    drive = Namespace(load=Namespace(pump="one", flow=flow))
+    assert kpis._mean_flow(drive, window) == pytest.approx((0.1 * 1 + 0.4 * 2) / 3)
+    assert times == [[0, 1]]
+    assert kpis._mean_flow(drive, over(t=[1, 1], theta_m=[0, 0])) is None
+    assert kpis._mean_flow(Namespace(load=Namespace(pump=None)), window) is None
+
+
+def test_tracking_is_the_energy_taken_over_that_of_the_maximum_power_point():
+    """100 W/s t from 1 to 3 s are 400 J."""
+    window = over(t=[1, 2, 3], E_source=[5, 100, 305])
+    source = Namespace(kind="pv", available=lambda t: 100 * t)
+    assert kpis._tracking(Namespace(source=source), window) == pytest.approx(0.75)
+    assert kpis._tracking(Namespace(source=Namespace(kind="battery")), window) is None
