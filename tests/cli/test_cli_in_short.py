@@ -15,9 +15,13 @@ from reluctance.base.errors import ParameterError
 from reluctance.cli import emulate, map_identify, map_identify_pairs, replay, tune
 from reluctance.cli import progress as bars
 from reluctance.explore.efficiency_map.map import EfficiencyMap
+from reluctance.targets.export.blob import Kind
+from reluctance.targets.export.cost import Cost
+from reluctance.targets.export.replay_dump import Difference, Replayed
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CUBIC = EXAMPLES / "sharing_cubic.toml"
+exporting = import_module("reluctance.cli.export")
 run = import_module("reluctance.cli.run")  # the package has the function under this name
 
 
@@ -144,7 +148,7 @@ def test_trips_are_told_with_what_they_lack(monkeypatch):
     assert (values["done"], values["text"], len(lines)) == (False, "it did not run", 1)
 
 
-# replay
+# replay, of a dump
 
 
 def dump(**values):
@@ -391,3 +395,106 @@ def test_a_log_has_lines_of_where_the_work_is(monkeypatch, capsys):
         told(4.0)
         show()
     assert capsys.readouterr().err.splitlines() == [f"working: {n} %" for n in (0, 25, 100)]
+
+
+# export
+
+
+def spent(cpu, most):
+    return Cost("d", "L", cpu, 9, True, 1000.0, most, 20_480, 10_240, 0, 1000, ())
+
+
+def test_a_firmware_package_is_told_with_its_cost_and_whether_it_fits(monkeypatch):
+    """The verdict is of the cost on its own processor; the clock of the worst step of all."""
+    made = Namespace(folder="out", law="Deadbeat", fingerprint=0xCAFE, table_bytes=2560)
+    both = [spent("cortex-m4", 4000), spent("cortex-m7", 5000)]
+    judged = []
+
+    def verdict(drive, part, cost, gates):
+        judged.append((part.name, cost.cpu, gates))
+        return [(True, "time"), (len(judged) > 1, "flash")]
+
+    monkeypatch.setattr(exporting.export, "firmware", lambda *_, **__: made)
+    monkeypatch.setattr(exporting, "costs", lambda drive, steps: both)
+    monkeypatch.setattr(exporting, "gates_of", lambda drive: {1})
+    monkeypatch.setattr(exporting, "left_out", lambda drive, gates: ["the angle is ideal"])
+    monkeypatch.setattr(exporting, "verdict", verdict)
+    order = ("export", "firmware", CUBIC, "--out", "o")
+    plain = command(*order).out
+    assert plain.splitlines() == [
+        "out: Deadbeat",
+        "fingerprint 0x0000CAFE, tables 2.5 KiB; start with its README.md",
+        "warning: the angle is ideal",
+    ]
+    first, second = (command(*order, "--mcu", name).out for name in ("stm32g474", "stm32h743"))
+    assert "stm32g474: does not fit\n  yes  time\n  NO   flash\n" in first
+    assert "stm32h743: fits\n  yes  time\n  yes  flash\n" in second
+    assert judged == [("stm32g474", "cortex-m4", {1}), ("stm32h743", "cortex-m7", {1})]
+    cost = words(command(*order, "--cost").out)
+    T_s = rl.load(CUBIC).control.T_s_us
+    assert f"at one instruction a cycle: {5000 / T_s:.0f} MHz and more" in cost
+    assert "instructions_max │ 4000 │ 5000" in cost and "cpu" not in cost
+    shown = json.loads(command(*order, "--json", "--mcu", "stm32h743", "--cost").out)
+    assert shown["fingerprint"] == "0x0000CAFE" and shown["tables_B"] == 2560
+    assert shown["verdict"][0] == {"fits": True, "reason": "time"}
+    assert [row["instructions_max"] for row in shown["cost"]] == [4000, 5000]
+    assert "cost" not in json.loads(command(*order, "--json").out)
+
+
+def test_steps_that_differ_are_counted_and_the_first_is_an_error(monkeypatch):
+    answers = Namespace(status=[0, 0, 7])
+    for different, first in ((0, None), (3, 2)):
+        found = Namespace(
+            steps=10, different=different, first=first, exact=not different, answers=answers
+        )
+        monkeypatch.setattr(exporting, "check_parity", lambda *_, found=found, **__: found)
+        done = command("export", "parity", CUBIC)
+        assert done.out == f"{10 - different} of 10 steps agree in every bit on cortex-m7\n"
+        assert (done.code, bool(done.error)) == ((2, True) if different else (0, False))
+        assert not different or "differ first at step 2; the status there is 7" in done.error
+        shown = json.loads(command("export", "parity", CUBIC, "--json").out)
+        assert shown == {"steps": 10, "different": different, "cpu": "cortex-m7"}
+
+
+def test_units_and_blobs_are_told_with_what_they_are(monkeypatch):
+    made = Namespace(name="d_drive", variables=12)
+    monkeypatch.setattr(exporting.export, "fmu", lambda *_, **__: made)
+    kind = Kind("EdgeMpc", "LeHuy", 3, "float")
+    monkeypatch.setattr(exporting.export, "write_blob", lambda *_: kind)
+    assert command("export", "fmu", CUBIC, "--out", "a.fmu").out == (
+        "a.fmu: d_drive, 12 variables\n"
+    )
+    assert json.loads(command("export", "fmu", CUBIC, "--out", "a.fmu", "--json").out) == {
+        "file": "a.fmu", "name": "d_drive", "variables": 12,
+    }  # fmt: skip
+    assert command("export", "blob", CUBIC, "--out", "a").out == (
+        "a: EdgeMpc, LeHuy, 3 phases, float\n"
+    )
+    shown = json.loads(command("export", "blob", CUBIC, "--out", "a", "--json").out)
+    assert shown["file"] == "a" and shown["n_phases"] == 3
+
+
+# replay
+
+
+def test_samples_that_differ_are_an_error_after_what_the_dump_holds(monkeypatch, tmp_path):
+    held = dump(status=2, value=180.0, limit=150.0, fingerprint=0xAB).dump
+    equal = Replayed(held, "over-current", 0, None)
+    other = Replayed(held, "over-current", 3, Difference(12, "mode", "1", "2"))
+    for found in (equal, other):
+        monkeypatch.setattr(replay, "replay_dump", lambda *_, found=found: found)
+        done = command("replay", "d.bin", "--drive", CUBIC)
+        first = "40 samples, trigger at sample 30: over-current (180 A, limit 150 A)\n"
+        assert done.out == first + ("all 40 orders equal\n" if found.exact else "")
+        assert found.exact or (
+            "3 of 40 samples differ, first sample 12: `mode` is 1 of the target, 2 of the desk"
+            in done.error
+        )
+        assert done.code == (0 if found.exact else 2)
+        shown = json.loads(command("replay", "d.bin", "--drive", CUBIC, "--json").out)
+        assert (shown["different"], shown["fingerprint"]) == (found.different, "0x000000AB")
+        assert shown["first"] == (None if found.exact else vars(found.first))
+    empty = Replayed(dump(samples=0).dump, "", 0, None)
+    monkeypatch.setattr(replay, "replay_dump", lambda *_: empty)
+    line = refused("replay", "d.bin", "--drive", CUBIC, "--plot", tmp_path / "p.png")
+    assert "d.bin holds no samples; without --plot it is told what it holds" in line
