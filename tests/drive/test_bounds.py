@@ -246,6 +246,7 @@ def test_the_pace_of_a_run_is_judged_after_300_000_steps():
     """A billion steps at most: 3e5 in 0.25 ms of 1 s are 1.2e9."""
     of = bounds()
     of.check(Loop(steps=3e5), 0.25e-3, 0)
+    of.check(Loop(steps=1e9 / 2048), 1 / 2048, 0)  # a billion, and no more
     of.check(Loop(steps=3.1e5), 0.32e-3, 0)
     with pytest.raises(ParameterError, match="the current switches too often"):
         of.check(Loop(steps=3.1e5), 0.30e-3, 0)
