@@ -150,6 +150,15 @@ def test_a_csv_file_gives_back_what_was_written(tmp_path):
     assert str(found.t[0]) == "2026-05-01 00:30:00+01:00"
 
 
+@pytest.mark.parametrize(
+    ("stamp", "first"), [("start", "00:30"), ("middle", "00:00"), ("end", "23:30")]
+)
+def test_an_hour_has_its_middle_by_what_its_stamp_names(tmp_path, stamp, first):
+    found = read(**written(tmp_path, sunny()), stamp=stamp)
+    assert f"{found.t[0]:%H:%M}" == first and found.stamps[0].hour == 0
+    assert (np.diff(found.t) == np.timedelta64(1, "h")).all()
+
+
 def test_a_temperature_and_a_wind_that_a_file_has_not_are_told_with_their_values(tmp_path):
     given = written(tmp_path, sunny()[["time", "ghi"]])
     warm, windy = read(**given).doubts[:2]
@@ -432,6 +441,16 @@ def test_a_file_of_pvgis_is_named_where_another_kind_was_said_and_a_tilted_one_i
         with pytest.raises(ParameterError) as fault:
             read_weather(WeatherTable(kind=kind, file="p.csv"), place, tmp_path)
         assert message in str(fault.value)
+
+
+@pytest.mark.parametrize("column", ["T2m", "G(h)", "WS10m"])
+def test_a_file_of_pvgis_without_a_column_is_told_which(tmp_path, column):
+    place = Site(latitude_deg=7.18, longitude_deg=2.06, altitude_m=100.0, timezone="UTC")
+    pvgis_file(tmp_path / "p.csv", place, tmy=True)
+    text = (tmp_path / "p.csv").read_text()
+    (tmp_path / "p.csv").write_text(text.replace(f",{column},", ",other,"))
+    with pytest.raises(ParameterError, match=r"missing .*; download `TMY`, or `hourly data`"):
+        read_weather(WeatherTable(kind="pvgis", file="p.csv", year=2019), place, tmp_path)
 
 
 def hours_of_two_days():
