@@ -14,7 +14,7 @@ from reluctance.machine import optimum
 from reluctance.machine.optimum import OperatingPoint, Profile, returning_flux, ripple
 from reluctance.machine.optimum.coupled import at_once, solved
 from reluctance.machine.optimum.each_phase import each_phase
-from reluctance.machine.optimum.least_ripple import _smoothed, _state, _voltage
+from reluctance.machine.optimum.least_ripple import _deviation, _smoothed, _state, _voltage
 from reluctance.machine.optimum.programme import REST, SLACK, Programme, checked_inputs
 from reluctance.machine.optimum.returning_flux import _runs, returning_mean
 from reluctance.machine.optimum.ripple import _least
@@ -428,6 +428,24 @@ def test_the_voltage_of_a_profile_is_the_mean_over_each_interval():
     i, psi = np.array([1.0, 3.0, 2.0]), np.array([0.1, 0.4, 0.2])
     assert _voltage(2.0, i, psi, 0.1) == pytest.approx(np.array([4 + 3, 5 - 2, 3 - 1]))
     assert _voltage(2.0, i, psi, -0.1) == pytest.approx(np.array([4 - 3, 5 + 2, 3 + 1]))
+
+
+def test_deviations_for_less_ripple_make_no_torque_and_are_within_the_voltage():
+    """To first order, over the phases at each angle; none where a current begins or rests."""
+    table = optimum.profile_table(POINT, 20.0, n_points=36, n_levels=2)
+    i, psi = table.i[1], table.psi[1]
+    flows = i > 1e-3 * i.max()
+    h = table.theta_e[1] / (POINT.N_r * POINT.omega_m)
+    d = _deviation(POINT, table, i, psi, flows, h)
+    assert np.abs(d).max() > 0.01 * psi.max()
+    assert not d[~(flows & np.roll(flows, 1))].any()
+    gain = _state(POINT, i, table.theta_e, flows).gain
+    torque = (gain * d).reshape(3, -1).sum(axis=0)
+    assert torque == pytest.approx(np.zeros(12), abs=1e-6 * np.abs(gain * d).max())
+    u = _voltage(POINT.R, i, psi, h) + (np.roll(d, -1) - d) / h
+    on = (i + np.roll(i, -1)) / 2 > 1e-3 * i.max()
+    assert np.abs(u[on]).max() <= 240 * (1 + 1e-6)
+    assert (psi + d)[flows].min() > 0
 
 
 def test_smoothing_keeps_the_sum_and_reaches_half_its_width_to_each_side():
