@@ -310,6 +310,10 @@ def test_torque_against_the_rotation_is_greatest_as_of_the_machine_turned_round(
     assert minus.tau_max == pytest.approx(-plus.tau_max[::-1], rel=1e-6)
     assert minus.i_rms == pytest.approx(plus.i_rms[::-1], rel=1e-4)
     assert plus.p_cu == pytest.approx(3 * POINT.R * plus.i_rms**2)
+    at = replace(POINT, omega_m=150.0)  # the copper is that of all but a part of the torque
+    best = optimum.best_profile(at, plus.tau_max[0] * (1 - SLACK), n_points=36)
+    assert best.tau_error_max < 1e-5 * plus.tau_max[0]
+    assert (plus.i_rms[0], plus.i_peak[0]) == pytest.approx((best.i_rms, best.i_peak), rel=1e-3)
     with pytest.raises(ParameterError, match="finite speeds"):
         optimum.torque_speed_envelope(POINT, [1.0, np.nan], n_points=36)
 
