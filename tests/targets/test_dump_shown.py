@@ -1,9 +1,24 @@
 """A dump of the recorder as a figure, and how answers that differ are found and told."""
 
+import struct
+import zlib
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from reluctance.targets.export.dump import Dump, Segment, record_type
+from reluctance.base.errors import ParameterError
+from reluctance.targets.export.dump import (
+    API,
+    HEADER,
+    MAGIC,
+    NO_SAMPLE,
+    VERSION,
+    Dump,
+    Segment,
+    read_dump,
+    record_type,
+)
 from reluctance.targets.export.dump_plot import dump_figure
 from reluctance.targets.export.replay_dump import LONGEST, Replayed, _difference, _text
 
@@ -75,3 +90,64 @@ def test_a_long_answer_is_cut() -> None:
     assert _text("x" * LONGEST) == "x" * LONGEST
     assert _text("x" * (LONGEST + 1)) == "x" * LONGEST + " ..."
     assert Replayed(made(), "", 0, None).exact and not Replayed(made(), "", 1, None).exact
+
+
+def written(path: Path, n_phases: int = 1, *, left: bytes = b"", **changed: int) -> Path:
+    """A dump of two segments of one and two samples, with a state of one word."""
+    record = record_type(n_phases)
+    head = np.zeros(1, HEADER)
+    usual = {"magic": MAGIC, "version": VERSION, "api": API, "phases": n_phases, "phase": -1}
+    usual |= {"state_words": 1, "record_words": record.itemsize // 4, "segments": 2}
+    usual |= {"trigger": 7, "fingerprint": 5, "T_s": 50e-6, "value": 3.5, "limit": 2.5}
+    for name, value in (usual | changed).items():
+        head[name] = value
+    data = head.tobytes()
+    for first, n in ((6, 1), (9, 2)):
+        records = np.zeros(n, record)
+        records["u_dc"] = first + np.arange(n)
+        data += struct.pack("<III", first, n, 10 * first) + records.tobytes()
+    data += left
+    path.write_bytes(data + struct.pack("<I", zlib.crc32(data)))
+    return path
+
+
+def test_a_dump_is_read_as_it_lies_in_memory(tmp_path: Path) -> None:
+    for n_phases in (1, 3, 6):
+        found = read_dump(written(tmp_path / "d.bin", n_phases))
+        assert (found.fingerprint, found.n_phases, found.trigger) == (5, n_phases, 7)
+        assert (found.value, found.limit, found.T_s) == pytest.approx((3.5, 2.5, 50e-6))
+        assert [s.first for s in found.segments] == [6, 9] and found.samples == 3
+        assert [s.state.tolist() for s in found.segments] == [[60], [90]]
+        assert found.segments[1].records["u_dc"].tolist() == [9, 10]
+    assert read_dump(written(tmp_path / "d.bin", trigger=NO_SAMPLE)).trigger is None
+    assert read_dump(written(tmp_path / "d.bin", 3, phase=2)).phase == 2
+    empty = np.zeros(1, HEADER)
+    for name, value in {"magic": MAGIC, "version": VERSION, "api": API, "phases": 3}.items():
+        empty[name] = value
+    empty["record_words"] = record_type(3).itemsize // 4
+    data = empty.tobytes()
+    (tmp_path / "e.bin").write_bytes(data + struct.pack("<I", zlib.crc32(data)))
+    assert read_dump(tmp_path / "e.bin").samples == 0
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"phases": 0}, "phases = 0, need 1 to 6"),
+        ({"phases": 7}, "phases = 7, need 1 to 6"),
+        ({"phase": -2}, "phase = -2, need -1 to 0"),
+        ({"phase": 1}, "phase = 1, need -1 to 0"),
+        ({"record_words": 1}, "samples of 1 words are unknown"),
+        ({"segments": 1}, "its segments do not fill it"),
+        ({"segments": 3}, "its segments do not fill it"),
+        ({"state_words": 2}, "its segments do not fill it"),
+        ({"left": b"1234"}, "its segments do not fill it"),
+        ({"left": b"123"}, "bytes are no dump of the recorder"),
+        ({"magic": 1}, "does not begin with `RELD`"),
+        ({"version": VERSION + 1}, f"version {VERSION + 1} of the dump, need {VERSION}"),
+        ({"api": API + 1}, f"api {API + 1} of the dump, need {API}"),
+    ],
+)
+def test_a_dump_of_another_form_is_told(tmp_path: Path, changed: dict[str, int], told: str) -> None:
+    with pytest.raises(ParameterError, match=told):
+        read_dump(written(tmp_path / "d.bin", **changed))  # type: ignore[arg-type]
