@@ -464,6 +464,12 @@ def test_the_figure_of_a_tuning_shows_trials_the_best_so_far_and_the_choice() ->
     assert [*marked["Pareto front"].get_xdata()] == [40, 60, 90]  # no 50 A: 40 A err less
     assert (marked["chosen"].get_xdata()[0], marked["chosen"].get_ydata()[0]) == (60, 3)
     assert right.get_xlabel() == "rms phase current (A)"
+    high = np.percentile(worths, 90)  # a few bad trials are left out of what is seen
+    within = pytest.approx((1 - 0.05 * (high - 1), high + 0.1 * (high - 1)))
+    assert left.get_ylim() == within and right.get_ylim() == within
+    level = tuple(replace(t, figures=t.figures | {"torque_error_rms": 2.0}) for t in trials)
+    flat = plots.figure(Tuned(found.drive, goal, level[1], level, 4)).axes[0]
+    assert flat.get_ylim() == pytest.approx((1.95, 2.1))
     free = Tuned(found.drive, Goal("torque_error_rms", False, ()), trials[1], trials, 4)
     right = plots.figure(free).axes[1]
     assert right.get_xlabel() == "i band (A)" and [*right.lines[0].get_xdata()] == [0, 1, 2]
