@@ -16,6 +16,7 @@ import pytest
 from reluctance.base import cache, files, toolchain, unedited
 from reluctance.base.columns import refuse_parted
 from reluctance.base.errors import ParameterError
+from reluctance.base.extension import compile_extension
 from reluctance.base.figures import look
 from reluctance.base.picture import PANEL_WIDTH, Picture
 from reluctance.base.reading import read_rows
@@ -84,6 +85,16 @@ def test_commands_run_side_by_side_and_the_first_that_fails_is_told(tmp_path, mo
     with pytest.raises(ParameterError, match=r"timed out after 0\.05"):
         run((*shell, "sleep 30"), folder=tmp_path)
     assert time.monotonic() - start < 20 and not files.unfinished_groups
+
+
+def test_an_extension_needs_the_headers_of_python(tmp_path, monkeypatch):
+    pytest.importorskip("nanobind")
+    monkeypatch.setattr("sysconfig.get_path", lambda name: str(tmp_path))
+    with pytest.raises(ParameterError, match=r"no Python\.h in .*; on Debian: apt install python3"):
+        compile_extension("", tmp_path / "a.so", what="it")
+    monkeypatch.setitem(sys.modules, "nanobind", None)
+    with pytest.raises(ParameterError, match="nanobind is not installed: pip install"):
+        compile_extension("", tmp_path / "a.so", what="it")
 
 
 # Names of files, and what is left of a process that is ended.
@@ -285,6 +296,16 @@ def test_a_figure_has_the_width_that_is_asked_for_and_its_own_shape():
             assert tuple(Picture(8, 4).get_size_inches()) == (4, 2)
     for width, one in ((2 * PANEL_WIDTH - 0.01, True), (2 * PANEL_WIDTH, False)):
         assert Picture(width, 3).one_column == one
+
+
+@pytest.mark.parametrize(("rows", "height"), [(1, 1.2), (2, 3.4)])
+def test_panels_below_each_other_have_a_height_and_one_alone_what_is_asked_for(
+    tmp_path, rows, height
+):
+    made = Picture(6, 1.2)
+    made.subplots(rows, 1)
+    made._stack_narrow_panels()
+    assert tuple(made.get_size_inches()) == pytest.approx((6, height))
 
 
 def test_a_name_that_is_wider_than_the_figure_is_written_in_lines():

@@ -28,6 +28,8 @@ def kpis(**values):
         ({"torque_drift": 0.5, "periods": 1}, "1 whole electrical periods"),
         ({"tau_mean": 0.94}, "not held (94% of it); `reluctance limit` tells"),
         ({"tau_mean": 0.96}, None),
+        ({"tau_mean": 20.0, "tau_ref_mean": 40.0}, "not held (50% of it)"),
+        ({"tau_mean": 40.5, "tau_ref_mean": 40.0}, None),
         ({"tau_mean": 1.06}, "not held (106% of it); the law, its sensors or its model"),
         ({"tau_mean": 1.04}, None),
         ({"tau_mean": -0.5}, "not held (-50% of it); the law"),
