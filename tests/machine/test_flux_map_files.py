@@ -420,10 +420,19 @@ def test_a_map_whose_axes_are_known_still_needs_its_numbers(change, told):
         settled(RawMap(**RAW | change), N_r=4)
 
 
-def test_a_little_flux_at_no_current_is_set_to_nothing_and_said():
-    shifted = FLUX + 0.019 * FLUX.max() / 1.02
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_an_offset_of_all_fluxes_is_taken_off_and_said(sign):
+    offset = sign * 0.019 * FLUX.max() / 1.02
+    table = settled(RawMap(**RAW | {"psi": FLUX + offset}), N_r=4)
+    assert not table.psi[0].any() and table.psi == pytest.approx(FLUX, abs=1e-12)
+    assert f"an offset of {offset:.2g} Wb, seen at 0 A, taken off all fluxes" in table.notes
+
+
+def test_a_little_flux_at_no_current_alone_is_set_to_nothing_and_said():
+    shifted = FLUX.copy()
+    shifted[0] += 0.019 * FLUX.max()
     table = settled(RawMap(**RAW | {"psi": shifted}), N_r=4)
-    assert not table.psi[0].any() and np.array_equal(table.psi[1:], shifted[1:])
+    assert not table.psi[0].any() and np.array_equal(table.psi[1:], FLUX[1:])
     assert any(note.endswith("at 0 A set to 0") for note in table.notes)
 
 

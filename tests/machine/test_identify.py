@@ -126,7 +126,7 @@ def test_three_commands_from_pulses_to_a_simulated_drive(tmp_path):
                 "--until",
                 0.1,
                 "--json",
-            )
+            ).splitlines()[0]
         )["tau_mean_Nm"]
         for name in (motor, "npf_vector_6_4")
     ]

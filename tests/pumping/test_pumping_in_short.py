@@ -35,10 +35,11 @@ def test_an_interval_is_the_usual_one_and_all_are_it_to_a_thousandth() -> None:
     assert interval(times(0, 5, 10, 15), "w") == 300
     assert interval(times(0, 5, 10.004, 15.004), "w") == pytest.approx(300, rel=1e-3)
     for given, told in (
-        ((0, 5, 10.006, 15), "a gap from .* 00:05:00.* need every 300 s"),
-        ((0, 5, 9.99, 15), r"repeated or unordered times .* \(1 such places\)|\(2 such places\)"),
+        ((0, 5, 10.006, 15), "a gap from .* 00:05:00.* need a row every 300 s; fill the gaps"),
+        ((0, 5, 9.99, 15), r"a shorter interval from .* \(2 such places\).* equal intervals"),
+        ((0, 5, 10, 5, 20), r"times out of order from .* 00:10:00.* sort the rows"),
         ((0, 5, 10, 20, 25, 35), r"a gap from 2026-03-21 00:10:00.* \(2 such places\)"),
-        ((0, 5, 5, 10, 15), "repeated or unordered times from .* 00:05:00.* to .* 00:05:00"),
+        ((0, 5, 5, 10, 15), "one time twice from .* 00:05:00.* to .* 00:05:00.* remove one row"),
         ((0,), "w: 1 samples, need at least 2"),
     ):
         with pytest.raises(ParameterError, match=told):

@@ -137,6 +137,16 @@ def test_a_current_that_an_own_law_asks_for_is_not_put_down_to_the_control_perio
     assert "control period or" not in told
 
 
+def test_a_current_that_nothing_bounds_is_not_put_down_to_the_control_period(
+    tmp_path: Path,
+) -> None:
+    text = LOW_INDUCTANCE.replace("i_ref_A = 20\ni_band_A = 0.5\n", 'regulate = "none"\n')
+    file = written(tmp_path, text.replace('"sampled"', '"analog"'))
+    told = command("run", file, "--until", "0.03").out
+    assert "a pulse ends at theta_off_deg alone; turn off earlier, or regulate" in told
+    assert "control period or" not in told and "a shorter control period" not in told
+
+
 def test_a_source_that_is_too_weak_is_told_while_the_capacitor_gives(tmp_path: Path) -> None:
     """300 V behind 100 ohm give 225 W at most."""
     text = BRAKING.partition("[load]")[0].replace("R_ohm = 0.1", "R_ohm = 100")

@@ -95,8 +95,10 @@ def interval(t: pd.DatetimeIndex, where: str) -> float:
             kind, remedy = "a gap", "fill the gaps first"
         elif steps[k] == 0:
             kind, remedy = "one time twice", "remove one row of each such pair"
-        else:
+        elif steps[k] < 0:
             kind, remedy = "times out of order", "sort the rows by their time"
+        else:
+            kind, remedy = "a shorter interval", "bring the rows to equal intervals"
         raise ParameterError(
             f"{where}: {kind} from {t[k]} to {t[k + 1]} ({len(wrong)} such places), need a row "
             f"every {every:g} s; {remedy}"

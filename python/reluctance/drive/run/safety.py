@@ -19,6 +19,8 @@ def _lower(drive: Drive) -> str:
     """What keeps the currents of a drive lower."""
     if names_code(drive.control.law):
         return "keep the currents that your law asks for below i_max_A"
+    if getattr(drive.control, "regulate", "current") == "none":
+        return "a pulse ends at theta_off_deg alone; turn off earlier, or regulate the current"
     remedies = ["a shorter control period"]
     if drive.control.uses_comparators and drive.sensing.comparators != "analog":
         remedies.append("analog comparators")

@@ -433,7 +433,12 @@ def _reasons(figures: dict[str, float | None], row: str) -> list[str]:
             f"flux falls with current on {100 * (1 - share):.2g} % of the steps, need none; mend "
             "the samples or use --repair"
         )
-    gate("row_error", ROW, f"{row} is off by", "compute it again: it is of another run or scale")
+    gate(
+        "row_error",
+        ROW,
+        f"{row} is off by",
+        "compute it again: it is of another run or scale; for noise use --repair",
+    )
     gate("noise", NOISE, "noise of flux", "refine the mesh, average, or use --repair")
     gate(
         "symmetry_error",

@@ -230,9 +230,24 @@ def _currents(
             "has an offset: state the layout or subtract it"
         )
     elif np.abs(psi[0]).max() > 0:
-        notes.append(f"flux of {np.abs(psi[0]).max():.2g} Wb at 0 A set to 0")
-        psi = np.vstack([np.zeros((1, psi.shape[1])), psi[1:]])
+        offset = _offset(i, psi)
+        if offset:
+            notes.append(f"an offset of {offset:.2g} Wb, seen at 0 A, taken off all fluxes")
+        else:
+            notes.append(f"flux of {np.abs(psi[0]).max():.2g} Wb at 0 A set to 0")
+        psi = np.vstack([np.zeros((1, psi.shape[1])), psi[1:] - offset])
     return i, psi, tau
+
+
+def _offset(i: Array, psi: Array) -> float:
+    """What the fluxes at 0 A share with those of all currents [Wb]: lines through the next two rows
+    go there; else 0."""
+    if len(i) < 3:
+        return 0.0
+    at_zero = float(np.median(psi[0]))
+    lines = psi[1] - (psi[2] - psi[1]) / (i[2] - i[1]) * i[1]
+    apart = abs(float(np.median(lines)) - at_zero)
+    return at_zero if apart < abs(at_zero) / 2 else 0.0
 
 
 def _rising(
