@@ -470,6 +470,15 @@ def test_units_and_blobs_are_told_with_what_they_are(monkeypatch):
     assert command("export", "blob", CUBIC, "--out", "a").out == (
         "a: EdgeMpc, LeHuy, 3 phases, float\n"
     )
+    long = "a" * 90  # no line is broken within a name
+    assert (
+        f"{long}.fmu: d_drive, 12 variables\n"
+        in command("export", "fmu", CUBIC, "--out", f"{long}.fmu").out
+    )
+    assert (
+        f"{long}: EdgeMpc, LeHuy, 3 phases, float\n"
+        in command("export", "blob", CUBIC, "--out", long).out
+    )
     shown = json.loads(command("export", "blob", CUBIC, "--out", "a", "--json").out)
     assert shown["file"] == "a" and shown["n_phases"] == 3
 
@@ -498,3 +507,11 @@ def test_samples_that_differ_are_an_error_after_what_the_dump_holds(monkeypatch,
     monkeypatch.setattr(replay, "replay_dump", lambda *_: empty)
     line = refused("replay", "d.bin", "--drive", CUBIC, "--plot", tmp_path / "p.png")
     assert "d.bin holds no samples; without --plot it is told what it holds" in line
+
+
+@pytest.mark.parametrize(
+    ("group", "one"), [("machine", "from-geometry"), ("export", "firmware"), ("map", "identify")]
+)
+def test_a_group_of_commands_alone_shows_its_help(group, one):
+    done = command(group)
+    assert done.code == 0 and one in done.out and "Usage" in done.out and not done.error
