@@ -515,3 +515,38 @@ def test_samples_that_differ_are_an_error_after_what_the_dump_holds(monkeypatch,
 def test_a_group_of_commands_alone_shows_its_help(group, one):
     done = command(group)
     assert done.code == 0 and one in done.out and "Usage" in done.out and not done.error
+
+
+def machine(coupled, poles=(6, 4)):
+    return Namespace(machine=Namespace(coupled=coupled, N_s=poles[0], N_r=poles[1]))
+
+
+@pytest.mark.parametrize(
+    ("drive", "given", "own", "told"),
+    [
+        (machine(False), ["machine=m.toml"], machine(True), 1),
+        (machine(False), ["a.b=1", "machine=m.toml"], machine(True), 1),
+        (machine(True), ["machine=m.toml"], machine(True), 0),
+        (machine(False), ["a.b=1"], machine(True), 0),
+        (machine(False), None, machine(True), 0),
+        (machine(False), ["machine=m.toml"], machine(False), 0),
+        (machine(False), ["machine=m.toml"], machine(True, (8, 4)), 0),
+        (machine(False), ["machine=m.toml"], machine(True, (6, 8)), 0),
+        (machine(False), ["machine=m.toml"], ParameterError("no machine"), 0),
+    ],
+)
+def test_pairs_that_another_machine_lacks_are_told(monkeypatch, drive, given, own, told):
+    """Where --set gives one of as many poles, and the drive file has one whose phases couple."""
+    asked = []
+
+    def load(file, others, *, trust):
+        asked.append(others)
+        if isinstance(own, Exception):
+            raise own
+        return own
+
+    monkeypatch.setattr(exporting, "load_drive", load)
+    lines = exporting._lost(drive, Path("d.toml"), given, False)
+    assert len(lines) == told
+    assert not told or "`reluctance map import --pairs d.toml` takes them over" in lines[0]
+    assert all("machine=m.toml" not in others for others in asked)
