@@ -12,9 +12,17 @@ from command import command, refused
 
 import reluctance as rl
 from reluctance.base.errors import ParameterError
-from reluctance.cli import emulate, map_identify, map_identify_pairs, replay, tune
+from reluctance.cli import (
+    emulate,
+    map_identify,
+    map_identify_pairs,
+    map_import_pairs,
+    replay,
+    tune,
+)
 from reluctance.cli import progress as bars
 from reluctance.explore.efficiency_map.map import EfficiencyMap
+from reluctance.explore.sweeps.result import Sweep
 from reluctance.targets.export.blob import Kind
 from reluctance.targets.export.cost import Cost
 from reluctance.targets.export.replay_dump import Difference, Replayed
@@ -550,3 +558,69 @@ def test_pairs_that_another_machine_lacks_are_told(monkeypatch, drive, given, ow
     assert len(lines) == told
     assert not told or "`reluctance map import --pairs d.toml` takes them over" in lines[0]
     assert all("machine=m.toml" not in others for others in asked)
+
+
+# sweep
+
+
+def swept(count, **more):
+    """Points whose figures count up; the second of them failed, the third trips."""
+    figures = {name: np.arange(count) + 0.5 for name in rl.Kpis.border_names()}
+    figures["t_trip_s"] = np.full(count, np.nan)
+    if count > 2:
+        figures["t_trip_s"][2] = 0.25
+    why = ["", "too weak", *[""] * (count - 2)]
+    values = {"control.i_band_A": [1.0 + n for n in range(count)], "control.law": ["a"] * count}
+    return Sweep("mine", values, figures, why, (count,), ran=2, known=1, **more)
+
+
+def test_a_sweep_is_told_with_its_points_its_failures_and_its_files(monkeypatch, tmp_path):
+    monkeypatch.setattr(rl, "sweep", lambda *_, **__: swept(3), raising=False)
+    order = ("sweep", CUBIC, "--vary", "control.i_band_A=1:3:3")
+    table = tmp_path / "t.csv"
+    said = command(*order, "--table", table, "--figure", "i_rms").out
+    lines = [line.split("│")[1:-1] for line in said.splitlines() if line.startswith("│")]
+    cells = [[cell.strip() for cell in line] for line in lines]
+    assert cells == [["1", "a", "0.5", "-"], ["2", "a", "1.5", "-"], ["3 !", "a", "2.5", "0.25"]]
+    told = words(said)
+    assert "3 points: 2 run now, 1 from the store" in told
+    assert "note: 1 of them failed; the first: too weak" in told
+    assert "the first: control.i_band_A = 3.0, control.law = a, at 0.25 s" in told
+    assert said.rstrip().endswith(str(table)) and table.exists()
+    assert str(tmp_path) not in command(*order).out
+    shown = json.loads(command(*order, "--json").out)
+    assert (shown["ran"], shown["known"], shown["failed"]) == (2, 1, 1)
+    assert [p["why"] for p in shown["points"]] == [None, "too weak", None]
+    assert [p["t_trip_s"] for p in shown["points"]] == [None, None, 0.25]
+
+
+def test_of_many_points_those_are_shown_where_a_figure_is_least_or_most(monkeypatch):
+    for count, rows in ((40, 40), (41, 3)):  # the first, the one that trips, and the last
+        monkeypatch.setattr(rl, "sweep", lambda *_, n=count, **__: swept(n), raising=False)
+        said = command("sweep", CUBIC, "--vary", "control.i_band_A=1:3:3", "--figure", "i_rms").out
+        assert sum(line.startswith("│") for line in said.splitlines()) == rows
+        assert ("where a figure is least or most" in words(said)) == (count > 40)
+
+
+# map import --pairs
+
+
+@pytest.mark.parametrize(
+    ("factors", "on_flux", "on_pairs"),
+    [({}, 1.0, 1.0), ({"psi_factor": 2.0, "pair_factor": 0.5}, 2.0, 0.5)],
+)
+def test_pairs_are_taken_over_with_both_factors(monkeypatch, factors, on_flux, on_pairs):
+    """That of the flux linkage is in the pairs, and that of the pairs stays a key."""
+    monkeypatch.setattr(map_import_pairs, "replace", lambda pairs, factor: (pairs, factor))
+
+    def taken(N_r=4, n_phases=3, coupling="pairs"):
+        machine = Namespace(coupling=coupling, N_r=4, n_phases=3, **factors)
+        monkeypatch.setattr(rl, "load", lambda _: Namespace(machine=machine))
+        return map_import_pairs.taken_over(Path("d.toml"), N_r, n_phases)
+
+    assert taken() == (("pairs", on_flux), on_pairs)
+    with pytest.raises(ParameterError, match=r"d\.toml has no pairs; leave --pairs out"):
+        taken(coupling=None)
+    for other in ({"N_r": 6}, {"n_phases": 4}):
+        with pytest.raises(ParameterError, match="has 3 phases and 4 rotor poles, the map "):
+            taken(**other)
