@@ -53,6 +53,9 @@ def test_a_page_has_the_lines_of_each_panel_with_their_names_steps_and_limits():
     assert [*line.data_source.data["y"]] == [4, 5, 6]
     assert c.yaxis[0].major_label_overrides == {0.0: "off", 1.0: "on"}
     assert not a.yaxis[0].major_label_overrides
+    hovers = [next(t for t in p.tools if type(t).__name__ == "HoverTool") for p in (a, b)]
+    heads = [[name for name, _ in hover.tooltips] for hover in hovers]
+    assert heads == [["", "time (ms)", "current (A)"], ["", "x", "y"]]
     html = interactive.page("mine & yours", figure, below="<p>under</p>")
     assert "mine &amp; yours" in html and "<p>under</p>" in html
     assert "http://" not in html.split("</head>")[1]  # it needs no network
