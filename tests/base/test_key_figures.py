@@ -24,6 +24,8 @@ def kpis(**values):
         ({"periods": 2}, None),
         ({"torque_drift": 0.021}, "the torque has not settled (a period's mean is up to 2.1% off)"),
         ({"torque_drift": 0.019}, None),
+        ({"torque_drift": 0.5, "periods": 2}, "the torque has not settled"),
+        ({"tau_mean": 0.5, "periods": 2}, "not held (50% of it)"),
         ({"torque_drift": None}, None),
         ({"torque_drift": 0.5, "periods": 1}, "1 whole electrical periods"),
         ({"tau_mean": 0.94}, "not held (94% of it); `reluctance limit` tells"),
