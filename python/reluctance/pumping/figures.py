@@ -194,8 +194,8 @@ def of_the_light(found: Pumped) -> list[str]:
     if found.step >= LONG and found.system.weather.kind != "clear":
         told.append(
             f"the weather is means over {found.step / 60:g} min: they overstate the water of "
-            "cloudy days by 10 to 20 %, of clear days by less than 1 %; [weather] "
-            "generate_minutes = true generates the minutes within"
+            "cloudy days, most where a high head leaves little to spare, of clear days by less "
+            "than 1 %; [weather] generate_minutes = true generates the minutes within"
         )
     return told
 

@@ -41,7 +41,7 @@ class Weather:
 
 # What stands for a missing value in EPW, TMY3, SRML and the files of loggers
 MARKS = (-9999.0, -9900.0, -999.0, -99.0, -99.9, -9.9, 99.9, 999.0, 999.9, 9999.0)
-LIMITS = {"temp_air": (-90.0, 70.0), "wind_speed": (0.0, 60.0)}  # else of light [W/m^2]:
+LIMITS = {"temp_air": (-90.0, 60.0), "wind_speed": (0.0, 60.0)}  # else of light [W/m^2]:
 LIGHT_LIMITS = (-20.0, 1800.0)
 COLUMNS = ("ghi", "dni", "dhi", "temp_air", "wind_speed")
 

@@ -29,6 +29,7 @@ CLOSED = 0.03  # of the mean light may be left open at the offset of a file that
 FEWEST_CLEAR = 3  # days, to tell an offset from a cloud of each afternoon
 IMPOSSIBLE = 0.002  # of them the physical limits, before it is told
 DARK_DAY = 0.02  # of the light above the atmosphere: a day of rain has 0.05
+FEW_DAYS, DIM = 5, 0.35  # days, and the part of the light above that the best of them has
 
 
 def doubts(weather: Weather, site: Site, *, components: bool) -> tuple[str, ...]:
@@ -45,6 +46,7 @@ def doubts(weather: Weather, site: Site, *, components: bool) -> tuple[str, ...]
         *(_of_the_closure(t, ghi, dni, dhi, site, off) if components else ()),
         *_of_the_limits(weather, ("ghi", "dni", "dhi") if components else ("ghi",)),
         *_of_dark_days(weather, site),
+        *_of_dim_light(weather, site),
     )
 
 
@@ -110,6 +112,22 @@ def _of_dark_days(weather: Weather, site: Site) -> Iterator[str]:
         yield (
             f"{dark.sum()} of {len(dark)} days are dark, less than {DARK_DAY:.0%} of the light "
             f"above the atmosphere (first {first:%Y-%m-%d}): were gaps filled with zeros?"
+        )
+
+
+def _of_dim_light(weather: Weather, site: Site) -> Iterator[str]:
+    """Of some days one is clear as a rule: half to three quarters of the light above reach it."""
+    _, sums = _by_day(weather, site)
+    above = sums(extra_radiation(weather.t) * weather.sun.height)
+    whole = above * weather.step / 3600 > 500
+    if whole.sum() < FEW_DAYS:
+        return
+    best = float((sums(weather.ghi)[whole] / above[whole]).max())
+    if best < DIM:
+        yield (
+            f"on the brightest of {whole.sum()} days {best:.0%} of the light above the atmosphere "
+            "reach the ground, on a clear day half to three quarters: check the unit of ghi "
+            "(1 J/cm2 in an hour is 2.778 W/m2)"
         )
 
 
