@@ -80,7 +80,7 @@ def test_the_table_stops_at_the_torque_the_well_or_the_speed_whichever_is_first(
     and whose flow is omega/1000, behind a friction of 0.1 N m s."""
     axes = np.array([100.0, 500.0]), np.array([10.0, 30.0]), np.array([1.0, 10.0])
     reach = np.array([[2.0, 2.0], [6.0, 6.0]]) + 1e-6
-    losses = LossMap(*axes, np.zeros((2, 2, 2)), reach, tau_set_up=6.5)
+    losses = LossMap(*axes, np.zeros((2, 2, 2)), reach, tau_set_up=6.5, given=np.ones((2, 2)))
     load = Hydraulics(OMEGA, OMEGA / 1000, 1.0 + 0 * OMEGA, OMEGA**2 / 10)
 
     def found(B=0.1, Q_max=np.inf, tau_set_up=6.5):

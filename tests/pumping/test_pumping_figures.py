@@ -313,6 +313,22 @@ def dry(found):
     return replace(found, samples=replace(found.samples, Q=nothing), storage=None)
 
 
+@pytest.mark.parametrize(("given", "told"), [(1.04, 0), (1.2, 1)])
+def test_a_law_that_gives_more_than_its_limit_is_told_where_it_is_at_it(dry, given, told):
+    losses = replace(dry.losses, given=np.full_like(dry.losses.given, given))
+    for limit, expected in ((Limit.torque, told), (Limit.speed, 0)):
+        samples = replace(dry.samples, limit=np.full(len(dry.t), float(limit)))
+        found = [
+            line
+            for line in remarks(replace(dry, losses=losses, samples=samples))
+            if line.startswith("at the torque limit the control law gives")
+        ]
+        assert len(found) == expected
+        if expected:
+            most = losses.tau_set_up
+            assert f"gives {1.2 * most:.3g} N m where it is asked for {most:.3g} (+20%)" in found[0]
+
+
 @pytest.mark.parametrize(
     ("limit", "reach", "told"),
     [

@@ -236,6 +236,7 @@ def test_losses_are_those_of_the_torque_achieved() -> None:
     assert found.tau_max == pytest.approx(np.array([[9, 9], [8.72, 6]]))  # 97 % holds it
     assert found.loss_per_torque[0, 0] == pytest.approx(2 + 0.5 * tau)
     assert found.loss_per_torque[1, 1] == pytest.approx(2 + 0.5 * np.minimum(tau, 6))
+    assert found.given == pytest.approx(np.array([[0.9, 0.874], [0.872, 0.6]]))  # of 10 N m
 
 
 def test_power_is_that_of_the_shaft_and_of_the_losses_and_holds_at_the_edges() -> None:
@@ -243,13 +244,14 @@ def test_power_is_that_of_the_shaft_and_of_the_losses_and_holds_at_the_edges() -
     u, omega, tau = np.array([200.0, 300.0]), np.array([50.0, 75.0, 100.0]), np.array([1.0, 5.0])
     a, b, c = np.meshgrid(u, omega, tau, indexing="ij")
     most = u[:, None] / 50 + omega / 25
-    losses = LossMap(u, omega, tau, a / 100 + b / 10 + c, most, 5.0)
+    losses = LossMap(u, omega, tau, a / 100 + b / 10 + c, most, 5.0, np.ones_like(most))
     x = np.array([3.0, 3.0, 8.0, 0.5])
     u_dc, w = np.array([250.0, 100.0, 400.0, 250.0]), np.array([60.0, 60.0, 20.0, 120.0])
     inside = np.clip(u_dc, 200, 300) / 100 + np.clip(w, 50, 100) / 10 + np.clip(x, 1, 5)
     assert losses.p_in(u_dc, w, x) == pytest.approx(x * (w + inside))
     reach = np.clip(u_dc, 200, 300) / 50 + np.clip(w, 50, 100) / 25
     assert losses.greatest_torque(u_dc, w) == pytest.approx(reach)
+    assert replace(losses, given=most).given_at_limit(u_dc, w) == pytest.approx(reach)
 
 
 def test_every_point_of_a_loss_map_is_run_at_the_torques_that_the_law_reaches(

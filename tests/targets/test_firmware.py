@@ -132,6 +132,7 @@ def test_a_folder_with_files_in_it_is_left_alone(tmp_path):
         ("protection.u_dc_max_V=200", r"u_dc_max_V = 200, need \[converter\] u_dc_V = 240"),
         ("protection.speed_max_rpm=1000", r"speed_max_rpm = 1000, need more than the 1500 rpm"),
         ("protection.i_trip_A=150", r"i_trip_A = 150, need more than \[machine\] i_max_A = 150"),
+        ("protection.angle_slack_deg=171", "angle_slack_deg = 171, need at most 170"),
         ("protection.i_zero_A=50", r"i_zero_A = 50, need less than 50, a third of"),
         ("sensing.encoder_counts=360", None),
     ],

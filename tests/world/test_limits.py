@@ -172,6 +172,16 @@ def test_a_course_that_goes_on_after_the_run_is_told(tmp_path: Path) -> None:
     assert "goes on to" not in command("run", file).out
 
 
+def test_a_step_of_the_current_converter_that_is_too_coarse_is_told(tmp_path: Path) -> None:
+    """A range in mA: 20 000 A over 4096 steps are 4.88 A, an eighth of 40 A."""
+    file = written(tmp_path, LOW_INDUCTANCE.replace("[sensing]", "[sensing]\nadc_bits = 12"))
+    ranges = {n: ("--set", f"sensing.i_range_A={n}") for n in (60, 4000, 20000)}
+    told = {n: command("run", file, "--until", "0.02", *given).out for n, given in ranges.items()}
+    note = "note: a step of the current converter is "
+    assert f"{note}4.88 A, 12% of i_max_A = 40: check the unit of [sensing]" in told[20000]
+    assert note not in told[60] and note not in told[4000]
+
+
 def test_notes_go_to_standard_error_beside_one_json_object(tmp_path: Path) -> None:
     file = written(tmp_path, LOW_INDUCTANCE)
     plain, beside = command("run", file), command("run", file, "--json")

@@ -26,7 +26,13 @@ from reluctance.drive.run.bounds import MOST_BYTES, waveform_bytes
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.events import tripped, unready
 from reluctance.drive.run.radial_force import force_orders
-from reluctance.drive.run.safety import coarse_angle, drained, exceeded, never_planted
+from reluctance.drive.run.safety import (
+    coarse_angle,
+    coarse_current,
+    drained,
+    exceeded,
+    never_planted,
+)
 
 if TYPE_CHECKING:
     from reluctance.drive.run.energy_loop import EnergyLoop
@@ -107,6 +113,7 @@ def run(
         *undiagnosed(drive),
         *never_planted(drive, end),
         *coarse_angle(drive),
+        *coarse_current(drive),
         *unready(result.events),
         *(tripped(result.kpis.t_trip) or unmet(drive, result.kpis)),
         *exceeded(drive, result.kpis),

@@ -17,6 +17,7 @@ from reluctance.pumping.tank import store as storing
 
 KWH = 3.6e6  # [J]
 TOLD_OF_START = 0.005  # of the demand: a start that changes the missing water by more is told
+GIVES_MORE = 0.05  # than its limit, before it is said
 REMEDIES = {
     Limit.speed: "the largest speed; power is left unused, see [pump] speed_max_rpm",
     Limit.torque: "the torque limit; power is left unused, see [limits] tau_max_Nm",
@@ -168,6 +169,7 @@ def remarks(found: Pumped) -> list[str]:
         )
     if found.water:
         told += [f"{hours:.1f} h at {REMEDIES[limit]}" for limit, hours in at_limits(found).items()]
+    told += _of_the_limit(found)
     low = (s.omega > 0) & (s.u_dc < 0.98 * found.losses.u_dc[0])
     if low.any():
         told.append(
@@ -215,6 +217,23 @@ def _of_the_set_up(found: Pumped) -> str:
         f"{system.pump.omega_max / RPM:.0f} rpm, and is set up for that: to run or export it, set "
         f"[limits] tau_max_Nm = {most:g}, or take more modules in series"
     )
+
+
+def _of_the_limit(found: Pumped) -> list[str]:
+    """How much more than its limit a control law gives where it is at it."""
+    s, tau_max = found.samples, found.losses.tau_set_up
+    there = s.limit == Limit.torque
+    if not there.any():
+        return []
+    given = found.losses.given_at_limit(s.u_dc[there], s.omega[there])
+    mean = float(given.mean())
+    if mean < 1 + GIVES_MORE:
+        return []
+    return [
+        f"at the torque limit the control law gives {mean * tau_max:.3g} N m where it is asked for "
+        f"{tau_max:.3g} ({mean - 1:+.0%}): a switched run and firmware pump more there than these "
+        "figures; take a law that holds its torque over the voltages of the array"
+    ]
 
 
 def _of_the_azimuth(system: System) -> list[str]:

@@ -31,7 +31,7 @@ from reluctance.drive.tables.faults import Faults
 from reluctance.drive.tables.supervision import Supervision
 from reluctance.explore.efficiency_map.locked import at, length, rising
 
-ALGORITHM = 5  # raised when the same drive gives other numbers
+ALGORITHM = 6  # raised when the same drive gives other numbers
 SHAPE = (5, 9, 5)  # voltages, speeds, torques
 HELD = 0.97  # of the last torque asked for: from here on the drive holds it
 LEAST_TORQUE = 0.05  # of the greatest: the first of the torques
@@ -57,6 +57,7 @@ class LossMap:
     loss_per_torque: FloatArray  # (n_u, n_w, n_t) [W/(N m)]
     tau_max: FloatArray  # (n_u, n_w) greatest torque achieved, or the end of the map [N m]
     tau_set_up: float  # that the control law is set up for [N m]
+    given: FloatArray  # (n_u, n_w) torque achieved over the last one asked for [1]
 
     def p_in(self, u_dc: FloatArray, omega: FloatArray, tau: FloatArray) -> FloatArray:
         """Power from the dc link at an electromagnetic torque [W]. Outside the grid the loss over
@@ -71,12 +72,20 @@ class LossMap:
 
     def greatest_torque(self, u_dc: FloatArray, omega: FloatArray) -> FloatArray:
         """What the drive can give there [N m]."""
+        return self._of_points(self.tau_max, u_dc, omega)
+
+    def given_at_limit(self, u_dc: FloatArray, omega: FloatArray) -> FloatArray:
+        """The torque that the control law gives there over the greatest that it is asked for [1]:
+        the balance ends at the torque, firmware at what is asked for."""
+        return self._of_points(self.given, u_dc, omega)
+
+    def _of_points(self, values: FloatArray, u_dc: FloatArray, omega: FloatArray) -> FloatArray:
         axes = (self.u_dc, self.omega)
         point = [
             np.clip(x, axis[0], axis[-1])
             for x, axis in zip(np.broadcast_arrays(u_dc, omega), axes, strict=True)
         ]
-        return np.asarray(RegularGridInterpolator(axes, self.tau_max)(np.stack(point, -1)))
+        return np.asarray(RegularGridInterpolator(axes, values)(np.stack(point, -1)))
 
 
 def loss_map(
@@ -197,14 +206,14 @@ def _indexed_by_achieved(
     u_dc: FloatArray, omega: FloatArray, tau: FloatArray, rows: list[Row], tau_set_up: float
 ) -> LossMap:
     shape = len(u_dc), len(omega)
-    ratio, tau_max = np.zeros((*shape, len(tau))), np.zeros(shape)
+    ratio, tau_max, given = np.zeros((*shape, len(tau))), np.zeros(shape), np.zeros(shape)
     for (u, w), row in zip(np.ndindex(*shape), rows, strict=True):
         x = np.maximum(row.achieved, 1e-9)
         rises = rising(row.asked, x)
-        most = float(x.max())
+        most, given[u, w] = float(x.max()), x[-1] / row.asked[-1]
         tau_max[u, w] = tau[-1] if most > HELD * tau[-1] else most
         ratio[u, w] = np.interp(tau, x[rises], (row.loss / x)[rises])
-    return LossMap(u_dc, omega, tau, ratio, tau_max, tau_set_up)
+    return LossMap(u_dc, omega, tau, ratio, tau_max, tau_set_up, given)
 
 
 def _content(drive: Drive) -> object:

@@ -80,6 +80,11 @@ def protection(drive: Drive) -> _core.Protection:
             f"[protection] angle_slack_deg = {slack:g}, need more than the angle sensor's step of "
             f"{step:g} deg electrical"
         )
+    if slack > MOST_SLACK_DEG:
+        raise ParameterError(
+            f"[protection] angle_slack_deg = {slack:g}, need at most {MOST_SLACK_DEG:g}: with more "
+            "no angle is ever wrong"
+        )
     if drive.converter.t_dead > VOLTAGE_MARGIN * drive.control.T_s:
         raise ParameterError(
             f"[converter] dead_time_us = {drive.converter.dead_time_us:g}, need at most "

@@ -11,6 +11,7 @@ from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.kpis import evaluated
 
 COUNTS_PER_STROKE = 4  # fewer leave the phase in doubt that makes the torque
+COARSE = 0.03  # of i_max_A: six bits for the working range
 SETTLED = 0.05  # of the energy from the dc link: so much of it may be its capacitor's
 ABOVE = 0.1  # of i_max_A: half way to the trip level. A comparator's band and delay take a part
 
@@ -87,6 +88,19 @@ def coarse_angle(drive: Drive) -> list[str]:
         f"a step of [sensing] encoder_counts = {counts} is {360 / counts:.3g} deg of the shaft, "
         f"wider than a stroke, {360 / strokes:.3g} deg: which phase makes torque is not known in "
         f"between; take at least {COUNTS_PER_STROKE * strokes} counts"
+    ]
+
+
+def coarse_current(drive: Drive) -> list[str]:
+    """On one line, where a step of the current converter is a part of the greatest current that a
+    law cannot work with."""
+    step, i_max = drive.sensing.i_step, drive.machine.i_max_A
+    if step <= COARSE * i_max:
+        return []
+    return [
+        f"a step of the current converter is {step:.3g} A, {step / i_max:.0%} of i_max_A = "
+        f"{i_max:g}: check the unit of [sensing] i_range_A = {drive.sensing.i_range_A:g}, or take "
+        "more adc_bits"
     ]
 
 
