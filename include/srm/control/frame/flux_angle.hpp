@@ -6,12 +6,13 @@
 //   phase    psi_u - (rho - 1) psi_R = k psi(i, theta)
 //   sensor   shown = theta + zero
 //
-// psi_u is the flux linkage that the ordered voltage has given a phase since it had no current,
-// with the resistance as the drive file states it; psi_R is what this resistance took. k scales the
-// map, rho the resistance. tau is the torque of the map at the measured currents. Where phases
-// couple and the control knows the pairs, `pairs` is what the currents of the others add to the
-// flux linkage of the phase, less what they added when it had no current; their torque is part of
-// tau.
+// psi_u is the flux linkage that the ordered voltage has given a phase since it had none, with the
+// resistance as the drive file states it; psi_R is what this resistance took. k scales the map, rho
+// the resistance. tau is the torque of the map at the measured currents.
+//
+// Where phases couple and the control knows the pairs, psi and tau have what the currents of the
+// others add. A phase without current has a flux linkage there, so psi_u is counted from what map
+// and pairs say at the first sample in which the voltage builds one up.
 //
 // The map is wrong at an angle, not at a sample, and a counter shows the same step for a while. So
 // a row weighs as one of all the samples in which its error stays the same: while the rotor turns
