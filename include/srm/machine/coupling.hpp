@@ -113,12 +113,7 @@ struct Coupling {
   /// Flux linkages and torque of pair n, as `at`.
   constexpr PairFlux<T> flux(int n, T a, T b, T theta_e) const {
     const Cell here = cell(n, theta_e);
-    const T v = here.v, v2 = v * v, rest = T(1) - v;
-    const T b0 = rest * rest * rest * T(1.0 / 6), b3 = v2 * v * T(1.0 / 6);
-    const T b1 = T(2.0 / 3) - v2 + v2 * v * T(0.5);
-    const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
-    const Weights value{{b0, b1, T(1) - b0 - b1 - b3, b3}};
-    const Weights slope{{d0, d1, -(d0 + d1 + d3), d3}};
+    const Weights value = Weights::of_value(here.v), slope = Weights::of_slope(here.v);
     T x[2][most_functions], y[2][most_functions];
     slopes(n, here.mirrored ? b : a, x);
     slopes(n, here.mirrored ? a : b, y);
@@ -155,12 +150,8 @@ struct Coupling {
     const Cell here = cell(n, theta_e);
     const Functions x = functions(n, here.mirrored ? b : a);
     const Functions y = functions(n, here.mirrored ? a : b);
-    const T v = here.v, v2 = v * v, rest = T(1) - v;
-    const T b0 = rest * rest * rest * T(1.0 / 6), b3 = v2 * v * T(1.0 / 6);
-    const T b1 = T(2.0 / 3) - v2 + v2 * v * T(0.5);
-    const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
-    const Weights value{{b0, b1, T(1) - b0 - b1 - b3, b3}};
-    const Weights slope{{d0, d1, -(d0 + d1 + d3), d3}};
+    const T v = here.v, rest = T(1) - v;
+    const Weights value = Weights::of_value(v), slope = Weights::of_slope(v);
     const Weights curve{{rest, T(3) * v - T(2), T(1) - T(3) * v, v}};
     PairMagnetics<T> m{};
     const int next = rank * rank;
@@ -302,6 +293,18 @@ struct Coupling {
   /// Weights of the four B-splines on a cell.
   struct Weights {
     T w[4];
+
+    static constexpr Weights of_value(T v) {
+      const T v2 = v * v, rest = T(1) - v;
+      const T b0 = rest * rest * rest * T(1.0 / 6), b3 = v2 * v * T(1.0 / 6);
+      const T b1 = T(2.0 / 3) - v2 + v2 * v * T(0.5);
+      return {{b0, b1, T(1) - b0 - b1 - b3, b3}};
+    }
+    static constexpr Weights of_slope(T v) {
+      const T v2 = v * v, rest = T(1) - v;
+      const T d0 = rest * rest * T(-0.5), d1 = v2 * T(1.5) - T(2) * v, d3 = v2 * T(0.5);
+      return {{d0, d1, -(d0 + d1 + d3), d3}};
+    }
 
     constexpr T of(const T* c, int next) const {
       return c[0] * w[0] + c[next] * w[1] + c[2 * next] * w[2] + c[3 * next] * w[3];

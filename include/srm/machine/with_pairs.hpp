@@ -41,6 +41,20 @@ inline constexpr bool has_pairs = requires(M machine) {
   machine.pairs;
 };
 
+/// The pairs that a law computes with, its machine's or its own; null where it knows none.
+template <class Law>
+constexpr const Coupling<typename Law::Scalar>* pairs_of(const Law& law) {
+  if constexpr (requires { law.machine.pairs; }) {
+    return &law.machine.pairs;
+  } else if constexpr (requires { law.known_pairs; }) {
+    return &law.known_pairs;
+  } else if constexpr (requires { law.pairs; }) {
+    return &law.pairs;
+  } else {
+    return nullptr;
+  }
+}
+
 /// What the pairs add to the torque of the sense that is asked for, by the measured currents [N m].
 template <class M, class Measured, class T>
 constexpr T pair_torque(const M& machine, const Measured& y, T tau_ref) {

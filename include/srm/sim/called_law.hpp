@@ -8,7 +8,7 @@
 
 #include "srm/control/frame/learned.hpp"
 #include "srm/control/interface/interface.hpp"
-#include "srm/machine/coupling.hpp"
+#include "srm/machine/with_pairs.hpp"
 
 namespace srm {
 
@@ -37,12 +37,7 @@ struct CalledLaw {
 template <ControlLaw Law>
 CalledLaw<typename Law::Scalar, Law::n_phases> called(std::shared_ptr<const Law> law) {
   using T = typename Law::Scalar;
-  Coupling<T> pairs;
-  if constexpr (requires { law->machine.pairs; }) {
-    pairs = law->machine.pairs;
-  } else if constexpr (requires { law->pairs; }) {
-    pairs = law->pairs;
-  }
+  const Coupling<T>* pairs = pairs_of(*law);
   return {[law, state = typename Law::State{}](const Measurement<T, Law::n_phases>& y, T tau_ref,
                                                Learned<T>& learned) mutable {
             if constexpr (requires { Law::learned(state); }) {
@@ -53,7 +48,7 @@ CalledLaw<typename Law::Scalar, Law::n_phases> called(std::shared_ptr<const Law>
               return law->step(state, y, tau_ref);
             }
           },
-          pairs};
+          pairs == nullptr ? Coupling<T>{} : *pairs};
 }
 
 }  // namespace srm

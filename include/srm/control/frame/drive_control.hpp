@@ -6,7 +6,7 @@
 #pragma once
 
 #include "srm/control/frame/frame.hpp"
-#include "srm/machine/coupling.hpp"
+#include "srm/machine/with_pairs.hpp"
 
 namespace srm {
 
@@ -35,15 +35,8 @@ struct DriveControl {
 
   /// The pairs, where the control knows them: the law itself, or the frame for it.
   constexpr const Coupling<T>& pairs() const {
-    if constexpr (requires { law.machine.pairs; }) {
-      return law.machine.pairs;
-    } else if constexpr (requires { law.known_pairs; }) {
-      return law.known_pairs.any() ? law.known_pairs : coupling;
-    } else if constexpr (learns_pairs<Law>) {
-      return law.pairs.any() ? law.pairs : coupling;
-    } else {
-      return coupling;
-    }
+    const Coupling<T>* own = pairs_of(law);
+    return own != nullptr && own->any() ? *own : coupling;
   }
 
   /// What these parameters use.
