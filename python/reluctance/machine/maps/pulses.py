@@ -14,7 +14,6 @@ from reluctance.machine.maps.cells import any_rows
 from reluctance.machine.maps.raw import BRACKETED, Column, column, stated_column, stated_unit
 from reluctance.machine.maps.table import Array
 
-UNIT_BEHIND = re.compile(r"\s*[\[(][^\[(]*[\])]\s*$")  # of a name in a header, in brackets
 MAX_BYTES = 100_000_000  # 31 angles, 8 pulses of 2000 rows, are 20 MB
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "second": 1.0, "sec": 1.0, "": 1.0}
 VOLTAGE = {"v": 1.0, "mv": 1e-3, "uv": 1e-6, "kv": 1e3, "volt": 1.0, "volts": 1.0, "": 1.0}
@@ -255,13 +254,19 @@ def _even_times(rows: list[list[str]]) -> tuple[float, float] | None:
     return None
 
 
+def _without_unit(name: str) -> str:
+    """Of a column: `CH1` of `CH1 [V]`."""
+    unit = BRACKETED.match(name)
+    return name[: unit.start("unit") - 1].rstrip() if unit else name
+
+
 def _columns(
     head: list[str], names: dict[str, str], needed: Iterable[str]
 ) -> dict[str, tuple[int, Column]]:
     """The place of each quantity, and its factor to SI."""
     asked, names = names, {}
     for quantity, name in asked.items():
-        alike = [name] if name in head else [h for h in head if UNIT_BEHIND.sub("", h) == name]
+        alike = [name] if name in head else [h for h in head if _without_unit(h) == name]
         if len(alike) != 1:
             raise ParameterError(
                 f"no column `{name}` for {quantity}; the header has {', '.join(head[:8])}"
