@@ -135,6 +135,9 @@ def test_a_current_that_an_own_law_asks_for_is_not_put_down_to_the_control_perio
     told = command("run", file, "--trust", "--until", "0.02").out
     assert "keep the currents that your law asks for below i_max_A" in told
     assert "control period or" not in told
+    given = ("--set", "control.gain=nan")
+    said = command("run", file, "--trust", *given).error
+    assert "[control] gain = nan, need finite numbers" in said
 
 
 def test_a_current_that_nothing_bounds_is_not_put_down_to_the_control_period(

@@ -14,7 +14,7 @@ from pydantic import ConfigDict
 from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.base.extension import core_fingerprint
-from reluctance.base.schema import did_you_mean, number_hint
+from reluctance.base.schema import did_you_mean
 from reluctance.base.units import si_once
 from reluctance.drive.laws.own_code import (
     CodeName,
@@ -48,11 +48,7 @@ class CompiledLaw(Control):
         code = own_code(self.law)
         make, wanted = _struct(self.law), law_fields(self.law)
         given = {"T_s": self.T_s} | si_once(self.model_extra or {})
-        check_numbers(self.model_extra or {})
-        for key, value in (self.model_extra or {}).items():
-            if isinstance(value, str):  # which no field of a struct is
-                hint = number_hint(value, key)
-                raise ParameterError(f"[control] {key} = {value!r}, need a number{hint}")
+        check_numbers(self.model_extra or {}, texts=False)
         own = [name for name in given if name != "T_s"]
         for name in own:
             if name not in wanted:

@@ -149,10 +149,11 @@ def _tell_edited(path: Path, module: ModuleType) -> None:
                 )
 
 
-def check_numbers(given: Mapping[str, object]) -> None:
-    """Raises ParameterError for a number of [control] that is not finite, or is a text."""
+def check_numbers(given: Mapping[str, object], *, texts: bool) -> None:
+    """Raises ParameterError for a number of [control] that is not finite, or is a text. texts: the
+    law may have keys that are."""
     for key, value in given.items():
-        if isinstance(value, str) and (hint := number_hint(value, key)):
+        if isinstance(value, str) and ((hint := number_hint(value, key)) or not texts):
             raise ParameterError(f"[control] {key} = {value!r}, need a number{hint}")
         numbers = value if isinstance(value, list | tuple) else [value]
         if any(isinstance(x, float) and not isfinite(x) for x in numbers):

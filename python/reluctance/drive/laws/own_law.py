@@ -92,7 +92,7 @@ class OwnLaw(Control):
     def _instance(self) -> Law:
         """A new law, with the numbers of the table."""
         kind = law_class(self.law)
-        check_numbers(self.model_extra or {})
+        check_numbers(self.model_extra or {}, texts=True)
         numbers = si_once(self.model_extra or {})
         wanted = inspect.signature(kind).parameters
         for name in numbers:
