@@ -434,6 +434,21 @@ def test_a_file_of_pvgis_gives_the_weather_that_it_was_written_from(tmp_path, tm
         assert low.sum() > 4000 and not found.dni[low].any() and found.dni.max() <= 1200
 
 
+@pytest.mark.parametrize("minute", [10, 30])
+@pytest.mark.parametrize("tmy", [True, False])
+def test_a_message_on_a_file_of_pvgis_has_the_time_of_its_row(tmp_path, tmy, minute):
+    place = Site(latitude_deg=7.18, longitude_deg=2.06, altitude_m=100.0, timezone="UTC")
+    path = tmp_path / "p.csv"
+    pvgis_file(path, place, tmy=tmy, minute=minute)
+    lines = path.read_text().splitlines()
+    n = next(n for n, line in enumerate(lines) if "0301:12" in line)
+    path.write_text("\n".join([*lines[:n], lines[n].replace(",28,", ",99.9,"), *lines[n + 1 :]]))
+    with pytest.raises(ParameterError) as fault:
+        read_weather(WeatherTable(kind="pvgis", file="p.csv", year=2019), place, tmp_path)
+    stamp = "12:00" if tmy else f"12:{minute}"
+    assert "temp_air" in str(fault.value) and f"2019-03-01 {stamp}:00" in str(fault.value)
+
+
 def test_a_file_of_pvgis_is_named_where_another_kind_was_said_and_a_tilted_one_is_refused(tmp_path):
     place = Site(latitude_deg=7.18, longitude_deg=2.06, altitude_m=100.0, timezone="UTC")
     pvgis_file(tmp_path / "p.csv", place, tmy=False, slope=15)

@@ -143,7 +143,7 @@ CONTRADICTIONS: list[tuple[Callable[[Weather], Weather], str]] = [
     (dark, "4 of 36[56] days are dark.*first 2025-05-10"),
     (
         lambda w: replace(w, ghi=0.36 * w.ghi, dni=0.36 * w.dni, dhi=0.36 * w.dhi),
-        r"on the brightest of 36[56] days 2\d% of the light .* check the unit of ghi \(1 J/cm2",
+        r"on the brightest of 36[56] days 2\d% of the light .*, check the unit of ghi \(1 J/cm2",
     ),
 ]
 

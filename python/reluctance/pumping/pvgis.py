@@ -54,6 +54,7 @@ def pvgis_hours(path: Path, year: int) -> tuple[pd.DataFrame, dict[str, float]]:
     if len(frame) == OVER_YEAR and t.year.nunique() > 1:
         t = t.map(lambda when: when.replace(year=year))
     frame = frame.set_index(t + later)
+    frame.attrs["shift"] = later
     if TILTED <= set(frame) and "ghi" not in frame:
         frame = _from_horizontal(frame, head, path)
     missing = [name for name in NAMES.values() if name not in frame]

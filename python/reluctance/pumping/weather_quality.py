@@ -116,7 +116,7 @@ def _of_dark_days(weather: Weather, site: Site) -> Iterator[str]:
 
 
 def _of_dim_light(weather: Weather, site: Site) -> Iterator[str]:
-    """Of some days one is clear as a rule: half to three quarters of the light above reach it."""
+    """Where no day of some comes near a clear one, as where the light is in a smaller unit."""
     _, sums = _by_day(weather, site)
     above = sums(extra_radiation(weather.t) * weather.sun.height)
     whole = above * weather.step / 3600 > 500
@@ -126,8 +126,8 @@ def _of_dim_light(weather: Weather, site: Site) -> Iterator[str]:
     if best < DIM:
         yield (
             f"on the brightest of {whole.sum()} days {best:.0%} of the light above the atmosphere "
-            "reach the ground, on a clear day half to three quarters: check the unit of ghi "
-            "(1 J/cm2 in an hour is 2.778 W/m2)"
+            "reach the ground, on a clear day half to three quarters do: if it was not overcast "
+            "throughout, check the unit of ghi (1 J/cm2 in an hour is 2.778 W/m2)"
         )
 
 
