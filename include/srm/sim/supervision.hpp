@@ -90,7 +90,8 @@ template <class Drive>
 Orders<Drive::N> step_on_desk(const SupervisedDrive<Drive>& given,
                               typename SupervisedDrive<Drive>::State& x,
                               Measurement<double, Drive::N> y, double reference) {
-  const auto& [drive, s] = given;
+  const Drive& drive = given.drive;
+  const auto& s = given.supervision;
   using T = typename Drive::T;
   constexpr int N = Drive::N;
   const double t = s.T_s * x.samples++;

@@ -135,10 +135,10 @@ struct Diagnosis {
     std::array<Span, N> forth, back;
 
     /// What the voltage says of phase k; nothing where it is the one that is in doubt.
-    /// R_error: of the resistance, which is no part of what is left.
-    constexpr VoltageFlux<T> by_voltage(int k, T R_error) const {
+    /// error_of_R: of the resistance [1], which is no part of what is left.
+    constexpr VoltageFlux<T> by_voltage(int k, T error_of_R) const {
       const Phase& each = phase[k];
-      const T error = (each.any.most - each.any.least) / T(2) - R_error * each.taken;
+      const T error = (each.any.most - each.any.least) / T(2) - error_of_R * each.taken;
       return {.psi = (each.any.least + each.any.most) / T(2),
               .taken = each.taken,
               .left = each.left,
