@@ -142,7 +142,7 @@ struct StrokeFit {
       if (delay > 0) s.now = s.next;
       OrderFlux<T>& last = delay > 0 ? s.next : s.now;
       if (drops.stays(orders[k], s.leg, T_s)) {
-        last = drops.held(s.leg.leg, T_s);
+        last = drops.held(s.leg.ordered, T_s);
       } else {
         last = drops.of(sent(orders[k]), s.leg, T_s);
       }

@@ -21,8 +21,9 @@ struct OrderFlux {
 /// A leg as the orders so far have left it.
 template <Real T>
 struct LateLeg {
-  Leg ordered = Leg::demagnetize, leg = Leg::demagnetize;  // leg: what the winding sees
-  std::array<T, 2> t_on{};  // from when freewheel and magnetize can be reached [s]
+  Leg ordered = Leg::demagnetize;
+  std::array<T, 2> t_on{};  // from when levels 0 and 1 are reached, of those that are ordered [s]
+  bool late = false;        // one of them is not yet
 };
 
 /// The converter as the control believes it to be: two switches and two diodes a phase.
@@ -35,54 +36,66 @@ struct Drops {
 
   /// True where the leg is as it was, for the whole sample.
   static constexpr bool stays(const PhaseCommand<T>& c, const LateLeg<T>& x, T T_s) {
-    return c.leg[0] == x.leg && x.leg == x.ordered && !(c.t_edge[0] < T_s);
+    return c.leg[0] == x.ordered && !x.late && !(c.t_edge[0] < T_s);
   }
 
   /// One leg for a whole sample.
   constexpr OrderFlux<T> held(Leg leg, T T_s) const {
     OrderFlux<T> sum;
-    stay(sum, leg, T_s);
+    add(sum, T(0), leg < Leg::freewheel ? T_s : T(0), leg < Leg::magnetize ? T_s : T(0), T_s);
+    sum.drop = drop_of(sum.level, T_s);
     return sum;
   }
 
   /// An order as it is sent.
   constexpr OrderFlux<T> of(const PhaseCommand<T>& c, LateLeg<T>& x, T T_s) const {
     OrderFlux<T> sum;
-    T from = T(0), t = T(0);
+    T t = T(0);
     for (int n = 0; n <= max_edges && t < T_s; ++n) {
       const T next = n < max_edges ? min(c.t_edge[n], T_s) : T_s;
       if (!(next > t)) continue;  // left at once: never ordered
-      for (int level = static_cast<int>(x.ordered) + 1; level <= static_cast<int>(c.leg[n]);
-           ++level) {
-        x.t_on[level] = t + t_dead;
+      for (int level = 0; level < 2; ++level) {
+        if (reaches(c.leg[n], level) && !reaches(x.ordered, level)) x.t_on[level] = t + t_dead;
       }
       x.ordered = c.leg[n];
-      if (x.leg > x.ordered) x.leg = x.ordered;
-      while (x.leg < x.ordered) {  // rises that fall due
-        const int level = static_cast<int>(x.leg) + 1;
-        if (!(x.t_on[level] <= next)) break;
-        stay(sum, x.leg, max(x.t_on[level], from) - from);
-        from = max(x.t_on[level], from);
-        x.leg = static_cast<Leg>(level);
-      }
-      stay(sum, x.leg, next - from);
-      from = t = next;
+      const T freewheels = start_of(x, 0, t, next);
+      add(sum, t, freewheels, start_of(x, 1, freewheels, next), next);
+      t = next;
     }
-    for (T& t_on : x.t_on) t_on = t_on - T_s;
+    sum.drop = drop_of(sum.level, T_s);
+    x.late = false;
+    for (int level = 0; level < 2 && t_dead > T(0); ++level) {
+      x.t_on[level] = x.t_on[level] - T_s;
+      x.late = x.late || (reaches(x.ordered, level) && x.t_on[level] > T(0));
+    }
     return sum;
   }
 
  private:
-  constexpr void stay(OrderFlux<T>& sum, Leg leg, T length) const {
-    if (!(length > T(0))) return;
-    if (leg == Leg::magnetize && !sum.magnetizes) {
+  static constexpr bool reaches(Leg leg, int level) { return static_cast<int>(leg) >= level; }
+
+  /// From when the leg is at a level, between from and to; to: not before then.
+  constexpr T start_of(const LateLeg<T>& x, int level, T from, T to) const {
+    if (!reaches(x.ordered, level)) return to;
+    return t_dead > T(0) ? clamp(x.t_on[level], from, to) : from;
+  }
+
+  /// A time from t to next in which the leg rises to freewheel and to magnetize.
+  constexpr void add(OrderFlux<T>& sum, T t, T freewheels, T magnetizes, T next) const {
+    sum.level = sum.level - (freewheels - t);
+    if (!(next > magnetizes)) return;
+    if (!sum.magnetizes) {
       sum.magnetizes = true;
       sum.idle_level = sum.level;
-      sum.idle_drop = sum.drop;
+      sum.idle_drop = drop_of(sum.level, magnetizes);
     }
-    const T level = static_cast<T>(static_cast<int>(leg));
-    sum.level = sum.level + level * length;
-    sum.drop = sum.drop + ((T(1) + level) * v_switch + (T(1) - level) * v_diode) * length;
+    sum.level = sum.level + (next - magnetizes);
+  }
+
+  /// What the devices take in a time t, with level its mean times t: two diodes where the leg
+  /// demagnetizes, a switch and a diode where it freewheels, two switches where it magnetizes.
+  constexpr T drop_of(T level, T t) const {
+    return (v_switch + v_diode) * t + (v_switch - v_diode) * level;
   }
 };
 
