@@ -49,6 +49,7 @@ struct Shape {
 /// L(theta) = L_u + (L_a - L_u) (1 - cos theta)/2, without saturation, times one and a shape.
 struct Linear {
   using Scalar = double;
+  static constexpr bool may_couple = true;
   int N_r = 4;
   double scale = 1;
   Shape shape{};
@@ -79,11 +80,41 @@ constexpr FluxAngle<double> given{.T_s = T_s,
                                   .i_zero = 1,
                                   .alike = 10000};
 
+/// Mutual inductances of 2 mH and more, which the angle changes: each phase with each other.
+struct Mutual {
+  static constexpr int n_phi = 5;
+  std::array<std::uint8_t, N> first{0, 1, 2}, second{1, 2, 0}, kind{};
+  std::array<double, N> behind{};
+  std::array<double, 2> knot{0, 30};
+  std::array<double, 8> f{0, 1, 0, 0, 30, 1, 0, 0};  // the current
+  std::array<double, n_phi + 3> C{};
+
+  Mutual() {
+    for (int k = 0; k < N; ++k) behind[k] = wrap(two_pi<double> / N * (k + 0.5));
+    for (int m = 0; m < n_phi + 3; ++m) C[m] = 2e-3 * (1 + 0.5 * std::cos((m - 1) * 0.6));
+  }
+  Coupling<double> pairs() const {
+    return {.N_r = 4,
+            .n_i = 2,
+            .n_phi = n_phi,
+            .rank = 1,
+            .cells_per_rad = n_phi / pi<double>,
+            .first = {first.data(), N},
+            .second = {second.data(), N},
+            .kind = {kind.data(), N},
+            .behind = {behind.data(), N},
+            .knot = {knot.data(), 2},
+            .f = {f.data(), int(f.size())},
+            .C = {C.data(), int(C.size())}};
+  }
+};
+
 /// A rotor that turns, two phases in turn with current in them, and what the control is told.
 struct Bench {
   Linear plant;
+  Coupling<double> pairs{};
   double R = 0.7, zero = 0, omega_e = 500, theta = 1;
-  std::array<double, N> taken{};
+  std::array<double, N> taken{}, start{};  // by the resistance; of the others when it began [Wb]
   std::array<VoltageFlux<double>, N> voltage{};
   Measurement<double, N> y{};
   std::mt19937 random{271127};
@@ -91,14 +122,25 @@ struct Bench {
   void next(double R_believed) {
     theta = wrap(theta + omega_e * T_s);
     std::normal_distribution<double> noise(0, 0.3);
+    std::array<double, N> i{}, others{};
     for (int k = 0; k < N; ++k) {
       const double at = phase_angle<N>(theta, k);
-      const double i = at > 0.5 && at < 3.0 ? 20 * (at - 0.5) * (3.0 - at) : 0;
-      taken[k] = i > 0 ? taken[k] + R_believed * i * T_s : 0;
+      i[k] = at > 0.5 && at < 3.0 ? 20 * (at - 0.5) * (3.0 - at) : 0;
+    }
+    for (int j = 0; j < pairs.n_pairs(); ++j) {
+      const int k = pairs.first[j], l = pairs.second[j];
+      const auto m = pairs.at(j, i[k], i[l], theta);
+      others[k] += m.psi_first;
+      others[l] += m.psi_second;
+    }
+    for (int k = 0; k < N; ++k) {
+      taken[k] = i[k] > 0 ? taken[k] + R_believed * i[k] * T_s : 0;
+      if (!(i[k] > 0)) start[k] = others[k];
       // By the voltage, with the resistance as it is believed.
       const double R_wrong = (R - R_believed) / R_believed * taken[k];
-      voltage[k] = {plant.at(i, at).psi + R_wrong, taken[k], 0, 1e-3, i > 0};
-      y.i[k] = i > 0 ? std::fmax(i + noise(random), 0) : 0;
+      const double psi = plant.at(i[k], phase_angle<N>(theta, k)).psi + others[k] - start[k];
+      voltage[k] = {psi + R_wrong, taken[k], 0, 1e-3, i[k] > 0};
+      y.i[k] = i[k] > 0 ? std::fmax(i[k] + noise(random), 0) : 0;
     }
     y.theta_e = wrap(step * (std::floor(wrap(theta + zero) / step) + 0.5));
     y.omega_m = omega_e / plant.N_r;
@@ -257,17 +299,39 @@ double apart() {
   return worst;
 }
 
-/// What is found of a drive that is wrong in everything.
+/// What is found of a drive that is wrong in everything. old: most samples since a pair that adds
+/// something was computed.
 FluxEstimate<double> found(Bench& bench, bool& off, int samples = 20000,
-                           const Linear& believed = {}) {
+                           const Linear& believed = {}, const Coupling<double>& pairs = none,
+                           double* old = nullptr) {
   FluxAngle<double>::State<N> s;
   off = false;
   for (int j = 0; j < samples; ++j) {
     bench.next(0.7);
-    given.step(s, believed, none, bench.y, [&](int k) { return bench.voltage[k]; });
+    given.step(s, believed, pairs, bench.y, [&](int k) { return bench.voltage[k]; });
     off = off || given.off(s);
+    for (const auto& pair : s.pair) {
+      if (old == nullptr || !pair.is || j < samples / 2) continue;
+      const double turned = wrap(s.x[0] - pair.theta_e + pi<double>) - pi<double>;
+      *old = std::fmax(*old, std::fabs(turned / (bench.omega_e * T_s)));
+    }
   }
   return given.estimate(s, 4);
+}
+
+/// On phases that couple, with the pairs known or not: the error of the angle [rad].
+double coupled(double way, bool known, FluxEstimate<double>& now, double& old) {
+  const Mutual mutual;
+  const Coupling<double> pairs = mutual.pairs();
+  Bench bench;
+  bench.pairs = pairs;
+  bench.pairs.factor = 0.94;
+  bench.plant.scale = 0.94;
+  bench.R = 0.7 * 1.15;
+  bench.omega_e = way * 500;
+  bool off = false;
+  now = found(bench, off, 20000, {}, known ? pairs : none, &old);
+  return std::fabs(wrap(now.theta_hat - bench.theta + pi<double>) - pi<double>);
 }
 
 /// The greatest error of the angle that a map with an error of its shape leaves, and whether one
@@ -319,6 +383,17 @@ int main() {
     check("error of the speed, of it", std::fabs(now.omega_hat * 4 / bench.omega_e - 1), 0.01);
     check("a sound drive is off", off, 0);
     check("deviation of the angle over 3 deg", now.theta_deviation / 0.052, 1);
+  }
+  for (const double way : {1.0, -1.0}) {
+    FluxEstimate<double> now, blind;
+    double old = 0;
+    const double error = coupled(way, true, now, old);
+    check("error of the angle where phases couple [rad]", error, 0.02);
+    check("error of the scale of the map there", std::fabs(now.psi_scale_hat - 0.94), 0.012);
+    check("error of the resistance there", std::fabs(now.R_scale_hat - 1.15), 0.1);
+    check("samples since the one pair with current was computed", old, 2.2);
+    const double unknown = coupled(way, false, blind, old);
+    check("and over the error where the pairs are not known", error / unknown, 0.5);
   }
   bool taken = false;
   check("a map wrong by 10 % in its shape: error of the angle [deg]",

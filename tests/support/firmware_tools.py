@@ -61,6 +61,10 @@ DRIVES = {
         "deadbeat",
         ["protection.diagnosis=true", "protection.flux_angle=true"],
     ),
+    "deadbeat_flux_angle_pairs": (
+        "deadbeat",
+        [*WORKING, "protection.diagnosis=true", "protection.flux_angle=true"],
+    ),
     "deadbeat_dead_time": ("deadbeat", ["converter.dead_time_us=1"]),
     "edge_mpc_learning": ("edge_mpc_learning", []),
     "edge_mpc_learning_map": (
@@ -103,6 +107,7 @@ VARIANTS = {  # of laws that other drives have too: among the proofs
     *("edge_mpc_speeds", "edge_mpc_8_6", "edge_mpc_learning_map"),
     *(
         "deadbeat_flux_angle",
+        "deadbeat_flux_angle_pairs",
         "deadbeat_braking",
         "deadbeat_fast",
         "deadbeat_dead_time",

@@ -12,7 +12,10 @@
 //
 // Where phases couple and the control knows the pairs, psi and tau have what the currents of the
 // others add. A phase without current has a flux linkage there, so psi_u is counted from what map
-// and pairs say at the first sample in which the voltage builds one up.
+// and pairs say when the voltage begins to build one up. A pair takes as long as all else. So while
+// pairs add something, every second sample computes one, by turns, and the samples between hear the
+// sensor and one phase, by turns. Until the turn of a pair comes again, what it adds follows the
+// angle and the current of the other phase.
 //
 // The map is wrong at an angle, not at a sample, and a counter shows the same step for a while. So
 // a row weighs as one of all the samples in which its error stays the same: while the rotor turns
@@ -30,8 +33,7 @@
 #include "srm/base/angle.hpp"
 #include "srm/base/fields.hpp"
 #include "srm/control/interface/interface.hpp"
-#include "srm/machine/coupling.hpp"
-#include "srm/machine/magnetics.hpp"
+#include "srm/machine/with_pairs.hpp"
 
 namespace srm {
 
@@ -93,9 +95,22 @@ struct FluxAngle {
     bool is = false;  // it has begun
   };
 
+  /// What a pair adds, where it was computed last.
+  struct Pair {
+    PairFlux<T> adds{};
+    T i_first{}, i_second{};  // [A]
+    T theta_e{};              // [rad]
+    bool is = false;          // so it is still; else it adds nothing, or it is not known
+  };
+
   template <int N>
   struct State : Filter {
     std::array<Counted, N> counted{};
+    std::array<Pair, N*(N - 1)> pair{};
+    std::array<T, N> tau_of{};     // phases alone, when they were heard [N m]
+    std::array<int, N> unheard{};  // samples in which they had something to say since then
+    int last = 0;                  // pair that was computed
+    bool renews = false;           // the last sample computed one
   };
 
   constexpr bool on() const { return T_s > T(0); }
@@ -111,23 +126,21 @@ struct FluxAngle {
       predict(s);
     }
     const T turned = abs(s.x[1]) * T_s;
-    const T same = samples_of(pi<T> / T(6), turned);
-    std::array<Added, N> added{};
-    s.tau = pairs.any() ? add(pairs, s, y, of, added) : T(0);
-    for (int k = 0; k < N; ++k) {
-      VoltageFlux<T> v = of(k);
-      if (pairs.any() && !v.is) s.counted[k].is = false;
-      if (!v.is && !(y.i[k] > i_zero)) continue;
-      Magnetics<T> m = machine.at(y.i[k], phase_angle<N>(s.x[0], k));
-      s.tau = s.tau + m.tau;
-      if (pairs.any()) {
-        if (v.is) count(s.counted[k], m, added[k].psi, v);
-        m.psi = m.psi + added[k].psi;
-        m.psi_theta = m.psi_theta + added[k].psi_theta;
+    const T sixth = samples_of(pi<T> / T(6), turned);
+    if (may_couple<M> && pairs.any()) {
+      const bool renewed = s.renews;
+      const int pair = asked_pair(pairs, s, y, of);
+      s.renews = pair >= 0 && !renewed;
+      if (s.renews) {
+        renew(pairs, s, y, pair);
+      } else {
+        hear_one(s, machine, pairs, y, of, sixth);
+        see(s, y.theta_e, turned, renewed ? T(2) : T(1));
       }
-      hear(s, m, static_cast<T>(machine.N_r), v, same);
+    } else {
+      hear_all(s, machine, y, of, sixth);
+      see(s, y.theta_e, turned, T(1));
     }
-    see(s, y.theta_e, turned);
     s.x[0] = wrap(s.x[0]);
   }
 
@@ -189,30 +202,111 @@ struct FluxAngle {
   /// What the others add to a phase.
   struct Added {
     T psi{}, psi_theta{};  // [Wb], [Wb/rad]
+    bool is = true;        // it is known
   };
 
-  /// What the pairs add to the flux linkages that are asked for: of phases that flow, and of one
-  /// that begins to be counted. Returns their torque [N m].
+  constexpr T current(T reading) const { return reading > i_zero ? reading : T(0); }
+
+  /// The pair to compute next, of those whose phases flow or begin to be counted; none: -1. Forgets
+  /// what was said of phases and pairs before a current began or ended.
   template <int N, class Of>
-  constexpr T add(const Coupling<T>& pairs, const State<N>& s, const Measurement<T, N>& y,
-                  const Of& of, std::type_identity_t<std::array<Added, N>>& added) const {
-    std::array<T, N> i{};
-    std::array<bool, N> asked{};
+  constexpr int asked_pair(const Coupling<T>& pairs, State<N>& s, const Measurement<T, N>& y,
+                           const Of& of) const {
+    std::array<bool, N> flows{}, asked{};
     for (int k = 0; k < N; ++k) {
-      if (y.i[k] > i_zero) i[k] = y.i[k];
-      asked[k] = i[k] > T(0) || (of(k).is && !s.counted[k].is);
+      const bool is = of(k).is;
+      flows[k] = y.i[k] > i_zero;
+      if (!is) s.counted[k].is = false;
+      asked[k] = flows[k] || (is && !s.counted[k].is);
+      s.unheard[k] = is || flows[k] ? s.unheard[k] + 1 : 0;
+      if (s.unheard[k] == 0) s.tau_of[k] = T(0);
     }
-    const T theta_e = wrap(s.x[0]);
-    T tau = T(0);
+    int after = -1, before = -1;
     for (int j = 0; j < pairs.n_pairs(); ++j) {
       const int k = pairs.first[j], l = pairs.second[j];
-      if (!asked[k] || !asked[l] || !(i[k] + i[l] > T(0))) continue;
-      const PairFlux<T> m = pairs.flux(j, i[k], i[l], theta_e);
-      added[k] = {added[k].psi + m.psi_first, added[k].psi_theta + m.psi_theta_first};
-      added[l] = {added[l].psi + m.psi_second, added[l].psi_theta + m.psi_theta_second};
-      tau = tau + m.tau;
+      Pair& known = s.pair[j];
+      known.is =
+          known.is && flows[k] == (known.i_first > T(0)) && flows[l] == (known.i_second > T(0));
+      if (!asked[k] || !asked[l] || !(flows[k] || flows[l])) continue;
+      if (j > s.last && after < 0) after = j;
+      if (j <= s.last && before < 0) before = j;
     }
-    return tau;
+    return after >= 0 ? after : before;
+  }
+
+  template <int N>
+  constexpr void renew(const Coupling<T>& pairs, State<N>& s, const Measurement<T, N>& y,
+                       int j) const {
+    const T a = current(y.i[pairs.first[j]]), b = current(y.i[pairs.second[j]]);
+    const T theta_e = wrap(s.x[0]);
+    s.pair[j] = {pairs.flux(j, a, b, theta_e), a, b, theta_e, true};
+    s.last = j;
+  }
+
+  /// What the pairs add to phase k by now.
+  template <int N>
+  constexpr Added added(const Coupling<T>& pairs, const State<N>& s, const Measurement<T, N>& y,
+                        T N_r, int k) const {
+    Added sum;
+    for (int j = 0; j < pairs.n_pairs(); ++j) {
+      const bool first = pairs.first[j] == k;
+      if (!first && pairs.second[j] != k) continue;
+      const Pair& known = s.pair[j];
+      const T other = current(y.i[first ? pairs.second[j] : pairs.first[j]]);
+      if (!(other > T(0))) continue;
+      sum.is = sum.is && known.is;
+      if (!known.is) continue;
+      const T part = other / (first ? known.i_second : known.i_first);
+      const T psi_theta = first ? known.adds.psi_theta_first : known.adds.psi_theta_second;
+      const T turned = (wrap(s.x[0] - known.theta_e + pi<T>) - pi<T>) / N_r;
+      const T psi = first ? known.adds.psi_first : known.adds.psi_second;
+      sum.psi = sum.psi + (psi + psi_theta * turned) * part;
+      sum.psi_theta = sum.psi_theta + psi_theta * part;
+    }
+    return sum;
+  }
+
+  /// The rows of phases that do not couple. same: rows that count as one.
+  template <Machine M, int N, class Of>
+  constexpr void hear_all(Filter& s, const M& machine, const Measurement<T, N>& y, const Of& of,
+                          T same) const {
+    s.tau = T(0);
+    for (int k = 0; k < N; ++k) {
+      const VoltageFlux<T> v = of(k);
+      if (!v.is && !(y.i[k] > i_zero)) continue;
+      const Magnetics<T> m = machine.at(y.i[k], phase_angle<N>(s.x[0], k));
+      s.tau = s.tau + m.tau;
+      hear(s, m, static_cast<T>(machine.N_r), v, same);
+    }
+  }
+
+  /// The row of the phase that has waited longest, of those that couple.
+  template <Machine M, int N, class Of>
+  constexpr void hear_one(State<N>& s, const M& machine, const Coupling<T>& pairs,
+                          const Measurement<T, N>& y, const Of& of, T same) const {
+    int k = 0;
+    for (int l = 1; l < N; ++l) {
+      if (s.unheard[l] > s.unheard[k]) k = l;
+    }
+    if (s.unheard[k] > 0) {
+      const T N_r = static_cast<T>(machine.N_r), every = static_cast<T>(s.unheard[k]);
+      Magnetics<T> m = machine.at(y.i[k], phase_angle<N>(s.x[0], k));
+      s.tau_of[k] = m.tau;
+      s.unheard[k] = 0;
+      const Added more = added(pairs, s, y, N_r, k);
+      if (more.is) {
+        VoltageFlux<T> v = of(k);
+        if (v.is) count(s.counted[k], m, more.psi, v);
+        m.psi = m.psi + more.psi;
+        m.psi_theta = m.psi_theta + more.psi_theta;
+        hear(s, m, N_r, v, max(same / every, T(1)));
+      }
+    }
+    s.tau = T(0);
+    for (const T tau : s.tau_of) s.tau = s.tau + tau;
+    for (int j = 0; j < pairs.n_pairs(); ++j) {
+      if (s.pair[j].is) s.tau = s.tau + s.pair[j].adds.tau;
+    }
   }
 
   /// Counts a phase from what the map and the pairs say when it begins. m: of the phase alone; psi:
@@ -247,10 +341,11 @@ struct FluxAngle {
     correct(s, g, S, psi - s.x[3] * m.psi);
   }
 
-  /// The row of the sensor. A rotor turns by `turned` a sample.
-  constexpr void see(Filter& s, T shown, T turned) const {
+  /// The row of the sensor, one of `every` samples. A rotor turns by `turned` a sample.
+  constexpr void see(Filter& s, T shown, T turned, T every) const {
     const T d = wrap(shown - s.x[0] - s.x[5] + pi<T>) - pi<T>;
-    const T same = abs(d) > theta_step / T(2) ? T(1) : samples_of(theta_step, turned);
+    const T same =
+        abs(d) > theta_step / T(2) ? T(1) : max(samples_of(theta_step, turned) / every, T(1));
     std::array<T, n> g;
     for (int j = 0; j < n; ++j) g[j] = upper(s, 0, j) + upper(s, 5, j);
     correct(s, g, g[0] + g[5] + same * theta_step * theta_step / T(12), d);

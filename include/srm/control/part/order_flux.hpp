@@ -54,7 +54,7 @@ struct Drops {
     for (int n = 0; n <= max_edges && t < T_s; ++n) {
       const T next = n < max_edges ? min(c.t_edge[n], T_s) : T_s;
       if (!(next > t)) continue;  // left at once: never ordered
-      for (int level = 0; level < 2; ++level) {
+      for (int level = 0; level < 2 && t_dead > T(0); ++level) {
         if (reaches(c.leg[n], level) && !reaches(x.ordered, level)) x.t_on[level] = t + t_dead;
       }
       x.ordered = c.leg[n];
