@@ -10,7 +10,7 @@ import pytest
 import reluctance as rl
 from reluctance.explore.efficiency_map import map as maps
 from reluctance.explore.efficiency_map import plots
-from reluctance.explore.efficiency_map.cycle import Cycle, driven, read_cycle
+from reluctance.explore.efficiency_map.cycle import Cycle, driven, pieces, read_cycle
 from reluctance.explore.efficiency_map.locked import at, length, rising
 from reluctance.explore.efficiency_map.map import EfficiencyMap
 from reluctance.explore.efficiency_map.text import as_object, rows
@@ -96,28 +96,68 @@ def test_the_table_has_every_figure_and_none_where_the_torque_is_not_held(drive)
     assert made(drive).best() == pytest.approx((eta[best], OMEGA[best // 3], TAU[best % 3]))
 
 
-def test_a_cycle_takes_the_power_of_its_instants_by_the_trapezoidal_rule(drive):
-    """Uneven steps, motoring and braking, an instant beyond what is held."""
+def by_hand(t, omega, tau, most):
+    """Energies of straight lines of speed and torque: a million instants, the trapezoidal rule. The
+    loss over torque below the least torque of the map is that of the least."""
+    x = np.linspace(t[0], t[-1], 1_000_001)
+    omega, tau = np.interp(x, t, omega), np.interp(x, t, tau)
+    held = 1.0 * (np.abs(tau) <= most(omega))
+    rate = (PER_SPEED + IRON) * omega + PER_TORQUE * np.maximum(np.abs(tau), TAU[0])
+    p_mech, lost = held * tau * omega, held * np.abs(tau) * rate
+
+    def sum_of(y):
+        return np.trapezoid(y, x)
+
+    return {
+        "E_mech_J": sum_of(np.maximum(p_mech, 0)),
+        "E_braked_J": sum_of(np.maximum(-p_mech, 0)),
+        "E_in_J": sum_of(np.maximum(p_mech + lost, 0)),
+        "E_returned_J": sum_of(np.maximum(-p_mech - lost, 0)),
+        "E_loss_J": sum_of(lost),
+        "E_fe_J": sum_of(held * IRON * omega * np.abs(tau)),
+        "held_part_of_time": sum_of(held) / (t[-1] - t[0]),
+    }
+
+
+def test_a_cycle_takes_the_integral_along_straight_lines_of_speed_and_torque(drive):
+    """Uneven steps, motoring and braking, a torque beyond what is held."""
     t = np.array([0.0, 1.0, 4.0, 6.0, 7.0, 7.5])
     omega, tau = np.array([60.0, 150, 150, 100, 200, 60]), np.array([20.0, 30, -30, -20, 39, 10])
-    both = driven(Cycle(t, omega, tau), made(drive), made(drive, -1.0))
-    weight = np.array([0.5, 2.0, 2.5, 1.5, 0.75, 0.25])
-    held = np.array([1, 1, 1, 1, 0, 1])  # 39 N m at 200 rad/s are too much
-    p_mech, lost = held * tau * omega, held * loss(omega, tau)
-    p_in = p_mech + lost
-    assert both.E_mech == pytest.approx(weight @ np.maximum(p_mech, 0))
-    assert both.E_braked == pytest.approx(weight @ np.maximum(-p_mech, 0))
-    assert both.E_in == pytest.approx(weight @ np.maximum(p_in, 0))
-    assert both.E_returned == pytest.approx(weight @ np.maximum(-p_in, 0))
-    assert both.loss["loss"] == pytest.approx(weight @ lost)
-    assert both.loss["p_fe_W"] == pytest.approx(weight @ (held * IRON * omega * np.abs(tau)))
-    assert both.loss["loss"] == pytest.approx(both.loss["p_cu_W"] + both.loss["p_fe_W"])
-    assert both.held == pytest.approx(1 - 0.75 / 7.5)
-    shown = both.with_units()
-    assert shown["E_fe_J"] == both.loss["p_fe_W"] and shown["E_loss_J"] == both.loss["loss"]
-    assert shown["held_part_of_time"] == both.held
+    both = driven(Cycle(t, omega, tau), made(drive), made(drive, -1.0)).with_units()
+    held = made(drive)
+    expected = by_hand(t, omega, tau, lambda w: np.interp(w, held.omega, held.tau_max))
+    assert expected["E_braked_J"] > 1000 and 0.9 < expected["held_part_of_time"] < 1
+    for name, value in expected.items():
+        assert both[name] == pytest.approx(value, rel=2e-3), name
+    assert both["E_loss_J"] == pytest.approx(both["E_cu_J"] + both["E_fe_J"])
     alone = driven(Cycle(t, omega, tau), made(drive))
-    assert alone.held == pytest.approx((0.5 + 2 + 0.25) / 7.5) and alone.E_braked == 0
+    assert alone.E_braked == 0 and alone.held < both["held_part_of_time"]
+
+
+def test_a_ramp_through_zero_torque_shares_its_energy_by_the_straight_line(drive):
+    """From 30 to -30 N m at 100 rad/s in 10 s: 30*100/2*5 = 7500 J to the shaft and from it."""
+    ramp = Cycle(np.array([0.0, 10.0]), np.full(2, 100.0), np.array([30.0, -30.0]))
+    found = driven(ramp, made(drive), made(drive, -1.0))
+    assert found.E_mech == pytest.approx(7500) and found.E_braked == pytest.approx(7500)
+    assert found.E_in - found.E_returned == pytest.approx(found.loss["loss"])
+    assert found.efficiency is None
+
+
+def test_rows_put_in_along_a_straight_line_do_not_change_a_cycle(drive):
+    t, omega, tau = np.array([[0.0, 5, 10, 12], [50, 150, 150, 50], [30, 33, -20, 0]])
+    maps_of_both = made(drive), made(drive, -1.0)
+    coarse = driven(Cycle(t, omega, tau), *maps_of_both).with_units()
+    x = np.unique(np.append(np.linspace(0, 12, 77), t))
+    fine = Cycle(x, np.interp(x, t, omega), np.interp(x, t, tau))
+    assert coarse == pytest.approx(driven(fine, *maps_of_both).with_units(), rel=1e-4)
+
+
+def test_a_long_cycle_takes_no_more_memory_for_its_many_steps(drive):
+    t = np.arange(4e5)
+    tau = np.where(t % 2, 30.0, 10.0)  # across the map and back with every row
+    many = Cycle(t, np.full(len(t), 100.0), tau)
+    assert len(pieces(many, 200.0, 40.0)[0].t) <= 2 * len(t)
+    assert driven(many, made(drive)).E_mech == pytest.approx(20 * 100 * t[-1])
 
 
 def test_a_cycle_is_read_in_any_order_of_columns_in_its_units(tmp_path):

@@ -17,7 +17,7 @@ from reluctance.drive.guard.trip_levels import current_error, protection
 from reluctance.drive.run import kpis as key_figures
 from reluctance.explore.comparison import compare
 from reluctance.explore.comparison.contenders import CONTENDERS
-from reluctance.explore.efficiency_map import Cycle, driven, efficiency
+from reluctance.explore.efficiency_map import efficiency
 from reluctance.explore.sweeps import sweep
 from reluctance.machine.map_file import accept_in
 from reluctance.machine.maps import FluxTable, check_map, read_map, write_map
@@ -174,29 +174,6 @@ def test_a_fault_of_the_torque_file_names_the_torque_file(tmp_path: Path) -> Non
     flux.write_text("")
     with pytest.raises(rl.ParameterError, match=r"flux\.csv: "):
         read_map(flux, N_r=4, torque=torque)
-
-
-class Held:
-    """A map that knows the points below 10 N m, with 100 W of loss."""
-
-    kinds_per_torque: dict[str, Any] = {}  # noqa: RUF012
-
-
-def test_time_that_a_drive_cannot_hold_is_weighted_by_its_length(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Points at 0, 1, 2 and 10 s; the last is beyond the map. By hand, each takes half the time to
-    its neighbours: 0.5, 1, 4.5 and 4 of 10 s."""
-    cycle = Cycle(np.array([0.0, 1, 2, 10]), np.full(4, 10.0), np.array([1.0, 1, 1, 99]))
-    covered = cycle.tau < 10
-    monkeypatch.setattr(
-        "reluctance.explore.efficiency_map.cycle.on_map",
-        lambda *_: (np.where(covered, 110.0, 0.0), covered, {}),
-    )
-    found = driven(cycle, Held())  # type: ignore[arg-type]
-    assert found.held == pytest.approx(0.6)
-    assert found.E_mech == pytest.approx(10 * 6)
-    assert found.E_in == pytest.approx(110 * 6)
 
 
 def test_the_default_speeds_of_an_efficiency_map_end_at_twice_the_drive_s(

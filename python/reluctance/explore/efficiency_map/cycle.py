@@ -14,6 +14,9 @@ from reluctance.base.units import name_and_unit, to_si
 from reluctance.explore.efficiency_map.map import EfficiencyMap
 
 COLUMNS = ("t_s", "speed_rpm", "tau_Nm")
+FINE = 0.005  # energies of a ramp over the whole map are then within 1e-4 of the integral
+ROUNDING = 1e-9  # of the shaft's energies: less net energy is the rounding of their difference
+PIECES = 1_000_000  # of a cycle, in order of magnitude: bounds the memory
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,8 @@ class Driven:
     def efficiency(self) -> float | None:
         """What the shaft gets over what the dc link gives, both net [1]."""
         given, got = self.E_in - self.E_returned, self.E_mech - self.E_braked
-        return got / given if given > 0 and got > 0 else None
+        least = ROUNDING * (self.E_mech + self.E_braked)
+        return got / given if given > 0 and got > least else None
 
     def with_units(self) -> dict[str, float | None]:
         """Under border names."""
@@ -83,16 +87,15 @@ def read_cycle(path: str | Path) -> Cycle:
 
 
 def driven(cycle: Cycle, motoring: EfficiencyMap, braking: EfficiencyMap | None = None) -> Driven:
-    """The energies of a cycle. Points that the drive cannot hold are left out, and `held` says how
+    """The energies of a cycle: speed and torque are straight lines between its rows, and the power
+    is integrated along them. Parts that the drive cannot hold are left out, and `held` says how
     much time they take; without a map of braking so are those with negative torque."""
-    p_in, covered, kinds = on_map(cycle, motoring, braking)
-    p_mech = np.where(covered, cycle.tau * cycle.omega, 0.0)
-    weight = np.empty_like(cycle.t)  # trapezoidal rule
-    weight[[0, -1]] = np.diff(cycle.t)[[0, -1]] / 2
-    weight[1:-1] = (cycle.t[2:] - cycle.t[:-2]) / 2
+    lines, dt = pieces(cycle, float(motoring.omega[-1]), float(np.abs(motoring.tau).max()))
+    p_in, covered, kinds = on_map(lines, motoring, braking)
+    p_mech = np.where(covered, lines.tau * lines.omega, 0.0)
 
     def energy(power: FloatArray) -> float:
-        return float(np.sum(weight * power))
+        return float(np.sum(dt * power))
 
     return Driven(
         E_mech=energy(np.maximum(p_mech, 0)),
@@ -100,8 +103,27 @@ def driven(cycle: Cycle, motoring: EfficiencyMap, braking: EfficiencyMap | None 
         E_in=energy(np.maximum(p_in, 0)),
         E_returned=energy(np.maximum(-p_in, 0)),
         loss={"loss": energy(p_in - p_mech)} | {kind: energy(p) for kind, p in kinds.items()},
-        held=float(np.sum(weight * covered) / np.sum(weight)),
+        held=float(np.sum(dt * covered) / np.sum(dt)),
     )
+
+
+def pieces(cycle: Cycle, omega_max: float, tau_max: float) -> tuple[Cycle, FloatArray]:
+    """The middles of short pieces of a cycle's straight lines, and their lengths [s].
+
+    Over a piece, speed and torque change by a part FINE of those of the map. The torque changes its
+    sign at an end of a piece only: motoring and braking have maps of their own.
+    """
+    before, after = cycle.tau[:-1], cycle.tau[1:]
+    turns = np.flatnonzero(before * after < 0)
+    part = before[turns] / (before[turns] - after[turns])
+    t = np.sort(np.append(cycle.t, cycle.t[turns] + part * np.diff(cycle.t)[turns]))
+    omega, tau = np.interp(t, cycle.t, cycle.omega), np.interp(t, cycle.t, cycle.tau)
+    way = np.maximum(np.abs(np.diff(omega)) / omega_max, np.abs(np.diff(tau)) / tau_max)
+    count = np.ceil(np.clip(way / FINE, 1, max(1, PIECES // len(t)))).astype(int)
+    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    dt = np.repeat(np.diff(t) / count, count)
+    middle = np.repeat(t[:-1], count) + (within + 0.5) * dt
+    return Cycle(middle, np.interp(middle, t, omega), np.interp(middle, t, tau)), dt
 
 
 def on_map(
