@@ -180,6 +180,17 @@ def test_axes_that_cannot_be_meant_are_one_line() -> None:
         efficiency(rl.load(EXAMPLES / "single_pulse.toml"))
 
 
+def test_a_map_without_a_point_that_is_held_is_one_line_whose_remedy_works() -> None:
+    line = ("efficiency", CUBIC, "--speed", "6000:9000:2", "--no-envelope")
+    for more in ((), ("--json",)):
+        told = refused(*line, "--torque", "60:70:2", *more)
+        assert "holds no point of the map: of at least 60 N m asked for" in told
+    most = float(told.partition("it gives at most ")[2].partition(",")[0])
+    assert 5 < most < 60 and "at 6000 rpm" in told
+    held = command(*line, "--torque", f"{most / 4},{most / 2}", "--json")
+    assert json.loads(held.out)["tau_max_Nm"][0] == pytest.approx(most / 2)
+
+
 @pytest.mark.long
 def test_device_conduction_is_counted_only_with_its_data(cubic, lossy) -> None:  # type: ignore[no-untyped-def]
     counted = [dict(rows(found, None))["losses counted"] for found in (cubic, lossy)]

@@ -68,6 +68,17 @@ def test_no_efficiency_where_both_sides_feed_the_losses(drive):
     assert np.isnan(made(drive).efficiency(100.0, 0.0))
 
 
+def test_a_map_that_has_no_efficiency_is_told_and_drawn(drive, tmp_path):
+    """Braking at 1 to 3 rad/s: the copper takes more than the shaft gives."""
+    slow = replace(made(drive, -1.0), omega=np.array([1.0, 2.0, 3.0]))
+    assert slow.best() is None
+    assert "both feed the losses" in dict(rows(slow, None))["best efficiency of the grid"]
+    told = as_object(slow, None)
+    assert [told[f"best_{name}"] for name in ("efficiency", "speed_rpm", "tau_Nm")] == [None] * 3
+    plots.save(slow, tmp_path / "slow.png")
+    assert (tmp_path / "slow.png").stat().st_size > 10_000
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_torque_is_held_up_to_the_greatest_between_the_speeds(drive, sign):
     """30 N m at 200 rad/s, 40 at 100: 35 half way."""

@@ -95,9 +95,12 @@ class EfficiencyMap:
         axes = ("speed_rpm", "tau_Nm")
         return {k: v if k in axes else np.where(held, v, np.nan) for k, v in table.items()}
 
-    def best(self) -> tuple[float, float, float]:
-        """The greatest efficiency on the grid, and its speed [rad/s] and torque [N m]."""
+    def best(self) -> tuple[float, float, float] | None:
+        """The greatest efficiency on the grid, and its speed [rad/s] and torque [N m]; None where
+        both sides feed the losses at each point."""
         table = self.columns()
+        if np.isnan(table["efficiency"]).all():
+            return None
         n = int(np.nanargmax(table["efficiency"]))
         speed = to_si(float(table["speed_rpm"][n]), "rpm")
         return float(table["efficiency"][n]), speed, float(table["tau_Nm"][n])
@@ -199,7 +202,22 @@ def efficiency(
     figures = {name: values.reshape(shape[:2]) for name, values in found.figures.items()}
     if np.isnan(figures["tau_mean_Nm"]).all():
         raise ParameterError(f"the drive runs at no point of the map: {found.reason()}")
-    return _over_achieved(drive, u, speeds, torques, figures, found.ran)
+    made = _over_achieved(drive, u, speeds, torques, figures, found.ran)
+    _check_holds(made)
+    return made
+
+
+def _check_holds(made: EfficiencyMap) -> None:
+    """Raises ParameterError where no torque of the map is held at any of its speeds."""
+    omega, tau = np.meshgrid(made.omega, made.tau, indexing="ij")
+    if not made.holds(omega, tau).any():
+        w = int(np.argmax(np.abs(made.tau_max)))
+        raise ParameterError(
+            f"the drive holds no point of the map: of at least {abs(made.tau[0]):g} N m asked for, "
+            f"it gives at most {abs(made.tau_max[w]):.3g}, at "
+            f"{from_si(float(made.omega[w]), 'rpm'):.5g} rpm; ask for less torque (--torque), "
+            "lower speeds (--speed) or a higher voltage (--u-dc)"
+        )
 
 
 def _axis(name: str, values: Sequence[float] | FloatArray, unit: str) -> FloatArray:

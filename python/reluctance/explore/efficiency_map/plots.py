@@ -103,8 +103,11 @@ def save(
 
 def _panel(ax: Axes, maps: list[EfficiencyMap], panel: str) -> None:
     """Filled contours with their values on lines."""
-    parts = [_fine(found, panel) for found in maps]
+    parts = [part for found in maps if (part := _fine(found, panel))[2].count()]
     title, unit = _title(panel)
+    ax.set_title(f"{title} ({unit})", fontsize=10)
+    if not parts:  # as the efficiency where shaft and dc link both feed the losses
+        return
     values = np.concatenate([z.compressed() for _, _, z in parts])
     low, high = (float(x) for x in np.percentile(values, [1, 99]))
     if unit == "%":
@@ -122,7 +125,6 @@ def _panel(ax: Axes, maps: list[EfficiencyMap], panel: str) -> None:
         ax.contourf(rpm, tau, z, levels=levels, norm=norm, extend="both", alpha=0.85)
         lines = ax.contour(rpm, tau, z, levels=levels, colors="k", linewidths=0.5)
         ax.clabel(lines, fmt=_percent if unit == "%" else "%g", fontsize=7)
-    ax.set_title(f"{title} ({unit})", fontsize=10)
 
 
 def _fine(found: EfficiencyMap, panel: str) -> tuple[FloatArray, FloatArray, np.ma.MaskedArray]:

@@ -9,7 +9,7 @@ from reluctance.explore.efficiency_map.map import LOSSES, EfficiencyMap
 
 def rows(found: EfficiencyMap, taken: Driven | None) -> list[tuple[str, str]]:
     """Labels and values."""
-    eta, omega, tau = found.best()
+    best = found.best()
     speeds = [f"{from_si(float(w), 'rpm'):.5g}" for w in (found.omega[0], found.omega[-1])]
     top = max(abs(float(x)) for x in found.tau_max)
     drops = found.drive.converter.has_drops
@@ -17,8 +17,7 @@ def rows(found: EfficiencyMap, taken: Driven | None) -> list[tuple[str, str]]:
     shown = [
         ("speeds", f"{speeds[0]} to {speeds[1]} rpm"),
         ("greatest torque held, of those asked for", f"{top:.4g} N m"),
-        ("best efficiency of the grid", f"{eta:.2%}"),
-        ("at", f"{from_si(omega, 'rpm'):.5g} rpm, {tau:.4g} N m"),
+        *_best_rows(best),
         ("losses counted", ", ".join(LOSSES[kind] for kind in counted)),
         ("switched runs made now", f"{found.ran}"),
     ]
@@ -36,14 +35,24 @@ def rows(found: EfficiencyMap, taken: Driven | None) -> list[tuple[str, str]]:
     return shown
 
 
+def _best_rows(best: tuple[float, float, float] | None) -> list[tuple[str, str]]:
+    if best is None:
+        return [("best efficiency of the grid", "none: shaft and dc link both feed the losses")]
+    eta, omega, tau = best
+    return [
+        ("best efficiency of the grid", f"{eta:.2%}"),
+        ("at", f"{from_si(omega, 'rpm'):.5g} rpm, {tau:.4g} N m"),
+    ]
+
+
 def as_object(found: EfficiencyMap, taken: Driven | None) -> dict[str, object]:
     """What `--json` prints."""
-    eta, omega, tau = found.best()
+    eta, omega, tau = found.best() or (None, None, None)
     table = found.columns()
     return {
         "u_dc_V": found.u_dc,
         "best_efficiency": eta,
-        "best_speed_rpm": from_si(omega, "rpm"),
+        "best_speed_rpm": None if omega is None else from_si(omega, "rpm"),
         "best_tau_Nm": tau,
         "speed_rpm": from_si(found.omega, "rpm").tolist(),
         "tau_max_Nm": found.tau_max.tolist(),
