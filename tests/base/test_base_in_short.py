@@ -225,6 +225,15 @@ def test_a_result_is_kept_under_all_that_it_depends_on(tmp_path, monkeypatch):
     assert {p.suffix for p in (tmp_path / "c").iterdir()} == {".npz"}
 
 
+def test_a_fault_of_the_computation_says_nothing_of_a_file_that_is_not_kept_yet():
+    def compute():
+        raise ParameterError("no such thing")
+
+    with pytest.raises(ParameterError) as told:
+        cache.cached(Kept, ["fault"], compute, algorithm=1)
+    assert told.value.__context__ is None
+
+
 def test_the_cache_is_where_the_user_or_the_system_keeps_such(monkeypatch):
     monkeypatch.delenv("RELUCTANCE_CACHE")
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)

@@ -46,7 +46,8 @@ def cached(
         values: dict[str, Any] = {k: v if v.ndim else float(v) for k, v in arrays.items()}
         return kind(**values)
     except Exception:  # absent, or damaged in any of the ways a zip file can be: compute again
-        result = compute()
+        pass
+    result = compute()  # here: a fault of it is none of the file
     _store(path, asdict(result))  # type: ignore[call-overload]
     return result
 

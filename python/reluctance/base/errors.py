@@ -14,6 +14,11 @@ class ParameterError(ValueError):
         super().__init__(one_line(text))
 
 
+class Unsolved(RuntimeError):
+    """A search of the numerics that found nothing: what was sought, where, and what may help. What
+    asks for it either takes something else or makes a ParameterError of it."""
+
+
 class Note(UserWarning):
     """What was assumed of an input: the command line prints it on one line and goes on."""
 

@@ -10,7 +10,7 @@ from io import TextIOWrapper
 from types import FrameType
 from typing import Any
 
-from reluctance.base.errors import Note, ParameterError, one_line
+from reluctance.base.errors import Note, ParameterError, Unsolved, one_line
 from reluctance.base.files import kept, puts_off, remove_unfinished
 from reluctance.cli.lines import wrapped
 
@@ -26,8 +26,8 @@ def exit_code(command: Callable[[], object]) -> int:
         code = command()
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
-    except ParameterError as fault:
-        _tell(f"error: {fault}")
+    except (ParameterError, Unsolved) as fault:
+        _tell(f"error: {one_line(fault)}")
     except MemoryError:
         _tell("error: not enough memory; run shorter, or record on a grid with --record-us")
     except Exception as fault:

@@ -11,8 +11,9 @@ import numpy as np
 
 import reluctance.drive.tables.speed_loop as speed_loop
 from reluctance import _core
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import ParameterError, Unsolved
 from reluctance.base.schema import Section
+from reluctance.base.units import from_si
 from reluctance.drive.tables.control import Control
 from reluctance.drive.tables.faults import Faults
 from reluctance.drive.tables.known import Known
@@ -182,9 +183,21 @@ class Tables:
         return _core.Controller(self.law(known), self.frame(known), self.pairs(known))
 
     def law(self, known: Known) -> _core.Law:
-        """The control law."""
+        """The control law.
+
+        Raises
+        ------
+        ParameterError
+            If it cannot be set up: what the numerics do not find ends here.
+        """
         pairs = self._believed_pairs(known) if self.control.knows_pairs else None
-        return self.control.core(replace(known, pairs=pairs))
+        try:
+            return self.control.core(replace(known, pairs=pairs))
+        except Unsolved as fault:
+            raise ParameterError(
+                f"[control] law = {self.control.law!r} cannot be set up for {known.tau_max:g} N m "
+                f"at {from_si(known.omega_m, 'rpm'):.5g} rpm and {known.u_dc:g} V: {fault}"
+            ) from fault
 
     def pairs(self, known: Known) -> _core.Coupling | None:
         """The pairs of phases whose torque the frame takes off what it asks of the law; None where

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reluctance import _core
+from reluctance.base.errors import ParameterError
 from reluctance.machine.operating_point import OperatingPoint
 
 if TYPE_CHECKING:
@@ -53,6 +54,13 @@ def packed(
         windings = [pairs] if m is not None else [pairs, pairs.reversed]
         mirrored = [(m - k) % n if m is not None else n + -k % n for k in range(n)]
         rows = [_of_each(replace(point, coupling=winding), tables) for winding in windings]
+    drop = resistive_drop(tables, point.R)
+    if not drop < tables[0].u_dc:
+        raise ParameterError(
+            f"the resistance that the control knows, {point.R:.4g} ohm, drops {drop:.4g} V at the "
+            f"greatest current of its profile, need less than u_dc_V = {tables[0].u_dc:g}; lower "
+            "[mismatch] R_factor where it is given, else [machine] R_ohm"
+        )
     least = NO_CURRENT * float(tables[0].i.max())
     rows = [np.where(i < least, 0.0, i) for i in rows]
     i, mutual = np.concatenate(rows), None
@@ -68,10 +76,15 @@ def packed(
         tau_max=tables[0].tau_ref[-1],
         omega_m=[abs(table.omega_m) for table in tables],
         u_dc=tables[0].u_dc,
-        drop=point.R * float(tables[0].i.max()),
+        drop=drop,
         mutual=mutual,
         mirrored=mirrored,
     )
+
+
+def resistive_drop(tables: Sequence[Table], R: float) -> float:
+    """What a resistance takes at the greatest current of the profiles [V]."""
+    return R * float(tables[0].i.max())
 
 
 def _of_each(point: OperatingPoint, tables: Sequence[Table]) -> NDArray[np.float64]:

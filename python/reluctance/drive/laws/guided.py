@@ -93,7 +93,7 @@ class Guided(Control):
         ------
         ParameterError
             If a speed or the drive's numbers are out of range.
-        RuntimeError
+        Unsolved
             If no profile is found.
         """
         if not known.brakes:

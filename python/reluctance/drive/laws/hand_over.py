@@ -10,7 +10,7 @@ from reluctance import _core
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
 from reluctance.base.units import from_si
-from reluctance.drive.laws.flux_guide import no_guide, packed
+from reluctance.drive.laws.flux_guide import no_guide, packed, resistive_drop
 from reluctance.drive.laws.guided import CURRENT_POINTS, MORE_TORQUE, Guided, with_room
 from reluctance.drive.tables.known import Known
 
@@ -68,6 +68,8 @@ class HandsOver(Guided):
                 f"link at {from_si(known.omega_m, 'rpm'):.5g} rpm and {known.tau_max:g} N m, "
                 f"and no profile is found ({fault}); lower speed or torque"
             ) from None
+        if resistive_drop(tables, known.R) >= known.u_dc and not _beyond(known, reach, 1.0):
+            return own
         guide = packed(tables, quantity, known.at(known.omega_m), known.pairs)
         return {"feasible": _feasible(known, reach), "guide": guide}
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
+from reluctance.base.errors import Unsolved
 from reluctance.machine.operating_point import OperatingPoint
 from reluctance.machine.optimum.programme import ALGORITHM, IPOPT, Programme, checked_inputs
 from reluctance.machine.optimum.table import Table
@@ -45,7 +46,7 @@ def each_phase(point: OperatingPoint, table: Table) -> EachPhase:
 
     Raises
     ------
-    RuntimeError : IPOPT found no optimum.
+    Unsolved : IPOPT found no optimum.
     """
     assert point.coupling is not None
     point = replace(point, u_dc=table.u_dc, omega_m=table.omega_m)
@@ -100,5 +101,5 @@ class _Search:
             ubg=np.append(np.ones(size), np.zeros(n)),
         )
         if not self._solver.stats()["success"]:
-            raise RuntimeError(f"no currents of each phase found at {wanted.mean():.4g} N m")
+            raise Unsolved(f"no currents of each phase found at {wanted.mean():.4g} N m")
         return i_unit * np.asarray(found["x"].full())[:size].reshape(self.n_phases, -1)

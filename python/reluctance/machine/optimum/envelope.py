@@ -49,7 +49,7 @@ def torque_speed_envelope(
     Raises
     ------
     ParameterError : a parameter out of range.
-    RuntimeError : IPOPT found no optimum.
+    Unsolved : IPOPT found no optimum.
     """
     searched = checked_inputs(point, n_points, 0.0)
     speeds = np.atleast_1d(np.asarray(omega_m, dtype=np.float64))

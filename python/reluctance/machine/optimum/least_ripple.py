@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from reluctance import _core
 from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
+from reluctance.base.errors import Unsolved
 from reluctance.machine.operating_point import OperatingPoint
 from reluctance.machine.optimum.coupled import at_once, solved
 from reluctance.machine.optimum.magnetics import content
@@ -82,7 +83,7 @@ def _replanned(point: OperatingPoint, table: Table, level: int) -> tuple[FloatAr
     flows = i > AT_REST * i.max()
     try:
         d = _deviation(point, table, i, psi, flows, h)
-    except RuntimeError:
+    except Unsolved:
         return same
     start = np.where(flows, i, 0.0)
     for width in SMOOTH:

@@ -54,7 +54,7 @@ def best_profile(
     Raises
     ------
     ParameterError : a parameter out of range.
-    RuntimeError : IPOPT found no optimum.
+    Unsolved : IPOPT found no optimum.
     """
     searched = checked_inputs(point, n_points, smoothing)
     need(np.isfinite(tau_ref), "tau_ref", tau_ref, "a finite torque [N m]")

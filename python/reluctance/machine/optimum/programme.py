@@ -39,7 +39,8 @@ from typing import Any, Literal
 import numpy as np
 
 from reluctance.base.arrays import FloatArray
-from reluctance.base.errors import need
+from reluctance.base.errors import Unsolved, need
+from reluctance.base.units import from_si
 from reluctance.machine.operating_point import OperatingPoint
 from reluctance.machine.optimum.coupled import of_pairs
 from reluctance.machine.optimum.magnetics import content, phase_magnetics
@@ -182,7 +183,7 @@ class Programme:
 
         Raises
         ------
-        RuntimeError : IPOPT found no optimum.
+        Unsolved : IPOPT found no optimum.
         """
         if tau_ref == 0:
             return np.zeros(self._n)
@@ -210,7 +211,7 @@ class Programme:
             self._strength = strength
             try:
                 tried = [search(tried)]
-            except RuntimeError:  # perhaps stronger pairs have one
+            except Unsolved:  # perhaps stronger pairs have one
                 continue
         self._strength = STRENGTHS[-1]
         return search([*tried, *starts])
@@ -239,7 +240,7 @@ class Programme:
             if found:
                 self._ripples_from[self._strength] = tau_ref
                 return i
-        raise RuntimeError(f"no optimum found at tau_ref = {tau_ref} N m; change n_points")
+        raise Unsolved(f"no optimum found at tau_ref = {tau_ref} N m, {self._where()}")
 
     def _free_of_ripple(self, tau_ref: float, starts: list[FloatArray]) -> FloatArray | None:
         """The first optimum (n,) without ripple from these starts; of pairs the best one."""
@@ -273,12 +274,12 @@ class Programme:
                 if found:
                     tries.append((float(self._weighed(i / given[1], given)[1]), len(tries), i))
             if not tries:
-                raise RuntimeError(f"a mean of {tau_ref} N m is out of reach")
+                raise Unsolved(f"a mean of {tau_ref} N m is out of reach")
             return min(tries)[-1]
 
         try:
             return self._grown(search, starts, self.constant())
-        except RuntimeError:
+        except Unsolved:
             return None
 
     def greatest_mean(self, tau_ref: float, *starts: FloatArray) -> FloatArray:
@@ -286,11 +287,11 @@ class Programme:
 
         Raises
         ------
-        RuntimeError : none was found.
+        Unsolved : none was found.
         """
         i = self._greatest("held", tau_ref, starts, self.starts(tau_ref))
         if i is None:
-            raise RuntimeError(f"no greatest mean found below {tau_ref} N m; change n_points")
+            raise Unsolved(f"no greatest mean found below {tau_ref} N m, {self._where()}")
         return i
 
     def greatest_torque(self, *starts: FloatArray) -> tuple[float, FloatArray]:
@@ -299,9 +300,7 @@ class Programme:
         own = [self.start(full / 2), self.start(full / 100), np.full(self._n, self.point.i_max / 8)]
         i = self._greatest("constant", full / 2, starts, own)
         if i is None:
-            raise RuntimeError(
-                f"no greatest torque found at {self.point.omega_m} rad/s; change n_points"
-            )
+            raise Unsolved(f"no greatest torque found {self._where()}")
         return float(self.waveforms(i)[2].mean()), i
 
     def _greatest(
@@ -319,13 +318,20 @@ class Programme:
             )
             tries = [(tau, n, i) for n, (i, tau, found) in enumerate(solved) if found]
             if not tries:
-                raise RuntimeError
+                raise Unsolved
             return max(tries)[-1]
 
         try:
             return self._grown(search, starts, own)
-        except RuntimeError:
+        except Unsolved:
             return None
+
+    def _where(self) -> str:
+        """Where a search found nothing, and what may help."""
+        return (
+            f"at {from_si(self.point.omega_m, 'rpm'):.5g} rpm and {self.point.u_dc:g} V; take a "
+            "little less torque or speed or more voltage (in Python: or another n_points)"
+        )
 
     def start(self, tau_ref: float) -> FloatArray:
         """Each phase takes a share ~ max(sin theta_e, 0) of the torque; no voltage limit; (n,)."""

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.base.arrays import FloatArray
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import ParameterError, Unsolved
 from reluctance.machine.operating_point import OperatingPoint
 from reluctance.machine.optimum.coupled import at_once, solved
 from reluctance.machine.optimum.profile import Profile
@@ -160,5 +160,5 @@ def _minimum(cost: FloatArray, **constraints: Any) -> float:
 
     solution = linprog(cost, **constraints)
     if not solution.success:
-        raise RuntimeError(f"no least ripple found: {solution.message}")
+        raise Unsolved(f"no least ripple found: {solution.message}")
     return float(solution.fun)

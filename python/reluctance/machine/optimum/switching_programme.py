@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reluctance.base.arrays import FloatArray
+from reluctance.base.errors import Unsolved
 
 FULL = 0.98  # of the dc link: a phase with more is driven as the profile drives it [1]
 ROUNDING = 1e-6  # of the dc link: what the profile's solver leaves of it is no voltage of a leg [1]
@@ -101,7 +102,7 @@ class SwitchingProgramme:
 
         Raises
         ------
-        RuntimeError
+        Unsolved
             If there is none.
         """
         from scipy.optimize import linprog  # here, because it is slow to import
@@ -116,7 +117,7 @@ class SwitchingProgramme:
             bounds=[(least, None) for least in self._least],
         )
         if not solution.success:
-            raise RuntimeError(f"no least ripple found: {solution.message}")
+            raise Unsolved(f"no least ripple found: {solution.message}")
         return np.asarray(solution.x)
 
 

@@ -59,7 +59,7 @@ def profile_table(
     Raises
     ------
     ParameterError : a parameter out of range.
-    RuntimeError : IPOPT found no optimum.
+    Unsolved : IPOPT found no optimum.
     """
     searched = checked_inputs(point, n_points, smoothing)
     need(tau_max > 0, "tau_max", tau_max, "a torque > 0 N m")
