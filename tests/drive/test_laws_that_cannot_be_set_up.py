@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command import command, refused
@@ -9,6 +10,7 @@ from command import command, refused
 import reluctance as rl
 from reluctance.base.errors import Unsolved
 from reluctance.machine import optimum
+from reluctance.machine.optimum.programme import Programme
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DEADBEAT = EXAMPLES / "deadbeat.toml"  # 0.72 ohm, 240 V
@@ -59,3 +61,22 @@ def test_a_search_that_finds_nothing_ends_a_command_on_one_line(
 
     monkeypatch.setattr(limits, "limit", unsolved)
     assert "no optimum found at 7 N m" in refused("limit", DEADBEAT)
+
+
+def test_levels_whose_least_error_is_not_found_are_weighed(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A drive follows a profile with ripple then; the limit has none that it could show."""
+    point = rl.load(DEADBEAT).at(157.0)
+    best = Programme.best
+
+    def unless_zero(self: Programme, tau_ref: float, *more: Any, **named: Any) -> Any:
+        return unsolved() if tau_ref else best(self, tau_ref, *more, **named)
+
+    monkeypatch.setattr(Programme, "best", unless_zero)
+    monkeypatch.setenv("RELUCTANCE_CACHE", str(tmp_path))
+    table = optimum.profile_table(point, 20.0, n_points=36, n_levels=3, ripple_weight=100.0)
+    assert [0 if i.max() == 0 else 1 for i in table.i] == [0, 1, 1]
+    assert (table.tau_error_rms[1:] < 0.05 * table.tau_ref[1:]).all()
+    with pytest.raises(Unsolved):
+        optimum.profile_table(point, 20.0, n_points=36, n_levels=3)

@@ -6,7 +6,7 @@ import numpy as np
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.cache import cached
-from reluctance.base.errors import ParameterError, need
+from reluctance.base.errors import ParameterError, Unsolved, need
 from reluctance.machine.operating_point import OperatingPoint
 from reluctance.machine.optimum.profile import Profile, profile_of
 from reluctance.machine.optimum.programme import (
@@ -85,7 +85,13 @@ def profile_table(
             if len(profiles) > 1:
                 near = profiles[-1].i * (tau / profiles[-1].tau_ref) ** 0.5
             if ends:
-                starts = [programme.best(tau, norm, near=near)]
+                try:
+                    starts = [programme.best(tau, norm, near=near)]
+                except Unsolved:
+                    if ripple_weight is None:
+                        raise
+                    ends = False  # there is ripple then, and the search below weighs it
+            if ends:
                 profile = profile_of(programme, tau, starts[0])
                 if ripple_weight is not None and tau > 0:
                     free = profile.tau_error_max <= FEASIBLE * tau
