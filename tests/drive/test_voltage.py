@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command import command
 
 import reluctance as rl
 from reluctance.base.errors import ParameterError
 from reluctance.drive.laws import hand_over
 from reluctance.drive.laws.shared_torque import ANGLES, feasible_shares
+from reluctance.explore.comparison import contest
+from reluctance.explore.comparison.conditions import operating_point
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "studies"))
@@ -173,3 +176,56 @@ def test_the_table_is_current(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         assert run.mean_error == pytest.approx(float(row["mean_error"]), abs=2e-3)
         assert run.ripple_rms == pytest.approx(float(row["ripple_rms"]), rel=0.05, abs=2e-3)
     assert len(found) == 2 * 2 * 2 * 2 * 3
+
+
+CUBIC = ROOT / "examples" / "sharing_cubic.toml"  # the boundary at 20 N m is above 2500 rpm
+PAPER = f"machine={ROOT / 'machines' / 'paper_6_4.toml'}"
+SHORT = ("--until", "0.03", "--set", "reference.tau_Nm=20")
+
+
+@pytest.mark.parametrize(("rpm", "used"), [(2000, True), (3500, False)])
+def test_a_run_tells_of_a_sharing_function_that_is_not_used(rpm: float, used: bool) -> None:
+    """Where the note is there two functions give the same run, and else they do not."""
+    runs = [
+        command("run", CUBIC, *SHORT, "--set", f"load.speed_rpm={rpm}", "--set", f"control.{key}")
+        for key in ("sharing='cubic'", "sharing='linear'")
+    ]
+    figures = [[line for line in done.out.splitlines() if "wall" not in line] for done in runs]
+    notes = [[line for line in lines if "does not use" in line] for lines in figures]
+    assert (figures[0][1:-1] == figures[1][1:-1]) != used
+    if used:
+        assert notes == [[], []]
+    else:
+        assert "3500 rpm the law does not use [control] sharing = 'linear': 240 V do" in notes[1][0]
+
+
+def test_a_sharing_function_that_the_current_limit_forbids_is_told_with_it() -> None:
+    more = ("--set", PAPER, "--set", "machine.i_max_A=58", "--set", "load.speed_rpm=300")
+    told = command("run", CUBIC, "--until", "0.1", "--set", "reference.tau_Nm=28", *more).out
+    assert "sharing = 'cubic': i_max_A = 58 does not suffice for it" in told
+
+
+def test_a_law_whose_angles_by_rule_are_not_used_tells_so() -> None:
+    fast = ("--set", "load.speed_rpm=4000", "--set", "control.law=ditc")
+    assert "its angles by rule: 240 V do not suffice" in command("run", CUBIC, *SHORT, *fast).out
+    own = ("--set", "control.theta_on_deg=20", "--set", "control.theta_off_deg=160")
+    assert "does not use" not in command("run", CUBIC, *SHORT, *fast, *own).out
+
+
+def test_a_sweep_over_sharing_functions_tells_where_none_is_used() -> None:
+    vary = ("--vary", "load.speed_rpm=2000,3500", "--vary", "control.sharing=cubic,linear")
+    told = command("sweep", CUBIC, *SHORT, *vary).out
+    assert "2 of 4 points do not use their control.sharing" in told
+    assert "the first: load.speed_rpm = 3500, control.sharing = cubic" in told
+    alone = command("sweep", CUBIC, *SHORT, "--vary", "load.speed_rpm=2000,3500").out
+    assert "do not use" not in alone
+
+
+@pytest.mark.parametrize(("rpm", "noted"), [(1500, False), (3500, True)])
+def test_a_comparison_notes_a_law_that_follows_the_profile_of_the_limit(
+    rpm: int, noted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(contest, "BUDGET", 12)
+    point = operating_point(rl.load(CUBIC, [f"load.speed_rpm={rpm}", "reference.tau_Nm=20"]))
+    found = contest.contest(point, "sharing_linear", 8e3, ())
+    assert (contest.FOLLOWS in found.note) == noted

@@ -31,6 +31,7 @@ from reluctance.drive.run.safety import (
     coarse_current,
     drained,
     exceeded,
+    handed_over,
     never_planted,
 )
 
@@ -117,6 +118,7 @@ def run(
         *unready(result.events),
         *(tripped(result.kpis.t_trip) or unmet(drive, result.kpis)),
         *exceeded(drive, result.kpis),
+        *(handed_over(drive, result.kpis) if is_steady(drive) else ()),
         *(drained(drive, result.kpis, result.periods) if is_steady(drive) else ()),
         *left(result),
         *crowded(result.periods),

@@ -7,8 +7,10 @@ from typing import Annotated
 import typer
 
 from reluctance.base.errors import ParameterError
+from reluctance.base.units import to_si
 from reluctance.cli.lines import tell_notes
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
+from reluctance.drive.drive import Drive
 from reluctance.explore.sweeps import Sweep
 
 Vary = Annotated[
@@ -30,6 +32,8 @@ Store = Annotated[
 ]
 Jobs = Annotated[int | None, typer.Option(metavar="N", help="Threads; by default all cores.")]
 TRIP = "t_trip_s"
+SHARING = "control.sharing"
+MOST_LOOKED_AT = 100  # points whose sharing function is held against their voltage
 SHOWN = (
     *("tau_mean_Nm", "torque_ripple_pp", "torque_error_rms"),
     *("efficiency", "i_rms_A", "f_switch_Hz"),
@@ -115,7 +119,7 @@ def sweep(
 
         with look(style, width):
             save_plot(found, plot, names, kind)
-    notes = tripped(found)
+    notes = tripped(found) + without_effect(drive, found)
     if found.failed:
         notes.insert(0, f"{found.failed} of them failed; the first: {found.reason()}")
     if as_json:
@@ -142,6 +146,30 @@ def tripped(found: Sweep) -> list[str]:
     return [
         f"{len(trips)} of them trip, marked `!`: their figures are of drives that do not "
         f"work throughout; the first: {values}, at {point[TRIP]:.4g} s"
+    ]
+
+
+def without_effect(drive: Drive, found: Sweep) -> list[str]:
+    """A note where sharing functions are varied and points do not use them."""
+    if SHARING not in found.values:
+        return []
+    points = [found.point(n) for n in range(min(len(found), MOST_LOOKED_AT)) if not found.why[n]]
+    unused = [
+        point
+        for point in points
+        if drive.with_values({name: point[name] for name in found.values}).unused(
+            tau=point["tau_ref_mean_Nm"],
+            omega_m=to_si(point["speed_mean_rpm"], "rpm"),
+            u_dc=(point["u_dc_min_V"] + point["u_dc_max_V"]) / 2,
+        )
+    ]
+    if not unused:
+        return []
+    values = ", ".join(f"{name} = {unused[0][name]}" for name in found.values)
+    return [
+        f"{len(unused)} of {len(points)} points do not use their {SHARING}, since voltage or "
+        "current do not suffice for it: the law follows the profile of the limit there "
+        f"(docs/control/voltage.md); the first: {values}"
     ]
 
 

@@ -199,6 +199,14 @@ class Tables:
                 f"at {from_si(known.omega_m, 'rpm'):.5g} rpm and {known.u_dc:g} V: {fault}"
             ) from fault
 
+    def unused(self, *, tau: float, omega_m: float, u_dc: float) -> str:
+        """What of [control] does not act at an operating point [N m, rad/s, V], since the law
+        follows the profile of the limit there, and why; empty where all does."""
+        known = self.known()
+        pairs = self._believed_pairs(known) if self.control.knows_pairs else None
+        known = replace(known, pairs=pairs)
+        return self.control.unused(known, tau=tau, omega_m=omega_m, u_dc=u_dc)
+
     def pairs(self, known: Known) -> _core.Coupling | None:
         """The pairs of phases whose torque the frame takes off what it asks of the law; None where
         it does not."""

@@ -30,6 +30,9 @@ class Deadbeat(SharedTorque, Learns):
     law: Literal["deadbeat"] = "deadbeat"
     carriers: Literal["in_phase", "interleaved"] = "in_phase"
 
+    def unused(self, known: Known, *, tau: float, omega_m: float, u_dc: float) -> str:
+        return super().unused(self.alone(known), tau=tau, omega_m=omega_m, u_dc=u_dc)
+
     def core(self, known: Known) -> _core.Law:
         alone = self.alone(known)
         law: dict[str, Any] = {

@@ -100,6 +100,10 @@ class Ditc(HandsOver, ConductionAngles):
         """Whether no angle is the user's."""
         return self.theta_on_deg is None and self.brake_on_deg is None
 
+    def own(self, known: Known) -> tuple[str, str]:
+        never = f"more than {INNER_PART:.0%} of the torque is missing at some angle"
+        return "its angles by rule", never
+
     def boundary(self, known: Known) -> tuple[FloatArray, FloatArray]:
         """That of windows by rule. Angles of the user are kept."""
         if not self.by_rule:

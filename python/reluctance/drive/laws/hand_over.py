@@ -37,6 +37,22 @@ class HandsOver(Guided):
         (TORQUES,) [rad/Wb]."""
         raise NotImplementedError
 
+    def own(self, known: Known) -> tuple[str, str]:
+        """What of the table acts only where the law is its textbook self, and why it acts at no
+        speed where the boundary is zero."""
+        raise NotImplementedError
+
+    def unused(self, known: Known, *, tau: float, omega_m: float, u_dc: float) -> str:
+        """As Feasible of the core decides it in every sample (control/part/feasible.hpp)."""
+        motoring, braking = self.boundary(known)
+        table = braking if tau * omega_m < 0 else motoring
+        torques = known.tau_max * np.linspace(0, 1, TORQUES)
+        if known.N_r * abs(omega_m) <= u_dc * np.interp(abs(tau), torques, table):
+            return ""
+        own, never = self.own(known)
+        at_no_speed = np.interp(abs(tau), torques, table == 0) > 0
+        return f"{own}: {never if at_no_speed else f'{u_dc:.4g} V do not suffice for it'}"
+
     def hand_over(self, known: Known, quantity: Literal["i", "psi"]) -> dict[str, Any]:
         """The boundary and the profiles beyond it, as arguments of the law. Profiles are made for a
         drive that works there at as little as SAG of its voltage, and where their speeds are given.

@@ -97,6 +97,9 @@ class SharedTorque(HandsOver):
         on, ov = min(ends, key=lambda angles: max(_load(known, self._sharing(*angles)), 1.0))
         return self._sharing(on, ov)
 
+    def own(self, known: Known) -> tuple[str, str]:
+        return f"sharing = {self.sharing!r}", f"i_max_A = {known.i_max:g} does not suffice for it"
+
     def boundary(self, known: Known) -> tuple[FloatArray, FloatArray]:
         """That of the shares. Angles that are not by rule are kept when motoring."""
         sharing = self.shares(known)

@@ -79,6 +79,20 @@ def drained(drive: Drive, kpis: Kpis, periods: Rows) -> list[str]:
     ]
 
 
+def handed_over(drive: Drive, kpis: Kpis) -> list[str]:
+    """On one line, what of the control law does not act at the mean of the figures."""
+    tau, omega_m = kpis.tau_ref_mean, kpis.speed_mean
+    if tau is None:
+        return []
+    unused = drive.unused(tau=tau, omega_m=omega_m, u_dc=(kpis.u_dc_min + kpis.u_dc_max) / 2)
+    if not unused:
+        return []
+    return [
+        f"at {tau:.4g} N m and {from_si(omega_m, 'rpm'):.5g} rpm the law does not use [control] "
+        f"{unused}. It follows the profile of the limit there (docs/control/voltage.md)"
+    ]
+
+
 def coarse_angle(drive: Drive) -> list[str]:
     """On one line, where a step of the encoder is wider than a stroke."""
     counts, strokes = drive.sensing.encoder_counts, drive.machine.n_phases * drive.machine.N_r

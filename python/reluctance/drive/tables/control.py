@@ -99,6 +99,11 @@ class Control(Section):
         """The law itself."""
         raise NotImplementedError
 
+    def unused(self, known: Known, *, tau: float, omega_m: float, u_dc: float) -> str:
+        """What of the table does not act at an operating point [N m, rad/s, V], since the law
+        follows the profile of the limit there, and why; empty where all does."""
+        return ""
+
     def built_for(self, known: Known) -> tuple[Magnetics, int, bool]:
         """What the core needs of every law: machine as believed, phases, single precision."""
         return known.magnetics, known.n_phases, self.precision == "float"

@@ -11,6 +11,7 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.key_figures import Kpis, shown
 from reluctance.drive.drive import Drive
 from reluctance.drive.run.result import Result
+from reluctance.drive.run.safety import handed_over
 from reluctance.drive.run.simulate import simulate
 from reluctance.explore.comparison.conditions import period
 from reluctance.explore.comparison.contenders import Contender
@@ -21,6 +22,7 @@ from reluctance.machine.mismatch import Mismatch
 
 BUDGET = 150  # runs of a search; none has needed more than 80
 RECORD_PERIODS = 12  # electrical periods of the run whose figures are printed
+FOLLOWS = "its own form cannot give this torque here, so it follows the profile of the limit"
 OCTAVES = (-2.0, -1.0, 1.0)  # further frequencies of the Pareto front, over the target
 
 
@@ -80,13 +82,15 @@ def contest(point: Drive, name: str, f_target: float, octaves: tuple[float, ...]
         return Entry(name, {}, met=False, note=f"not possible here: {fault}", runs=tuner.runs)
     drive = contender.drive(point, final.values)
     result = simulate(drive, until=RECORD_PERIODS * period(point))
+    unused = handed_over(drive, result.kpis)
     met = longer.target.met(final.figures)
     front = _front(longer, final, octaves)
+    about = _with_less(front, final) if met else _miss(longer, final)
     return Entry(
         name,
         final.values,
         met=met,
-        note=_with_less(front, final) if met else _miss(longer, final),
+        note="; ".join(filter(None, [about, *(FOLLOWS for _ in unused)])),
         runs=tuner.runs + longer.runs,
         T_s=drive.control.T_s,
         kpis=result.kpis,
