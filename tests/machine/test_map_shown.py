@@ -20,6 +20,7 @@ from reluctance.machine.maps import (
 )
 from reluctance.machine.maps.check import _reasons, implausible
 from reluctance.machine.maps.report import check_table, fit_table
+from reluctance.machine.maps.single_sample import WrongSample
 from reluctance.machine.maps.surface import fit_surface
 
 SOUND = {
@@ -30,7 +31,9 @@ SOUND = {
     "area_error": 0.0,
     "noise": 0.0,
     "row_error": 0.0,
+    "sample_error": 0.0,
 }
+WRONG = WrongSample(i=9.0, theta_e=np.pi / 2, psi=0.2, expected=0.19, error=0.05, more=2)
 
 
 @pytest.mark.parametrize(
@@ -42,18 +45,19 @@ SOUND = {
         ("area_error", 0.02, "torque area differs from the co-energy difference by"),
         ("noise", 0.003, "noise of flux"),
         ("row_error", 0.01, "row at 9 A is off by"),
+        ("sample_error", 0.005, "the sample at 9 A, 90 deg el. (and 2 more) is off by"),
     ],
 )
 def test_a_figure_passes_at_its_gate_and_not_beyond(figure, gate, told):
-    assert _reasons(SOUND, "row at 9 A") == []
-    assert _reasons(SOUND | {figure: gate}, "row at 9 A") == []
-    assert _reasons(SOUND | {figure: None}, "row at 9 A") == []
-    (reason,) = _reasons(SOUND | {figure: 2 * gate}, "row at 9 A")
+    assert _reasons(SOUND, "row at 9 A", WRONG) == []
+    assert _reasons(SOUND | {figure: gate}, "row at 9 A", WRONG) == []
+    assert _reasons(SOUND | {figure: None}, "row at 9 A", WRONG) == []
+    (reason,) = _reasons(SOUND | {figure: 2 * gate}, "row at 9 A", WRONG)
     assert reason.startswith(f"{told} {200 * gate:.2g} %, need at most {100 * gate:g} %; ")
 
 
 def test_flux_that_falls_is_told_with_its_share():
-    (reason,) = _reasons(SOUND | {"monotone_share": 0.975}, "")
+    (reason,) = _reasons(SOUND | {"monotone_share": 0.975}, "", None)
     assert reason.startswith("flux falls with current on 2.5 % of the steps, need none")
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from rich.table import Table
 from rich.text import Text
 
-from reluctance.machine.maps.check import AREA, NOISE, ROW, SYMMETRY, TORQUE_RMS, MapReport
+from reluctance.machine.maps.check import AREA, NOISE, ROW, SAMPLE, SYMMETRY, TORQUE_RMS, MapReport
 from reluctance.machine.maps.fit import LeHuyFit, TwoTermFit
 
 Row = tuple[str, str, str]
@@ -28,6 +28,7 @@ def check_table(name: str, report: MapReport) -> Table:
         ("torque area against co-energy", _percent(report.area_error), _limit(AREA)),
         ("noise of flux, estimate", _percent(report.noise), _limit(NOISE)),
         ("row off its neighbours", _percent(report.row_error), _limit(ROW)),
+        ("sample off its neighbours", _percent(report.sample_error), _limit(SAMPLE)),
         ("current limit past the table", _percent(report.extrapolation_share), ""),
         ("verdict", report.verdict, ""),
     ]

@@ -1,0 +1,135 @@
+"""One mistyped sample of a flux table is found and named; what machines have is not."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import command
+from test_flux_map import sampled
+
+import reluctance as rl
+from reluctance.machine.maps import FluxTable, check_map, read_map
+from reluctance.machine.maps.single_sample import wrong_sample
+
+MACHINES = Path(__file__).parents[2] / "machines"
+MAPS = sorted(
+    p.stem
+    for p in MACHINES.glob("*.toml")
+    if p.with_suffix(".csv").exists() and "pairs" not in p.stem
+)
+GOOD = sampled(np.linspace(0, 450, 46), np.linspace(0, np.pi, 31))
+
+
+def of_library(name: str) -> FluxTable:
+    machine = rl.load(
+        MACHINES.parent / "examples" / "sharing_cubic.toml",
+        [f"machine={MACHINES / name}.toml"],
+        check_torque=False,
+    ).machine
+    return read_map(MACHINES / f"{name}.csv", N_r=machine.N_r)
+
+
+def mistyped(table: FluxTable, k: int, n: int, factor: float) -> FluxTable:
+    psi = table.psi.copy()
+    psi[k, n] *= factor
+    return replace(table, psi=psi)
+
+
+def every(table: FluxTable, currents: int, angles: int) -> FluxTable:
+    """A coarse part of a table, with both ends of its half period."""
+    rows = np.arange(0, len(table.i), currents)
+    columns = np.unique(np.append(np.arange(0, len(table.theta_e), angles), len(table.theta_e) - 1))
+    part = table.psi[np.ix_(rows, columns)]
+    return FluxTable(table.N_r, table.i[rows], table.theta_e[columns], part)
+
+
+@pytest.mark.parametrize("torque", ["given", "absent"])
+@pytest.mark.parametrize(
+    ("k", "n", "factor"),
+    [(20, 15, 1.08), (20, 15, 0.98), (3, 28, 1.05), (1, 25, 1.1), (30, 0, 1.03), (44, 30, 0.97)],
+)
+def test_one_mistyped_sample_is_refused_and_named_with_what_it_should_be(
+    k: int, n: int, factor: float, torque: str
+) -> None:
+    table = GOOD if torque == "given" else replace(GOOD, tau=None)
+    report = check_map(mistyped(table, k, n, factor))
+    assert report.verdict == "refused"
+    angle = f"{np.degrees(GOOD.theta_e[n]):.5g}"
+    assert f"the sample at {GOOD.i[k]:.5g} A, {angle} deg el. is off by" in report.reasons[0]
+    assert report.sample_error == pytest.approx(abs(factor - 1), rel=0.05)
+    found = wrong_sample(mistyped(table, k, n, factor))
+    assert found is not None and found.more == 0
+    assert found.expected == pytest.approx(GOOD.psi[k, n], rel=2e-3)
+    assert check_map(table).sample_error == 0
+
+
+def test_two_mistyped_samples_are_both_counted() -> None:
+    found = wrong_sample(mistyped(mistyped(GOOD, 20, 15, 1.08), 30, 5, 0.95))
+    assert found is not None and (found.i, found.more) == (200.0, 1)
+
+
+def test_a_sample_of_a_whole_period_is_found() -> None:
+    whole = sampled(np.linspace(0, 450, 46), np.linspace(0, 2 * np.pi, 61)[:-1])
+    assert wrong_sample(whole) is None
+    found = wrong_sample(mistyped(whole, 20, 59, 1.04))
+    assert found is not None and found.theta_e == pytest.approx(whole.theta_e[59])
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_a_map_of_the_library_has_none_but_where_one_is_put_in(name: str) -> None:
+    table = of_library(name)
+    assert wrong_sample(table) is None
+    if len(table.i) < 6:
+        return
+    k, n = len(table.i) // 2, 2 * len(table.theta_e) // 3
+    found = wrong_sample(mistyped(table, k, n, 1.05))
+    assert found is not None and found.i == table.i[k]
+    assert found.error == pytest.approx(0.05, rel=0.2)
+    for currents in (1, 2, 3):
+        for angles in (2, 3, 4, 5):
+            assert wrong_sample(every(table, currents, angles)) is None, (currents, angles)
+
+
+@pytest.mark.parametrize("share", [1e-4, 1e-3, 1e-2])
+def test_noise_is_no_wrong_sample(share: float) -> None:
+    random = np.random.default_rng(1)
+    for _ in range(40):
+        noise = share * random.normal(size=GOOD.psi.shape)
+        assert wrong_sample(replace(GOOD, psi=GOOD.psi * (1 + noise))) is None
+
+
+@pytest.mark.parametrize("step", [3.0, 6.0, 12.0, 20.0])
+@pytest.mark.parametrize("knee", [2, 8, 40])
+def test_corners_over_angle_and_current_are_no_wrong_sample(step: float, knee: int) -> None:
+    """Poles that begin to overlap at 45 to 62.5 degrees, and iron that saturates within a step."""
+    theta = np.radians(np.arange(0.0, 180.1, step))
+    for at in (45.0, 57.0, 60.0, 62.5):
+        for n_i in (6, 8, 11, 21):
+            i = np.linspace(0, 10, n_i)
+            past = np.degrees(theta) - at
+            L = 0.002 + 7e-4 * (past + np.hypot(past, 0.1)) / 2 - 0.0002 * np.cos(theta)
+            linked = i[:, None] * L
+            psi = linked / (1 + (linked / 0.12) ** knee) ** (1 / knee) + 1e-3 * i[:, None]
+            assert wrong_sample(FluxTable(4, i, theta, psi)) is None, (at, n_i)
+
+
+def test_the_command_names_the_sample_and_its_remedy_works(tmp_path: Path) -> None:
+    path = tmp_path / "map.csv"
+    rows = [
+        [f"{i:g}", f"{np.degrees(angle):g}", f"{psi:.6f}"]
+        for i, line in zip(GOOD.i, GOOD.psi, strict=True)
+        for angle, psi in zip(GOOD.theta_e, line, strict=True)
+    ]
+    wrong = next(row for row in rows if row[:2] == ["200", "120"])
+    wrong[2] = f"{1.06 * float(wrong[2]):.6f}"
+
+    def check() -> str:
+        head = "i_A,theta_e_deg,psi_Wb\n"
+        path.write_text(head + "".join(",".join(row) + "\n" for row in rows))
+        return command("map", "check", path, "--N_r", "4").out
+
+    told = check()
+    assert "the sample at 200 A, 120 deg el. is off by 6 %, need at most 0.5 %" in told
+    wrong[2] = told.partition("its neighbours give ")[2].split()[0]
+    assert "off by" not in check() and "good" in check()
