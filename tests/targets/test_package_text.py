@@ -122,6 +122,38 @@ def test_parameters_move_from_none_to_what_was_built_and_gains_to_ten_times_that
     assert "speed_gain" not in ranges(TORQUE) and "torque_limit" in ranges(TORQUE)
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("command_timeout_ms", 0.01, "command_timeout_ms = 0.01, need at least 0.04 ms"),
+        ("precharge_max_s", 1e-5, "precharge_max_s = 1e-05, need at least 4e-05 s"),
+    ],
+)
+def test_a_time_out_below_its_own_range_is_refused(
+    key: str, value: float, told: str, tmp_path: Path
+) -> None:
+    given = drive(SPEED, "control.T_s_us=20", f"protection.{key}={value}")
+    with pytest.raises(rl.ParameterError, match=re.escape(told)):
+        firmware(given, tmp_path / "package")
+    assert not (tmp_path / "package").exists()
+    least = 4 * value  # as the message says
+    assert described(drive(SPEED, "control.T_s_us=20", f"protection.{key}={least}"))
+
+
+@pytest.mark.parametrize("value", [1e-6, 1e-3, 0.05, 0.5, 7.0, 90.0, 300.0, 2000.0, 1e5])
+def test_every_parameter_is_built_within_its_range_or_refused(value: float) -> None:
+    for key in rl.Protection.model_fields:
+        if rl.Protection.model_fields[key].annotation is bool:
+            continue
+        try:
+            given = drive(SPEED, f"protection.{key}={value}")
+            entries = run_time_parameters(given, described(given))
+        except rl.ParameterError:
+            continue
+        for entry in entries:
+            assert entry.least <= entry.built <= entry.most, (key, entry)
+
+
 def test_the_readme_has_a_row_for_each_parameter_and_none_for_no_limit() -> None:
     given = drive(TORQUE)
     entries = run_time_parameters(given, described(given))

@@ -15,6 +15,7 @@ SETTLE_TIME = 0.02  # with the dc link charged, before it counts [s]
 CALIBRATE_TIME = 0.05  # mean of the current readings with all legs off [s]
 CHOP_ON, CHOP_OFF = 0.6, 0.3  # of the way from u_dc to the over-voltage level
 SPEED_LIMIT = 0.95  # of the over-speed level
+LEAST_SAMPLES = 2  # of a time-out: the drive would trip with the first sample
 
 
 def sequence(drive: Drive, guard: _core.Protection) -> _core.Sequence:
@@ -23,7 +24,7 @@ def sequence(drive: Drive, guard: _core.Protection) -> _core.Sequence:
     Raises
     ------
     ParameterError
-        If the drive would wait for a voltage that it cannot have.
+        If the drive would wait for a voltage that it cannot have, or trip at once.
     """
     u_dc, table, levels = drive.converter.u_dc_V, drive.protection, guard.levels
     u_ready = table.u_ready_V
@@ -34,6 +35,14 @@ def sequence(drive: Drive, guard: _core.Protection) -> _core.Sequence:
             f"[protection] u_ready_V = {u_ready:g}, need between u_dc_min_V = {levels.u_dc_min:g} "
             f"and u_dc_max_V = {levels.u_dc_max:g}"
         )
+    for key, unit, scale in (("command_timeout_ms", "ms", 1e3), ("precharge_max_s", "s", 1.0)):
+        given, least = getattr(table, key), LEAST_SAMPLES * drive.control.T_s * scale
+        if given < least * (1 - 1e-9):
+            raise ParameterError(
+                f"[protection] {key} = {given:g}, need at least {least:g} {unit}, "
+                f"{LEAST_SAMPLES} times [control] T_s_us = {drive.control.T_s_us:g}, or the drive "
+                f"trips at once; check its unit: it is in {unit}"
+            )
     T_s, room = drive.control.T_s, levels.u_dc_max - u_dc
     omega_none = speed_limit(drive, guard)
     speeds = drive.reference.kind in ("speed", "pv")

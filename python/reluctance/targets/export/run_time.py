@@ -12,6 +12,7 @@ from functools import reduce
 
 from reluctance.base.units import to_si
 from reluctance.drive.drive import Drive
+from reluctance.drive.guard.sequence_levels import LEAST_SAMPLES
 from reluctance.drive.guard.trip_levels import MOST_SLACK_DEG, angle_step
 from reluctance.targets.export.constants import Node, literal
 
@@ -56,7 +57,7 @@ def _gain(drive: Drive, built: float) -> tuple[float, float]:
 
 
 def _time(drive: Drive, built: float) -> tuple[float, float]:
-    return 2 * drive.control.T_s, max(LONGEST, built)
+    return LEAST_SAMPLES * drive.control.T_s, max(LONGEST, built)
 
 
 def _nominal(drive: Drive) -> float:
