@@ -26,6 +26,7 @@ from on_the_bench import bench_drive
 
 import reluctance as rl
 from reluctance.base.toolchain import build
+from reluctance.cli.emulate import _hint
 from reluctance.machine.held_pulses import read_held_pulses
 from reluctance.machine.maps import write_map
 from reluctance.targets.commission import Held, Wires, commission, emulated, read_wires, steps
@@ -223,6 +224,37 @@ def test_pulses_beside_a_held_phase_are_recorded_over_a_period(uncorrected, tmp_
 
 
 @needs_target
+def test_pulses_over_a_period_find_the_zero_without_a_turning_rotor(uncorrected, tmp_path):
+    """As of a machine whose inductance is flat around alignment. The message leads to a map of the
+    same recording, and to the zero of the wires."""
+    path = drive_file("paper_6_4", tmp_path)
+    (tmp_path / "wires.toml").write_text("zero_deg = 70.0")
+    out = tmp_path / "p.csv"
+    asked = ["pulses", "--whole-period", "--angles", "12", "--pulses", "2", "--out", out]
+    said = command(
+        "emulate", uncorrected, *asked, "--drive", path, "--wires", tmp_path / "wires.toml"
+    ).out
+    assert "add N_r A - 180 degrees to WIRING_ZERO_RAD" in said
+    identify = ["map", "identify", out, "--R_ohm", "0.72", "--N_r", "4"]
+    told = refused(*identify, "--out", tmp_path / "map.csv")
+    aligned = told.partition("(--aligned_at ")[2].partition(")")[0]
+    assert (4 * float(aligned) - 180) % 360 == pytest.approx(70, abs=1)
+    done = command(*identify, "--aligned_at", aligned, "--out", tmp_path / "map.csv")
+    assert done.code == 0 and (tmp_path / "map.csv").exists()
+
+
+def test_an_alignment_that_fails_does_not_ask_for_itself(uncorrected):
+    """It leads to the pulses that find the zero of a machine that is flat there."""
+    told = _hint(uncorrected, "alignment")
+    assert "was `wiring` done?" in told and "--whole-period" in told
+    assert "were `wiring` and `alignment` done?" in _hint(uncorrected, "pulses")
+    write_wiring(uncorrected, Wiring((0, 1, 2), (0, 1, 2), (1, 1, -1), 1, 0.3))
+    assert "done?" not in _hint(uncorrected, "alignment")
+    assert "--whole-period" in _hint(uncorrected, "alignment")
+    assert _hint(uncorrected, "pulses") == _hint(uncorrected, "wiring") == ""
+
+
+@needs_target
 def test_what_is_wired_wrongly_is_found_and_corrected(drive, uncorrected):
     on = emulated(uncorrected, drive, CROSSED)
     found = steps.routine(on, "wiring")
@@ -322,6 +354,7 @@ WRONG = {
     "needs --out": ["pulses"],
     "need less than 3": ["spin", "--phase", "3"],
     "--out goes with pulses": ["spin", "--out", "x.csv"],
+    "--whole-period goes with pulses": ["spin", "--whole-period"],
     "--until goes with spin": ["wiring", "--until", "1"],
     "--reference goes with spin or trip": ["pulses", "--reference", "1"],
     "need a finite number": ["spin", "--reference", "nan"],

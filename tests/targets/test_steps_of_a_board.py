@@ -109,16 +109,17 @@ def test_a_routine_tells_what_the_board_has_found_and_after_how_long(board):
 
 
 @pytest.mark.parametrize(
-    ("phase", "held", "shown"),
+    ("phase", "held", "whole", "shown"),
     [
-        (0, None, [0, 45, 90, 135, 180]),  # of a reluctance: the other half mirrors it
-        (1, None, [120, 165, 210, 255, 300]),
-        (0, Held(1, 2.0), [0, 72, 144, 216, 288]),  # a period, its end left out
+        (0, None, False, [0, 45, 90, 135, 180]),  # of a reluctance: the other half mirrors it
+        (1, None, False, [120, 165, 210, 255, 300]),
+        (0, Held(1, 2.0), False, [0, 72, 144, 216, 288]),  # a period, its end left out
+        (1, None, True, [120, 192, 264, 336, 408]),  # the zero is not known
     ],
 )
 @pytest.mark.parametrize("counts", [1, -1])
 def test_pulses_are_recorded_at_angles_that_the_board_shows(
-    board, monkeypatch, phase, held, shown, counts
+    board, monkeypatch, phase, held, whole, shown, counts
 ):
     """The rotor stands where wiring and wires turn the angle that is shown to."""
     asked, parts = [], []
@@ -132,14 +133,15 @@ def test_pulses_are_recorded_at_angles_that_the_board_shows(
     board(FakeBoard(), wiring=Wiring((0, 1, 2), (0, 1, 2), (1, 1, 1), counts, np.radians(10)))
     monkeypatch.setattr(steps, "routine", routine)
     on = emulated(wires=Wires(direction=-1, zero_deg=30))
-    found = steps.recordings(on, angles=5, pulses=3, phase=phase, held=held, progress=parts.append)
+    over = {"angles": 5, "pulses": 3, "phase": phase, "held": held, "whole_period": whole}
+    found = steps.recordings(on, **over, progress=parts.append)
     assert found == [good] * 5 and parts == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
     assert [a for a, _ in asked] == pytest.approx([-(counts * (x + 10) - 30) for x in shown])
     first = on.drive.sensing.noise_seed
     assert [seed for _, seed in asked] == [first + n for n in range(5)]
     good.done, good.text = False, "no current"
     with pytest.raises(rl.ParameterError, match=f"^at {shown[0]:g} deg electrical: no current"):
-        steps.recordings(on, angles=5, pulses=3, phase=phase, held=held)
+        steps.recordings(on, **over)
 
 
 def test_a_spin_is_a_tenth_of_the_torque_until_the_speed_limit(board):

@@ -25,6 +25,10 @@ UNPAIRED = (
     "the phases couple, and the map is of one alone: `reluctance map import --pairs DRIVE.toml` "
     "takes the pairs over"
 )
+ZERO = (
+    "where the zero is off, it names the angle of alignment, --aligned_at A: add N_r A - 180 "
+    "degrees to WIRING_ZERO_RAD, in rad"
+)
 Progress = Callable[[float], None]
 
 
@@ -61,6 +65,12 @@ def emulate(
     held_A: Annotated[
         float | None, typer.Option("--held_A", metavar="AMPERE", help="Current of the held phase.")
     ] = None,
+    whole_period: Annotated[
+        bool,
+        typer.Option(
+            "--whole-period", help="Angles of `pulses` over a whole period: the zero is not known."
+        ),
+    ] = False,
     out: Annotated[
         Path | None, typer.Option(metavar="PULSES.csv", help="Recording that `pulses` writes.")
     ] = None,
@@ -91,6 +101,7 @@ def emulate(
         ("--reference", reference, ("spin", "trip")),
         ("--held", held, ("pulses",)),
         ("--held_A", held_A, ("pulses",)),
+        ("--whole-period", whole_period or None, ("pulses",)),
     ):
         if value is not None and step not in of:
             raise ParameterError(f"{name} goes with {' or '.join(of)}, not with `{step}`")
@@ -111,7 +122,7 @@ def emulate(
             on,
             step,
             progress,
-            (angles, pulses, phase, beside),
+            (angles, pulses, phase, beside, whole_period),
             out,
             reference=reference,
             until=until,
@@ -130,7 +141,7 @@ def _step(
     on: "Emulated",
     step: str,
     progress: Progress,
-    recording: "tuple[int, int, int, Held | None]",
+    recording: "tuple[int, int, int, Held | None, bool]",
     out: Path | None,
     *,
     reference: float | None,
@@ -167,9 +178,15 @@ def _step(
         ]
     if step == "pulses":
         assert out is not None
-        angles, pulses, phase, held = recording
+        angles, pulses, phase, held, whole_period = recording
         runs = steps.recordings(
-            on, angles=angles, pulses=pulses, phase=phase, held=held, progress=progress
+            on,
+            angles=angles,
+            pulses=pulses,
+            phase=phase,
+            held=held,
+            whole_period=whole_period,
+            progress=progress,
         )
         write_whole(out, lambda path: write_pulses(path, runs, on.drive))
         n_rows = sum(len(run.rows) for run in runs)
@@ -181,6 +198,7 @@ def _step(
                 if held is None
                 else "--pairs DRIVE.toml"
             ),
+            *([ZERO] if whole_period and held is None else []),
             *([UNPAIRED] if held is None and on.drive.machine.coupled else []),
         ]
     one = steps.routine(on, step, progress=progress)
@@ -219,12 +237,20 @@ def _lines(step: str, found: "Found") -> list[str]:
 
 
 def _hint(package: Path, step: str) -> str:
-    """What may be behind a step that fails on a board that was never corrected."""
+    """What may be behind a step that fails, and what to do then."""
     from reluctance.targets.commission import wiring
 
-    if step in ("precharge", "wiring") or not wiring.read_wiring(package).straight:
+    if step in ("precharge", "wiring"):
         return ""
-    return f"; {package / wiring.HEADER} corrects nothing: were `wiring` and `alignment` done?"
+    flat = "; where the inductance is flat around alignment, take the zero from `pulses` with "
+    flat += "--whole-period (docs/commissioning.md)"
+    if not wiring.read_wiring(package).straight:
+        return flat if step == "alignment" else ""
+    done = (
+        "was `wiring`" if step in ("resistance", "alignment") else "were `wiring` and `alignment`"
+    )
+    never = f"; {package / wiring.HEADER} corrects nothing: {done} done?"
+    return never + (flat if step == "alignment" else "")
 
 
 def _corrected(on: "Emulated", step: str, found: dict[str, Any]) -> list[str]:

@@ -103,10 +103,12 @@ def recordings(
     pulses: int = 8,
     phase: int = 0,
     held: Held | None = None,
+    whole_period: bool = False,
     progress: Progress = lambda part: None,
 ) -> list[Found]:
     """Voltage pulses with the rotor turned to, and clamped at, angles that the board shows: from
-    unaligned to aligned, if the board knows its zero; over a whole period beside a held phase.
+    unaligned to aligned, if the board knows its zero; over a whole period beside a held phase, or
+    where `whole_period` asks for it, since the zero is not known.
 
     Raises
     ------
@@ -115,7 +117,7 @@ def recordings(
     """
     wiring, wires, seed, found = read_wiring(on.package), on.wires, on.drive.sensing.noise_seed, []
     first = 360 * phase / on.drive.machine.n_phases
-    span = 180.0 if held is None else 360 * (1 - 1 / angles)
+    span = 360 * (1 - 1 / angles) if whole_period or held is not None else 180.0
     for n, shown in enumerate(np.linspace(first, first + span, angles).tolist()):
         counted = wiring.direction * (shown + float(np.degrees(wiring.zero)))
         true = wires.direction * (counted - wires.zero_deg)
