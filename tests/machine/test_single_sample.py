@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import command
+from command import command, refused
 from test_flux_map import sampled
 
 import reluctance as rl
@@ -133,3 +133,31 @@ def test_the_command_names_the_sample_and_its_remedy_works(tmp_path: Path) -> No
     assert "the sample at 200 A, 120 deg el. is off by 6 %, need at most 0.5 %" in told
     wrong[2] = told.partition("its neighbours give ")[2].split()[0]
     assert "off by" not in check() and "good" in check()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_noise_at_0_A_is_taken_off_so_that_a_noisy_table_can_be_repaired(
+    seed: int, tmp_path: Path
+) -> None:
+    """Readings of 1 % noise, those at 0 A too: the table is refused for its noise, and repaired."""
+    noise = 0.01 * GOOD.psi.max() * np.random.default_rng(seed).normal(size=GOOD.psi.shape)
+    path, mended = tmp_path / "map.csv", tmp_path / "mended.csv"
+
+    def write(off: np.ndarray) -> None:
+        rows = [
+            f"{i:g},{np.degrees(angle):g},{psi:.6f}\n"
+            for i, line in zip(GOOD.i, GOOD.psi + off, strict=True)
+            for angle, psi in zip(GOOD.theta_e, line, strict=True)
+        ]
+        path.write_text("i_A,theta_e_deg,psi_Wb\n" + "".join(rows))
+
+    write(noise)
+    line = ("map", "check", path, "--N_r", "4")
+    told = command(*line)
+    assert told.code == 1 and "at 0 A" in told.out and "set to 0" in told.out
+    assert "noise of flux" in told.out and "use --repair" in told.out
+    assert command(*line, "--repair", mended).code == 0
+    for off in (0.03 * GOOD.psi.max(), 0.03 * np.cos(GOOD.theta_e)[np.newaxis]):
+        write(noise / 10 + off)  # an offset, and a curve over the angle
+        asked = refused(*line)
+        assert "flux at 0 A is" in asked and "it is noise: leave the samples at 0 A out" in asked

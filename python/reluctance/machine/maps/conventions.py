@@ -11,6 +11,8 @@ from reluctance.machine.maps.raw import RawMap
 from reluctance.machine.maps.table import Array, FluxTable
 
 MATCH = 0.01  # how near an angle range must come to a half or whole period, of a half period [1]
+NO_FLUX = 0.02  # of the largest flux linkage: more at 0 A is another axis, an offset or noise
+MOST_NOISE, LEAST_OF_NOISE = 0.03, 8  # rms, of the largest flux linkage; samples that tell it
 ZERO_OFF = np.pi / 18  # how far the largest flux may be from a zero that is inferred [rad]
 STRAIGHT, BENDS = 0.02, 0.05  # slopes of an inverse table: no saturation, and its opposite
 AT_REST = 0.01  # of the largest torque: less, aligned and unaligned, is none
@@ -224,11 +226,17 @@ def _currents(
         nothing = np.zeros((1, psi.shape[1]))
         i, psi = np.append(0.0, i), np.vstack([nothing, psi])
         tau = None if tau is None else np.vstack([nothing, tau])
-    elif np.abs(psi[0]).max() > 0.02 * np.nanmax(np.abs(psi)):
-        raise ParameterError(
-            f"flux at 0 A is {np.abs(psi[0]).max():.3g} Wb, need 0; axes are swapped or the flux "
-            "has an offset: state the layout or subtract it"
+    elif np.abs(psi[0]).max() > NO_FLUX * np.nanmax(np.abs(psi)):
+        if not _is_noise(psi[0], np.nanmax(np.abs(psi))):
+            raise ParameterError(
+                f"flux at 0 A is {np.abs(psi[0]).max():.3g} Wb, need 0; axes are swapped: state "
+                "the layout; or the flux has an offset: subtract it; or it is noise: leave the "
+                "samples at 0 A out"
+            )
+        notes.append(
+            f"flux at 0 A, noise of {np.abs(psi[0]).max():.2g} Wb at most about 0, set to 0"
         )
+        psi = np.vstack([np.zeros((1, psi.shape[1])), psi[1:]])
     elif np.abs(psi[0]).max() > 0:
         offset = _offset(i, psi)
         if offset:
@@ -237,6 +245,17 @@ def _currents(
             notes.append(f"flux of {np.abs(psi[0]).max():.2g} Wb at 0 A set to 0")
         psi = np.vstack([np.zeros((1, psi.shape[1])), psi[1:] - offset])
     return i, psi, tau
+
+
+def _is_noise(psi: Array, most: float) -> bool:
+    """Whether fluxes at 0 A, at rising angles, scatter about 0: their mean is within three of its
+    standard errors, and neighbours differ as much as any two of them, by J. von Neumann's ratio
+    (Annals of Mathematical Statistics 12(4), 1941), 1 for noise and near 0 for a curve."""
+    spread = float(np.sqrt(np.mean(psi**2)))
+    if len(psi) < LEAST_OF_NOISE or not np.isfinite(psi).all() or spread > MOST_NOISE * most:
+        return False
+    ratio = float(np.mean(np.diff(psi) ** 2)) / (2 * spread**2)
+    return bool(abs(psi.mean()) <= 3 * spread / np.sqrt(len(psi)) and ratio > 0.5)
 
 
 def _offset(i: Array, psi: Array) -> float:
