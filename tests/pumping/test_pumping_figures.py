@@ -220,7 +220,7 @@ def table_of_sizes(*rows):
         ([(5, 35, 2.0, 40, 65, 0.0), (5, 35, 2.0, 20, 65, 0.0), (5, 35, 2.0, 30, 65, 0.0)], 1),
         ([(5, 35, 2.0, 40, 65, 0.0), (5, 35, 2.0, 40, 66, 0.0), (5, 35, 2.0, 40, 64, 0.0)], 1),
         ([(3, 20, 1.2, 40, 80, 0.0), (5, 35, 2.0, 40, 65, 0.0)], 1),  # the site's own head
-        ([(3, 20, 1.2, 40, 80, 0.0), (5, 30, 2.0, 40, 65, 0.0)], 0),  # it is not among them
+        ([(3, 20, 1.2, 40, 80, 0.0), (5, 30, 2.0, 40, 65, 0.0)], None),  # it is not among them
         ([(3, 35, 1.2, 40, 32, 0.2)], None),
     ],
 )
@@ -228,6 +228,12 @@ def test_the_smallest_array_then_tank_that_meets_the_demand_at_the_own_head(vill
     table = table_of_sizes(*table)
     assert meets(table, 0.02, village) == row
     (told, *clear) = smallest(table, row, 0.02, village)
+    if 35 not in [*table["pipe.H_static_m"]]:
+        assert told == (
+            "no size is chosen: pipe.H_static_m is a value of the site, and the system's own 35.0 "
+            "is not among those varied"
+        )
+        return
     if row is None:
         assert told.startswith("no size of these loses at most 2.0% of the demand")
         return
@@ -239,6 +245,12 @@ def test_the_smallest_array_then_tank_that_meets_the_demand_at_the_own_head(vill
     assert [line.endswith("*") for line in lines[-len(table) :]] == [
         n == row for n in range(len(table))
     ]
+
+
+def test_nothing_is_chosen_where_the_site_alone_is_varied(village):
+    table = table_of_sizes((5, 35, 2.0, 40, 65, 0.0), (5, 20, 2.0, 40, 80, 0.0))
+    table = table.drop(columns=["array.n_series", "tank.volume_m3"])
+    assert smallest(table, meets(table, 0.02, village), 0.02, village) == []
 
 
 def test_a_size_that_cannot_work_is_not_the_smallest_and_its_reason_stands_once_below(village):

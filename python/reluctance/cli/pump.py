@@ -99,7 +99,15 @@ def size(
     """Water over the sizes of a pumping system. Array, head, modules in series, ..."""
     from reluctance.cli.progress import progress_bar
     from reluctance.pumping import load_system, sizes
-    from reluctance.pumping.sizing import Values, meets, parsed, smallest, usual, write_sizes
+    from reluctance.pumping.sizing import (
+        Values,
+        is_size,
+        meets,
+        parsed,
+        smallest,
+        usual,
+        write_sizes,
+    )
     from reluctance.pumping.text import size_table
 
     system = load_system(system_file, overrides or [])
@@ -119,7 +127,8 @@ def size(
         return
     for table, values in zip(tables, chosen, strict=True):
         best = meets(table, llp, system)
-        print(*map(wrapped, size_table(table, list(values), best)), sep="\n")
+        starred = best if any(map(is_size, values)) else None
+        print(*map(wrapped, size_table(table, list(values), starred)), sep="\n")
         if system.demand is not None:
             print(*map(wrapped, smallest(table, best, llp, system)), sep="\n")
         print()

@@ -84,16 +84,15 @@ def meets(table: pd.DataFrame, llp: float, system: System) -> int | None:
     """The row of the smallest array that meets the demand: with a loss of load of at most `llp`,
     the least nominal power, then the least tank, then the most water. None if no row does.
 
-    Where a value of the site is varied, such as the head, the system's own counts.
+    Where a value of the site is varied, such as the head, the system's own counts; nothing is
+    chosen where it is not among them.
     """
-    if "loss_of_load_probability" not in table:
+    if "loss_of_load_probability" not in table or without_own(table, system):
         return None
     good = table[(table["loss_of_load_probability"] <= llp) & (table["why"] == "")]
     for name in set(table) - set(FIGURES) - {"why"}:
-        section, _, key = name.partition(".")
-        own = getattr(getattr(system, section), key)
-        if section not in ("array", "tank") and (table[name] == own).any():
-            good = good[good[name] == own]
+        if not is_size(name):
+            good = good[good[name] == _own(name, system)]
     if good.empty:
         return None
     order = {"array_kWp": True, "tank.volume_m3": True, "water_m3": False}
@@ -101,8 +100,32 @@ def meets(table: pd.DataFrame, llp: float, system: System) -> int | None:
     return int(good.sort_values(list(order), ascending=list(order.values())).index[0])
 
 
+def is_size(name: str) -> bool:
+    """Whether a value of a system is one that a buyer chooses, and not one of the site."""
+    return name.partition(".")[0] in ("array", "tank")
+
+
+def _own(name: str, system: System) -> object:
+    section, _, key = name.partition(".")
+    return getattr(getattr(system, section), key)
+
+
+def without_own(table: pd.DataFrame, system: System) -> list[str]:
+    """The values of the site that are varied without the system's own among them."""
+    names = [name for name in table if name not in (*FIGURES, "why") and not is_size(name)]
+    return [name for name in names if not (table[name] == _own(name, system)).any()]
+
+
 def smallest(table: pd.DataFrame, row: int | None, llp: float, system: System) -> list[str]:
     """What `meets` found, as a sentence; on a clear sky, what it does not know."""
+    if strange := without_own(table, system):
+        return [
+            f"no size is chosen: {name} is a value of the site, and the system's own "
+            f"{_own(name, system)} is not among those varied"
+            for name in strange
+        ]
+    if not any(is_size(name) for name in table):
+        return []
     if row is None:
         return [f"no size of these loses at most {llp:.1%} of the demand; vary larger arrays"]
     chosen = table.loc[row]
