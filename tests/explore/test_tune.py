@@ -210,6 +210,8 @@ def test_what_cannot_be_meant_is_one_line() -> None:
     line = ("tune", CUBIC, "--vary", "control.i_band_A=0.3:3")
     assert "need either a figure" in refused(*line)
     assert "no key figure" in refused(*line, "--minimise", "torque")
+    asked = refused(*line, "--minimise", "i_rms", "--keep", "efficiency>90")
+    assert "efficiency is a fraction; 90 % is efficiency>0.9" in asked
     assert "need FIGURE<VALUE" in refused(*line, "--minimise", "i_rms", "--keep", "i_rms=3")
     assert "KEY=VALUE" in refused(*line, "--minimise", "i_rms", "--at", "load.speed_rpm")
     assert "at least 2 trials" in refused(*line, "--minimise", "i_rms", "--budget", "1")

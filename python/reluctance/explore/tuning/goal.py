@@ -94,4 +94,8 @@ def bound(text: str) -> Bound:
         value = np.nan
     if found is None or not np.isfinite(value):
         raise ParameterError(f"--keep {text}: need FIGURE<VALUE or FIGURE>VALUE")
+    if found[1] == "efficiency" and found[2].startswith(">") and value > 1:
+        raise ParameterError(
+            f"--keep {text}: need a bound below 1: efficiency is a fraction; 90 % is efficiency>0.9"
+        )
     return Bound(figure_name(found[1]), found[2].startswith(">"), value)
