@@ -149,7 +149,7 @@ FAULTS = [
     ({"source__R_ohm": 0.1}, "R_ohm has no effect with kind = 'stiff'"),
     ({**TRIPS, "supervision__fault_phase": "d"}, "need one of the 3 phases"),
     ({"simulation__until_s": 22000.0}, "1.1e+09 steps of [control] T_s_us = 20"),
-    ({"converter__u_dc_V": 9.0}, "need at most 10 times the dc link's 9 V"),
+    ({"converter__u_dc_V": 9.0}, "need at most 10 times [converter] u_dc_V = 9"),
     ({"converter__u_dc_V": 4e6}, "[converter] u_dc_V = 4e+06, need at most"),
     ({"load__speed_rpm": 9e5}, "[load] speed 900000 rpm, need at most"),
     (

@@ -39,7 +39,7 @@ def ends():
     quick += ["control.theta_on_deg=0", "control.theta_off_deg=120"]
     laws = [*quick, "control.N_p=", "control.N_c=", "control.r_w=", "control.w_i="]
     return [
-        ("machine.R_ohm", 10 * 240 / i / R, [], "need at most 10 times the dc link's"),
+        ("machine.R_ohm", 10 * 240 / i / R, [], "need at most 10 times"),
         ("converter.u_dc_V", L_u * i / 1e-6, [], "within 1 us; check its unit"),
         ("load.speed_rpm", fastest, [*laws, "control.T_s_us=1"], "need at most"),
         ("load.speed_rpm", -fastest, [*laws, "control.T_s_us=1"], "need at most"),
@@ -106,3 +106,16 @@ def test_a_curve_passes_a_value_for_the_last_time_or_ends_below_it():
     assert _last(x, np.array([0.0, 2.0, 1.0, 3.0, 5.0]), 1.5) == pytest.approx(2.25)
     assert _last(x, np.array([0.0, 2.0, 1.0, 3.0, 5.0]), 4.0) == pytest.approx(3.5)
     assert _last(x, np.arange(5.0), 9.0) == 4.0
+
+
+def test_a_voltage_in_kilovolt_is_asked_about_with_its_key():
+    with pytest.raises(
+        rl.ParameterError, match=r"u_dc_V = 0\.24; check the units: kilovolt in u_dc_V"
+    ):
+        drive("converter.u_dc_V=0.24")
+
+
+def test_switches_that_do_not_stand_the_dc_link_are_refused():
+    with pytest.raises(rl.ParameterError, match="u_rating_V = 200, need at least u_dc_V = 240"):
+        drive("converter.u_rating_V=200")
+    assert drive("converter.u_rating_V=240").converter.u_rating_V == 240

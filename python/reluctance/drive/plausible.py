@@ -88,11 +88,17 @@ def _voltages(drive: Tables) -> None:
     if drop > MOST_DROP * u_dc:
         raise ParameterError(
             f"[machine] R_ohm = {machine.R_ohm:g} drops {drop:.4g} V at i_max_A = "
-            f"{machine.i_max_A:g}, need at most {MOST_DROP:g} times the dc link's {u_dc:g} V; "
-            "check the units: milliohm in R_ohm, or milliampere in the currents of a map, are "
-            "numbers a thousand times too large"
+            f"{machine.i_max_A:g}, need at most {MOST_DROP:g} times [converter] u_dc_V = {u_dc:g}; "
+            "check the units: kilovolt in u_dc_V is a number a thousand times too small, milliohm "
+            "in R_ohm, or milliampere in the currents of a map, one a thousand times too large"
         )
     _devices(drive)
+    rating = drive.converter.u_rating_V
+    if rating is not None and rating < u_dc:
+        raise ParameterError(
+            f"[converter] u_rating_V = {rating:g}, need at least u_dc_V = {u_dc:g}: what the "
+            "switches stand, margin included; raise it, or lower u_dc_V"
+        )
     most = _fluxes(machine.magnetics, machine.i_max_A)[0] / SHORTEST_RISE
     given = [("[converter] u_dc_V", drive.converter.u_dc_V)]
     for name, u in given + [("[source] values", u) for u in drive.source.values]:
