@@ -18,7 +18,13 @@ from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.estimate import Estimate, estimate
 from reluctance.drive.run.losses import switching_loss
 from reluctance.drive.run.record import WAVEFORMS
-from reluctance.drive.run.safety import coarse_angle, exceeded, never_planted
+from reluctance.drive.run.safety import (
+    coarse_angle,
+    coarse_current,
+    exceeded,
+    never_planted,
+    refused_by_firmware,
+)
 from reluctance.machine.loss_data import Iron, SwitchingEnergies
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -72,6 +78,34 @@ def test_a_current_above_the_trip_level_is_told_as_such(rated, given, trip):
     assert "trip level" not in told(drive, i_peak_run=trip)[0]
     (line,) = told(drive, i_peak_run=trip + 0.1)
     assert f", and above the trip level of {trip:g} A: a shorter" in line
+
+
+def test_noise_of_the_current_sensors_is_told_from_a_thirtieth_of_the_limit_on(rated):
+    """150 A; a step of 12 bits over 200 A is 0.0488 A."""
+    given = ["sensing.adc_bits=12", "sensing.i_range_A=200"]
+    for noise, told in ((90, False), (95, True)):
+        drive = rl.load(EXAMPLES / "paper_rated.toml", [*given, f"sensing.i_noise_LSB={noise}"])
+        assert bool(coarse_current(drive)) == told
+    assert "4.64 A rms, 3% of i_max_A = 150: check the unit" in coarse_current(drive)[0]
+
+
+def test_levels_that_firmware_refuses_are_told_by_a_run_that_does_not_use_them(rated):
+    for level, told in (
+        ("u_dc_min_V=300", "u_dc_min_V = 300"),
+        ("speed_limit_rpm=90000", "speed_limit_rpm = 90000"),
+        ("u_ready_V=900", "u_ready_V = 900"),
+        ("i_zero_A=80", "i_zero_A = 80"),
+        ("command_timeout_ms=1e-3", "command_timeout_ms = 0.001"),
+    ):
+        (note,) = refused_by_firmware(
+            rl.load(EXAMPLES / "paper_rated.toml", [f"protection.{level}"])
+        )
+        assert note.startswith("not looked at in this run") and told in note, level
+    assert (
+        refused_by_firmware(rl.load(EXAMPLES / "paper_rated.toml", ["protection.u_dc_min_V=100"]))
+        == []
+    )
+    assert refused_by_firmware(rated) == []
 
 
 def test_an_encoder_is_coarse_whose_step_is_wider_than_a_stroke(rated):

@@ -33,6 +33,7 @@ from reluctance.drive.run.safety import (
     exceeded,
     handed_over,
     never_planted,
+    refused_by_firmware,
 )
 
 if TYPE_CHECKING:
@@ -115,6 +116,7 @@ def run(
         *never_planted(drive, end),
         *coarse_angle(drive),
         *coarse_current(drive),
+        *refused_by_firmware(drive),
         *unready(result.events),
         *(tripped(result.kpis.t_trip) or unmet(drive, result.kpis)),
         *exceeded(drive, result.kpis),

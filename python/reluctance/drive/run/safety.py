@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from reluctance.base.errors import ParameterError
 from reluctance.base.key_figures import Kpis
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive
-from reluctance.drive.guard.trip_levels import OVER_CURRENT
+from reluctance.drive.guard.sequence_levels import sequence
+from reluctance.drive.guard.trip_levels import OVER_CURRENT, protection
 from reluctance.drive.laws.own_code import names_code
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.kpis import evaluated
@@ -93,6 +95,18 @@ def handed_over(drive: Drive, kpis: Kpis) -> list[str]:
     ]
 
 
+def refused_by_firmware(drive: Drive) -> list[str]:
+    """On one line, where [protection] has a level that a run without states does not look at, and
+    that firmware and a supervised drive refuse."""
+    if drive.supervision.on or not drive.protection.model_fields_set:
+        return []
+    try:
+        sequence(drive, protection(drive))
+    except ParameterError as fault:
+        return [f"not looked at in this run, refused with states and as firmware: {fault}"]
+    return []
+
+
 def coarse_angle(drive: Drive) -> list[str]:
     """On one line, where a step of the encoder is wider than a stroke."""
     counts, strokes = drive.sensing.encoder_counts, drive.machine.n_phases * drive.machine.N_r
@@ -106,15 +120,24 @@ def coarse_angle(drive: Drive) -> list[str]:
 
 
 def coarse_current(drive: Drive) -> list[str]:
-    """On one line, where a step of the current converter is a part of the greatest current that a
-    law cannot work with."""
+    """Where a step of the current converter, or its noise, is a part of the greatest current that
+    a law cannot work with, each on one line."""
     step, i_max = drive.sensing.i_step, drive.machine.i_max_A
+    noise = drive.sensing.i_noise
+    told = []
+    if noise > COARSE * i_max:
+        told = [
+            f"the noise of the current sensors is {noise:.3g} A rms, {noise / i_max:.0%} of "
+            f"i_max_A = {i_max:g}: check the unit of [sensing] i_noise_LSB = "
+            f"{drive.sensing.i_noise_LSB:g}, in steps of {step:.3g} A"
+        ]
     if step <= COARSE * i_max:
-        return []
+        return told
     return [
+        *told,
         f"a step of the current converter is {step:.3g} A, {step / i_max:.0%} of i_max_A = "
         f"{i_max:g}: check the unit of [sensing] i_range_A = {drive.sensing.i_range_A:g}, or take "
-        "more adc_bits"
+        "more adc_bits",
     ]
 
 
