@@ -177,3 +177,11 @@ def _value(data: Mapping[str, Any], table: str, key: str) -> Any:
 def _control(table: object) -> Control:
     law = table.get("law") if isinstance(table, dict) else None
     return checked(table_of(law), table, "[control]")
+
+
+def check_drive(drive: object, function: str) -> None:
+    """Raises ParameterError where a function of the public surface is given something else."""
+    if not isinstance(drive, Drive):
+        raise ParameterError(
+            f"{function} takes a Drive, not {drive!r}; make one with reluctance.load(path)"
+        )

@@ -10,7 +10,7 @@ import numpy as np
 from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.base.key_figures import Kpis
-from reluctance.drive.drive import Drive
+from reluctance.drive.drive import Drive, check_drive
 from reluctance.drive.guard.supervised import controller as guarded
 from reluctance.drive.laws.own_law import Law, core_of
 from reluctance.drive.run.bounds import Bounds
@@ -124,10 +124,8 @@ def simulate(
 
 def checked(drive: object, until: object, record: object) -> float:
     """The end of the run [s], if the arguments can be meant."""
-    if not isinstance(drive, Drive):
-        raise ParameterError(
-            f"simulate takes a Drive, not {drive!r}; make one with reluctance.load(path)"
-        )
+    check_drive(drive, "simulate")
+    assert isinstance(drive, Drive)
     for name, value in (("until", until), ("record", record)):
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
             raise ParameterError(f"{name} = {value!r}, need a number of seconds")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from reluctance import _core
 from reluctance.base.errors import ParameterError
-from reluctance.drive.drive import Drive
+from reluctance.drive.drive import Drive, check_drive
 from reluctance.explore import limits
 from reluctance.explore.comparison.conditions import operating_point
 from reluctance.explore.comparison.contenders import chosen, contender
@@ -89,6 +89,7 @@ def compare(
     >>> found.entries[0].met
     True
     """
+    check_drive(drive, "compare")
     if not 0 < f_switch < 1e9:
         raise ParameterError(f"switching frequency {f_switch:g} Hz, need > 0")
     contenders = chosen(controls)

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
 from reluctance.base.units import from_si, to_si
-from reluctance.drive.drive import Drive
+from reluctance.drive.drive import Drive, check_drive
 from reluctance.explore.efficiency_map.locked import at, length, rising
 from reluctance.explore.sweeps.sweep import swept
 
@@ -157,6 +157,7 @@ def efficiency(
     >>> bool(0.4 < found.efficiency(120, 30) < 0.9)
     True
     """
+    check_drive(drive, "efficiency")
     if not drive.control.follows_torque:
         raise ParameterError(
             "[control] fixes its current and cannot follow a torque; take another law, or leave "

@@ -9,7 +9,7 @@ import numpy as np
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.units import from_si
-from reluctance.drive.drive import Drive
+from reluctance.drive.drive import Drive, check_drive
 from reluctance.drive.plausible import corner_speed
 from reluctance.explore.limits.point import check_point, operating_point
 from reluctance.machine.optimum.envelope import Envelope, torque_speed_envelope
@@ -102,6 +102,7 @@ def limit(
     ParameterError : the drive asks for no torque and none is given, or what is asked cannot be
         meant; see `check_point`.
     """
+    check_drive(drive, "limit")
     tau_ref, omega_m = operating_point(drive, tau_ref=tau_ref, omega_m=omega_m)
     check_point(drive, tau_ref=tau_ref, omega_m=omega_m, switching_frequency=switching_frequency)
     F = switching_frequency

@@ -13,7 +13,7 @@ from reluctance.base import cache
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import make_folder
 from reluctance.base.key_figures import Kpis
-from reluctance.drive.drive import Drive
+from reluctance.drive.drive import Drive, check_drive
 from reluctance.drive.run.simulate_all import finished, jobs_of
 from reluctance.explore.sweeps.result import Sweep
 
@@ -81,8 +81,7 @@ def sweep(
     >>> found.figure("f_switch").round(-3).tolist()
     [7000.0, 4000.0, 2000.0]
     """
-    if not isinstance(drive, Drive):
-        raise ParameterError(f"sweep takes a Drive, not {drive!r}; make one with reluctance.load")
+    check_drive(drive, "sweep")
     from reluctance.explore.sweeps.vary import (  # here, and below: start-up time
         checked,
         grid,

@@ -11,7 +11,7 @@ import reluctance.explore.tuning.compass as compass
 import reluctance.explore.tuning.optuna_search as optuna_search
 import reluctance.explore.tuning.search as search
 from reluctance.base.errors import ParameterError
-from reluctance.drive.drive import Drive
+from reluctance.drive.drive import Drive, check_drive
 from reluctance.explore.sweeps.result import Sweep
 from reluctance.explore.sweeps.swept import figure_name
 from reluctance.explore.sweeps.vary import Vary, checked
@@ -104,6 +104,7 @@ def tune(
     >>> found.best.kept
     True
     """
+    check_drive(drive, "tune")
     if (minimise is None) == (maximise is None):
         raise ParameterError("need either a figure to minimise or one to maximise")
     if isinstance(budget, bool) or not isinstance(budget, int) or budget < 2:

@@ -19,7 +19,7 @@ from reluctance.base.files import check_folder, make_folder, scratch, told
 from reluctance.base.phases import LETTERS
 from reluctance.base.resources import resources
 from reluctance.base.units import from_si
-from reluctance.drive.drive import Drive
+from reluctance.drive.drive import Drive, check_drive
 from reluctance.drive.guard.sequence_levels import sequence, speed_limit
 from reluctance.drive.guard.trip_levels import diagnosis, flux_angle, protection
 from reluctance.drive.laws.own_code import below
@@ -101,6 +101,7 @@ def firmware(
         If the law, the phase count or a number cannot be exported, the tables are too large, or
         the folder exists and is not empty.
     """
+    check_drive(drive, "firmware")
     folder = Path(folder)
     if not NAME.fullmatch(prefix):
         raise ParameterError(
