@@ -250,14 +250,15 @@ class Simulation {
     return t;
   }
 
-  /// What the terminals of winding k carry, over its current.
+  /// What the terminals of winding k carry, over its current: none where the diodes block and the
+  /// current goes on through shorted turns.
   Line terminal(int k) const {
     if (!now_.circuit.leaks) return {};
-    const Leak& leak = now_.circuit.leak[k];
+    const BrokenPhase& is = now_.condition.phase[k];
     const Path& path = now_.circuit.paths.phase[k];
-    const double u_dc = x().u_dc;
-    return {1 - leak.G * (path.R - plant_.R),
-            leak.G * (path.level * u_dc - path.v) + leak.G_ground * u_dc};
+    const double G = is.open ? 0 : is.G_turns, u_dc = x().u_dc;
+    return {1 - G * (path.R - plant_.R),
+            G * (path.level * u_dc - path.v) + now_.circuit.leak[k].G_ground * u_dc};
   }
 
   /// What the current channel of phase k shows, over the current of its winding.
@@ -405,6 +406,7 @@ class Simulation {
     if (is.open) path = {0, arc_part * x().u_dc, 0};
     path.R += plant_.R;
     now_.rated = false;
+    if (now_.circuit.leaks) divide(k);
   }
 
   void connect_all() {
