@@ -9,6 +9,7 @@
 #include "any_pairs.hpp"
 #include "srm/machine/flux_map.hpp"
 #include "srm/machine/lehuy.hpp"
+#include "srm/machine/with_inductance.hpp"
 #include "srm/plant/pair_piece.hpp"
 
 using namespace srm;
@@ -57,8 +58,44 @@ double worst_error(const M& machine, double i_max) {
   return all;
 }
 
+/// Every answer as a derivative of the co-energy, each relative to the greatest value that it
+/// takes.
+template <class M>
+double coenergy_error(const M& machine, double i_max) {
+  const double di = i_max * 1e-5, dtheta = 1e-5;
+  double worst[4] = {}, most[4] = {};
+  for (double i = 0.011 * i_max; i < i_max; i += 0.0531 * i_max) {
+    for (double theta = 0.0123; theta < 6.25; theta += 0.0721) {
+      const auto here = machine.at(i, theta);
+      const auto up = machine.at(i + di, theta), down = machine.at(i - di, theta);
+      const auto on = machine.at(i, theta + dtheta), back = machine.at(i, theta - dtheta);
+      const double per_i = 1 / (2 * di), per_theta = machine.N_r / (2 * dtheta);
+      const double expected[4] = {(up.W_c - down.W_c) * per_i, (on.W_c - back.W_c) * per_theta,
+                                  (up.psi - down.psi) * per_i, (on.psi - back.psi) * per_theta};
+      const double found[4] = {here.psi, here.tau, here.L_inc, here.psi_theta};
+      for (int n = 0; n < 4; ++n) {
+        worst[n] = std::fmax(worst[n], std::fabs(found[n] - expected[n]));
+        most[n] = std::fmax(most[n], std::fabs(expected[n]));
+      }
+    }
+  }
+  double all = 0;
+  for (int n = 0; n < 4; ++n) all = std::fmax(all, worst[n] / most[n]);
+  return all;
+}
+
+/// An inductance in addition is there in the flux linkage, and makes no torque.
+double inductance_error() {
+  const auto map = lehuy<double>(4, 0.67e-3, 23.62e-3, 0.15e-3, 450, 0.468);
+  const WithInductance<LeHuy<double>> more{map, 4, 2e-3};
+  const auto a = map.at(30, 1.2), b = more.at(30, 1.2);
+  return std::fmax(coenergy_error(more, 200),
+                   std::fmax(std::fabs(b.psi - a.psi - 0.06), std::fabs(b.tau - a.tau)));
+}
+
 /// One piece in current and one cell in angle, any coefficients: a polynomial everywhere.
-double worst_of_a_map() {
+template <class Error>
+double worst_of_a_map(const Error& error) {
   std::vector<double> knot{0.0, 1e3}, coefficient;
   std::vector<std::uint8_t> piece(1, 0);
   for (int n = 0; n < 2 * 4 * 5; ++n) coefficient.push_back(std::sin(1.0 + n * n));
@@ -72,7 +109,7 @@ double worst_of_a_map() {
                             .knot = {knot.data(), 2},
                             .piece = {piece.data(), 1},
                             .coefficient = {coefficient.data(), 2 * 4 * 5}};
-  return worst_error(map, 3.0);
+  return error(map, 3.0);
 }
 
 /// The polynomial of a pair against its tables, at currents and angles in all of their pieces.
@@ -162,7 +199,12 @@ int reads_of_tables() {
 int main() {
   check("analytic machine",
         worst_error(lehuy<double>(4, 0.67e-3, 23.62e-3, 0.15e-3, 450, 0.468), 200));
-  check("flux map", worst_of_a_map());
+  check("flux map", worst_of_a_map([](const auto& map, double i) { return worst_error(map, i); }));
+  check("analytic machine, co-energy",
+        coenergy_error(lehuy<double>(4, 0.67e-3, 23.62e-3, 0.15e-3, 450, 0.468), 200));
+  check("flux map, co-energy",
+        worst_of_a_map([](const auto& map, double i) { return coenergy_error(map, i); }));
+  check("an inductance in addition", inductance_error());
   int other_bits = 0;
   check("pair of phases", worst_of_pairs(other_bits));
   check("pair of phases, asked in any order", other_bits);
