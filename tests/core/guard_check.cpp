@@ -57,6 +57,18 @@ double expectations() {
     }
     (is_held ? held : is_off ? off_ : either) += 1;
   }
+  // A window begins with its first angle, and ends before its last.
+  PhaseCommand<double> half = regulate(5.0, 0.5, still);
+  half.gate = Gate::window;
+  half.theta_off = 1;
+  const auto least_most = [&](double theta_e, double ahead, double least, double most) {
+    const Expected<double> e = expected(half, theta_e, ahead, 0.0, 0.2, T_s);
+    worst = worst_of({worst, off(e.least, least), off(e.most, most)});
+  };
+  least_most(0, 0.5, 1, -1);
+  least_most(0.5, 0.5, -1, 1);
+  least_most(1, 0.5, -1, -1);
+  least_most(1.5, -0.5, -1, -1);
   const auto timer = expected(pulse(still, up, 1e-5, 4e-5), 1.0, 0.1, 0.1, 0.2, T_s);
   PhaseCommand<double> none = regulate(0.0, 0.5, still), open{};
   none.gate = open.gate = Gate::window;

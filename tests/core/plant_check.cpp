@@ -172,6 +172,8 @@ double batteries() {
       worst = worst_of({worst, off(f.du_dc.now * 2e-3, i - 7), off(f.i.now, i),
                         off(f.p.now, 180 * i), off(f.p_loss.now, 0.5 * i * i)});
       if (u != 180) worst = worst_of({worst, rates_of_a_source(b, u, {7, 2000}, m)});
+      // At E itself a rectifier begins to feed where the voltage falls.
+      if (u == 180) worst = worst_of({worst, off(f.i.rate * 0.5, 200 + 7 / 2e-3)});
     }
   }
   return worst;
