@@ -202,6 +202,114 @@ double delays() {
   return worst;
 }
 
+/// The inductance rises with the angle.
+struct Slope {
+  using Scalar = double;
+  int N_r = 4;
+  static double L_at(double theta_e) { return L * (1 + theta_e / 10); }
+  Magnetics<double> at(double i, double theta_e) const {
+    const double l = L_at(theta_e);
+    return {.psi = l * i, .W_c = l * i * i / 2, .tau = 0, .L_inc = l, .psi_theta = 0};
+  }
+};
+
+/// A reading is contradicted from where no stated error explains the flux linkage of the voltage.
+double contradictions() {
+  Known d = diagnosis();
+  d.map_error = 0.1;
+  d.i_gain = 0.05;
+  d.psi_error = 0.02;
+  d.theta_error = 0.1;
+  auto p = protection(0, 0.3);
+  p.flux.R = 0;
+  double worst = 0;
+  const auto judged = [&](double i, double psi, Status expected) {
+    State x;
+    Guard guard;
+    guard.has_last = true;
+    guard.i[0] = i;
+    d.remember(x, p,
+               Command<double, N>{hold<double>(still), hold<double>(down), hold<double>(down)});
+    x.phase[0].any = x.phase[0].shown = {psi, psi};
+    x.u_dc = u_dc;
+    d.finds(x, guard, p, Slope{}, {.i = {i, 0, 0}, .theta_e = 1, .omega_m = 0, .u_dc = u_dc});
+    const bool sound = expected == Status::ok;
+    worst = worst_of({worst, unless(x.first.status == expected),
+                      unless(sound == (x.near < 0 && x.doubted == 0))});
+  };
+  for (double i : {0.501, 2.0, 20.0}) {
+    const double part = 0.1 + 0.05 + 0.3 / i;
+    const double least = Slope::L_at(0.9) * i * (1 - part) - 0.02,
+                 most = Slope::L_at(1.1) * i * (1 + part) + 0.02;
+    judged(i, most - 1e-9, Status::ok);
+    judged(i, most + 1e-9, Status::current_too_low);
+    if (least > 0) {
+      judged(i, least + 1e-9, Status::ok);
+      judged(i, least - 1e-9, Status::current_too_high);
+    }
+  }
+  const double none =
+      Slope::L_at(1.1) * 0.8 * 1.1 + 0.02;  // a reading of zero may be 0.5 A and 0.3 A
+  for (double i : {0.0, 0.5}) {
+    judged(i, none - 1e-9, Status::ok);
+    judged(i, none + 1e-9, Status::dead_current_sensor);
+  }
+  return worst;
+}
+
+/// What a follower of the rotor is told, and what guard is told.
+double tellings() {
+  State x;
+  x.phase[1].any = {1, 2};
+  x.phase[1].taken = 0.3;
+  x.phase[1].left = 0.1;
+  x.phase[1].age = 4;
+  const VoltageFlux<double> v = x.by_voltage(1, 0.5);
+  double worst = worst_of({off(v.psi, 1.5), off(v.taken, 0.3), off(v.left, 0.1), off(v.error, 0.35),
+                           unless(v.is), off(x.by_voltage(1, 9).error, 0)});
+  x.doubted = 1;
+  x.first.phase = 1;
+  const bool doubted = x.by_voltage(1, 0).is;
+  x.first.phase = 0;
+  worst = worst_of({worst, unless(!doubted && x.by_voltage(1, 0).is)});
+  x.phase[1].age = 0;
+  worst = worst_of({worst, unless(!x.by_voltage(1, 0).is)});
+
+  const Known d = diagnosis();
+  const auto p = protection();
+  Command<double, N> orders{};
+  for (int unlike : {-1, 0, 2}) {
+    State y;
+    Guard guard;
+    guard.has_last = true;
+    y.unlike = unlike;
+    const Measurement<double, N> m{.theta_e = 1, .u_dc = u_dc};
+    const bool found = d.finds(y, guard, p, Coil{}, m);
+    worst = worst_of({worst, unless(found == (unlike >= 0) && guard.latched == found),
+                      unless(!found || (guard.fault.status == Status::phase_unlike &&
+                                        guard.fault.phase == unlike)),
+                      unless(!d.tries(y, p, Coil{}, m, orders))});
+    y.trial = PhaseTrial<double>::begun<N>(1);
+    worst = worst_of({worst, unless(d.tries(y, p, Coil{}, m, orders))});
+  }
+  // Too much current in two phases that contradict a sound drive is that of two exchanged ones.
+  for (int without = 0; without < 6; ++without) {
+    State y;
+    Guard guard;
+    y.doubted = without == 1 ? 0 : 5;
+    y.left.phase = without == 2 ? 1 : 0;
+    guard.latched = without != 3;
+    guard.fault.status = without == 4 ? Status::over_voltage : Status::over_current;
+    const Status before = guard.fault.status;
+    y.left.power = 0;
+    y.left.sensors = without == 5 ? 0 : 2;
+    d.explain(y, guard);
+    worst = worst_of(
+        {worst, unless(guard.fault.status == (without == 0 ? Status::phases_exchanged : before))});
+  }
+  return worst;
+}
+
 /// A coil under pulses between two levels, with devices and dead time, and readings and parameters
 /// that are off by what is stated: its flux linkage is always within the bounds, and near them
 /// without errors.
@@ -273,6 +381,8 @@ int main() {
   check("legs of a comparator", compared_legs(), 1e-12);
   check("since when it is followed", counts(), 1e-12);
   check("orders with a delay", delays(), 1e-12);
+  check("readings against the voltage", contradictions(), 0);
+  check("what is told", tellings(), 1e-14);
   check("a flux linkage by its voltage, without errors [Wb]", always_within(true), 1e-9);
   check("a flux linkage is within its bounds [Wb]", always_within(false), 1e-9);
   return failures == 0 ? 0 : 1;
