@@ -91,7 +91,7 @@ Orders<Drive::N> step_on_desk(const SupervisedDrive<Drive>& given,
                               typename SupervisedDrive<Drive>::State& x,
                               Measurement<double, Drive::N> y, double reference) {
   const Drive& drive = given.drive;
-  const auto& s = given.supervision;
+  const Supervision& s = given.supervision;
   using T = typename Drive::T;
   constexpr int N = Drive::N;
   const double t = s.T_s * x.samples++;
