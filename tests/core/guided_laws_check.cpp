@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "errors.hpp"
+#include "srm/control/guard/guarded.hpp"
 #include "srm/control/law/deadbeat.hpp"
 #include "srm/control/law/ditc.hpp"
 #include "srm/control/law/finite_set_mpc.hpp"
@@ -155,6 +156,61 @@ double ditc() {
     return wrong;
   });
   return worst_of({worst, unless(kept > 100 && over > 50)});
+}
+
+/// Within its window a phase is alone, the newest one, or an older one that goes out; outside it
+/// demagnetizes, and so does all where no torque is asked for. No magnetizing above the limit.
+double roles() {
+  int alone = 0, two = 0, none = 0;
+  const Ditc<M, N> law{.machine = machine(),
+                       .conduction = {.theta_on = -0.3,
+                                      .theta_off = 2.5,
+                                      .brake_on = 0.5,
+                                      .brake_off = 3.4,
+                                      .omega_start = 0},
+                       .turn_on = {},
+                       .bands = {.inner = 2, .outer = 6},
+                       .feasible = always_feasible<double>(),
+                       .guide = {},
+                       .psi_band = 0,
+                       .R = R,
+                       .i_max = 45,
+                       .T_s = T_s};
+  const double worst = of_any([&](int n, const Y& y, double tau) {
+    if (n % 7 == 0) tau = 0;
+    Ditc<M, N>::State x;
+    for (int k = 0; k < N; ++k) x.leg[k] = static_cast<Leg>((n + k) % 3 - 1);
+    const auto last = x.leg;
+    law.step(x, y, tau);
+    const bool braking = tau * y.omega_m < 0;
+    const Window<double> window = law.conduction.window<N>(y.omega_m, tau);
+    double given = 0, past[N];
+    int inside = 0;
+    for (int k = 0; k < N; ++k) {
+      const double theta = mirrored(y.theta_e, k, tau);
+      if (y.i[k] > 0) given += machine().at(y.i[k], theta).tau;
+      past[k] = wrap(braking ? window.theta_off - theta : theta - window.theta_on);
+      inside += past[k] < window.theta_off - window.theta_on;
+    }
+    const double asked =
+        MeanTorqueFeedback<double>{}.asked(std::fabs(tau), given, 4 * y.omega_m * T_s, braking, 0);
+    const double newest = std::fmin(past[0], std::fmin(past[1], past[2]));
+    (inside == 1 ? alone : inside == 2 ? two : none) += 1;
+    double wrong = 0;
+    for (int k = 0; k < N; ++k) {
+      Leg leg = down;
+      if (past[k] < window.theta_off - window.theta_on && tau != 0) {
+        const Role role = inside == 1         ? Role::single
+                          : past[k] == newest ? Role::incoming
+                                              : Role::outgoing;
+        leg = law.bands.leg(role, given - asked, last[k]);
+        if (leg == up && y.i[k] > 45) leg = still;
+      }
+      wrong = worst_of({wrong, off(x.leg[k], leg)});
+    }
+    return wrong;
+  });
+  return worst_of({worst, unless(alone > 50 && two > 50)});
 }
 
 /// Torque a stroke before turn-off takes the flux linkage that is built up since turn-on.
@@ -325,15 +381,29 @@ double held_mean() {
   return worst_of({worst, off(back.lost, 1 - way), off(back.tau, machine().at(i, 1).tau)});
 }
 
+/// A guarded drive motors where its reference is a torque or the sign of one.
+double motoring() {
+  Guarded<M, DriveControl<Deadbeat<M, N>>> drive{};
+  double worst = 0;
+  for (const Outer outer : {Outer::torque, Outer::speed, Outer::none, Outer::pv}) {
+    drive.control.frame.outer = outer;
+    worst = worst_of(
+        {worst, unless(drive.motors() == (outer == Outer::torque || outer == Outer::none))});
+  }
+  return worst;
+}
+
 }  // namespace
 
 int main() {
   check("deadbeat: to the currents of the shares", deadbeat(false), 1e-9);
   check("deadbeat: to the reference profile", deadbeat(true), 1e-9);
   check("DITC: legs nearest to the reference profile", ditc(), 1e-12);
+  check("DITC: roles within the windows", roles(), 0);
   check("DITC: how early a phase is turned on", turn_on(), 1e-12);
   check("PWM current: voltages and their integral", pwm_current(), 1e-9);
   check("finite set: the least cost", least_cost(), 1e-9);
   check("finite set: feedback of the mean, lost torque", held_mean(), 1e-6);
+  check("a guarded drive: whether it motors", motoring(), 0);
   return failures == 0 ? 0 : 1;
 }
