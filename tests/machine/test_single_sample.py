@@ -161,3 +161,11 @@ def test_noise_at_0_A_is_taken_off_so_that_a_noisy_table_can_be_repaired(
         write(noise / 10 + off)  # an offset, and a curve over the angle
         asked = refused(*line)
         assert "flux at 0 A is" in asked and "it is noise: leave the samples at 0 A out" in asked
+
+
+def test_flux_that_falls_is_told_with_the_step_where_it_falls_most() -> None:
+    psi = GOOD.psi.copy()
+    psi[20:, 12] -= 0.2  # from 190 to 200 A at 72 degrees
+    psi[30:, 3] -= 0.02
+    told = check_map(replace(GOOD, psi=psi)).reasons
+    assert any("most from 190 to 200 A at 72 deg el.; mend" in reason for reason in told)

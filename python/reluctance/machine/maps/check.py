@@ -129,7 +129,7 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
         row_error=row_error,
         sample_error=0.0 if wrong is None else abs(wrong.error),
     )
-    reasons = _reasons(figures, row, wrong)
+    reasons = _reasons(figures, row, wrong, _worst_fall(table))
     last = float(table.i[-1])
     size = implausible(last, float(np.abs(table.psi).max()))
     tau_max = float(np.abs(tau_W if table.tau is None else table.tau).max())
@@ -425,7 +425,17 @@ def _row_error(table: FluxTable, noise: float) -> tuple[float, str]:
     return worst, name
 
 
-def _reasons(figures: dict[str, float | None], row: str, wrong: WrongSample | None) -> list[str]:
+def _worst_fall(table: FluxTable) -> str:
+    """Where flux falls most from one current to the next."""
+    steps = np.diff(table.psi, axis=0)
+    k, n = np.unravel_index(int(steps.argmin()), steps.shape)
+    angle = np.degrees(table.theta_e[n])
+    return f"from {table.i[k]:g} to {table.i[k + 1]:g} A at {angle:.5g} deg el."
+
+
+def _reasons(
+    figures: dict[str, float | None], row: str, wrong: WrongSample | None, fall: str
+) -> list[str]:
     """One line for each gate that the table fails, with the remedy."""
     reasons = []
 
@@ -447,8 +457,8 @@ def _reasons(figures: dict[str, float | None], row: str, wrong: WrongSample | No
     share = figures["monotone_share"]
     if share is not None and share < 1:
         reasons.append(
-            f"flux falls with current on {100 * (1 - share):.2g} % of the steps, need none; mend "
-            "the samples or use --repair"
+            f"flux falls with current on {100 * (1 - share):.2g} % of the steps, need none; most "
+            f"{fall}; mend the samples or use --repair"
         )
     gate(
         "row_error",
