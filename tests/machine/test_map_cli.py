@@ -84,6 +84,17 @@ def test_json_of_a_check_is_the_whole_report(fe):
     assert len(report["notes"]) == 3
 
 
+def test_an_inertia_in_another_unit_is_asked_about(tmp_path, monkeypatch):
+    """0.004 kg m2 are 40 kg cm2 and 40000 g cm2."""
+    monkeypatch.chdir(tmp_path)
+    fe_csv(tmp_path / "fe.csv")
+    for value in ("40", "40000"):
+        line = ("map", "import", "fe.csv", "--N_r", 6, *WINDING[:-1], value)
+        told = reluctance(*line, "--out", "motor.toml", fails="line")
+        assert f"--J_kgm2 {value}, need at most" in told and "1 g cm2 is 1e-7" in told
+    assert not Path("motor.toml").exists()
+
+
 def test_a_refused_map_leaves_nothing_behind_without_a_reason(tmp_path):
     bad = fe_csv(tmp_path / "bad.csv", torque=1.2)
     assert "refused" in reluctance("map", "check", bad, "--N_r", 6, fails=1)

@@ -24,6 +24,9 @@ from reluctance.machine.map_machine import CONVENTIONS
 if TYPE_CHECKING:
     from reluctance.machine.maps import FluxTable
 
+# Rotor inertia over greatest torque: 10 s to 1000 rpm, idle. The library has 3e-5 to 1.1e-3 [s^2].
+MOST_INERTIA = 0.1
+
 map_app = typer.Typer(
     invoke_without_command=True,
     callback=help_if_bare,
@@ -357,6 +360,12 @@ def import_map(
         raise ParameterError(
             f"{file.name} is refused: {'; '.join(report.reasons)}. Nothing is written; mend the "
             "map, try --repair, or say --accept REASON"
+        )
+    if J > (most := MOST_INERTIA * report.tau_max_Nm):
+        raise ParameterError(
+            f"--J_kgm2 {J:g}, need at most {most:.3g}: the greatest torque of one phase, "
+            f"{report.tau_max_Nm:.3g} N m, would not bring the rotor to 1000 rpm in 10 s; check "
+            "its unit: 1 kg cm2 is 1e-4 kg m2, 1 g cm2 is 1e-7"
         )
     copy = out.with_suffix(".csv")
     if copy.resolve() == file.resolve():
