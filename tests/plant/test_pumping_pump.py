@@ -253,6 +253,7 @@ def test_a_pump_that_cannot_be_is_refused_on_one_line(pump, message):
     [
         ({"H_static_m": 50.0}, "the pump reaches 42.32 m"),
         ({"H_static_m": 0.0, "L_m": 0.0, "K": 0.0}, "no head at all"),
+        ({"L_m": 120000.0}, "L_m = 120000, need at most 20000; check its unit: it is in metres"),
         ({"H_static_m": 0.0, "L_m": 1.0, "K": 0.0}, "runs out past"),
         ({"H_static_m": -1.0}, "H_static_m = -1.0, need >= 0"),
         ({"D_mm": 0.0}, "D_mm = 0.0, need > 0"),

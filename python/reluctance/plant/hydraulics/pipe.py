@@ -22,6 +22,7 @@ WIDER = 1.01  # the least speed times this is the first one that is of use
 HALVINGS = 60  # of the flow: to the last digit
 LEAST_FLOW = 0.02  # of the end of the curve: less at the largest speed is no pipe for this pump
 LEAST_SPARE = 0.05  # of the shut-off head over the static one: with less the lift is the cause
+LONGEST = 2e4  # of a pipe [m]: 20 m in millimetres
 SPEEDS = 241  # of the table
 
 
@@ -35,6 +36,14 @@ class Pipe(Section):
     K: float = Field(0.0, ge=0)  # sum of the minor loss coefficients
     nu_m2ps: float = Field(1e-6, gt=0)  # kinematic viscosity of water
     well_yield_m3ph: float | None = Field(None, gt=0)  # more would run the well, and the pump, dry
+
+    @model_validator(mode="after")
+    def pipe_is_in_metres(self) -> "Pipe":
+        if self.L_m > LONGEST:
+            raise ValueError(
+                f"L_m = {self.L_m:g}, need at most {LONGEST:g}; check its unit: it is in metres"
+            )
+        return self
 
     @model_validator(mode="after")
     def pump_works_against_something(self) -> "Pipe":
