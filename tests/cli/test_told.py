@@ -124,3 +124,14 @@ def test_a_group_of_commands_without_one_shows_its_help(group):
     shown = command(group)
     assert "Usage: " in shown.out + shown.error and "Commands" in shown.out + shown.error
     assert command(group, "--help").code == 0
+
+
+@pytest.mark.parametrize("name", ["run", "limit", "efficiency", "compare", "sweep", "tune"])
+@pytest.mark.parametrize(("option", "value"), [("--width", "3in"), ("--style", "ggplot")])
+def test_a_look_without_a_figure_is_one_line(name: str, option: str, value: str) -> None:
+    more = {
+        "sweep": ("--vary", "control.i_band_A=1,2"),
+        "tune": ("--vary", "control.i_band_A=1:2", "--minimise", "i_rms_A"),
+    }.get(name, ())
+    told = refused(name, EXAMPLES / "sharing_cubic.toml", *more, option, value)
+    assert f"{option} {value} has no effect without a figure; add --plot" in told

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -91,6 +91,18 @@ def check_figure(path: Path, style: str | None = None, width: str | None = None)
             raise ParameterError(
                 "a page with zoom needs bokeh; `pip install 'reluctance[html]'`, or plot to .png"
             ) from None
+
+
+def check_figures(paths: Sequence[Path | None], style: str | None, width: str | None) -> None:
+    """Likewise of the figures that a command is asked for; a look without a figure is refused."""
+    for path in paths:
+        if path is not None:
+            check_figure(path, style, width)
+    for option, value in (("--width", width), ("--style", style)):
+        if value is not None and all(path is None for path in paths):
+            raise ParameterError(
+                f"{option} {value} has no effect without a figure; add --plot FILE"
+            )
 
 
 def save_figure(figure: Figure, path: Path, *, title: str = "", below: str = "") -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from reluctance.base.figures import check_figure, look
+from reluctance.base.figures import check_figures, look
 from reluctance.base.files import check_folder
 from reluctance.base.units import hertz
 from reluctance.cli.lines import wrapped
@@ -44,8 +44,7 @@ def compare(
     f_switch = hertz(at_switching_frequency)
     if out is not None:
         check_folder(out)
-    if plot is not None:
-        check_figure(plot, style, width)
+    check_figures([plot], style, width)
     drive = load(drive_file, overrides, trust=trust)
     names = None if controls is None else [name.strip() for name in controls.split(",")]
     refuse_untrusted(names or [], trust)

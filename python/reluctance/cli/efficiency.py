@@ -45,7 +45,7 @@ def efficiency(
     """Efficiency, losses and ripple over speed and torque. Energy of a cycle."""
     import numpy as np
 
-    from reluctance.base.figures import check_figure, look
+    from reluctance.base.figures import check_figures, look
     from reluctance.base.files import TABLES, check_ending, refuse_input, write_table
     from reluctance.cli.progress import progress_bar
     from reluctance.drive.load import load
@@ -60,8 +60,7 @@ def efficiency(
     if out is not None:
         check_ending(out, TABLES)
         refuse_input(out, [cycle])
-    if plot is not None:
-        check_figure(plot, style, width)
+    check_figures([plot], style, width)
     points = None if cycle is None else read_cycle(cycle)
     drive = load(drive_file, overrides, trust=trust, check_torque=torque is None)
     braking = border = None

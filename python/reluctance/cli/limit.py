@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reluctance.base.figures import check_figure, look
+from reluctance.base.figures import check_figures, look
 from reluctance.base.files import TABLES, check_ending
 from reluctance.base.units import hertz, to_si
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
@@ -51,8 +51,7 @@ def limit(
     for path in (out, envelope):
         if path is not None:
             check_ending(path, TABLES)
-    if plot is not None:
-        check_figure(plot, style, width)
+    check_figures([plot], style, width)
     found = limits.limit(
         load(drive_file, overrides, trust=trust, check_torque=tau is None),
         tau_ref=tau,

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reluctance.base.figures import check_figure, look
+from reluctance.base.figures import check_figures, look
 from reluctance.base.files import TABLES, check_ending
 from reluctance.base.key_figures import NOT_HELD, Kpis, shown
 from reluctance.base.phases import phase_name
@@ -74,9 +74,7 @@ def run(
     drive = load_drive(drive_file, overrides, trust=trust)
     if out is not None:
         check_ending(out, TABLES)
-    for path in (plot, energy_loop):
-        if path is not None:
-            check_figure(path, style, width)
+    check_figures([plot, energy_loop], style, width)
     silent = out is None and plot is None and energy_loop is None
     end = drive.simulation.until_s if until is None else until
     forces = drive.machine.pole_force is not None

@@ -76,7 +76,7 @@ def sweep(
 ) -> None:
     """Key figures over grids and samples of any values. Goes on where it was interrupted."""
     import reluctance
-    from reluctance.base.figures import check_figure, look
+    from reluctance.base.figures import check_figures, look
     from reluctance.base.files import TABLES, check_ending
     from reluctance.cli.progress import progress_bar
     from reluctance.drive.laws.own_code import refuse_untrusted
@@ -93,8 +93,7 @@ def sweep(
         )
     if table is not None:
         check_ending(table, TABLES)
-    if plot is not None:
-        check_figure(plot, style, width)
+    check_figures([plot], style, width)
     refuse_untrusted(values.get("control.law", []), trust)
     drive = reluctance.load(drive_file, overrides, trust=trust)
     with progress_bar(f"sweeping {drive.name}", 1.0) as told:

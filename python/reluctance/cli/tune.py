@@ -72,7 +72,7 @@ def tune(
 ) -> None:
     """Values for which a figure is best within bounds of others. Exit code 1 if none keeps them."""
     from reluctance.base.errors import ParameterError
-    from reluctance.base.figures import check_figure, look
+    from reluctance.base.figures import check_figures, look
     from reluctance.base.files import TABLES, check_ending
     from reluctance.base.unedited import check_unedited
     from reluctance.cli.progress import progress_bar
@@ -88,8 +88,7 @@ def tune(
             check_unedited(out)
     if table is not None:
         check_ending(table, TABLES)
-    if plot is not None:
-        check_figure(plot, style, width)
+    check_figures([plot], style, width)
     points = [_point(text) for text in at or []]
     values = dict(parsed(text) for text in vary or [])
     for laws in (values.get("control.law", []), [x.get("control.law") for x in points]):
