@@ -394,6 +394,16 @@ def test_a_law_that_does_not_reach_the_torque_is_told_with_the_torque_to_set(fou
     assert not any(line.startswith("the control law reaches") for line in remarks(found))
 
 
+@pytest.mark.parametrize(("days", "told"), [(60.0, False), (61.0, True), (1000.0, True)])
+def test_a_tank_of_more_than_sixty_days_is_asked_about(found, days, told):
+    volume = days * found.system.demand.m3_per_day
+    large = replace(found, system=found.system.with_values({"tank.volume_m3": volume}))
+    asked = [text for text in remarks(large) if "1000 litres are 1 m3" in text]
+    assert bool(asked) == told
+    if told:
+        assert f"volume_m3 = {volume:g} holds the demand of {days:g} days" in asked[0]
+
+
 @pytest.mark.parametrize(
     ("latitude", "azimuth", "tilt", "towards"),
     [

@@ -25,6 +25,7 @@ REMEDIES = {
     "or a control law that reaches more",
     Limit.well: "the yield of the well; power is left unused, see [pipe] well_yield_m3ph",
 }
+MOST_DAYS = 60.0  # of its demand in a tank: more may be litres
 LONG = 600.0  # intervals from here on hide clouds [s]
 TROPICS, FLAT = 5.0, 5.0  # up to this latitude, or this tilt, the azimuth matters little [deg]
 
@@ -180,6 +181,7 @@ def remarks(found: Pumped) -> list[str]:
         told.append(_of_the_set_up(found))
     if not found.water:
         told.append(f"no water: {_why_none(found)}")
+    told += _of_the_tank(found.system)
     if found.storage is not None and found.system.tank.start_m3 is not None:
         told += _of_the_start(found, found.storage)
     if found.system.limits.u_max_V is None:
@@ -188,6 +190,17 @@ def remarks(found: Pumped) -> list[str]:
             "capacitors of the converter must stand it on the coldest morning: set [limits] u_max_V"
         )
     return told
+
+
+def _of_the_tank(system: System) -> list[str]:
+    """A tank so large that it may be in litres."""
+    if system.demand is None or system.tank.volume_m3 <= MOST_DAYS * system.demand.m3_per_day:
+        return []
+    days = system.tank.volume_m3 / system.demand.m3_per_day
+    return [
+        f"[tank] volume_m3 = {system.tank.volume_m3:g} holds the demand of {days:.4g} days; check "
+        "its unit: 1000 litres are 1 m3"
+    ]
 
 
 def of_the_light(found: Pumped) -> list[str]:
