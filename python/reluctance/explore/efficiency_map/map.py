@@ -203,9 +203,7 @@ def efficiency(
     figures = {name: values.reshape(shape[:2]) for name, values in found.figures.items()}
     if np.isnan(figures["tau_mean_Nm"]).all():
         raise ParameterError(f"the drive runs at no point of the map: {found.reason()}")
-    made = _over_achieved(drive, u, speeds, torques, figures, found.ran)
-    _check_holds(made)
-    return made
+    return _over_achieved(drive, u, speeds, torques, figures, found.ran)
 
 
 def _check_holds(made: EfficiencyMap) -> None:
@@ -273,4 +271,6 @@ def _over_achieved(
             if good.size:
                 over[name][w] = np.interp(asked, achieved[w, good], table[w, good])
     loss, kind_tables = over.pop("loss"), {kind: over.pop(kind) for kind in counted}
-    return EfficiencyMap(drive, u_dc, omega, tau, tau_max, loss, kind_tables, over, ran)
+    made = EfficiencyMap(drive, u_dc, omega, tau, tau_max, loss, kind_tables, over, ran)
+    _check_holds(made)
+    return made
