@@ -313,6 +313,18 @@ def test_units_that_leave_no_machine_are_no_good_map(tmp_path):
     )
 
 
+def test_a_matrix_in_another_unit_is_told_which_it_is_read_in(tmp_path):
+    """Its numbers have no name that could say it; those of a title are not read."""
+    theta, i = np.linspace(0, 60, 13), np.linspace(0, 20, 9)
+    psi = np.outer(i, 20 - 15 * np.cos(6 * np.radians(theta)))  # [mWb]
+    path = tmp_path / "m.txt"
+    rows = [[0, *theta], *([current, *row] for current, row in zip(i, psi, strict=True))]
+    lines = [" ".join(f"{value:.6g}" for value in row) for row in rows]
+    path.write_text("\n".join(["% flux linkage [mWb]", *lines]))
+    told = " ".join(command("map", "check", path, "--N_r", 6).out.split())
+    assert "a matrix is read in A and Wb, so multiply its numbers" in told
+
+
 def test_a_torque_of_an_unknown_unit_is_not_left_out(tmp_path):
     path = stated(tmp_path / "m.csv", tau="tau_turns")
     assert "for the torque write `tau_Nm`" in refused("map", "check", path, "--N_r", 6)

@@ -329,7 +329,8 @@ def implausible(i: float, psi: float) -> str | None:
         if not least <= value <= most:
             return (
                 f"{what} {value:.3g} {unit}, need {least:g} to {most:g} as in any machine; check "
-                "the units of current and flux linkage"
+                "the units of current and flux linkage: a column names its own, as psi_mWb, and a "
+                "matrix is read in A and Wb, so multiply its numbers"
             )
     return None
 
