@@ -86,7 +86,13 @@ def test_a_step_that_fails_on_a_board_that_was_never_corrected_is_answered_with_
         for step in emulate.STEPS:
             hint = emulate._hint(Path("p"), step)
             asks = straight and step not in ("precharge", "wiring")
-            assert ("were `wiring` and `alignment` done?" in hint) == asks, step
+            before = (
+                "was `wiring`"
+                if step in ("resistance", "alignment")
+                else "were `wiring` and `alignment`"
+            )
+            assert (f"{before} done?" in hint) == asks, step
+            assert ("--whole-period" in hint) == (step == "alignment"), step
 
 
 def test_a_finding_is_written_into_the_wiring_of_the_package(monkeypatch):
