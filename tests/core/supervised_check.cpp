@@ -79,6 +79,7 @@ struct Plain {
     if (stays) x.fault.status = found;
   }
   void forget(State& x) const { x.fault = {}; }
+  void lose(State& x) const { forget(x); }
   const Fault<float>& fault(const State& x) const { return x.fault; }
   bool latched(const State& x) const { return x.fault.status != Status::ok; }
 };

@@ -115,6 +115,30 @@ def test_a_fault_stops_the_drive_is_cleared_and_the_drive_starts_again(drive, fa
     assert np.mean(result.tau[late]) == pytest.approx(drive.tau_max, rel=0.05)
 
 
+@pytest.mark.parametrize("again", [0.215, 0.25])
+def test_a_drive_that_starts_again_on_a_turning_rotor_finds_its_speed_anew(again):
+    """While the drive is off nothing follows the rotor, which goes on: what the observer knew of
+    angle and speed at the fault is wrong, and made the protection trip."""
+    fan = rl.load(
+        ROOT / "examples" / "fan.toml",
+        ["sensing.encoder_counts=4096", "sensing.delay_samples=1", "simulation.theta_start_deg=7"],
+    )
+    result = ran(
+        fan,
+        {
+            "supervision.enable_s": 0.0,
+            "supervision.fault": "hardware_trip",
+            "supervision.fault_s": 0.2,
+            "supervision.clear_s": 0.21,
+            "supervision.restart_s": again,
+            "simulation.until_s": again + 0.12,
+        },
+    )
+    assert named(result)[-5:] == ["off", "precharge", "calibrate", "ready", "run"]
+    late = result.t > result.events[-1].t + 0.02
+    assert np.all(result.tau_ref[late] > 0)  # slower than its reference: it has to drive
+
+
 def test_a_fault_stays_while_its_cause_does(drive):
     result = ran(
         drive,

@@ -134,6 +134,7 @@ struct Commissioning {
   void start(State&) const {}
   void watch(State&, const Measurement<T, N>&, Tuning) const {}
   void forget(State& x) const { x.fault = {}; }
+  void lose(State& x) const { forget(x); }
   const Fault<T>& fault(const State& x) const { return x.fault; }
   bool latched(const State& x) const { return x.fault.status != Status::ok; }
 

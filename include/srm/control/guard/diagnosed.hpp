@@ -53,6 +53,10 @@ struct Diagnosed {
     x.diagnosis = {};
     x.flux_angle = {};
   }
+  void lose(State& x) const {
+    forget(x);
+    guarded.lose(x.guarded);
+  }
   template <Uses used = Uses{}>
   void watch(State& x, const Measurement<T, N>& y, const Tuning& at) const {
     guarded.template watch<used>(x.guarded, y, at);

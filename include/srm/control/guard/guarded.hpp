@@ -106,6 +106,12 @@ struct Guarded {
   /// The protection starts anew.
   void forget(State& x) const { x.guard = {}; }
 
+  /// The rotor is not followed: where it turns, and how fast, has to be found again.
+  void lose(State& x) const {
+    forget(x);
+    x.law.frame.tracker = {};
+  }
+
   /// Protection and observer go on while the legs are off; the dc link may still be low.
   template <Uses used = Uses{}>
   void watch(State& x, Measurement<T, N> y, const Tuning& at) const {

@@ -7,6 +7,7 @@
 //   start(x)                        `run` begins
 //   watch(x, y, tuning)             a sample in `ready` or `fault`, with all legs off
 //   forget(x)                       what it knows of earlier samples no longer holds
+//   lose(x)                         and where the rotor is: a sample in which it is not followed
 //   fault(x), latched(x)            the fault of the last sample; true where it ends the run
 //   motors()                        the reference is a torque, or the sign of one
 #pragma once
@@ -58,7 +59,7 @@ struct Supervised {
       at.clear(x.states, ask, control.fault(x.control).status == Status::ok);
       control.forget(x.control);
     } else {
-      control.forget(x.control);
+      control.lose(x.control);
     }
     if (control.latched(x.control)) at.fail(x.states, control.fault(x.control));
     if (ask.tripped) at.fail(x.states, {Status::hardware_trip, -1, T(0), T(0), 0});
