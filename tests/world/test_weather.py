@@ -1,5 +1,6 @@
 """Weather as it comes: each doubt is told with its number, and what can be read is read."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import date
@@ -196,6 +197,18 @@ def test_files_of_other_sources_are_read_as_csv(tmp_path: Path, form: str, stamp
     if form == "nsrdb":  # which names the middle of its hours, not their start
         late = read(site(), tmp_path, kind="csv", file="w.csv")
         assert "+30 min off the sun" in late.doubts[0] and "stamp" in late.doubts[0]
+
+
+@pytest.mark.parametrize("hours", [-2, -1, 1, 2])
+def test_stamps_of_another_zone_are_told_by_the_closure(tmp_path: Path, hours: int) -> None:
+    """UTC that is read as a summer time is off by two hours."""
+    sky = clear_hours(site(), "2023-06-01", "2023-06-06")
+    (tmp_path / "w.csv").write_text(rows(sky, "nsrdb"))
+    zone = site(timezone=f"Etc/GMT{7 + hours:+d}")
+    found = read(zone, tmp_path, kind="csv", file="w.csv", stamp="middle")
+    off = re.match(r"the light is ([-+]\d+) min off the sun", found.doubts[0])
+    assert off is not None and abs(int(off[1]) - 60 * hours) < 6
+    assert not any("contradicts" in told for told in found.doubts)
 
 
 def test_a_logger_that_keeps_summer_time_repeats_an_hour(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from reluctance.pumping.weather import Weather
 MOST_SAMPLES = 4_000  # every n-th of more
 LIT = 50.0  # less is not compared [W/m^2], as in QCRad
 HIGH_DEG, LOW_DEG = 75.0, 93.0  # zenith angles of QCRad's closure: within 8 % above, 15 % below
-OFFSETS_MIN = np.arange(-90.0, 91.0, 15.0)
+OFFSETS_MIN = np.arange(-150.0, 151.0, 15.0)  # UTC for a summer time is off by two hours
 OFF_MIN = (
     12.0  # an offset of this much is told: a fifth of an hour moves 1 % of a fixed array's day
 )
