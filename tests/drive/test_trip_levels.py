@@ -98,6 +98,7 @@ def test_a_counted_angle_is_held_against_the_acceleration_of_machine_and_load(na
         (["protection.speed_max_rpm=1500"], "need more than the 1500 rpm"),
         ([*QUANTISED, "sensing.i_range_A=180"], "over-current is never seen"),
         ([*QUANTISED, "protection.i_zero_A=5"], "need at least the 5.08 A"),
+        ([*QUANTISED, "sensing.i_range_A=200000"], "[sensing] i_range_A = 200000: a reading"),
         ([*ENCODER, "protection.angle_slack_deg=1.4"], "need more than the angle sensor's step"),
         (["converter.dead_time_us=4.1"], "need at most 0.2 of"),
     ],

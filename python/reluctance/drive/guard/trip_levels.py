@@ -92,6 +92,13 @@ def protection(drive: Drive) -> _core.Protection:
             "protection would find a healthy current sensor dead; take a longer control period"
         )
     i_error = current_error(drive)
+    if table.i_zero_A is None and ABOVE_NOISE * i_error >= TRIAL * i_max:
+        sensing = drive.sensing
+        raise ParameterError(
+            f"[sensing] i_range_A = {sensing.i_range_A:g}: a reading may be wrong by "
+            f"{i_error:.3g} A, need less than {TRIAL / ABOVE_NOISE:.0%} of [machine] i_max_A = "
+            f"{i_max:g}; check its unit, or the noise and offset of [sensing]"
+        )
     i_zero = _given(table.i_zero_A, max(ZERO_CURRENT * i_max, ABOVE_NOISE * i_error))
     if i_zero < i_error:
         raise ParameterError(
