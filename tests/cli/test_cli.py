@@ -298,6 +298,8 @@ def test_key_figures_of_target_and_desk_stand_in_columns_that_end_alike(monkeypa
     assert [cell.strip() for cell in cells] == ["tau_mean_Nm", "41.25", "41.1234568"]
     assert cells[0].startswith("tau_mean") and cells[1].endswith("41.25 ")
     found = json.loads(command("export", "pil", RATED, "--json").out)
+    given = command("export", "pil", RATED, "--json", "--set", "supervision.enable_s=0")
+    assert "[supervision] is left out" in given.error and json.loads(given.out) == found
     assert [found[of]["tau_mean"] for of in ("target", "desk")] == [41.25, 41.123456789]
 
 

@@ -14,7 +14,7 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.files import refuse_input
 from reluctance.base.key_figures import shown
 from reluctance.cli.drive_file import load_drive
-from reluctance.cli.lines import wrapped
+from reluctance.cli.lines import tell_notes, wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust, help_if_bare
 from reluctance.cli.progress import working
 from reluctance.drive.drive import Drive
@@ -173,6 +173,12 @@ def parity(
         )
 
 
+WITHOUT_STATES = (
+    "[supervision] is left out: here the control law steps from the first sample on, on target and "
+    "desk, without states and without its fault"
+)
+
+
 @export_app.command("pil")
 def pil(
     drive_file: DriveFile,
@@ -187,6 +193,8 @@ def pil(
     """Processor in the loop: each control step on the target. It is emulated."""
     drive: Drive = load_drive(drive_file, overrides, trust=trust)
     target, desk = in_the_loop(drive, cpu=known_cpu(cpu), until=until)
+    if drive.supervision.on:
+        tell_notes([WITHOUT_STATES], as_json=as_json)
     if as_json:
         print(json.dumps({"target": asdict(target), "desk": asdict(desk)}))
         return
