@@ -264,18 +264,22 @@ double tellings() {
   x.phase[1].taken = 0.3;
   x.phase[1].left = 0.1;
   x.phase[1].age = 4;
-  const VoltageFlux<double> v = x.by_voltage(1, 0.5);
-  double worst = worst_of({off(v.psi, 1.5), off(v.taken, 0.3), off(v.left, 0.1), off(v.error, 0.35),
-                           unless(v.is), off(x.by_voltage(1, 9).error, 0)});
+  Known d = diagnosis();
+  d.R_error = 9;
+  double worst = off(d.by_voltage(x, 1).error, 0);
+  d.R_error = 0.5;
+  const VoltageFlux<double> v = d.by_voltage(x, 1);
+  worst = worst_of({worst, off(v.psi, 1.5), off(v.taken, 0.3), off(v.left, 0.1), off(v.error, 0.35),
+                    unless(v.is)});
   x.doubted = 1;
   x.first.phase = 1;
-  const bool doubted = x.by_voltage(1, 0).is;
+  const bool doubted = d.by_voltage(x, 1).is;
   x.first.phase = 0;
-  worst = worst_of({worst, unless(!doubted && x.by_voltage(1, 0).is)});
+  worst = worst_of({worst, unless(!doubted && d.by_voltage(x, 1).is)});
   x.phase[1].age = 0;
-  worst = worst_of({worst, unless(!x.by_voltage(1, 0).is)});
+  worst = worst_of({worst, unless(!d.by_voltage(x, 1).is)});
 
-  const Known d = diagnosis();
+  d = diagnosis();
   const auto p = protection();
   Command<double, N> orders{};
   for (int unlike : {-1, 0, 2}) {

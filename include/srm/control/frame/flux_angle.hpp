@@ -28,7 +28,6 @@
 #pragma once
 
 #include <array>
-#include <type_traits>
 
 #include "srm/base/angle.hpp"
 #include "srm/base/fields.hpp"

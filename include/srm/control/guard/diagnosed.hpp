@@ -89,7 +89,7 @@ struct Diagnosed {
       const FluxAngle<T>& angle = self.flux_angle;
       if (!angle.on()) return false;
       angle.step(x.flux_angle, self.guarded.machine, self.guarded.control.pairs(), y,
-                 [this](int k) { return x.diagnosis.by_voltage(k, self.diagnosis.R_error); });
+                 [this](int k) { return self.diagnosis.by_voltage(x.diagnosis, k); });
       auto& guard = x.guarded.guard;
       if (guard.latched || !angle.off(x.flux_angle)) return false;
       guard.latched = true;

@@ -133,19 +133,20 @@ struct Diagnosis {
     // Of the phase that was contradicted first with each other one, were they exchanged: by the
     // orders of the first and the current of the other, and the other way round.
     std::array<Span, N> forth, back;
-
-    /// What the voltage says of phase k; nothing where it is the one that is in doubt.
-    /// error_of_R: of the resistance [1], which is no part of what is left.
-    constexpr VoltageFlux<T> by_voltage(int k, T error_of_R) const {
-      const Phase& each = phase[k];
-      const T error = (each.any.most - each.any.least) / T(2) - error_of_R * each.taken;
-      return {.psi = (each.any.least + each.any.most) / T(2),
-              .taken = each.taken,
-              .left = each.left,
-              .error = max(error, T(0)),
-              .is = each.age > 0 && !(doubted > 0 && first.phase == k)};
-    }
   };
+
+  /// What the voltage says of phase k, the error of the resistance aside; nothing where it is the
+  /// phase that is in doubt.
+  template <int N>
+  constexpr VoltageFlux<T> by_voltage(const State<N>& x, int k) const {
+    const Phase& each = x.phase[k];
+    const T error = (each.any.most - each.any.least) / T(2) - R_error * each.taken;
+    return {.psi = (each.any.least + each.any.most) / T(2),
+            .taken = each.taken,
+            .left = each.left,
+            .error = max(error, T(0)),
+            .is = each.age > 0 && !(x.doubted > 0 && x.first.phase == k)};
+  }
 
   /// A sample that the levels admit. guard: before it remembers this sample. True where the fault
   /// is known, which guard is told.
