@@ -28,7 +28,7 @@ sys.path.insert(0, str(BENCH))
 import faults  # noqa: E402  of this folder
 
 DRIVES = "6_4/deadbeat", "12_8/edge_mpc", "8_6/deadbeat", "6_4_pairs/deadbeat"
-LATE_US = 1.0  # dead time with which the last one is judged as well, with fewer faults
+LATE_US = 1.0  # dead time with which the last one is judged as well
 STEPS = 2500
 START_DEG = 22.0
 B_C = {"phase": "b", "other": "c"}
@@ -43,7 +43,10 @@ FAULTS: list[tuple[str, dict[str, Any]]] = [
     ("sensor_gain", {"phase": "b", "gain": 0.7}),
     ("lower_shorted", {"phase": "b"}),
 ]
-LATE_FAULTS = [FAULTS[0], *FAULTS[-3:]]
+# Without two: with them the currents of this start rise to several times i_max, beyond the tables
+# of the pairs, and the run has no finite end.
+ENDLESS = "power_exchanged", "sensors_exchanged"
+LATE_FAULTS = [fault for fault in FAULTS if fault[0] not in ENDLESS]
 
 
 def start(name: str, dead_time_us: float = 0.0) -> rl.Drive:
