@@ -90,7 +90,7 @@ def contest(point: Drive, name: str, f_target: float, octaves: tuple[float, ...]
         name,
         final.values,
         met=met,
-        note="; ".join(filter(None, [about, *(FOLLOWS for _ in unused)])),
+        note="; ".join(filter(None, [about, FOLLOWS if unused else ""])),
         runs=tuner.runs + longer.runs,
         T_s=drive.control.T_s,
         kpis=result.kpis,
