@@ -108,6 +108,10 @@ FAULTS = [
     ({"simulation__until_s": 0}, "[simulation] until_s = 0, need > 0"),
     ({"sensing__adc_bits": 12}, "adc_bits = 12 needs i_range_A > 0"),
     ({"sensing__adc_bits": 12, "sensing__i_range_A": 100.0}, "i_range_A = 100, need at least"),
+    (
+        {"sensing__encoder_counts": 1024, "sensing__tracker_bandwidth_Hz": 1e6},
+        "tracker_bandwidth_Hz = 1e+06, need at most",
+    ),
     ({"converter__dead_time_us": 20.0}, "dead_time_us = 20, need less than [control] T_s_us = 20"),
     ({"sensing__delay_samples": 2}, "[sensing] delay_samples = 2, need <= 1"),
     ({"sensing__encoder_counts": 2**31}, "[sensing] encoder_counts = 2147483648, need <="),

@@ -169,11 +169,20 @@ def test_iron_loss_does_not_depend_on_what_is_kept():
         (dict(E_on_mJ=1.0), "give u_sw_ref_V and i_sw_ref_A"),
         (dict(u_sw_ref_V=600.0, i_sw_ref_A=50.0), "have no effect without E_on_mJ"),
         (dict(E_off_mJ=-1.0), "need >= 0"),
+        (
+            dict(E_on_mJ=2000.0, u_sw_ref_V=600.0, i_sw_ref_A=50.0),
+            "E_on_mJ = 2000, need at most 600: .* 1000 uJ are 1 mJ",
+        ),
     ],
 )
 def test_energies_need_their_point(keys, text):
     with pytest.raises(ValueError, match=text):
         Converter(u_dc_V=300.0, **keys)
+
+
+def test_energies_of_slow_and_of_fast_devices_are_taken():
+    for energy in (600.0, 2.0, 0.05):
+        Converter(u_dc_V=300.0, E_off_mJ=energy, u_sw_ref_V=600.0, i_sw_ref_A=50.0)
 
 
 def test_exponents_in_the_wrong_order_are_refused():

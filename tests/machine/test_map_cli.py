@@ -95,6 +95,17 @@ def test_an_inertia_in_another_unit_is_asked_about(tmp_path, monkeypatch):
     assert not Path("motor.toml").exists()
 
 
+def test_a_resistance_in_milliohm_is_asked_about(tmp_path, monkeypatch):
+    """2.15 ohm are 2150 milliohm; the same in ohm, as the advice says, is taken."""
+    monkeypatch.chdir(tmp_path)
+    fe_csv(tmp_path / "fe.csv")
+    line = ("map", "import", "fe.csv", "--N_r", 6, "--N_s", "8", "--J_kgm2", "0.004")
+    told = reluctance(*line, "--R_ohm", "2150", "--out", "motor.toml", fails="line")
+    assert "--R_ohm 2150, need at most" in told and "1000 milliohm are 1 ohm" in told
+    assert not Path("motor.toml").exists()
+    reluctance(*line, "--R_ohm", "2.15", "--out", "motor.toml")
+
+
 def test_a_refused_map_leaves_nothing_behind_without_a_reason(tmp_path):
     bad = fe_csv(tmp_path / "bad.csv", torque=1.2)
     assert "refused" in reluctance("map", "check", bad, "--N_r", 6, fails=1)

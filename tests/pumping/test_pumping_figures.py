@@ -404,6 +404,27 @@ def test_a_tank_of_more_than_sixty_days_is_asked_about(found, days, told):
         assert f"volume_m3 = {volume:g} holds the demand of {days:g} days" in asked[0]
 
 
+def test_a_demand_that_the_best_flow_does_not_give_is_asked_about(found):
+    best = 86400 * found.samples.Q.max()
+    for part, told in ((0.99, False), (1.01, True), (1000.0, True)):
+        system = found.system.with_values({"demand.m3_per_day": part * best})
+        asked = [text for text in remarks(replace(found, system=system)) if "best flow" in text]
+        assert bool(asked) == told
+        if told:
+            assert f"{best:.3g} m3" in asked[0] and "1000 litres are 1 m3" in asked[0]
+
+
+@pytest.mark.parametrize(
+    ("tilt", "told"), [(0.0, False), (1.0, False), (1.6, False), (0.5, True), (0.5236, True)]
+)
+def test_a_tilt_that_may_be_in_radians_is_asked_about(found, tilt, told):
+    system = found.system.with_values({"array.tilt_deg": tilt})
+    asked = [text for text in remarks(replace(found, system=system)) if "almost flat" in text]
+    assert bool(asked) == told
+    if tilt == 0.5236:
+        assert "0.5236 rad are 30 deg" in asked[0]
+
+
 @pytest.mark.parametrize(
     ("latitude", "azimuth", "tilt", "towards"),
     [

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 # Rotor inertia over greatest torque: 10 s to 1000 rpm, idle. The library has 3e-5 to 1.1e-3 [s^2].
 MOST_INERTIA = 0.1
+# Aligned flux linkage over resistive drop, at the greatest current [s]. It grows with the square of
+# the size: the library has 18 to 190 ms, a stack of some millimetres one.
+SHORTEST_TIME = 5e-4
 
 map_app = typer.Typer(
     invoke_without_command=True,
@@ -366,6 +369,12 @@ def import_map(
             f"--J_kgm2 {J:g}, need at most {most:.3g}: the greatest torque of one phase, "
             f"{report.tau_max_Nm:.3g} N m, would not bring the rotor to 1000 rpm in 10 s; check "
             "its unit: 1 kg cm2 is 1e-4 kg m2, 1 g cm2 is 1e-7"
+        )
+    if R > (most := report.psi_max_Wb / (SHORTEST_TIME * float(table.i[-1]))):
+        raise ParameterError(
+            f"--R_ohm {R:g}, need at most {most:.3g}: the largest flux linkage, "
+            f"{report.psi_max_Wb:.3g} Wb, would fall within {1e3 * SHORTEST_TIME:g} ms; check its "
+            "unit, 1000 milliohm are 1 ohm, and those of the map's currents and flux linkages"
         )
     copy = out.with_suffix(".csv")
     if copy.resolve() == file.resolve():

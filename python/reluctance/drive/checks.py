@@ -65,7 +65,7 @@ def _check_edges(drive: Tables) -> None:
 
 
 def _check_sensors(drive: Tables) -> None:
-    """One value a phase, or none."""
+    """One value a phase, or none; an observer within what its samples show."""
     n_phases = drive.machine.n_phases
     for key in ("i_offset_A", "i_gain"):
         values = getattr(drive.sensing, key)
@@ -73,6 +73,12 @@ def _check_sensors(drive: Tables) -> None:
             raise ParameterError(
                 f"[sensing] {key} = {values} has {len(values)} values, need {n_phases}: one a phase"
             )
+    given, most = drive.sensing.tracker_bandwidth_Hz, 0.5 / drive.control.T_s
+    if given is not None and given > most:
+        raise ParameterError(
+            f"[sensing] tracker_bandwidth_Hz = {given:g}, need at most {most:.5g}: half of the "
+            "samples per second; lower it or [control] T_s_us"
+        )
 
 
 def _check_supervision(drive: Tables) -> None:

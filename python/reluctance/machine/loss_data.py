@@ -6,6 +6,10 @@ from pydantic import Field, model_validator
 
 from reluctance.base.schema import Section
 
+# Energy of one switching over the product of its voltage and current: half the time that it takes.
+# Fast modules have 10 to 100 ns, slow ones 1 us.
+LONGEST_SWITCHING = 20e-6  # [s]
+
 
 class Iron(Section):
     """The [machine.iron] table: Steinmetz's exponents, and one measured or computed point.
@@ -54,4 +58,17 @@ class SwitchingEnergies(Section):
                 "u_sw_ref_V and i_sw_ref_A have no effect without E_on_mJ, E_off_mJ or E_rr_mJ; "
                 "remove them"
             )
+        self._check_units()
         return self
+
+    def _check_units(self) -> None:
+        if self.u_sw_ref_V is None or self.i_sw_ref_A is None:
+            return
+        most = 1e3 * LONGEST_SWITCHING * self.u_sw_ref_V * self.i_sw_ref_A
+        for key in ("E_on_mJ", "E_off_mJ", "E_rr_mJ"):
+            if (given := getattr(self, key)) > most:
+                raise ValueError(
+                    f"{key} = {given:g}, need at most {most:.3g}: {LONGEST_SWITCHING * 1e6:g} us "
+                    f"of {self.u_sw_ref_V:g} V times {self.i_sw_ref_A:g} A; check its unit: 1000 "
+                    "uJ are 1 mJ"
+                )

@@ -181,7 +181,7 @@ def remarks(found: Pumped) -> list[str]:
         told.append(_of_the_set_up(found))
     if not found.water:
         told.append(f"no water: {_why_none(found)}")
-    told += _of_the_tank(found.system)
+    told += [*_of_the_tank(found.system), *_of_the_demand(found), *_of_the_tilt(found.system)]
     if found.storage is not None and found.system.tank.start_m3 is not None:
         told += _of_the_start(found, found.storage)
     if found.system.limits.u_max_V is None:
@@ -200,6 +200,28 @@ def _of_the_tank(system: System) -> list[str]:
     return [
         f"[tank] volume_m3 = {system.tank.volume_m3:g} holds the demand of {days:.4g} days; check "
         "its unit: 1000 litres are 1 m3"
+    ]
+
+
+def _of_the_demand(found: Pumped) -> list[str]:
+    """A demand so large that it may be in litres."""
+    demand, best = found.system.demand, 86400 * float(found.samples.Q.max())
+    if demand is None or not best or demand.m3_per_day <= best:
+        return []
+    return [
+        f"[demand] m3_per_day = {demand.m3_per_day:g} is more than the best flow here gives in 24 "
+        f"h, {best:.3g} m3: less demand or a larger system; check its unit: 1000 litres are 1 m3"
+    ]
+
+
+def _of_the_tilt(system: System) -> list[str]:
+    """A tilt that may be in radians."""
+    tilt = system.array.tilt_deg
+    if tilt > math.pi / 2 or tilt == round(tilt):
+        return []
+    return [
+        f"[array] tilt_deg = {tilt:g} is almost flat; check its unit: {tilt:g} rad are "
+        f"{math.degrees(tilt):.3g} deg"
     ]
 
 
