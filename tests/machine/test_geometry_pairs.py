@@ -190,15 +190,51 @@ def test_a_table_holds_its_nodes_and_mirrors():
     assert reasons(samples, 6) == []
 
 
-def test_flux_linkages_go_on_as_straight_lines_past_the_last_current():
-    """A regulated current passes i_max by its band: inductances do not jump there."""
-    core = coupling().core
-    last, theta_e = np.full(24, I_MAX), np.linspace(0, 2 * np.pi, 24)
-    below, above = (core.at(0, x * last, 0.7 * last, theta_e) for x in (1 - 1e-9, 1 + 1e-9))
-    np.testing.assert_allclose(above, below, rtol=1e-6, atol=1e-9 * np.abs(below).max(axis=0).max())
-    psi = [core.at(0, x * last, 0.7 * last, theta_e)[:, 2] for x in (1.0, 1.1, 1.2)]
-    np.testing.assert_allclose(psi[2] - psi[1], psi[1] - psi[0], atol=1e-12)
-    assert np.abs(psi[1] - psi[0]).max() > 1e-5
+def test_inductances_do_not_jump_where_the_pieces_past_the_last_current_begin():
+    """A regulated current passes i_max by its band."""
+    core, theta_e = coupling().core, np.linspace(0, 2 * np.pi, 24)
+    table = coupling().pairs[0].table
+    assert table.i[-1] == I_MAX and len(table.knots) == len(table.i) + 3
+    for i in table.knots[-4:]:
+        last = np.full(24, i)
+        below, above = (core.at(0, x * last, 0.7 * last, theta_e) for x in (1 - 1e-9, 1 + 1e-9))
+        tiny = 1e-7 * np.abs(core.at(0, *np.full((2, 24), I_MAX), theta_e)).max(axis=0).max()
+        np.testing.assert_allclose(above, below, rtol=1e-6, atol=tiny)
+
+
+def test_what_a_pair_adds_ends_in_a_constant_past_the_last_current():
+    pair = coupling().pairs[0]
+    core, theta_e = coupling().core, np.linspace(0, 2 * np.pi, 24)
+    far, b = 1.0001 * pair.table.knots[-1], np.full(24, 0.6 * I_MAX)
+    one, other = (core.at(0, np.full(24, i), b, theta_e) for i in (far, 50 * far))
+    np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-15)
+    energy, _, psi_first, _, L_first, _, L_mutual = one[:, :7].T
+    assert (psi_first == 0).all() and (L_first == 0).all() and (L_mutual == 0).all()
+    assert np.abs(energy).max() > 0.5 * np.abs(core.at(0, I_MAX + 0 * b, b, theta_e)[:, 0]).max()
+
+
+@pytest.mark.parametrize(
+    "machine", [each.machine for each in rl.machines() if getattr(each.machine, "coupling", None)]
+)
+def test_phases_have_an_inductance_at_any_current(machine):
+    """With the parabolas of a spline that goes on, they had none from 1.35 of the last one."""
+    pairs, turn = machine.coupling, np.linspace(0, 2 * np.pi, 49)
+    i_last = pairs.i_last
+
+    def least(first, second):
+        theta_e, a, b = np.meshgrid(turn, first, second, indexing="ij")
+        found = []
+        for pair in pairs.pairs:
+            i = np.zeros((*a.shape, pairs.n_phases))
+            i[..., pair.first], i[..., pair.second] = a, b
+            L = pairs.inductance(machine.magnetics, i, theta_e)
+            found.append(np.linalg.eigvalsh(L)[..., 0].min())
+        return min(found)
+
+    within = np.linspace(0, i_last, 25)
+    past = i_last * np.concatenate([np.linspace(1, 2.2, 25), [3, 10, 100]])
+    everywhere = np.concatenate([within, past])
+    assert least(past, everywhere) > least(within, within) / 4 > 0
 
 
 def test_the_kinds_of_a_winding():

@@ -5,10 +5,11 @@
 //
 //   W_c(phi, a, b) = sum over p, q of C_pq(phi) f_p(a) f_q(b),    W_c(phi, a, b) = W_c(-phi, b, a).
 //
-// f are cubics on pieces of the current, with two continuous derivatives; past i_max they are
-// parabolas, so that flux linkages go on as straight lines. C are cubic B-splines on equal cells of
-// half a period (C2), as in flux_map.hpp. All outputs are exact derivatives of the one function, so
-// a pair keeps the energy.
+// f are cubics on pieces of the current, with two continuous derivatives; the last piece has no end.
+// Past the currents of the tables they end in constants: what goes on for ever would make the
+// inductance negative (python/reluctance/machine/maps/pairs.py). C are cubic B-splines on equal
+// cells of half a period (C2), as in flux_map.hpp. All outputs are exact derivatives of the one
+// function, so a pair keeps the energy.
 //
 // A winding has pairs of one or two kinds, poles of like and of opposite polarity, with a table
 // each. All tables have the same cells, pieces and number of functions. A default Coupling has no
@@ -58,7 +59,7 @@ struct Coupling {
   T cells_per_rad{};                       // n_phi / pi
   View<std::uint8_t> first, second, kind;  // (n_pairs) phases, and the table of each pair
   View<T> behind;  // (n_pairs) electrical angle of phase 0 less phi, in [0, 2 pi) [rad]
-  View<T> knot;    // (n_i) current at the start of each piece; 0 first, i_max last [A]
+  View<T> knot;    // (n_i) current at the start of each piece; 0 first [A]
   View<T> f;       // (n_kinds, n_i, rank, n_power), powers of the current above the knot
   View<T> C;       // (n_kinds, n_phi + 3, rank, rank) [J]
   SRM_FIELDS(N_r, n_i, n_phi, rank, factor, cells_per_rad, first, second, kind, behind, knot, f, C)
@@ -318,7 +319,7 @@ struct Coupling {
   }
 };
 
-/// Last current of the tables [A].
+/// From which on the last piece holds [A].
 template <Real T>
 constexpr T i_last(const Coupling<T>& coupling) {
   return coupling.knot[coupling.n_i - 1];

@@ -184,7 +184,6 @@ class Coupling:
 
     def _made(self) -> _core.Coupling:
         tables = list(dict.fromkeys(pair.table for pair in self.pairs))
-        knots = np.unique(np.concatenate([table.i for table in tables]))
         rank = max(table.rank for table in tables)
         cells = {len(table.phi) for table in tables}
         if len(cells) > 1 or len({float(table.i[-1]) for table in tables}) > 1:
@@ -192,6 +191,7 @@ class Coupling:
                 "the tables of the pairs differ in their angles or in their last current; need "
                 "the same for all"
             )
+        knots = np.unique(np.concatenate([table.knots for table in tables]))
 
         def padded(x: FloatArray, *axes: int) -> FloatArray:
             more = [(0, rank - n if axis in axes else 0) for axis, n in enumerate(x.shape)]
