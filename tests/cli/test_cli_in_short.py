@@ -190,7 +190,7 @@ def test_a_speed_that_is_missed_is_told_with_the_greatest_torque(monkeypatch):
         (0.951, 2, False), (0.949, 2, True), (1.049, 2, False), (1.051, 2, True),
         (0.51, 1, False), (0.49, 1, True), (0.949, 1, False),
     ):  # fmt: skip
-        kpis = Namespace(speed_mean=part * asked, periods=periods, remarks=lambda steady: ["r"])
+        kpis = Namespace(speed_mean=part * asked, periods=periods, remarks=lambda **_: ["r"])
         remark, *missed = run.unmet(drive, kpis)
         assert remark == "r" and len(missed) == told, (part, periods)
         if told:

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.cli.run import unmet
 from reluctance.drive.run import array_left, kpis, plots
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.estimate import Estimate, estimate
@@ -46,6 +47,23 @@ def rated():
 def pulse():
     """A law that asks for no resistance: fixed angles."""
     return rl.load(EXAMPLES / "single_pulse.toml")
+
+
+def test_a_torque_that_a_fault_takes_is_not_looked_for_in_the_limit(rated):
+    """An open phase costs a third of the torque; the drive file says so itself."""
+    broken = rated.with_values({"faults": [{"kind": "open_wire", "phase": "b"}]})
+    (line,) = (
+        text for text in unmet(broken, rl.simulate(broken, until=0.04).kpis) if "held" in text
+    )
+    assert "[[faults]] or [mismatch] of the drive file may be why" in line
+    assert "`reluctance limit`" not in line
+
+
+def test_a_run_takes_numbers_of_numpy(rated):
+    short = rl.simulate(rated, until=np.float32(0.01), record=np.float32(1e-4))
+    assert short.t[-1] == pytest.approx(0.01)
+    with pytest.raises(rl.ParameterError, match=r"until = '0\.1', need a number of seconds"):
+        rl.simulate(rated, until="0.1")
 
 
 def told(drive, **reached):

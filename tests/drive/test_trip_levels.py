@@ -95,7 +95,10 @@ def test_a_counted_angle_is_held_against_the_acceleration_of_machine_and_load(na
     [
         (["protection.u_dc_min_V=240"], "u_dc_min_V = 240"),
         (["protection.u_dc_max_V=240"], "u_dc_max_V = 240"),
-        (["protection.speed_max_rpm=1500"], "need more than the 1500 rpm"),
+        (
+            ["protection.speed_max_rpm=1500"],
+            "need more than the 1500 rpm that the drive works at; raise it",
+        ),
         ([*QUANTISED, "sensing.i_range_A=180"], "over-current is never seen"),
         ([*QUANTISED, "protection.i_zero_A=5"], "need at least the 5.08 A"),
         ([*QUANTISED, "sensing.i_range_A=200000"], "[sensing] i_range_A = 200000: a reading"),

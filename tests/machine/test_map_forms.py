@@ -10,6 +10,7 @@ from command import command, refused
 from reluctance import ParameterError, _core
 from reluctance.machine.library import machines
 from reluctance.machine.maps import FluxTable, check_map, read_map
+from reluctance.machine.maps.check import _asked_of_flux
 
 MACHINE = _core.LeHuy(N_r=6, L_u=8.7e-3, L_a=0.25, L_sat=0.5e-3, i_m=5, psi_m=0.3)
 CURRENTS = np.linspace(0, 5, 11)
@@ -364,6 +365,27 @@ def test_a_machine_that_another_unit_of_the_currents_makes_usual_is_asked_about(
     assert done.code == 0 and "are the currents in" not in done.out
 
 
+@pytest.mark.parametrize(("factor", "unit", "most"), [(1e-3, "Wb", 0.6), (1e3, "mWb", 0.04)])
+def test_flux_linkages_that_another_unit_makes_usual_are_asked_about(factor, unit, most):
+    """No torque tells; the advice, followed, leads to the right machine."""
+    i, theta = np.linspace(0, 12, 21), np.linspace(0, np.pi, 25)
+    grid = [x.ravel() for x in np.meshgrid(i, theta, indexing="ij")]
+    small = next(e.machine for e in machines() if e.key == "onelab_6_4").magnetics
+    psi = _core.magnetics(small, *grid)[:, 0].reshape(21, 25)
+    psi *= most / psi.max()
+    slip = check_map(FluxTable(4, i, theta, factor * psi)).notes
+    (note,) = (note for note in slip if "are the flux linkages" in note)
+    assert f"in {unit}? " in note
+    by = float(re.search(r"multiply the column psi by ([\d.e+-]+),", note)[1])
+    assert by * factor == pytest.approx(1)
+    assert not [n for n in check_map(FluxTable(4, i, theta, psi)).notes if "are the flux" in n]
+
+
+@pytest.mark.parametrize(("i", "psi"), [(200, 0.02), (10, 0.01), (5, 0.005), (450, 0.5), (20, 5)])
+def test_small_and_large_machines_are_not_asked_about(i, psi):
+    assert _asked_of_flux(i, psi, 1.0) is None
+
+
 def test_no_machine_of_the_library_is_asked_about():
     for entry in machines():
         machine = entry.machine
@@ -371,7 +393,8 @@ def test_no_machine_of_the_library_is_asked_about():
         grid = [x.ravel() for x in np.meshgrid(i, theta, indexing="ij")]
         psi = _core.magnetics(machine.magnetics, *grid)[:, 0].reshape(21, 25)
         notes = check_map(FluxTable(machine.N_r, i, theta, psi)).notes
-        assert not [note for note in notes if "are the currents" in note], entry.key
+        asked = ("are the currents", "are the flux linkages")
+        assert not [note for note in notes if any(text in note for text in asked)], entry.key
 
 
 def test_decimal_commas_beside_a_header_with_points(tmp_path):

@@ -1,6 +1,7 @@
 """Parts of pumping at their edges: times and values of weather, light off the sun, a loss map from
 torques achieved, names of clocks, samples of many rows."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace as Namespace
@@ -138,7 +139,7 @@ def test_light_at_night_is_refused_from_a_hundredth_of_the_samples_on() -> None:
     with pytest.raises(ParameterError, match=r"its light is \+12.0 h off the sun at 10 N 30 E"):
         weather._check_light(day(0.0, height=0.0), SITE)  # the sun never rises
     for ghi, told in (
-        (0.004 * given.ghi, "but follows the days, up to 3.2: is its unit kW/m2"),
+        (given.ghi / 1000, "but follows the days, up to 0.8: is its unit kW/m2.* 1000 times as"),
         (4.0 + 0 * given.ghi, "night only, ghi stays below 5 W/m2"),
     ):
         with pytest.raises(ParameterError, match=told):
@@ -364,3 +365,21 @@ def test_water_over_the_rim_was_lifted_for_nothing() -> None:
     samples.limit = zero + 2
     stuck = chain_of(found)
     assert stuck.below_threshold == 0 and stuck.above_limit == pytest.approx(5800 * t)
+
+
+@pytest.mark.parametrize(
+    ("greatest", "step", "told"),
+    [
+        (0.8, 3600.0, [1000]),
+        (3.53, 3600.0, [277.8]),
+        (1.2, 3600.0, [1000, 277.8]),
+        (0.9, 900.0, [1000, 1111]),
+        (0.04, 3600.0, []),
+    ],
+)
+def test_light_in_a_smaller_unit_is_asked_with_each_that_the_sun_may_have(greatest, step, told):
+    given = day(0.0, days=2)
+    light = Namespace(ghi=given.ghi * greatest / given.ghi.max(), step=step)
+    text = weather._smaller_unit(light)
+    assert [float(x) for x in re.findall(r"([\d.]+) times as much", text)] == told
+    assert text == "check its unit" or text.startswith("is its unit ")

@@ -146,9 +146,10 @@ class Kpis:
             for figure in fields(cls)
         }
 
-    def remarks(self, *, steady: bool = True) -> list[str]:
+    def remarks(self, *, steady: bool = True, sound: bool = True) -> list[str]:
         """What a reader of these figures must know, each on one line; steady: whether the drive was
-        asked for a constant, so that its torque should have settled."""
+        asked for a constant, so that its torque should have settled; sound: whether it has neither
+        faults nor parts that differ from what its control knows."""
         found = []
         if self.periods < 2 and abs(self.speed_mean) < STANDSTILL:
             found.append(
@@ -169,11 +170,14 @@ class Kpis:
             )
         held = self.tau_mean / self.tau_ref_mean if self.tau_ref_mean else 1.0
         if self.periods >= 2 and abs(held - 1) > NOT_HELD:
-            why = (
-                "`reluctance limit` tells whether this machine could at this voltage and speed"
-                if 0 < held < 1
-                else "the law, its sensors or its model are wrong for this point"
-            )
+            if not sound:
+                why = "[[faults]] or [mismatch] of the drive file may be why"
+            elif 0 < held < 1:
+                why = (
+                    "`reluctance limit` tells whether this machine could at this voltage and speed"
+                )
+            else:
+                why = "the law, its sensors or its model are wrong for this point"
             found.append(f"the torque reference is not held ({held:.0%} of it); {why}")
         return found
 

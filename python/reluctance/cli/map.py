@@ -368,7 +368,8 @@ def import_map(
         raise ParameterError(
             f"--J_kgm2 {J:g}, need at most {most:.3g}: the greatest torque of one phase, "
             f"{report.tau_max_Nm:.3g} N m, would not bring the rotor to 1000 rpm in 10 s; check "
-            "its unit: 1 kg cm2 is 1e-4 kg m2, 1 g cm2 is 1e-7"
+            "its unit, 1 kg cm2 is 1e-4 kg m2, 1 g cm2 is 1e-7, and those of the map's currents "
+            "and flux linkages"
         )
     if R > (most := report.psi_max_Wb / (SHORTEST_TIME * float(table.i[-1]))):
         raise ParameterError(

@@ -167,7 +167,9 @@ def undiagnosed(drive: Drive) -> list[str]:
 
 def unmet(drive: Drive, kpis: Kpis) -> list[str]:
     """What is not as the drive was asked for, a constant speed too."""
-    found, asked = kpis.remarks(steady=is_steady(drive)), drive.reference.speed_rpm
+    sound = not drive.faults.each and not drive.mismatch.given
+    found = kpis.remarks(steady=is_steady(drive), sound=sound)
+    asked = drive.reference.speed_rpm
     if drive.reference.kind != "speed" or not asked or not is_steady(drive):
         return found
     held = from_si(kpis.speed_mean, "rpm") / asked

@@ -14,6 +14,7 @@ LIGHT = 50.0  # more at night than a pyranometer's offset [W/m^2]
 OF_DAYS = 0.9  # of the light while the sun is up: days; an offset has half of itself there
 WRONG_ZONE_H = 1.0  # the light's centroid may be off noon by this, over a month or more
 WRONG_ZONE_DAY_H = 2.5  # and by this on few days: clouds may take a morning
+DAYLIGHT = (250.0, 1600.0)  # the greatest light of a series, of dim and of tropical days [W/m^2]
 NO_SHIFT = pd.Timedelta(0)
 
 
@@ -133,8 +134,7 @@ def _check_light(weather: Weather, site: Site) -> None:
         if ghi @ (sun.height > 0) > OF_DAYS * ghi.sum():
             raise ParameterError(
                 f"{weather.where}: ghi stays below 5 W/m2 from {stamps[0]} to {stamps[-1]}, "
-                f"but follows the days, up to {ghi.max():.3g}: is its unit kW/m2? Then "
-                "write ghi, and dni and dhi where given, in W/m2: 1000 times as much"
+                f"but follows the days, up to {ghi.max():.3g}: {_smaller_unit(weather)}"
             )
         raise ParameterError(
             f"{weather.where}: night only, ghi stays below 5 W/m2 from {stamps[0]} to "
@@ -154,6 +154,18 @@ def _check_light(weather: Weather, site: Site) -> None:
             f"{site.longitude_deg:g} E, and {night.sum()} samples have sun at night; check "
             f"[site] timezone = {site.timezone!r}, longitude_deg and the time stamps"
         )
+
+
+def _smaller_unit(weather: Weather) -> str:
+    """Asks for the units in which the greatest light would be one that there is."""
+    low, high = DAYLIGHT
+    asked = [
+        f"is its unit {unit}? Then write ghi, and dni and dhi where given, in W/m2: {factor:.4g} "
+        "times as much"
+        for unit, factor in (("kW/m2", 1e3), ("MJ/m2 in each row", 1e6 / weather.step))
+        if low <= factor * weather.ghi.max() <= high
+    ]
+    return "; or ".join(asked) or "check its unit"
 
 
 def _solar_clock(t: pd.DatetimeIndex, site: Site) -> FloatArray:

@@ -257,7 +257,7 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         what = str(fault).splitlines()[0].partition(" You might")[0]
         raise ParameterError(
             f"{path}: need a column `time` of days that exist, as 2026-03-21 12:00 or "
-            f"2026-03-21T12:00+01:00 ({what})"
+            f"2026-03-21T12:00+01:00, or columns `date` and `time` ({what})"
         ) from None
     if t.isna().any():
         raise ParameterError(f"data row {int(t.isna().argmax()) + 1} has no time; fill the cell")

@@ -71,7 +71,8 @@ def protection(drive: Drive) -> _core.Protection:
     if omega_max <= drive.omega_nominal:
         raise ParameterError(
             f"[protection] speed_max_rpm = {from_si(omega_max, 'rpm'):g}, need more than the "
-            f"{from_si(drive.omega_nominal, 'rpm'):g} rpm that the drive works at; set it"
+            f"{from_si(drive.omega_nominal, 'rpm'):g} rpm that the drive works at; "
+            f"{'set' if table.speed_max_rpm is None else 'raise'} it"
         )
     step = angle_step(drive)
     slack = _given(table.angle_slack_deg, _slack(drive, step))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from numbers import Real
 
 import numpy as np
 
@@ -126,12 +127,16 @@ def checked(drive: object, until: object, record: object) -> float:
     """The end of the run [s], if the arguments can be meant."""
     check_drive(drive, "simulate")
     assert isinstance(drive, Drive)
+    given: dict[str, float] = {}
     for name, value in (("until", until), ("record", record)):
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+        if value is None:
+            continue
+        if isinstance(value, bool) or not isinstance(value, Real):
             raise ParameterError(f"{name} = {value!r}, need a number of seconds")
-    if isinstance(record, int | float) and not 0 <= record < np.inf:
-        raise ParameterError(f"record = {record:g} s, need >= 0, or None to keep no waveforms")
-    end = until if isinstance(until, int | float) else drive.simulation.until_s
+        given[name] = float(value)
+    if not 0 <= (every := given.get("record", 0.0)) < np.inf:
+        raise ParameterError(f"record = {every:g} s, need >= 0, or None to keep no waveforms")
+    end = given.get("until", drive.simulation.until_s)
     if not 0 < end < np.inf:
         raise ParameterError(f"until = {end:g} s, need > 0")
     return end

@@ -29,6 +29,7 @@ CURRENTS = (1e-3, 1e4)  # [A]
 FLUXES = (1e-4, 50.0)  # [Wb]
 INDUCTANCES = (1e-6, 10.0)  # largest flux linkage over largest current [H]
 USUAL_L, USUAL_I = 0.013, 47.0  # geometric middles of the library [H], [A]
+USUAL_PSI = 0.6  # [Wb], as these
 FAR = 30.0  # a suspect whose machine is so much farther from USUAL_L than another's is not named
 
 
@@ -306,7 +307,27 @@ def _asked(table: FluxTable, tau_max: float) -> str | None:
                 f"a machine of {_size(i, psi, tau_max)}; are the currents in {unit}? Then it has "
                 f"{_size(factor * i, psi, factor * tau_max)}: {remedy} by {factor:g}"
             )
+    return None if table.tau is not None else _asked_of_flux(i, psi, tau_max)
+
+
+def _asked_of_flux(i: float, psi: float, tau_max: float) -> str | None:
+    """As `_asked`, of flux linkages without a torque that would confirm them. Small and large
+    machines differ by a factor of some hundred, so the other one has to be far more usual."""
+    for unit, factor in (("Wb", 1e3), ("mWb", 1e-3)):
+        other = factor * psi
+        nearer = _unusual_flux(i, psi) - _unusual_flux(i, other)
+        if implausible(i, other) is None and nearer > np.log(FAR):
+            return (
+                f"a machine of {_size(i, psi, tau_max)}; are the flux linkages in {unit}? Then it "
+                f"has {_size(i, other, factor * tau_max)}: multiply the column psi by {factor:g}, "
+                "or correct the unit in its name"
+            )
     return None
+
+
+def _unusual_flux(i: float, psi: float) -> float:
+    """How far a machine's flux linkage and inductance are from the middle of the library."""
+    return float(np.hypot(np.log(psi / USUAL_PSI), np.log(psi / i / USUAL_L)))
 
 
 def _unusual(i: float, psi: float) -> float:
