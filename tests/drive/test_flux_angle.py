@@ -131,10 +131,14 @@ def test_the_command_tells_it_without_waveforms_too(tmp_path, broken):
 
 @pytest.mark.parametrize(
     ("speed", "until"),
-    [(1500.0, 0.15), *(pytest.param(n, 0.4, marks=pytest.mark.long) for n in (300.0, -1500.0))],
+    [
+        (1500.0, 0.15),
+        *(pytest.param(*at, marks=pytest.mark.long) for at in ((300.0, 0.8), (-1500.0, 0.4))),
+    ],
 )
 def test_pairs_that_the_control_knows_are_no_error_of_it(speed, until):
-    """What the control does not know of the pairs it takes for other errors."""
+    """What the control does not know of the pairs it takes for other errors. At 300 rpm this shows
+    once the filter has settled, after 16 periods; before, 0.09 stand against 0.08 deg."""
     known = drive("6_4_pairs/deadbeat", speed)
     blind = known.with_values({"control.pair_torque": False})
     one, other = (run(made, until).estimate.figures() for made in (known, blind))
