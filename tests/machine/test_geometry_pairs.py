@@ -194,8 +194,8 @@ def test_inductances_do_not_jump_where_the_pieces_past_the_last_current_begin():
     """A regulated current passes i_max by its band."""
     core, theta_e = coupling().core, np.linspace(0, 2 * np.pi, 24)
     table = coupling().pairs[0].table
-    assert table.i[-1] == I_MAX and len(table.knots) == len(table.i) + 3
-    for i in table.knots[-4:]:
+    assert table.i[-1] == I_MAX and len(table.knots) == len(table.i) + 2
+    for i in table.knots[-3:]:
         last = np.full(24, i)
         below, above = (core.at(0, x * last, 0.7 * last, theta_e) for x in (1 - 1e-9, 1 + 1e-9))
         tiny = 1e-7 * np.abs(core.at(0, *np.full((2, 24), I_MAX), theta_e)).max(axis=0).max()
@@ -234,7 +234,7 @@ def test_phases_have_an_inductance_at_any_current(machine):
     within = np.linspace(0, i_last, 25)
     past = i_last * np.concatenate([np.linspace(1, 2.2, 25), [3, 10, 100]])
     everywhere = np.concatenate([within, past])
-    assert least(past, everywhere) > least(within, within) / 4 > 0
+    assert least(past, everywhere) > 0.9 * least(within, within) > 0
 
 
 def test_the_kinds_of_a_winding():
