@@ -204,6 +204,31 @@ def test_a_curve_that_is_none_is_refused_on_one_line(tmp_path, text, message):
     assert message in str(fault.value) and "\n" not in str(fault.value)
 
 
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        ("Q,H,eta", "no unit in the names Q, H: m3/h, m are taken"),
+        ("Q [l/s],head,eta", "no unit in the names head: m are taken"),
+        ("Q_m3ph,H_m,power", "no unit in the names power: W are taken"),
+        ("Q [l/s],H [ft],efficiency [%]", None),
+        ("Q_m3ph,H_m,eta", None),
+    ],
+)
+def test_units_that_the_names_of_a_curve_leave_open_are_told(tmp_path, names, told):
+    rows = "0,30,0\n10,26,0.5\n20,18,0.6\n30,8,0.4"
+    if "power" in names:
+        rows = "0,30,800\n10,26,1400\n20,18,1700\n30,8,1800"
+    if "%" in names:
+        rows = "0,30,0\n10,26,50\n20,18,60\n30,8,40"
+    given = pump_from(written(tmp_path, f"{names}\n{rows}\n"), tmp_path)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        given.curve()
+    units = [str(w.message) for w in caught if "no unit" in str(w.message)]
+    assert len(units) == (told is not None)
+    assert told is None or told in units[0]
+
+
 def test_an_efficiency_of_pump_and_motor_beside_a_shaft_power_is_told(tmp_path):
     """80 % of the pump's: the power counts."""
     text = "Q_m3ph,H_m,eta,p_shaft_W\n0,70,0,500\n4,64,0.48,1160\n5.5,57.5,0.5,1410\n7,50,0.5,1560"

@@ -61,6 +61,15 @@ def recognised(
     return found
 
 
+def without_unit(names: Sequence[str], wanted: Mapping[str, Quantity]) -> dict[str, str]:
+    """Column -> the unit that it is taken in, of those of `recognised` that name none."""
+    return {
+        name: next(iter(wanted[quantity].units))
+        for quantity, (name, _) in recognised(names, wanted).items()
+        if _unit(name, wanted[quantity]) == ""
+    }
+
+
 def _parts(name: str) -> tuple[str, str | None]:
     """Name and unit in brackets, in lower case."""
     match = BRACKETED.match(name)
@@ -79,15 +88,21 @@ def _stem(name: str, of: Quantity) -> str:
 
 def _factor(name: str, of: Quantity) -> float | None:
     """To the first unit; 1 where the name has none."""
-    stem, unit = _parts(name)
-    if unit is None:
-        head, _, tail = stem.rpartition("_")
-        unit = tail if head and tail in of.units else ""
+    unit = _unit(name, of)
     if not unit:
         return 1.0
     if unit not in of.units:
         raise ParameterError(f"column `{name}` has the unit `{unit}`, need {' or '.join(of.units)}")
     return of.units[unit]
+
+
+def _unit(name: str, of: Quantity) -> str:
+    """That a name states; empty where it states none."""
+    stem, unit = _parts(name)
+    if unit is None:
+        head, _, tail = stem.rpartition("_")
+        unit = tail if head and tail in of.units else ""
+    return unit
 
 
 def with_points(lines: Sequence[str], separator: str | None) -> list[str]:

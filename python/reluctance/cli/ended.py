@@ -109,12 +109,16 @@ def watch_output() -> None:
 
 
 def tell_notes() -> None:
-    """A Note is one line on standard error, without the place in the code."""
-    usual = warnings.formatwarning
+    """A Note is one line on standard error, once, without the place in the code."""
+    usual, before = warnings.formatwarning, set[str]()
 
     def told(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> str:
         if issubclass(category, Note):
-            return wrapped(f"note: {one_line(message)}", sys.stderr) + "\n"
+            line = wrapped(f"note: {one_line(message)}", sys.stderr) + "\n"
+            if line in before:
+                return ""
+            before.add(line)
+            return line
         return usual(message, category, *place, **more)
 
     warnings.formatwarning = told

@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance.base.arrays import FloatArray
-from reluctance.base.columns import Quantity, recognised
+from reluctance.base.columns import Quantity, recognised, without_unit
 from reluctance.base.errors import Note, ParameterError, named
 from reluctance.base.files import is_file, read_toml
 from reluctance.base.reading import numbers, read_rows, reading
@@ -333,6 +333,7 @@ COLUMNS = {
 }
 
 
+UNITS = {"m3ph": "m3/h", "w": "W"}  # as people write them
 MOST_HEAD = 20  # lines above the names of the columns, as of the pump's type
 
 
@@ -357,7 +358,17 @@ def _columns(path: Path) -> dict[str, FloatArray]:
                 f"columns {', '.join(names)}; need Q_m3ph, H_m and eta or p_shaft_W, or with units "
                 "in brackets: flow [l/s], head [m], efficiency [%], power [kW]"
             )
-        return {
+        found = {
             quantity: factor * numbers(rows, names.index(name), name)
             for quantity, (name, factor) in known.items()
         }
+    assumed = {name: unit for name, unit in without_unit(names, COLUMNS).items() if unit != "1"}
+    if assumed:
+        warnings.warn(
+            f"{path}: no unit in the names {', '.join(assumed)}: "
+            f"{', '.join(UNITS.get(unit, unit) for unit in assumed.values())} are taken; name it, "
+            "as in `flow [l/s]`",
+            Note,
+            stacklevel=2,
+        )
+    return found
