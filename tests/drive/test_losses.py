@@ -124,6 +124,7 @@ def test_losses_join_the_power_balance():
     assert k.p_in == pytest.approx(spent, rel=1e-6)
     assert k.efficiency == pytest.approx(k.p_mech / k.p_in)
     assert k.p_in - plain.kpis.p_in == pytest.approx(k.p_fe + k.p_sw)
+    assert k.p_source == pytest.approx(k.p_in)  # of a stiff source
     assert lossy.t.size == 0  # record = None keeps nothing, though the iron loss needed it
 
 

@@ -50,7 +50,8 @@ def kpis(
     E_cu = float(machine.R * squared.sum())
     E_winding, E_mech, E_dc = (window.rise(name) for name in ("E_winding", "E_mech", "E_dc"))
     p_sw = switching_loss(drive.converter, mean["S_on"], mean["S_off"])
-    p_in = mean["E_dc"] + (p_fe or 0.0) + (p_sw or 0.0)
+    estimated = (p_fe or 0.0) + (p_sw or 0.0)  # of the waveforms: the simulated link gives none
+    p_in = mean["E_dc"] + estimated
     i_peak = float(inside["i_peak"].max())
     tau_span = float(inside["tau_max"].max() - inside["tau_min"].min())
     omega_span = float(inside["omega_max"].max() - inside["omega_min"].min())
@@ -86,7 +87,7 @@ def kpis(
         speed_peak_run=float(max(run["omega_max"].max(), -run["omega_min"].min())),
         tracking=_tracking(drive, window),
         Q_mean=_mean_flow(drive, window),
-        p_source=mean["E_source"],
+        p_source=mean["E_source"] + estimated,
         energy_residual=_ratio(left_open, max(E_dc, E_cu, abs(E_mech))),
         torque_drift=_ratio(float(np.abs(means - tau_mean).max()), tau_mean),
         beyond_map=max(0.0, 1 - float(machine.i_known_A) / i_peak) if i_peak > 0 else 0.0,
