@@ -96,7 +96,8 @@ enum {
   RELUCTANCE_ANGLE_OFF = 16,
   RELUCTANCE_ANGLE_REVERSED = 17,
   RELUCTANCE_PHASES_EXCHANGED = 18,
-  RELUCTANCE_ANGLE_LOST = 19
+  RELUCTANCE_ANGLE_LOST = 19,
+  RELUCTANCE_PHASE_UNLIKE = 20
 };
 
 /* A fault with its evidence. Value and limit are in A, V, rad/s, rad, Wb, s or samples, as the

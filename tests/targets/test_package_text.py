@@ -16,7 +16,8 @@ from reluctance.targets.export.package import described, gates_of, renamed
 from reluctance.targets.export.run_time import marks, run_time_parameters, shown
 from reluctance.targets.export.verdict import MCUS, mcu, verdict
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
 
 
 def drive(name: str, *given: str) -> rl.Drive:
@@ -255,3 +256,34 @@ def test_gates_are_those_that_the_law_orders() -> None:
     assert gates_of(drive("deadbeat")) == {1}  # timers
     assert gates_of(drive("sharing_cubic")) == {2}  # comparators
     assert gates_of(drive("sharing_cubic", "protection.diagnosis=true")) == {1, 2}
+
+
+def test_every_status_of_the_core_has_its_name_in_the_header_of_a_package() -> None:
+    core = (ROOT / "include/srm/control/guard/fault.hpp").read_text()
+    header = (ROOT / "firmware/package/reluctance_controller.h").read_text()
+    header = header.partition("reluctance_status;")[2].partition("};")[0]
+    named = {int(n): name.upper() for name, n in re.findall(r"^  (\w+) = (\d+)", core, re.M)}
+    listed = {int(n): name for name, n in re.findall(r"^  RELUCTANCE_(\w+) = (\d+)", header, re.M)}
+    assert listed == named and len(named) == 21
+
+
+@pytest.mark.parametrize("diagnosis", [False, True])
+def test_a_readme_tells_of_the_protection_that_its_package_has(
+    tmp_path: Path, diagnosis: bool
+) -> None:
+    on = ["protection.diagnosis=true"] if diagnosis else []
+    made = drive("deadbeat", "sensing.delay_samples=1", *on)
+    text = (firmware(made, tmp_path / "p").folder / "README.md").read_text()
+    words = " ".join(text.split())
+    assert (
+        ("`_PHASE_UNLIKE`" in words)
+        == ("begins with a trial of the diagnosis" in words)
+        == diagnosis
+    )
+    assert (
+        ("With a reference above zero `run` ends" in words)
+        == ("+-25 %" in words)
+        == (not diagnosis)
+    )
+    if diagnosis:
+        assert f"up to {made.machine.i_max_A / 3:.3g} A" in words

@@ -21,7 +21,7 @@ from reluctance.base.resources import resources
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive, check_drive
 from reluctance.drive.guard.sequence_levels import sequence, speed_limit
-from reluctance.drive.guard.trip_levels import diagnosis, flux_angle, protection
+from reluctance.drive.guard.trip_levels import TRIAL, diagnosis, flux_angle, protection
 from reluctance.drive.laws.own_code import below
 from reluctance.targets.export.array_text import array_marks
 from reluctance.targets.export.blob import exportable
@@ -337,8 +337,12 @@ def _values(drive: Drive, law: str, fingerprint: int) -> dict[str, str]:
         else "from more than the last two angles",
         "speed_max_rpm": f"{from_si(levels.omega_max, 'rpm'):.6g}",
         "speed_limit_rpm": f"{from_si(speed_limit(drive, guard), 'rpm'):.6g}",
-        "i_error_A": f"{guard.flux.i_error:.3g}",
-        "model_error_pct": f"{100 * guard.flux.model_error:.3g}",
+        "current_check": CURRENTS_NAMED
+        if drive.protection.diagnosis
+        else CURRENTS.format(100 * guard.flux.model_error, guard.flux.i_error),
+        "without_motor": WITHOUT_MOTOR_NAMED.format(TRIAL * drive.machine.i_max_A)
+        if drive.protection.diagnosis
+        else WITHOUT_MOTOR,
         "frozen": f"{guard.frozen} equal codes in a row"
         if guard.frozen
         else "not checked: it needs noise in `[sensing]`",
@@ -372,6 +376,22 @@ DEAD_TIME = (
     "the converter was given as {:g} us late at turn-on. Turn-ons inside a period are ordered that "
     "much earlier already: do not compensate again."
 )
+CURRENTS = (
+    "| `RELUCTANCE_CURRENT_TOO_LOW`, `_TOO_HIGH` | the flux linkage of a reading, +-{:.3g} % and "
+    "+-{:.3g} A, is outside what the ordered voltage allows |"
+)
+CURRENTS_NAMED = (  # by the diagnosis, which takes the place of that check
+    "| `RELUCTANCE_CURRENT_TOO_LOW`, `_TOO_HIGH`, `_ANGLE_OFF`, `_ANGLE_REVERSED`, "
+    "`_PHASES_EXCHANGED`, `_ANGLE_LOST`, `_PHASE_UNLIKE` | the flux linkages of the readings are "
+    "outside what the ordered voltage allows: the status is the fault that explains them |"
+)
+WITHOUT_MOTOR = """\
+With a reference above zero `run` ends after some samples with `RELUCTANCE_DEAD_CURRENT_SENSOR`, as
+   it must: the phases are magnetized and show no current."""
+WITHOUT_MOTOR_NAMED = """\
+`run` begins with a trial of the diagnosis: each phase alone is magnetized up to {:.3g} A, whatever
+   the reference. Without a motor it ends `run` after some samples, as it must: the phases show no
+   current. It may name a dead current sensor or exchanged phases."""
 GATES = {
     1: "- `RELUCTANCE_TIMER`: five leg states and four instants a period, of which most laws use "
     "two or none. Needs a timer with as many compare events per leg, loaded at the start of the "
