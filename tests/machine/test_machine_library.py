@@ -1,6 +1,7 @@
 """The machine library: what each file claims of itself, and machines that are flux maps."""
 
 import importlib.util
+import re
 import tomllib
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import reluctance as rl
 from reluctance import _core
 from reluctance.base.resources import resources
 from reluctance.drive.drive import drive_from
+from reluctance.machine.lehuy_machine import LeHuyMachine
 from reluctance.machine.library import machine_from, machine_table, machines, model_class
 from reluctance.machine.maps import FluxTable, read_map, write_map
 from reluctance.machine.models import MODELS
@@ -313,3 +315,30 @@ def test_every_machine_file_is_whole():
     for name in NAMES:
         data = tomllib.loads((resources("machines") / f"{name}.toml").read_text())
         assert set(data) == {"machine"}
+
+
+@pytest.mark.parametrize("psi_m", [0.42, 0.5, 0.6])
+def test_an_aligned_curve_that_misses_its_point_is_told_with_what_passes_through(psi_m):
+    """A datasheet's point at the knee: the model's curve is below it."""
+    numbers = dict(L_u_H=6.87e-3, L_a_H=69.3e-3, L_sat_H=1.9e-3, i_m_A=14.0)
+    given = dict(
+        name="m",
+        source="-",
+        licence="-",
+        N_s=8,
+        N_r=6,
+        n_phases=4,
+        R_ohm=1.0,
+        i_max_A=14.0,
+        J_kgm2=1e-3,
+    )
+    made = LeHuyMachine(model="lehuy", **given, **numbers, psi_m_Wb=psi_m)
+    (text,) = made.remarks
+    assert f"{float(made.psi(14.0, np.pi)):.4g} Wb at i_m_A = 14, not psi_m_Wb = {psi_m:g}" in text
+    told = re.search(r"set psi_m_Wb = ([\d.]+) for a curve through it", text)
+    mended = LeHuyMachine(model="lehuy", **given, **numbers, psi_m_Wb=float(told[1]))
+    assert float(mended.psi(14.0, np.pi)) == pytest.approx(psi_m, rel=2e-4)
+
+
+def test_no_machine_of_the_library_misses_its_point():
+    assert not any(entry.machine.remarks for entry in rl.machines())
