@@ -301,6 +301,10 @@ def test_key_figures_of_target_and_desk_stand_in_columns_that_end_alike(monkeypa
     given = command("export", "pil", RATED, "--json", "--set", "supervision.enable_s=0")
     assert "[supervision] is left out" in given.error and json.loads(given.out) == found
     assert [found[of]["tau_mean"] for of in ("target", "desk")] == [41.25, 41.123456789]
+    short = replace(kpis, periods=1)
+    monkeypatch.setattr(export, "in_the_loop", lambda *_, **__: (short, short))
+    told = " ".join(command("export", "pil", RATED).out.split())
+    assert "note: 1 whole electrical period in the second half of the run" in told
 
 
 def test_one_machine_is_shown_with_its_file():

@@ -223,6 +223,8 @@ def test_a_run_that_ends_before_the_drive_runs_or_after_it_has_tripped_is_told()
     again = [*fault, Event(0.35, "run")]
     assert unready(ran) == unready(fault) == unready(None) == unready([]) == []
     assert unready([*ran, Event(0.4, "off")]) == []
+    (told,) = unready([*early, Event(0.15, "off")])
+    assert told.endswith("it was disabled before; set clear_s later, or restart_s")
     assert trip(ran, 1.0) is None and trip(None, 1.0) is None and tripped(None) == []
     assert trip(fault, 1.0) == 0.3 and "trips at 0.3 s" in tripped(0.3)[0]
     assert trip(again, 0.7) is None and trip(again, 0.69) == 0.3  # runs from its middle on

@@ -209,3 +209,13 @@ def test_the_command_prints_map_and_cycle(tmp_path: Path) -> None:
     text = command(*line, "--out", tmp_path / "map.csv").out
     assert "cycle: efficiency" in text
     assert (tmp_path / "map.csv").read_text().startswith("speed_rpm,tau_Nm,efficiency,p_in_W")
+
+
+def test_runs_of_braking_are_counted_too(tmp_path: Path) -> None:
+    cycle = tmp_path / "cycle.csv"
+    cycle.write_text("t_s,speed_rpm,tau_Nm\n0,800,20\n10,800,20\n10.1,800,-20\n20,800,-20\n")
+    line = ("efficiency", CUBIC, "--speed", "600,1500", "--torque", "10,30", "--json", "--set")
+    told = (f"converter.u_dc_V={u_dc}" for u_dc in (241.3, 241.7))  # of no other test
+    motoring = json.loads(command(*line, next(told)).out)
+    both = json.loads(command(*line, next(told), "--cycle", cycle).out)
+    assert (motoring["ran"], both["ran"]) == (4, 8)

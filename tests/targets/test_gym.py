@@ -215,6 +215,8 @@ def test_wrong_arguments_are_told():
         ({"randomise": {"plant.r": (1, 2)}}, "plant.R"),
         ({"randomise": {"plant.R": (2, 1)}}, "low <= high"),
         ({"randomise": {"plant.R": (-1, 1)}}, "> 0"),
+        ({"randomise": {"plant.R": 1.2}}, r"= 1.2, need \(low, high\)"),
+        ({"randomise": {"plant.R": ("1", "2")}}, r"need \(low, high\)"),
         ({"reference": (1.0, 0.5)}, "low <= high"),
         ({"length": 0}, ">= 1"),
         ({"drive": _standing()}, "a working speed; set speed_rpm"),

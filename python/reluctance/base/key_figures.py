@@ -75,7 +75,8 @@ class Kpis:
     Q_mean : float or None
         Mean flow of the pump [m^3/s]; None where the load has no pump curve.
     p_source : float
-        Power from the source of the dc link: before the loss in a battery [W].
+        Power from the source of the dc link: before the loss in a battery; with the iron and the
+        switching loss, as `p_in` [W].
     energy_residual : float or None
         What the energy balance from the source to the shaft leaves open, over the energy supplied
         [1].
@@ -158,8 +159,8 @@ class Kpis:
             )
         elif self.periods < 2:
             found.append(
-                f"{self.periods} whole electrical periods in the second half of the run: the "
-                "figures include its start; run longer (--until)"
+                f"{self.periods or 'no'} whole electrical period in the second half of the run: "
+                "the figures include its start; run longer (--until)"
             )
         drift = self.torque_drift or 0.0
         if steady and self.periods >= 2 and drift > DRIFTS:

@@ -1,6 +1,7 @@
 """`reluctance efficiency`: losses and ripple of a control law over speed and torque."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -73,6 +74,7 @@ def efficiency(
             braking = efficiency_over(
                 drive, omega=found.omega, tau=-found.tau, u_dc=u_dc, jobs=jobs, progress=told
             )
+        found = replace(found, ran=found.ran + braking.ran)
     taken = None if points is None else driven(points, found, braking)
     if out is not None:
         write_table(out, found.columns())

@@ -17,6 +17,7 @@ from reluctance.cli.drive_file import load_drive
 from reluctance.cli.lines import tell_notes, wrapped
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Trust, help_if_bare
 from reluctance.cli.progress import working
+from reluctance.cli.run import unmet
 from reluctance.drive.drive import Drive
 from reluctance.drive.overrides import parsed
 from reluctance.targets import export
@@ -193,9 +194,9 @@ def pil(
     """Processor in the loop: each control step on the target. It is emulated."""
     drive: Drive = load_drive(drive_file, overrides, trust=trust)
     target, desk = in_the_loop(drive, cpu=known_cpu(cpu), until=until)
-    if drive.supervision.on:
-        tell_notes([WITHOUT_STATES], as_json=as_json)
+    notes = [*([WITHOUT_STATES] if drive.supervision.on else []), *unmet(drive, target)]
     if as_json:
+        tell_notes(notes, as_json=True)
         print(json.dumps({"target": asdict(target), "desk": asdict(desk)}))
         return
     table = Table(title=Text(drive.name))
@@ -206,6 +207,7 @@ def pil(
     ):
         table.add_row(name, shown(on_target, "{:.9g}"), shown(on_desk, "{:.9g}"))
     Console().print(table)
+    tell_notes(notes)
 
 
 def _lost(drive: Drive, file: Path, overrides: list[str] | None, trust: bool) -> list[str]:

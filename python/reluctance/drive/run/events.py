@@ -42,9 +42,13 @@ def unready(entered: list[Event] | None) -> list[str]:
     if not entered or entered[-1].mode not in MODES[:4] or any(e.mode == "run" for e in entered):
         return []
     last = entered[-1]
+    if last.mode == "off" and len(entered) > 1:
+        remedy = "it was disabled before; set clear_s later, or restart_s"
+    else:
+        remedy = "run longer (--until), or enable it earlier"
     return [
         f"the run ends in `{last.mode}`, which began at {last.t:.3g} s: the figures are of a drive "
-        "that has not run yet; run longer (--until), or enable it earlier"
+        f"that has not run yet; {remedy}"
     ]
 
 

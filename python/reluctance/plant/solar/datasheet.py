@@ -122,6 +122,7 @@ def _fit(sheet: Datasheet, table: str) -> Cell:
 IDEALITIES = np.linspace(0.6, 2.0, 281)  # of a cell's diode
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of values that no module has
 def _through(sheet: Datasheet, a: float) -> Cell | None:
     """The diode of a voltage scale through I_sc, V_oc and the point of greatest power, if there is
     one with positive resistances. The curve is linear in I_L, I_0 and 1/R_sh; the slope of the

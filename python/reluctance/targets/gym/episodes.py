@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal, get_args
 
 import numpy as np
@@ -211,5 +212,7 @@ def _factored(drive: Drive, rules: _core.Rules, randomise: Mapping[str, Range]) 
 
 
 def _check_range(what: str, given: Range) -> None:
-    if len(given) != 2 or not -2 <= given[0] <= given[1] <= 1000:
+    pair = isinstance(given, Sequence | np.ndarray) and not isinstance(given, str)
+    good = pair and len(given) == 2 and all(isinstance(x, Real) for x in given)
+    if not good or not -2 <= given[0] <= given[1] <= 1000:
         raise ParameterError(f"{what} = {given}, need (low, high) with low <= high")
