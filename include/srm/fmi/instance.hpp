@@ -20,7 +20,7 @@ namespace srm::fmi {
 using Bytes = std::vector<unsigned char>;
 using Reference = std::uint32_t;
 
-/// The table that a reference is in, and the index there.
+/// The table that a reference is in, perhaps none that there is, and the index there.
 struct Entry {
   srm_table table;
   std::size_t index;
@@ -91,7 +91,7 @@ class Instance {
     if (ended) return refused("the unit has diverged; reset it");
     const double from = t_now - t_start, to = from + h;
     if (!(h > 0) || !is_finite(to)) return refused("a step needs a positive length");
-    if (drive::part == SRM_CONTROLLER) return control(from, to);
+    if (drive::part == SRM_CONTROLLER) return control(to);
     if (drive::part == SRM_STAGE && is_due(from)) {
       if (!fine(unit().sample())) return false;
     }
@@ -166,8 +166,7 @@ class Instance {
   }
 
   bool is_known(const Entry& e) {
-    const bool table = e.table >= SRM_PARAMETER && e.table <= SRM_STATES;
-    if (table && e.index < unit().names(e.table).size()) return true;
+    if (e.table <= SRM_STATES && e.index < unit().names(e.table).size()) return true;
     return refused("no variable has this reference");
   }
 
@@ -186,11 +185,11 @@ class Instance {
     return true;
   }
 
-  bool control(double from, double to) {
-    while (is_due(from)) {
+  /// Takes every sample before `to`, of the measurement that the importer has last written.
+  bool control(double to) {
+    while (static_cast<double>(last_sample_ + 1) * drive::T_s < to - 1e-6 * drive::T_s) {
       if (!fine(unit().sample())) return false;
-      from = static_cast<double>(last_sample_ + 1) * drive::T_s;
-      if (from > to - 1e-6 * drive::T_s) break;
+      ++last_sample_;
     }
     t = to;
     return true;
