@@ -1,0 +1,436 @@
+// What is left of the explanations of a contradiction, against what is wrong in truth: the fault
+// that there is is never dropped, and all others are, so that it is named. Exchanged cables before
+// and behind the sensors, angles that are off or run backwards, and broken phases.
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "errors.hpp"
+#include "srm/control/guard/diagnosis.hpp"
+#include "srm/machine/inverse.hpp"
+#include "srm/machine/lehuy.hpp"
+#include "within.hpp"
+
+using namespace srm;
+
+namespace {
+
+constexpr double T_s = 20e-6, R = 0.7, u_dc = 240, turning = 4 * 157.0;  // [s], [ohm], [V], [rad/s]
+constexpr double i_zero = 0.5, i_max = 150, psi_error = 1e-3;
+using M = LeHuy<double>;
+
+M machine() { return lehuy<double>(4, 0.67e-3, 23.62e-3, 0.15e-3, 450, 0.468); }
+double aligned(double i) { return machine().at(i, turn / 2).psi; }
+
+Protection<double> protection(int delay) {
+  return {
+      .flux = {.R = R, .T_s = T_s, .i_error = 0.1, .model_error = 1, .u_margin = 1},
+      .levels = {.i_trip = 300, .u_dc_min = 1, .u_dc_max = 1e3, .omega_max = 1e3, .angle_slack = 9},
+      .advance = {},
+      .i_zero = i_zero,
+      .delay = delay,
+      .frozen = 0};
+}
+
+Diagnosis<double> diagnosis() {
+  Diagnosis<double> d{};
+  d.R_error = 0.02;
+  d.i_gain = 0.01;
+  d.map_error = 0.02;
+  d.psi_error = psi_error;
+  d.psi_zero = 1.02 * aligned(i_zero + 0.1) + psi_error;
+  d.psi_max = 1.02 * aligned(i_max) + psi_error;
+  d.theta_error = 0.02;
+  d.i_max = i_max;
+  d.patience = 5000;
+  d.trial = {.i = 12, .psi = 1.02 * aligned(12) + psi_error, .psi_sample = 1.5e-3};
+  d.likeness.spread = 1e9;
+  return d;
+}
+
+/// What is wrong: which winding the orders of a phase go to and a channel shows; the angle.
+template <int N>
+struct Wrong {
+  std::array<int, N> ordered, shown;  // windings
+  double offset = 0;                  // [rad]
+  bool backwards = false;
+  double held = 0;  // of the angle, from a period on: it stays [rad]
+  int dead_channel = -1, open_phase = -1;
+
+  Wrong() {
+    for (int k = 0; k < N; ++k) ordered[k] = shown[k] = k;
+  }
+  Wrong swapped(int a, int b, bool power, bool sensors) const {
+    Wrong w = *this;
+    if (power) std::swap(w.ordered[a], w.ordered[b]);
+    if (sensors) std::swap(w.shown[a], w.shown[b]);
+    return w;
+  }
+};
+
+struct Named {
+  Status status = Status::ok;
+  int phase = -2, first = -1;  // of the fault, and of the first contradiction
+  int samples = 0;             // of doubt
+  double i_most = 0;           // [A]
+  bool kept = true;            // what is wrong in truth was never dropped
+};
+
+/// The mean level of an order over a sample.
+double mean_level(const PhaseCommand<double>& order) {
+  double from = 0, mean = 0;
+  for (int n = 0; n <= max_edges; ++n) {
+    const double to = n < max_edges ? std::fmin(order.t_edge[n], T_s) : T_s;
+    mean += static_cast<int>(order.leg[n]) * (to - from) / T_s;
+    from = to;
+  }
+  return mean;
+}
+
+/// A run from standstill of the currents: trials of each phase, then windows with a current band.
+/// left(explanations, first phase): whether the truth is still among them.
+template <int N>
+Named run(const Wrong<N>& wrong, double theta_0, int delay, double omega_e, auto&& left,
+          int samples = 4000) {
+  const auto d = diagnosis();
+  const auto p = protection(delay);
+  typename Diagnosis<double>::template State<N> x;
+  typename Protection<double>::template State<N> guard;
+  x.trial = PhaseTrial<double>::begun<N>(d.psi_max);
+  std::array<double, N> psi{}, i{};  // of the windings
+  Command<double, N> orders{}, next{};
+  Named found;
+  for (int n = 0; n < samples; ++n) {
+    const double theta = wrap(theta_0 + omega_e * n * T_s);
+    double told = wrong.held > 0 && n * T_s * std::fabs(omega_e) > wrong.held ? theta_0 : theta;
+    told = wrap((wrong.backwards ? -told : told) + wrong.offset);
+    Measurement<double, N> y{.theta_e = told, .omega_m = omega_e / 4, .u_dc = u_dc};
+    for (int k = 0; k < N; ++k) y.i[k] = k == wrong.dead_channel ? 0 : i[wrong.shown[k]];
+    if (d.finds(x, guard, p, machine(), y)) {
+      found.status = guard.fault.status;
+      found.phase = guard.fault.phase;
+      found.first = x.first.phase;
+      found.samples = static_cast<int>(x.doubted);
+      found.kept = found.kept && left(x.left, x.first.phase);
+      return found;
+    }
+    if (x.doubted > 0) found.kept = found.kept && left(x.left, x.first.phase);
+    Command<double, N> given{};
+    if (!d.tries(x, p, machine(), y, given)) {
+      for (int k = 0; k < N; ++k) {
+        const double at = phase_angle<N>(told, k);
+        const bool in = at > 0.3 && at < 2.2;
+        given[k] = hold<double>(!in           ? Leg::demagnetize
+                                : y.i[k] < 40 ? Leg::magnetize
+                                              : Leg::freewheel);
+      }
+    }
+    p.remember(guard, 4, y, given, p.levels);
+    d.remember(x, p, given);
+    orders = delay > 0 ? next : given;
+    next = given;
+    for (int k = 0; k < N; ++k) {
+      const int w = wrong.ordered[k];
+      const double u = k == wrong.open_phase ? -u_dc : mean_level(orders[k]) * u_dc;
+      psi[w] = std::fmax(psi[w] + T_s * (u - R * i[w]), 0);
+      const double at = phase_angle<N>(wrap(theta + omega_e * T_s), w);
+      i[w] = current_from_flux(machine(), psi[w], at, 400.0);
+      found.i_most = std::fmax(found.i_most, i[w]);
+    }
+  }
+  found.samples = static_cast<int>(x.doubted);
+  found.first = x.first.phase;
+  return found;
+}
+
+/// Over all runs: status and phase that are not expected, a truth that was dropped, and currents.
+struct Tally {
+  double named = 0, kept = 0;
+  double i_most = 0;  // before the fault has its name [A]
+  int longest = 0;    // doubt [samples]
+
+  void add(const Named& n, Status status, int phase = -1) {
+    named += unless(n.status == status && n.phase == phase);
+    kept += unless(n.kept);
+    i_most = std::fmax(i_most, n.i_most);
+    longest = n.samples > longest ? n.samples : longest;
+  }
+};
+
+template <int N>
+void exchanged(Tally& tally, int a, int b, bool power, bool sensors) {
+  const auto left = [&](const Explanations& e, int first) {
+    const unsigned bits = power && sensors ? e.both : power ? e.power : e.sensors;
+    return (first == a || first == b) && (bits >> (a + b - first) & 1U) == 1;
+  };
+  const bool opposite = 2 * (b - a) == N;  // an angle that runs backwards has the same effect
+  for (int delay : {0, 1}) {
+    for (double theta : {0.1, 2.0, 4.0}) {
+      const auto wrong = Wrong<N>{}.swapped(a, b, power, sensors);
+      const Named n = run<N>(wrong, theta, delay, turning, left);
+      if (power && sensors && opposite) {
+        tally.kept += unless(n.kept && n.status == Status::ok && n.samples > 3800);
+      } else {
+        tally.add(n,
+                  power && sensors && N == 3 ? Status::angle_reversed : Status::phases_exchanged);
+      }
+    }
+  }
+}
+
+/// Every pair of phases: motor cables (power), channels (sensors), or cables behind the sensors.
+Tally all_pairs(bool power, bool sensors) {
+  Tally tally;
+  for (int a = 0; a < 4; ++a) {
+    for (int b = a + 1; b < 4; ++b) {
+      exchanged<4>(tally, a, b, power, sensors);
+      if (b < 3) exchanged<3>(tally, a, b, power, sensors);
+    }
+  }
+  return tally;
+}
+
+/// By each of the angles that are kept, but of half a step about none.
+Tally all_angles(bool backwards) {
+  Tally tally;
+  for (int n = backwards ? 0 : 1; n < Explanations::n_angles; ++n) {
+    Wrong<3> wrong;
+    wrong.backwards = backwards;
+    wrong.offset = (backwards ? n : -n) * turn / Explanations::n_angles;
+    const auto left = [&](const Explanations& e, int) {
+      return ((backwards ? e.reversed : e.offset) >> n & 1U) == 1;
+    };
+    for (int delay : {0, 1}) {
+      tally.add(run<3>(wrong, 0.2, delay, turning, left),
+                backwards ? Status::angle_reversed : Status::angle_off);
+    }
+  }
+  return tally;
+}
+
+Tally all_phases() {
+  Tally tally;
+  for (int k = 0; k < 4; ++k) {
+    const auto left = [&](const Explanations& e, int) { return e.phase == 1 << k; };
+    for (bool dead : {false, true}) {
+      Wrong<4> wrong;
+      (dead ? wrong.dead_channel : wrong.open_phase) = k;
+      tally.add(run<4>(wrong, 0.2, 0, turning, left), Status::dead_current_sensor, k);
+    }
+  }
+  return tally;
+}
+
+/// A sound drive, in both directions.
+double sound() {
+  double worst = 0;
+  const auto any = [](const Explanations&, int) { return true; };
+  for (double omega : {turning, -turning}) {
+    for (int delay : {0, 1}) {
+      const Named n = run<4>({}, 0.3, delay, omega, any, 8000);
+      worst = worst_of({worst, unless(n.status == Status::ok && n.first == -1 && n.samples == 0)});
+    }
+  }
+  return worst;
+}
+
+/// A sample in doubt, of a map that contradicts nothing: bounds of the phases, and what is left.
+template <int N>
+struct Doubt {
+  Diagnosis<double> d = diagnosis();
+  Protection<double> p = protection(0);
+  typename Diagnosis<double>::template State<N> x;
+  typename Protection<double>::template State<N> guard;
+  Measurement<double, N> y{.theta_e = 1, .omega_m = 0, .u_dc = u_dc};
+
+  explicit Doubt(int delay = 0) {
+    d.map_error = 1e3;
+    d.R_error = 0;
+    d.patience = 100;
+    p = protection(delay);
+    p.flux.R = 0;
+    guard.has_last = true;
+    Command<double, N> still{};
+    for (auto& order : still) order = hold<double>(Leg::freewheel);
+    for (int n = 0; n < 2; ++n) d.remember(x, p, still);
+    x.u_dc = u_dc;
+    x.doubted = 4;
+    x.first = {Status::current_too_low, 1, 3.0, 2.0};
+    x.left = {.offset = 4, .reversed = 8, .phase = 2, .power = 1, .sensors = 1, .both = 1};
+  }
+  void flows(int k, double i0, double i1) { guard.i[k] = i0, y.i[k] = i1; }
+  bool ends() { return d.finds(x, guard, p, machine(), y); }
+};
+
+/// What is said of each set of explanations once the doubt ends: by its patience, and by a current
+/// that comes up to the limit; and whether it ends before.
+template <int N>
+double conclusions() {
+  double worst = 0;
+  for (int set = 0; set < 64; ++set) {
+    for (int by : {0, 1, 2}) {  // nothing, patience, current
+      Doubt<N> s;
+      const auto bit = [set](int n) { return static_cast<std::uint8_t>(set >> n & 1); };
+      s.x.left = {.offset = bit(0) * 4U,
+                  .reversed = bit(1) * 8U,
+                  .phase = static_cast<std::uint8_t>(bit(2) * 2),
+                  .power = bit(3),
+                  .sensors = bit(4),
+                  .both = bit(5)};
+      if (by == 1) s.x.doubted = 100;
+      if (by == 2) s.flows(0, 60, 110);
+      const bool off = bit(0) != 0, phase = bit(2) != 0, mirrors = N == 3 && bit(5) != 0,
+                 reversed = bit(1) != 0 || mirrors,
+                 pairs = bit(3) + bit(4) + (mirrors ? 0 : bit(5)) > 0;
+      const bool one = off + phase + reversed + pairs <= 1;
+      const Status said = phase && (by == 2 || !(off || reversed || pairs))
+                              ? Status::current_too_low
+                          : by == 2 && pairs ? Status::phases_exchanged
+                          : off              ? Status::angle_off
+                          : reversed         ? Status::angle_reversed
+                          : pairs            ? Status::phases_exchanged
+                                             : Status::angle_lost;
+      const bool ends = s.ends();
+      worst += unless(ends == (by > 0 || one) && s.guard.latched == ends);
+      if (ends) worst += unless(s.guard.fault.status == said);
+      if (ends) worst += unless(s.guard.fault.phase == (phase ? 1 : -1));
+    }
+  }
+  return worst;
+}
+
+/// The doubt lasts for `patience` samples, of which every fourth asks most and ends nothing; and
+/// until a round of trials leaves a phase and an angle that no other phase can tell.
+double patience() {
+  double worst = 0;
+  for (unsigned doubted = 90; doubted < 120; ++doubted) {
+    Doubt<3> s;
+    s.x.doubted = doubted;
+    worst += unless(s.ends() == (doubted >= 100 && doubted % 4 != 1));
+    worst += unless(s.x.doubted == doubted + 1);
+  }
+  for (int tried : {2, 3, 4, 5}) {
+    for (int other = 0; other < 6; ++other) {  // what else is left
+      Doubt<3> s;
+      s.x.left = {.offset = other == 1 ? 3U : 1U,
+                  .reversed = other == 2 ? 1U : 0U,
+                  .phase = 2,
+                  .power = other == 3,
+                  .sensors = other == 4,
+                  .both = other == 5};
+      s.x.tried = 254;
+      s.x.trial.tried = static_cast<std::uint8_t>(254 + tried);
+      worst += unless(s.ends() == (other == 0 && tried > 3));
+      worst += unless(s.x.tried == (other == 0 ? 254 : s.x.trial.tried));
+    }
+  }
+  return worst;
+}
+
+/// A current that would pass i_max before legs that are switched off now can act; a phase with
+/// more flux linkage than it has there.
+double limits() {
+  double worst = 0;
+  for (int delay : {0, 1}) {
+    for (int k = 0; k < 3; ++k) {
+      for (double more : {-1e-9, 1e-9}) {
+        Doubt<3> s(delay);
+        const double i = i_max - 10 * (1 + delay) + more;
+        s.flows(k, i - 10, i);
+        worst += unless(s.ends() == (more > 0));
+        Doubt<3> rich;
+        rich.x.phase[k].any = {rich.d.psi_max + more, 1e3};
+        worst += unless(rich.ends() == (more > 0 && k == 1));  // the phase in doubt
+      }
+    }
+  }
+  return worst;
+}
+
+/// A phase without a reading that has more flux linkage than any angle explains is no angle's; one
+/// that is unlike the others is neither an angle nor exchanged.
+double no_angles() {
+  double worst = 0;
+  for (double i : {i_zero, i_zero + 1e-9}) {
+    for (double more : {0.0, 1e-9}) {
+      Doubt<3> s;
+      s.flows(1, i, i);
+      s.x.phase[1].any = {s.d.psi_zero + more, 1e3};
+      s.ends();
+      const bool none = i == i_zero && more > 0;
+      worst += unless((s.x.left.offset == 0) == none && (s.x.left.reversed == 0) == none &&
+                      (s.x.left.both == 0) == none && s.x.left.power == 1);
+    }
+  }
+  for (int unlike : {0, 1}) {
+    for (int phase : {0, 2}) {
+      Doubt<3> s;
+      s.x.unlike = unlike;
+      s.x.left.phase = static_cast<std::uint8_t>(phase);
+      s.ends();
+      const bool none = unlike == 1 && phase == 2;
+      const Explanations& left = s.x.left;
+      worst += unless((left.offset == 0 && left.reversed == 0 && left.both == 0 &&
+                       left.power == 0 && left.sensors == 0) == none);
+      worst += unless((left.offset == 4 && left.power == 1 && left.sensors == 1) == !none);
+    }
+  }
+  return worst;
+}
+
+/// What two phases can have had by then, were they exchanged: by the flux linkage of the one less
+/// all that a resistance can have taken, and the current of the other.
+double begins() {
+  double worst = 0;
+  for (double i : {i_zero, i_zero + 1e-9, 11.78, 11.79, 148.41, 148.42}) {
+    Doubt<3> s;
+    s.d.R_error = 0.5;
+    s.p.flux.R = 2;
+    s.x.doubted = 1;
+    s.x.left.sensors = 0;  // one of them is enough, with phase 0
+    for (int k = 0; k < 3; ++k) {
+      s.flows(k, k == 0 ? i : 20, k == 0 ? i : 20);
+      s.x.phase[k].age = 4 + k;
+      s.x.phase[k].any = {1.0 + k, 10};
+    }
+    s.x.forth[2] = s.x.back[2] = {7, 8};
+    s.ends();
+    const double flows = i * 1.01 + 0.1;
+    const double most = i <= i_zero      ? s.d.psi_zero
+                        : flows <= 12    ? s.d.trial.psi
+                        : flows <= i_max ? s.d.psi_max
+                                         : never<double>;
+    // Phase k has lost R i by now, and its flux linkage is followed for a sample more.
+    const auto taken = [&](int k) { return s.x.phase[k].age * T_s * 2 * 1.5 * 300; };
+    worst = worst_of({worst, off(s.x.forth[0].most, most), off(s.x.back[0].most, s.d.psi_max),
+                      off(s.x.forth[0].least, s.x.phase[1].any.least - taken(1)),
+                      off(s.x.back[0].least, std::fmax(s.x.phase[0].any.least - taken(0), 0)),
+                      off(s.x.forth[2].least, 7), off(s.x.back[2].most, 8)});
+  }
+  return worst;
+}
+
+}  // namespace
+
+int main() {
+  check("a sound drive is not doubted", sound(), 0);
+  const auto told = [](const char* what, const Tally& t, int longest) {
+    check(what, t.named, 0);
+    check("  of which the truth was dropped", t.kept, 0);
+    check("  and the longest doubt [samples]", t.longest, longest);
+    check("  and the greatest current, in a trial to 12 A [A]", t.i_most, 2 * 12);
+  };
+  told("motor cables of two phases, not named", all_pairs(true, false), 500);
+  told("channels of two phases", all_pairs(false, true), 500);
+  told("cables behind the sensors", all_pairs(true, true), 700);
+  told("an angle that is off", all_angles(false), 120);
+  told("an angle that runs backwards", all_angles(true), 200);
+  told("a channel without a signal, and an open phase", all_phases(), 400);
+  check("what is said of what is left, of three phases", conclusions<3>(), 0);
+  check("and of four", conclusions<4>(), 0);
+  check("how long a doubt lasts", patience(), 0);
+  check("no current beyond the greatest one", limits(), 0);
+  check("what is no angle", no_angles(), 0);
+  check("bounds of phases that may be exchanged [Wb]", begins(), 1e-12);
+  return failures == 0 ? 0 : 1;
+}
