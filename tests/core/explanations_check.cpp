@@ -443,6 +443,68 @@ double begins() {
   return worst;
 }
 
+/// A contradiction waits where a phase that flows has it while the law runs, and its flux linkage
+/// is known as well as that of others may change it; else the doubt begins. So it does when another
+/// phase contradicts as well, or the same one in a window that an angle nearby does not explain.
+double waits() {
+  double worst = 0;
+  const auto contradicts = [](Doubt<3>& s, int k, double i, double part) {
+    const double psi = machine().at(i, phase_angle<3>(0.9, k)).psi;
+    s.flows(k, i, i);
+    s.x.phase[k].any = s.x.phase[k].shown = {part * psi, part * psi};
+  };
+  const auto begun = [] {
+    Doubt<3> s;
+    s.d.map_error = 0.02;
+    s.y.theta_e = 0.9;
+    s.x.doubted = 0;
+    s.x.first = {};
+    s.x.left = {};
+    for (auto& phase : s.x.phase) phase.left = 0;
+    return s;
+  };
+  for (int k = 0; k < 3; ++k) {
+    for (double part : {0.7, 1.4}) {
+      for (int rounds : {0, 1}) {
+        for (double left : {0.0, psi_error, 1.001 * psi_error}) {
+          Doubt<3> s = begun();
+          contradicts(s, k, 20, part);
+          s.x.phase[k].left = left;
+          s.x.trial.rounds = rounds;
+          s.ends();
+          const bool near = rounds == 0 && left <= psi_error;
+          worst += unless(s.x.near == (near ? k : -1) && s.x.doubted == (near ? 0 : 1));
+          worst += unless(s.x.first.phase == k);
+          worst += unless(s.x.first.status ==
+                          (part > 1 ? Status::current_too_low : Status::current_too_high));
+          const int others = 7 & ~(1 << k);
+          const Explanations& e = s.x.left;
+          worst += unless(near || (e.phase == 1 << k && e.power == others && e.sensors == others &&
+                                   e.both == others));
+          worst += unless(near || (e.offset == 0xffffff && e.reversed == 0xffffff));
+        }
+      }
+    }
+    Doubt<3> dead = begun();
+    dead.x.phase[k].any = dead.x.phase[k].shown = {0.1, 0.1};
+    dead.ends();
+    worst += unless(dead.x.doubted == 1 && dead.x.first.status == Status::dead_current_sensor);
+    for (int other = 0; other < 3; ++other) {
+      if (other == k) continue;
+      Doubt<3> both = begun();
+      both.x.near = k;
+      both.x.first = {Status::current_too_low, static_cast<std::int8_t>(k), 0, 0};
+      contradicts(both, other, 20, 1.4);
+      both.ends();
+      const Explanations& e = both.x.left;
+      worst += unless(both.x.doubted == 1 && both.x.near == -1 && both.x.first.phase == k);
+      worst += unless(e.phase == 0 && e.power == 1 << other && e.sensors == 1 << other &&
+                      e.both == 1 << other);
+    }
+  }
+  return worst;
+}
+
 /// Of two phases that may be exchanged, of which one comparison alone says something: it leaves
 /// the exchange that has its flux linkage and drops the other. Two comparisons are looked at in a
 /// sample.
@@ -502,6 +564,7 @@ int main() {
   told("a channel with another gain", all_gains(1e9, 0.02), 250, 60);
   told("and by a comparison of the phases", all_gains(0.02, 0.02), 250, 60);
   told("and where the map may be wrong by half", all_gains(0.02, 0.5), 0, 60);
+  check("what waits, and what is a doubt at once", waits(), 0);
   check("one comparison of two phases", comparisons(), 0);
   check("what is said of what is left, of three phases", conclusions<3>(), 0);
   check("and of four", conclusions<4>(), 0);

@@ -11,7 +11,7 @@ from test_limit_pairs import point as pairs_at
 from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.machine import optimum
-from reluctance.machine.optimum import OperatingPoint, Profile, returning_flux, ripple
+from reluctance.machine.optimum import OperatingPoint, Profile, least_ripple, returning_flux, ripple
 from reluctance.machine.optimum.coupled import at_once, solved
 from reluctance.machine.optimum.each_phase import each_phase
 from reluctance.machine.optimum.least_ripple import _deviation, _smoothed, _state, _voltage
@@ -450,6 +450,37 @@ def test_deviations_for_less_ripple_make_no_torque_and_are_within_the_voltage():
     on = (i + np.roll(i, -1)) / 2 > 1e-3 * i.max()
     assert np.abs(u[on]).max() <= 240 * (1 + 1e-6)
     assert (psi + d)[flows].min() > 0
+
+
+def test_a_current_below_a_thousandth_of_the_peak_switches_nothing(monkeypatch):
+    """What the interior point leaves of a phase at rest is no current that a leg drives. Where one
+    flows, the gain is that of the middle of the interval."""
+    asked = []
+
+    class Kept(SwitchingProgramme):
+        def __init__(self, u, gain, flows, **given):
+            asked.append((u, gain, flows))
+            super().__init__(u, gain, flows, **given)
+
+    monkeypatch.setattr(least_ripple, "SwitchingProgramme", Kept)
+    table = optimum.profile_table(POINT, 20.0, n_points=36, n_levels=2)
+    h = table.theta_e[1] / (POINT.N_r * POINT.omega_m)
+    flows = table.i[1] > 1e-3 * table.i[1].max()
+    for rest in (0.0, 0.9e-3, 1.1e-3):
+        i = np.where(flows, table.i[1], rest * table.i[1].max())
+        _deviation(POINT, table, i, table.psi[1], flows, h)
+    none, less, more = (mid for _, _, mid in asked)
+    at_rest = ~flows & ~np.roll(flows, -1)  # at both ends of the interval
+    assert at_rest.sum() > 10 and more[at_rest].all()
+    assert not none[at_rest].any() and not less[at_rest].any()
+    for u, gain, mid in asked:
+        assert not u[~mid].any() and not gain[~mid].any()
+    ahead, d = (table.i[1] + np.roll(table.i[1], -1)) / 2, 1e-4
+    middle = table.theta_e + np.pi / 36
+    up, down = (_core.magnetics(PAPER, ahead + x, middle) for x in (d, -d))
+    exact = (up[:, 2] - down[:, 2]) / (up[:, 0] - down[:, 0])
+    inside = flows & np.roll(flows, -1)
+    assert asked[0][1][inside] == pytest.approx(exact[inside], rel=1e-4)
 
 
 def test_smoothing_keeps_the_sum_and_reaches_half_its_width_to_each_side():
