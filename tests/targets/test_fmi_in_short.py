@@ -109,8 +109,9 @@ class Instance:
         return 65536 * TABLES.index(table) + self.names[table].index(name) + 1
 
     def _values(self, what, references, values, kind, count=None):
-        n = len(references)
-        refs, row = (ctypes.c_uint32 * n)(*references), (kind * n)(*values)
+        n = len(references)  # what is behind them is none of theirs
+        refs = (ctypes.c_uint32 * (n + 1))(*references, 65536 * TABLES.index("waveform") + 1)
+        row = (kind * n)(*values)
         names = {2: {DOUBLE: "Real", INT: "Integer"}, 3: {DOUBLE: "Float64", INT: "Int32"}}
         more = () if self.version == 2 else (SIZE(n if count is None else count),)
         status = self.call(what + names[self.version][kind], refs, SIZE(n), row, *more)
