@@ -178,6 +178,27 @@ double counts() {
   const auto ended = after(d, hold<double>(down), 10, 10, {0.001, 0.05});
   worst = worst_of(
       {worst, off(ended.age, 0), off(ended.taken, 0), off(ended.left, ended.any.most / 2)});
+  // A comparator leaves open how much of the voltage a winding had.
+  for (bool above : {false, true}) {
+    d = diagnosis();
+    const auto p = protection();
+    State x;
+    Guard guard;
+    guard.has_last = true;
+    guard.i[0] = above ? 13 : 10;
+    guard.acting[0] = {1, -1, 9, 12};
+    x.phase[0].any = {1, 2};
+    x.phase[0].left = 0.5;
+    x.phase[0].age = 7;
+    x.u_dc = u_dc;
+    d.remember(x, p,
+               Command<double, N>{regulate(10.0, 1.0, still), regulate(0.0, 1.0, still),
+                                  regulate(0.0, 1.0, still)});
+    d.finds(x, guard, p, Coil{},
+            {.i = {guard.i[0], 0, 0}, .theta_e = 1, .omega_m = 0, .u_dc = u_dc});
+    worst = worst_of(
+        {worst, off(x.phase[0].left, 0.5 + (above ? 0 : T_s * u_dc)), off(x.phase[0].age, 8)});
+  }
   return worst;
 }
 

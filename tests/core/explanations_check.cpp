@@ -197,19 +197,23 @@ Tally all_pairs(bool power, bool sensors) {
   return tally;
 }
 
-/// By each of the angles that are kept, but of half a step about none.
+/// By each of the angles that are kept, and up to half a step to each side of it; but about none.
 Tally all_angles(bool backwards) {
   Tally tally;
   for (int n = backwards ? 0 : 1; n < Explanations::n_angles; ++n) {
-    Wrong<3> wrong;
-    wrong.backwards = backwards;
-    wrong.offset = (backwards ? n : -n) * turn / Explanations::n_angles;
     const auto left = [&](const Explanations& e, int) {
       return ((backwards ? e.reversed : e.offset) >> n & 1U) == 1;
     };
-    for (int delay : {0, 1}) {
-      tally.add(run<3>(wrong, 0.2, delay, turning, left),
-                backwards ? Status::angle_reversed : Status::angle_off);
+    for (double beside : {-0.49, 0.0, 0.49}) {
+      if (!backwards && n < 2 && beside < 0) continue;
+      if (!backwards && n > Explanations::n_angles - 2 && beside > 0) continue;
+      Wrong<3> wrong;
+      wrong.backwards = backwards;
+      wrong.offset = (backwards ? 1 : -1) * (n + beside) * turn / Explanations::n_angles;
+      for (int delay : {0, 1}) {
+        tally.add(run<3>(wrong, 0.2, delay, turning, left),
+                  backwards ? Status::angle_reversed : Status::angle_off);
+      }
     }
   }
   return tally;
@@ -475,6 +479,13 @@ double waits() {
           const bool near = rounds == 0 && left <= psi_error;
           worst += unless(s.x.near == (near ? k : -1) && s.x.doubted == (near ? 0 : 1));
           worst += unless(s.x.first.phase == k);
+          // The search of an angle begins with what the phase has at least, or at most.
+          const double any = part * machine().at(20, phase_angle<3>(0.9, k)).psi;
+          const double more = 0.02 + 0.01 + 0.1 / 20;
+          worst += unless(s.x.search.turn == 2 * k + (part < 1) && s.x.search.i == 20 &&
+                          s.x.search.theta_e == 0.9);
+          worst += unless(off(s.x.search.psi, part > 1 ? (any - psi_error) / (1 + more)
+                                                       : (any + psi_error) / (1 - more)) < 1e-12);
           worst += unless(s.x.first.status ==
                           (part > 1 ? Status::current_too_low : Status::current_too_high));
           const int others = 7 & ~(1 << k);
@@ -489,6 +500,8 @@ double waits() {
     dead.x.phase[k].any = dead.x.phase[k].shown = {0.1, 0.1};
     dead.ends();
     worst += unless(dead.x.doubted == 1 && dead.x.first.status == Status::dead_current_sensor);
+    worst += unless(dead.x.search.turn == 2 * k && dead.x.search.i == i_zero + 0.1);
+    worst += unless(off(dead.x.search.psi, (0.1 - psi_error) / 1.02) < 1e-12);
     for (int other = 0; other < 3; ++other) {
       if (other == k) continue;
       Doubt<3> both = begun();
@@ -500,6 +513,66 @@ double waits() {
       worst += unless(both.x.doubted == 1 && both.x.near == -1 && both.x.first.phase == k);
       worst += unless(e.phase == 0 && e.power == 1 << other && e.sensors == 1 << other &&
                       e.both == 1 << other);
+    }
+  }
+  return worst;
+}
+
+/// What is heard of a phase: where it shows a current and its flux linkage is followed. Once it has
+/// left a window, the wait for it is over; that for another phase is not.
+double hearings() {
+  double worst = 0;
+  for (double i : {i_zero, i_zero + 1e-9, 20.0}) {
+    for (double least : {0.0, 1e-3}) {
+      Doubt<3> s;
+      s.x.doubted = 0;
+      s.flows(1, i, i);
+      s.x.phase[1].any = s.x.phase[1].shown = {least, 1e3};
+      s.ends();
+      worst += unless(s.x.likeness.sums[1].n == (i > i_zero && least > 0 ? 1 : 0));
+    }
+  }
+  for (int near = 0; near < 3; ++near) {
+    for (int k = 0; k < 3; ++k) {
+      for (int heard : {2, 3}) {
+        Doubt<3> s;
+        s.x.doubted = 0;
+        s.x.near = near;
+        s.x.near_theta = 1;
+        s.x.first = {Status::current_too_low, static_cast<std::int8_t>(near), 0, 0};
+        const int window = static_cast<int>(phase_angle<3>(1.0, k) * 12 / turn);
+        s.x.likeness.sums[k] = {.n = heard,
+                                .window = (window + 1) % 12,
+                                .age = 3,
+                                .psi = 1,
+                                .map = 1,
+                                .taken = 0,
+                                .left = 0,
+                                .i = 3};
+        s.flows(near, 20, 20);
+        s.x.phase[near].any = s.x.phase[near].shown = {1e-3, 1e3};
+        s.ends();
+        const bool over = k == near && heard == 3;
+        worst += unless(s.x.near == (over ? -1 : near) && s.x.doubted == (over ? 1 : 0));
+      }
+    }
+    // Where the next phase has been at its angle by now, or the patience is over.
+    const double far = turn / 3 + turn / 12;
+    for (double turned : {0.0, far - 1e-9, far + 1e-9, 1e-9 - far, -1e-9 - far}) {
+      for (int waited : {100, 101}) {
+        Doubt<3> s;
+        s.x.doubted = 0;
+        s.x.near = near;
+        s.x.near_theta = wrap(1 - turned);
+        s.x.near_at = 1000;
+        s.x.likeness.now = 1000 + static_cast<std::uint32_t>(waited) - 1;
+        s.x.first = {Status::current_too_low, static_cast<std::int8_t>(near), 0, 0};
+        s.flows(near, 20, 20);
+        s.x.phase[near].any = s.x.phase[near].shown = {1e-3, 1e3};
+        s.ends();
+        const bool over = std::fabs(turned) > far || waited > 100;
+        worst += unless(s.x.doubted == (over ? 1 : 0));
+      }
     }
   }
   return worst;
@@ -533,6 +606,7 @@ double comparisons() {
           const bool asks = s.x.doubted % 4 == 1;
           s.ends();
           const int moved = (s.x.pair - pair + 12) % 12;
+          worst += unless(s.x.pair >= 0 && s.x.pair < 12);
           worst += unless(asks ? moved == 1 || moved == 2 : moved == 0);
         }
         worst += unless(s.x.left.power == (power ? with : 0));
@@ -565,6 +639,7 @@ int main() {
   told("and by a comparison of the phases", all_gains(0.02, 0.02), 250, 60);
   told("and where the map may be wrong by half", all_gains(0.02, 0.5), 0, 60);
   check("what waits, and what is a doubt at once", waits(), 0);
+  check("what is heard, and how long a contradiction waits", hearings(), 0);
   check("one comparison of two phases", comparisons(), 0);
   check("what is said of what is left, of three phases", conclusions<3>(), 0);
   check("and of four", conclusions<4>(), 0);
