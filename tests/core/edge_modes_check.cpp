@@ -93,6 +93,7 @@ Sample drawn(std::mt19937& random, const Guide& guide) {
     const double i = current_from_flux(machine(), profile.at(theta), theta, 150.0);
     s.y.i[k] = any(0, 1) < 0.2 ? 0 : std::max(i + any(-1, 1) * (far ? 30 : 1), 0.0);
     if (any(0, 1) < 0.05) s.y.i[k] = any(i_max, 1.3 * i_max);
+    if (any(0, 1) < 0.1) s.y.i[k] = any(0, 0.006 * i_max);  // about none
     const Leg legs[] = {Leg::demagnetize, Leg::freewheel, Leg::magnetize};
     s.x.ordered[k] = hold<double>(legs[random() % 3]);
   }
@@ -155,6 +156,7 @@ bool can_hold(const Known& at, double T_s) {
 /// How often each case was drawn.
 struct Drawn {
   int holds = 0, follows = 0, starts = 0, over = 0, far = 0, above = 0, below = 0, otherwise = 0;
+  int third = 0, fourth = 0, fifth = 0;  // levels that only the case allows
   int helped = 0, reached = 0, torque_edges = 0, flux_edges = 0, held = 0, moved = 0;
 };
 
@@ -216,6 +218,12 @@ double levels(const Guide& guide) {
                           unless(c[k].leg[edge] != c[k].leg[edge + 1])});
         before = c[k].t_edge[edge];
       }
+      // Beyond twice the slack the third level does what the other two cannot.
+      const bool above = away > 2 && !at.falls(k) && !over && !far;
+      const bool below = away < -2 && at.falls(k) && !over && !far;
+      count.third += above && c[k].leg[0] == Leg::demagnetize;
+      count.fourth += below && c[k].leg[0] == Leg::magnetize;
+      count.fifth += over && away < 2 && !at.falls(k) && c[k].leg[0] == Leg::demagnetize;
       count.starts += starts, count.over += over, count.above += away > 2, count.below += away < -2;
       if (!far || over || starts) continue;
       const bool towards = c[k].leg[0] == (at.e < 0 ? Leg::magnetize : Leg::demagnetize);
@@ -225,6 +233,7 @@ double levels(const Guide& guide) {
   }
   return worst_of({worst, unless(count.starts > 30 && count.over > 200 && count.far > 2000),
                    unless(count.above > 200 && count.below > 200 && count.reached > 1000),
+                   unless(count.third > 5 && count.fourth > 5 && count.fifth > 50),
                    unless(count.otherwise < 0.02 * count.far)});
 }
 
@@ -305,7 +314,7 @@ double edges(const Guide& guide) {
       }
     }
   }
-  return worst_of({worst, unless(count.torque_edges > 300 && count.flux_edges > 100)});
+  return worst_of({worst, unless(count.torque_edges > 300 && count.flux_edges > 50)});
 }
 
 /// A phase that follows keeps its leg while that leads it to within an eighth of what a pulse
