@@ -5,14 +5,13 @@ import ctypes
 from pathlib import Path
 
 import pytest
-from c_library import Unit, library
+from c_library import Unit
+from small_library import T_S, small_library
 
 import reluctance as rl
-from reluctance.base import toolchain
 from reluctance.targets.export.blob import blob
 
 ROOT = Path(__file__).parents[2]
-T_S = 20e-6
 OK, DISCARD, ERROR = 0, 2, 3  # of both versions
 DRIVE = rl.load(ROOT / "examples" / "sharing_cubic.toml", ["supervision.enable_s=0.0"])
 TABLES = (
@@ -20,27 +19,6 @@ TABLES = (
     "states",
 )
 PARTS = {"drive": 0, "stage": 1, "controller": 2}
-SOURCE = f"""
-#include <cstddef>
-#define SRM_LAWS TorqueSharing
-#define SRM_MACHINES LeHuy
-#define SRM_PHASES 3
-#define SRM_PRECISIONS double
-#define SRM_AROUND(around, machine, phases) (around == "states")
-#include "srm/c_api/reluctance.h"
-namespace drive {{
-const unsigned char* blob;
-std::size_t size;
-srm_part part;
-constexpr double T_s = {T_S};
-constexpr char token[] = "this drive";
-}}
-#include "srm/fmi/fmi2.hpp"
-#include "srm/fmi/fmi3.hpp"
-extern "C" SRM_API void use(const unsigned char* blob, std::size_t size, srm_part part) {{
-  drive::blob = blob, drive::size = size, drive::part = part;
-}}
-"""
 LOG = {
     2: ctypes.CFUNCTYPE(
         None, *[ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int], *[ctypes.c_char_p] * 3
@@ -56,13 +34,8 @@ class Callbacks(ctypes.Structure):
 
 
 @pytest.fixture(scope="module")
-def lib(tmp_path_factory):
-    place = tmp_path_factory.mktemp("fmi")
-    (place / "both.cpp").write_text(SOURCE)
-    flags = ["-O0", "-fvisibility=hidden", f"-I{ROOT / 'include'}"]
-    return library(
-        toolchain.build(["both.cpp"], "both.so", flags, folder=place, what="both versions")
-    )
+def lib():
+    return small_library()
 
 
 class Instance:
