@@ -160,6 +160,20 @@ struct Drawn {
   int helped = 0, reached = 0, torque_edges = 0, flux_edges = 0, held = 0, moved = 0;
 };
 
+/// A change of the reference by more than a twentieth counts as a step, for a stroke.
+double strokes(const Guide& guide) {
+  double worst = 0;
+  for (double to : {20.0, 20.99, 19.1, 21.1, 18.9, -20.0}) {
+    Law::State x;
+    x.steps.reference = 20;
+    const Measurement<double, N> y{.theta_e = 1, .omega_m = 30, .u_dc = u_dc};
+    guide.law(20e-6, 0).step(x, y, to);
+    const bool steps = std::fabs(to - 20) > 0.05 * std::fabs(to);
+    worst = worst_of({worst, off(x.steps.left, steps ? turn / N : 0), off(x.steps.reference, to)});
+  }
+  return worst;
+}
+
 /// A law follows the guide for a period from where its levels cannot hold the torque.
 double modes(const Guide& guide) {
   std::mt19937 random(11);
@@ -196,6 +210,7 @@ double levels(const Guide& guide) {
     if (!steps && !can_hold(at, law.T_s)) continue;
     const Command<double, N> c = law.step(s.x, s.y, s.tau_ref);
     worst = worst_of({worst, unless(s.x.steps.reached == !(at.e < -0.05 * at.demand))});
+    worst = worst_of({worst, off(s.x.steps.left, steps ? 1 - at.turn : 0) - 1e-12});
     count.reached += s.x.steps.reached;
     for (int k = 0; k < N; ++k) {
       const auto& p = at.phases[k];
@@ -376,6 +391,7 @@ double units(const Guide& guide) {
 int main() {
   const Guide guide;
   check("holds the torque, or follows the guide for a period [rad]", modes(guide), 1e-9);
+  check("a step lasts for a stroke [rad]", strokes(guide), 1e-12);
   check("levels that a phase may take", levels(guide), 0);
   check("phases without current", idle_phases(guide), 0);
   check("edges where a band is left", edges(guide), 0);
