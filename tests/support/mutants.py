@@ -51,7 +51,7 @@ FOLDERS = {  # of tests, by the first that a header's place begins with
     "control/commission": ("targets",),
     "control": ("core", "drive"),
     "sim": ("core", "drive"),
-    "c_api": ("targets",),
+    "c_api": ("targets", "core"),
     "fmi": ("targets",),
 }
 ENDED = "a test that ended the process"

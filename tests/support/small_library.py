@@ -8,9 +8,11 @@ from pathlib import Path
 
 from c_library import library
 
+import reluctance as rl
 from reluctance.base import toolchain
 
 ROOT = Path(__file__).parents[2]
+DRIVE = rl.load(ROOT / "examples" / "sharing_cubic.toml", ["supervision.enable_s=0.0"])
 T_S = 20e-6  # of the mock-up units [s]
 SOURCE = f"""
 #include <cstddef>

@@ -2,18 +2,14 @@
 library of both versions, with what each call answers and what it tells the log."""
 
 import ctypes
-from pathlib import Path
 
 import pytest
 from c_library import Unit
-from small_library import T_S, small_library
+from small_library import DRIVE, T_S, small_library
 
-import reluctance as rl
 from reluctance.targets.export.blob import blob
 
-ROOT = Path(__file__).parents[2]
 OK, DISCARD, ERROR = 0, 2, 3  # of both versions
-DRIVE = rl.load(ROOT / "examples" / "sharing_cubic.toml", ["supervision.enable_s=0.0"])
 TABLES = (
     *("parameter", "input", "waveform", "period", "last_period", "measurement", "order", "leg"),
     "states",
