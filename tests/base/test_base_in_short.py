@@ -117,6 +117,25 @@ def test_a_name_that_no_file_can_have_names_none(path):
         files.end_command()
 
 
+def test_a_result_replaces_no_file_that_was_read_but_one_that_is_edited(tmp_path):
+    """Within a command; outside of one, nothing is remembered."""
+    path = tmp_path / "a.toml"
+    path.write_text("")
+    files.edit_input(path)
+    files.note_input(path)
+    files.check_place(path)
+    files.begin_command()
+    try:
+        files.check_place(path)
+        files.note_input(path)
+        with pytest.raises(ParameterError, match=r"a\.toml"):
+            files.check_place(path)
+        files.edit_input(path)
+        files.check_place(path)
+    finally:
+        files.end_command()
+
+
 def test_a_place_without_the_right_to_write_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "access", lambda *_: False)
     with pytest.raises(ParameterError, match=r"no right to write in .*; choose another folder"):
