@@ -11,15 +11,17 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
+from pydantic import Field
 
 from reluctance.base import cache, files, toolchain, unedited
 from reluctance.base.columns import refuse_parted
 from reluctance.base.errors import ParameterError
 from reluctance.base.extension import compile_extension
 from reluctance.base.figures import look
+from reluctance.base.key_figures import definite
 from reluctance.base.picture import PANEL_WIDTH, Picture
 from reluctance.base.reading import read_rows
-from reluctance.base.schema import number_hint
+from reluctance.base.schema import Section, check_places, checked, field_of, number_hint
 from reluctance.base.toolchain import compiler, first_error
 
 # A compiler.
@@ -348,3 +350,99 @@ def test_a_name_that_is_wider_than_the_figure_is_written_in_lines():
     (legend,) = made.legends
     assert "\n" in legend.get_texts()[0].get_text()
     assert legend.get_window_extent().width <= made.get_window_extent().width
+
+
+# Tables within tables.
+
+
+class Inner(Section):
+    R_ohm: float = 1.0
+    counts: list[int] = Field(default_factory=list)
+
+
+class Outer(Section):
+    inner: Inner
+    speed_rpm: float = 1.0
+
+
+class Other(Section):
+    called = "named"
+    tau_Nm: float = 1.0
+    speed_rpm: float = 1.0
+
+
+class Loose(Section, extra="allow"):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({}, "missing table [outer.inner]"),
+        ({"inner": {"R_ohm": "x"}}, "[outer.inner] R_ohm = 'x', need a number"),
+        (
+            {"inner": {"R_ohms": 2.0}},
+            "unknown key `R_ohms` in [outer.inner]; did you mean `R_ohm`?",
+        ),
+        (
+            {"inner": {"R_mohm": 2.0}},
+            "unknown key `R_mohm` in [outer.inner]; did you mean `R_ohm = 0.002`?",
+        ),
+        ({"inner": 3}, "[outer] inner = 3, need a table"),
+        ({"inner": {"counts": [1, 2.5]}}, "[outer.inner] counts.1 = 2.5, need a whole number"),
+        ({"inner": {}, "speed_radps": 2}, "did you mean `speed_rpm = 19.09859317`?"),
+        ({"inner": {}, "speed_radps": True}, "unknown key `speed_radps` in [outer]; did you mean"),
+        (
+            {"inner": {}, "a": 1, "b": 2},
+            "unknown key `a` in [outer]; known: `inner`, `speed_rpm` (and 1 more)",
+        ),
+        ([1], "[outer] = [1], need a table"),
+    ],
+)
+def test_a_fault_is_named_by_its_place_within_the_tables(given, told):
+    with pytest.raises(ParameterError) as fault:
+        checked(Outer, given, "[outer]")
+    assert told in str(fault.value)
+    if "True" in repr(given):
+        assert "= " not in str(fault.value)
+
+
+def test_a_key_is_found_in_the_tables_within_a_table():
+    assert field_of(Outer, ["inner", "R_ohm"]) is Inner.model_fields["R_ohm"]
+    assert field_of(Outer, ["speed_rpm"]) is Outer.model_fields["speed_rpm"]
+    for path in (["inner", "none"], ["speed_rpm", "R_ohm"], ["none", "R_ohm"], ["none"]):
+        assert field_of(Outer, path) is None
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        ({"inner": {"tau_Nm": 1}}, "unknown key `tau_Nm` in [a.inner]; it belongs in [a.other]"),
+        ({"inner": {"speed_rpm": 1}}, "it belongs in [a.other] or [a.outer]"),
+        ({"inner": {"speed_rpm": 1}, "other": {}}, "it belongs in [a.other]"),
+        (
+            {"inner": {"speed_rpm": 1}, "other": {"speed_rpm": 2}},
+            "it belongs in [a.outer]",
+        ),
+        (
+            {"inner": {"tau_Nm": 1}, "other": {"tau_Nm": 2}},
+            "unknown key `tau_Nm` in [a.inner]; remove it, [a.other] has it",
+        ),
+        ({"inner": {"nobody": 1, "R_ohm": 1}}, None),
+        ({"loose": {"tau_Nm": 1}, "unknown": {"tau_Nm": 1}, "other": 3}, None),
+    ],
+)
+def test_a_key_in_another_table_than_its_own_is_told_where_it_belongs(data, told):
+    kinds = {"inner": Inner, "other": Other, "outer": Outer, "loose": Loose}
+    if told is None:
+        check_places(data, kinds, "a.")
+        return
+    with pytest.raises(ParameterError) as fault:
+        check_places(data, kinds, "a.")
+    assert str(fault.value).endswith(told)
+
+
+def test_a_key_figure_without_a_meaning_is_none_to_compute_with():
+    assert definite(0.0) == 0.0
+    with pytest.raises(RuntimeError, match="a key figure without meaning here"):
+        definite(None)
