@@ -618,6 +618,38 @@ double comparisons() {
   return worst;
 }
 
+/// Likewise of cables behind the sensors: a phase then has the angle of the other.
+double cables() {
+  double worst = 0;
+  for (int j : {0, 2}) {
+    for (int asked : {1, j}) {
+      for (bool matches : {true, false}) {
+        Doubt<3> s;
+        const auto with = static_cast<std::uint8_t>(1 << j);
+        const int to = asked == 1 ? j : 1;
+        s.d.map_error = 0.02;
+        s.d.psi_max = s.d.psi_zero = 1e3;
+        s.y.theta_e = 0.9;
+        for (int k = 0; k < 3; ++k) s.flows(k, 20, 20);
+        for (auto& phase : s.x.phase) phase.any = phase.shown = {0, 1e3};  // says nothing
+        const double psi = machine().at(20, phase_angle<3>(0.9, matches ? to : asked)).psi;
+        s.x.phase[asked].any = {psi, psi};
+        s.x.left = {.offset = 0, .reversed = 0, .phase = 2, .power = 0, .sensors = 0, .both = with};
+        for (int n = 0; n < 24; ++n) {
+          const int both = s.x.both;
+          const bool asks = s.x.doubted % 4 == 3 && s.x.left.both != 0;
+          s.ends();
+          const int moved = (s.x.both - both + 6) % 6;
+          worst += unless(s.x.both >= 0 && s.x.both < 6);
+          worst += unless(asks ? moved == 1 || moved == 2 : moved == 0);
+        }
+        worst += unless(s.x.left.both == (matches ? with : 0) && s.x.left.phase == 2);
+      }
+    }
+  }
+  return worst;
+}
+
 }  // namespace
 
 /// Trials go to 12 A, the law to 40 A; a channel that shows three quarters to 53 A and a sample.
@@ -641,6 +673,7 @@ int main() {
   check("what waits, and what is a doubt at once", waits(), 0);
   check("what is heard, and how long a contradiction waits", hearings(), 0);
   check("one comparison of two phases", comparisons(), 0);
+  check("one comparison of two cables", cables(), 0);
   check("what is said of what is left, of three phases", conclusions<3>(), 0);
   check("and of four", conclusions<4>(), 0);
   check("how long a doubt lasts", patience(), 0);

@@ -483,6 +483,26 @@ def test_a_current_below_a_thousandth_of_the_peak_switches_nothing(monkeypatch):
     assert asked[0][1][inside] == pytest.approx(exact[inside], rel=1e-4)
 
 
+def test_less_ripple_is_the_same_profile_in_other_units():
+    """Eight times the flux linkages, voltages and resistance; and it is another profile than before
+    from the first point on at which a current flows, with none at rest."""
+    larger = _core.LeHuy(N_r=4, L_u=5.36e-3, L_a=188.96e-3, L_sat=1.2e-3, i_m=450.0, psi_m=3.744)
+    other = replace(POINT, magnetics=larger, R=8 * POINT.R, u_dc=8 * POINT.u_dc)
+    table = optimum.profile_table(POINT, 20.0, n_points=36, n_levels=2)
+    flows = table.i[1] > 1e-3 * table.i[1].max()
+    rest = np.where(flows, table.i[1], 0.5e-3 * table.i[1].max())
+    given = replace(table, i=np.stack([table.i[0], rest]))
+    fields = ("psi", "u_dc", "tau_ref", "tau_error_max", "tau_error_rms")
+    found = optimum.least_ripple_table(POINT, given)
+    scaled = replace(given, **{name: 8 * getattr(given, name) for name in fields})
+    assert optimum.least_ripple_table(other, scaled).i == pytest.approx(found.i, rel=1e-6)
+    assert not found.i[1][~flows].any() and not np.allclose(found.i[1], given.i[1], rtol=0.01)
+    h = table.theta_e[1] / (POINT.N_r * POINT.omega_m)
+    d = _deviation(POINT, given, given.i[1], given.psi[1], flows, h)
+    free = np.flatnonzero(flows & np.roll(flows, 1))
+    assert d[free[0]] != 0
+
+
 def test_smoothing_keeps_the_sum_and_reaches_half_its_width_to_each_side():
     d = np.zeros(72)
     d[1] = 1.0

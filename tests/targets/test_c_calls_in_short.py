@@ -172,6 +172,19 @@ def test_parts_have_numbers_and_no_others():
         assert lib.srm_free(handle) == NO_UNIT
 
 
+def test_a_blob_has_as_many_numbers_as_its_fields():
+    """By its checksum, FNV-1a, all of them are as they were written."""
+    content, handle = blob(DRIVE), ctypes.c_uint32()
+    for wrong in (content[:-8], content + bytes(8)):
+        value = 14695981039346656037
+        for byte in wrong[:80] + wrong[88:]:
+            value = (value ^ byte) * 1099511628211 % 2**64
+        wrong = wrong[:80] + value.to_bytes(8, "little") + wrong[88:]
+        lib = small_library()
+        assert lib.srm_create(wrong, len(wrong), 0, ctypes.byref(handle)) == -5
+        assert lib.srm_last_error().endswith(b"one that is cut off: numbers")
+
+
 @of_each_part
 def test_before_the_start_there_are_parameters_and_inputs_alone(part):
     unit = Calls(part)
