@@ -10,6 +10,7 @@ from c_library import library
 
 import reluctance as rl
 from reluctance.base import toolchain
+from reluctance.targets.export.blob import blob
 
 ROOT = Path(__file__).parents[2]
 DRIVE = rl.load(ROOT / "examples" / "sharing_cubic.toml", ["supervision.enable_s=0.0"])
@@ -38,7 +39,7 @@ extern "C" SRM_API void use(const unsigned char* blob, std::size_t size, srm_par
 
 
 @functools.cache
-def small_library() -> ctypes.CDLL:
+def compiled() -> ctypes.CDLL:
     """Cubic torque sharing with states, on the paper's machine model, in double precision."""
     with tempfile.TemporaryDirectory() as place:
         (Path(place) / "small.cpp").write_text(SOURCE)
@@ -47,3 +48,9 @@ def small_library() -> ctypes.CDLL:
             ["small.cpp"], "small.so", flags, folder=place, what="the small library"
         )
         return library(made)
+
+
+@functools.cache
+def content(record: float | None = None) -> bytes:
+    """The blob of its drive; record: as of `blob`."""
+    return blob(DRIVE, record=record)

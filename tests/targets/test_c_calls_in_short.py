@@ -2,19 +2,18 @@
 mistake of a caller. One small library of a drive with states."""
 
 import ctypes
+import struct
 
 import numpy as np
 import pytest
+import small_library
 from c_library import PARTS, TABLES, Unit
-from small_library import DRIVE, small_library
-
-from reluctance.targets.export.blob import blob
 
 N = 3
 OK, MORE, NULL, NO_UNIT, SIZE, PARAMETER, ORDER, PART, NAME, WRITABLE, FINITE, DIVERGED = (
     *(0, 1, -1, -2, -4, -9, -10, -11, -12, -13, -14, -15),
 )
-WRONG_STATE, CHECKSUM = -16, -7
+WRONG_STATE, CHECKSUM, OF_ANOTHER, NOT_A_BLOB = -16, -7, -6, -5
 WORDS = {
     NULL: "a pointer is null",
     SIZE: "a buffer has the wrong size",
@@ -32,7 +31,7 @@ class Calls(Unit):
     """A unit whose calls answer with their status."""
 
     def __init__(self, part="drive", record=None):
-        super().__init__(small_library(), blob(DRIVE, record=record), part)
+        super().__init__(small_library.compiled(), small_library.content(record), part)
         self.part = part
 
     def told(self, call, *arguments):
@@ -141,12 +140,12 @@ def test_each_entry_is_found_read_and_counted(part):
 
 
 def test_every_status_has_words_of_its_own():
-    text = small_library().srm_text
+    text = small_library.compiled().srm_text
     words = {n: text(n).decode() for n in range(1, -19, -1)}
     assert len({*words.values()}) == len(words) and "unknown status" not in words.values()
     assert all(words[n] == said for n, said in WORDS.items()) and words[0] == "no error"
     assert text(2) == text(-19) == text(1 << 30) == b"unknown status"
-    assert small_library().srm_version() == 1
+    assert small_library.compiled().srm_version() == 1
 
 
 def test_what_an_error_says_stays_until_the_next_one():
@@ -161,7 +160,7 @@ def test_what_an_error_says_stays_until_the_next_one():
 
 
 def test_parts_have_numbers_and_no_others():
-    lib, content = small_library(), blob(DRIVE)
+    lib, content = small_library.compiled(), small_library.content()
     handle = ctypes.c_uint32(9)
     for part in (-1, 3):
         assert lib.srm_create(content, len(content), part, ctypes.byref(handle)) == PART
@@ -172,17 +171,40 @@ def test_parts_have_numbers_and_no_others():
         assert lib.srm_free(handle) == NO_UNIT
 
 
+def checksummed(content):
+    """By FNV-1a over all other bytes."""
+    value = 14695981039346656037
+    for byte in content[:80] + content[88:]:
+        value = (value ^ byte) * 1099511628211 % 2**64
+    return content[:80] + value.to_bytes(8, "little") + content[88:]
+
+
+def created(content):
+    """The status of a blob, and what is said of it."""
+    lib, handle = small_library.compiled(), ctypes.c_uint32()
+    status = lib.srm_create(content, len(content), 0, ctypes.byref(handle))
+    if status == OK:
+        lib.srm_free(handle)
+        return status, ""
+    return status, lib.srm_last_error().decode()
+
+
 def test_a_blob_has_as_many_numbers_as_its_fields():
-    """By its checksum, FNV-1a, all of them are as they were written."""
-    content, handle = blob(DRIVE), ctypes.c_uint32()
-    for wrong in (content[:-8], content + bytes(8)):
-        value = 14695981039346656037
-        for byte in wrong[:80] + wrong[88:]:
-            value = (value ^ byte) * 1099511628211 % 2**64
-        wrong = wrong[:80] + value.to_bytes(8, "little") + wrong[88:]
-        lib = small_library()
-        assert lib.srm_create(wrong, len(wrong), 0, ctypes.byref(handle)) == -5
-        assert lib.srm_last_error().endswith(b"one that is cut off: numbers")
+    for wrong in (small_library.content()[:-8], small_library.content() + bytes(8)):
+        status, said = created(checksummed(wrong))
+        assert status == NOT_A_BLOB and said.endswith("one that is cut off: numbers")
+
+
+@pytest.mark.parametrize("value", [-1.0, 0.5, 1e15])
+def test_a_table_is_as_long_as_what_is_left_can_hold(value):
+    """Wherever a length stands, another one is told, and nothing is laid out for it."""
+    content, told = small_library.content(), []
+    for j in range(88, len(content), 8):
+        if content[j : j + 8] == struct.pack("<d", 1.0):  # the length of a constant
+            wrong = content[:j] + struct.pack("<d", value) + content[j + 8 :]
+            told.append(created(checksummed(wrong)))
+    assert {status for status, _ in told} <= {OK, NOT_A_BLOB, OF_ANOTHER, PARAMETER}
+    assert sum(said.endswith("numbers") for _, said in told) >= 8
 
 
 @of_each_part

@@ -4,17 +4,11 @@ library of both versions, with what each call answers and what it tells the log.
 import ctypes
 
 import pytest
-from c_library import Unit
-from small_library import DRIVE, T_S, small_library
-
-from reluctance.targets.export.blob import blob
+import small_library
+from c_library import PARTS, TABLES, Unit
+from small_library import T_S
 
 OK, DISCARD, ERROR = 0, 2, 3  # of both versions
-TABLES = (
-    *("parameter", "input", "waveform", "period", "last_period", "measurement", "order", "leg"),
-    "states",
-)
-PARTS = {"drive": 0, "stage": 1, "controller": 2}
 LOG = {
     2: ctypes.CFUNCTYPE(
         None, *[ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int], *[ctypes.c_char_p] * 3
@@ -31,7 +25,7 @@ class Callbacks(ctypes.Structure):
 
 @pytest.fixture(scope="module")
 def lib():
-    return small_library()
+    return small_library.compiled()
 
 
 class Instance:
@@ -39,7 +33,7 @@ class Instance:
 
     def __init__(self, lib, version, part="drive", content=None, token=b"this drive", kind=1):
         self.lib, self.version, self.told = lib, version, []
-        self.content = blob(DRIVE) if content is None else content
+        self.content = small_library.content() if content is None else content
         lib.use(self.content, SIZE(len(self.content)), PARTS[part])
         if version == 2:
             self.log = LOG[2](lambda *said: self.told.append((said[1], said[2], said[5].decode())))
@@ -52,7 +46,7 @@ class Instance:
             make = lib.fmi3InstantiateCoSimulation
         make.restype = POINTER
         self.at = make(*made)
-        unit = Unit(lib, blob(DRIVE), part)
+        unit = Unit(lib, small_library.content(), part)
         self.names = {}
         for table in TABLES:
             try:
@@ -148,7 +142,7 @@ class Instance:
         ({"token": b"that drive"}, {2: "another GUID", 3: "another token"}),
         ({"token": None}, {2: "another GUID", 3: "another token"}),
         (
-            {"content": blob(DRIVE)[:-8]},
+            {"content": small_library.content()[:-8]},
             dict.fromkeys((2, 3), "the parameters of the unit are damaged"),
         ),
         ({"kind": 0}, {2: "only co-simulation"}),
