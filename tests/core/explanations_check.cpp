@@ -532,6 +532,20 @@ double hearings() {
       worst += unless(s.x.likeness.sums[1].n == (i > i_zero && least > 0 ? 1 : 0));
     }
   }
+  {  // the middle of what the voltage says, and what the reading means
+    Doubt<3> s;
+    s.d.map_error = 0.02;
+    s.d.theta_error = 0;
+    s.x.doubted = 0;
+    s.flows(1, 20, 20);
+    const double psi = machine().at(20, phase_angle<3>(1.0, 1)).psi;
+    s.x.phase[1].any = s.x.phase[1].shown = {0.9 * psi, 1.3 * psi};
+    s.x.phase[1].taken = 0.3, s.x.phase[1].left = 0.2, s.x.phase[1].age = 6;
+    s.ends();
+    const auto& sum = s.x.likeness.sums[1];
+    worst = worst_of({worst, off(sum.psi, 1.1 * psi) * 1e9, off(sum.map, psi) * 1e9});
+    worst += unless(sum.taken == 0.3 && sum.left == 0.2 && sum.age == 7 && sum.i == 20);
+  }
   for (int near = 0; near < 3; ++near) {
     for (int k = 0; k < 3; ++k) {
       for (int heard : {2, 3}) {
@@ -671,7 +685,7 @@ int main() {
   told("and by a comparison of the phases", all_gains(0.02, 0.02), 250, 60);
   told("and where the map may be wrong by half", all_gains(0.02, 0.5), 0, 60);
   check("what waits, and what is a doubt at once", waits(), 0);
-  check("what is heard, and how long a contradiction waits", hearings(), 0);
+  check("what is heard, and how long a contradiction waits", hearings(), 1e-6);
   check("one comparison of two phases", comparisons(), 0);
   check("one comparison of two cables", cables(), 0);
   check("what is said of what is left, of three phases", conclusions<3>(), 0);
