@@ -302,6 +302,9 @@ double tellings() {
   const bool doubted = d.by_voltage(x, 1).is;
   x.first.phase = 0;
   worst = worst_of({worst, unless(!doubted && d.by_voltage(x, 1).is)});
+  x.doubted = 0;  // what contradicted is sound, or waits
+  x.first.phase = 1;
+  worst = worst_of({worst, unless(d.by_voltage(x, 1).is)});
   x.phase[1].age = 0;
   worst = worst_of({worst, unless(!d.by_voltage(x, 1).is)});
 
