@@ -370,7 +370,7 @@ double limits() {
   double worst = 0;
   for (int delay : {0, 1}) {
     for (int k = 0; k < 3; ++k) {
-      for (double more : {-1e-9, 1e-9}) {
+      for (double more : {-1e-9, 0.0, 1e-9}) {
         Doubt<3> s(delay);
         const double i = i_max - 10 * (1 + delay) + more;
         s.flows(k, i - 10, i);
