@@ -64,6 +64,7 @@ def test_the_first_error_is_that_of_a_named_file_with_the_count_of_the_others():
     text = "a.hpp:3:1: error: one\nlaw.hpp:7:2: fatal error: two\nb.cpp:9:9: error: three\n"
     assert first_error(text, ["law.hpp"]) == "law.hpp:7: two (and 2 more)"
     assert first_error(text, ["x.hpp"]) == "a.hpp:3: one (and 2 more)"
+    assert first_error(text.rpartition("b.cpp")[0], ["law.hpp"]) == "law.hpp:7: two (and 1 more)"
     assert first_error("in/place/law.hpp:7:2: error: two\n", ["law.hpp"]) == "law.hpp:7: two"
     assert first_error("  ld:\n  " + "x" * 400, []) == ("ld: " + "x" * 400)[:300]
 
