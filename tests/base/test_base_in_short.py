@@ -21,7 +21,15 @@ from reluctance.base.figures import look
 from reluctance.base.key_figures import definite
 from reluctance.base.picture import PANEL_WIDTH, Picture
 from reluctance.base.reading import read_rows
-from reluctance.base.schema import Section, check_places, checked, field_of, number_hint
+from reluctance.base.schema import (
+    FileName,
+    Section,
+    check_places,
+    checked,
+    field_of,
+    number_hint,
+    placed,
+)
 from reluctance.base.toolchain import compiler, first_error
 
 # A compiler.
@@ -403,9 +411,31 @@ class Loose(Section, extra="allow"):
 def test_a_fault_is_named_by_its_place_within_the_tables(given, told):
     with pytest.raises(ParameterError) as fault:
         checked(Outer, given, "[outer]")
-    assert told in str(fault.value)
+    assert told in str(fault.value) and "(and 0 more)" not in str(fault.value)
     if "True" in repr(given):
         assert "= " not in str(fault.value)
+
+
+class WithFiles(Section):
+    map: FileName | None = None
+    name: str = ""
+    counts: dict[str, str] = Field(default_factory=dict)
+
+
+class Around(Section):
+    map: FileName = "a.csv"
+    inner: WithFiles = Field(default_factory=WithFiles)
+
+
+def test_names_of_files_are_those_of_the_folder_in_every_table_and_no_other_text_is():
+    inner = {"map": "b.csv", "name": "c.csv", "counts": {"map": "d.csv"}}
+    given = {"map": "a.csv", "inner": inner, "unknown": {"map": "e.csv"}, "other": "f.csv"}
+    inner_placed = {**inner, "map": "x/b.csv"}
+    assert placed(Around, given, Path("x")) == {**given, "map": "x/a.csv", "inner": inner_placed}
+    assert given["inner"] == inner
+    table = checked(Around, {"inner": {"map": "b.csv", "name": "c.csv"}}, "[around]")
+    assert table.files == [Path("a.csv"), Path("b.csv")]
+    assert table.given == {"inner": {"map": "b.csv", "name": "c.csv"}}
 
 
 def test_a_key_is_found_in_the_tables_within_a_table():

@@ -553,6 +553,7 @@ double hearings() {
         s.x.doubted = 0;
         s.x.near = near;
         s.x.near_theta = 1;
+        s.d.likeness.u_error = 0.01;
         s.x.first = {Status::current_too_low, static_cast<std::int8_t>(near), 0, 0};
         const int window = static_cast<int>(phase_angle<3>(1.0, k) * 12 / turn);
         s.x.likeness.sums[k] = {.n = heard,
@@ -567,6 +568,10 @@ double hearings() {
         s.x.phase[near].any = s.x.phase[near].shown = {1e-3, 1e3};
         s.ends();
         const bool over = k == near && heard == 3;
+        // What an error of the voltage makes of the ratio: three samples at full voltage, over 1
+        // Wb.
+        const double by_voltage = s.x.likeness.ratio[(window + 1) % 12][k].u;
+        worst += off(by_voltage, heard == 3 ? 0.01 * T_s * u_dc * 3 : 0) * 1e9;
         worst += unless(s.x.near == (over ? -1 : near) && s.x.doubted == (over ? 1 : 0));
       }
     }
