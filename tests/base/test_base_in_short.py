@@ -1,6 +1,7 @@
 """Parts that all rooms stand on, at their edges: compilers, names of files, a cache, hints on a
 mistyped value, sizes of a figure."""
 
+import ctypes
 import os
 import signal
 import subprocess
@@ -75,6 +76,22 @@ def test_the_first_error_is_that_of_a_named_file_with_the_count_of_the_others():
     assert first_error(text.rpartition("b.cpp")[0], ["law.hpp"]) == "law.hpp:7: two (and 1 more)"
     assert first_error("in/place/law.hpp:7:2: error: two\n", ["law.hpp"]) == "law.hpp:7: two"
     assert first_error("  ld:\n  " + "x" * 400, []) == ("ld: " + "x" * 400)[:300]
+
+
+def test_a_library_is_made_in_its_folder_of_files_there_and_no_object_is_left(tmp_path):
+    """C and C++ side by side; with the first error of a file of its own where one has a fault."""
+    (tmp_path / "out").mkdir()
+    (tmp_path / "a.c").write_text("int two(void) { return 2; }\n")
+    (tmp_path / "b.cpp").write_text(
+        'extern "C" int two(); extern "C" int four() { return 2 * two(); }\n'
+    )
+    made = toolchain.build(["a.c", "b.cpp"], "out/it.so", ["-O0"], folder=tmp_path, what="it")
+    assert made == tmp_path / "out" / "it.so" and ctypes.CDLL(str(made)).four() == 4
+    assert [*(tmp_path / "out").iterdir()] == [made]
+    (tmp_path / "b.cpp").write_text("\nint four() { return two; }\n")
+    with pytest.raises(ParameterError, match=r"^it does not compile: b\.cpp:2: .*two"):
+        toolchain.build(["a.c", "b.cpp"], "out/it.so", ["-O0"], folder=tmp_path, what="it")
+    assert [*(tmp_path / "out").iterdir()] == [made]
 
 
 def run(*commands, folder):
