@@ -93,10 +93,11 @@ Sample drawn(std::mt19937& random, const Guide& guide) {
     const double i = current_from_flux(machine(), profile.at(theta), theta, 150.0);
     s.y.i[k] = any(0, 1) < 0.2 ? 0 : std::max(i + any(-1, 1) * (far ? 30 : 1), 0.0);
     if (any(0, 1) < 0.05) s.y.i[k] = any(i_max, 1.3 * i_max);
-    if (any(0, 1) < 0.1) s.y.i[k] = any(0, 0.006 * i_max);  // about none
+    if (any(0, 1) < 0.2) s.y.i[k] = any(0, 0.006 * i_max);  // about none
     const Leg legs[] = {Leg::demagnetize, Leg::freewheel, Leg::magnetize};
     s.x.ordered[k] = hold<double>(legs[random() % 3]);
   }
+  s.x.mean.part.fill(std::vector{0.0, 0.05, 0.3}[random() % 3]);  // a tenth is the most
   s.x.steps.reference = s.tau_ref;
   s.x.mean.tau_before = s.tau_ref * (s.y.omega_m < 0 ? -1 : 1);
   s.x.tau = std::fabs(s.tau_ref) * any(0.9, 1.1);
@@ -247,7 +248,7 @@ double levels(const Guide& guide) {
     }
   }
   return worst_of({worst, unless(count.starts > 30 && count.over > 200 && count.far > 2000),
-                   unless(count.above > 200 && count.below > 200 && count.reached > 1000),
+                   unless(count.above > 100 && count.below > 100 && count.reached > 1000),
                    unless(count.third > 5 && count.fourth > 5 && count.fifth > 50),
                    unless(count.otherwise < 0.02 * count.far)});
 }
