@@ -30,7 +30,10 @@ struct WithPairs {
   }
 
   /// Where nothing is asked of a phase with less, it counts as one without current [A].
-  constexpr T no_current() const { return no_current_part<T> * i_last(map); }
+  constexpr T no_current() const {
+    if constexpr (requires { i_last(map); }) return no_current_part<T> * i_last(map);
+    return no_current_part<T> * i_last(pairs);
+  }
 
   /// The name of what is wrong with the phases alone; null where nothing is.
   constexpr const char* fault() const { return map.fault(); }

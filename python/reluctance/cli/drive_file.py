@@ -1,9 +1,8 @@
 """The drive that a command is about: of a drive file, or of a pumping system on its array."""
 
-import warnings
 from pathlib import Path
 
-from reluctance.base.errors import Note, named
+from reluctance.base.errors import named
 from reluctance.base.files import read_toml
 from reluctance.drive.drive import Drive
 from reluctance.drive.load import drive_of_file, is_system
@@ -18,13 +17,6 @@ def load_drive(path: Path, overrides: list[str] | None = None, *, trust: bool = 
     ParameterError
         With one line that says what is wrong and what is needed.
     """
-    drive = _loaded(path, overrides, trust)
-    for text in drive.machine.remarks:
-        warnings.warn(text, Note, stacklevel=2)
-    return drive
-
-
-def _loaded(path: Path, overrides: list[str] | None, trust: bool) -> Drive:
     data = read_toml(path)
     if not is_system(data):
         return drive_of_file(path, data, overrides, trust=trust)
