@@ -113,7 +113,12 @@ def test_sizes_over_series_and_over_head(tmp_path):
     done = reluctance(
         "size", DAY, "--vary", "array.n_series=6:8", "--vary", "pipe.H_static_m=10:20:2", "--json"
     )
-    assert (done.returncode, done.stderr) == (0, "")
+    told = " ".join(done.stderr.split())
+    assert done.returncode == 0
+    assert told.startswith(
+        "note: 1.5 h with array.n_series = 8, pipe.H_static_m = 10 at the torque"
+    )
+    assert told.count("note:") == 1
     (rows,) = json.loads(done.stdout)
     assert [(row["array.n_series"], row["pipe.H_static_m"]) for row in rows] == [
         (n, H) for n in (6, 7, 8) for H in (10.0, 20.0)
