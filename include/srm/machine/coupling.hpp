@@ -5,8 +5,8 @@
 //
 //   W_c(phi, a, b) = sum over p, q of C_pq(phi) f_p(a) f_q(b),    W_c(phi, a, b) = W_c(-phi, b, a).
 //
-// f are cubics on pieces of the current, with two continuous derivatives; the last piece has no end.
-// Past the currents of the tables they end in constants: what goes on for ever would make the
+// f are cubics on pieces of the current, with two continuous derivatives; the last piece has no
+// end. Past the currents of the tables they end in constants: what goes on for ever would make the
 // inductance negative (python/reluctance/machine/maps/pairs.py). C are cubic B-splines on equal
 // cells of half a period (C2), as in flux_map.hpp. All outputs are exact derivatives of the one
 // function, so a pair keeps the energy.
