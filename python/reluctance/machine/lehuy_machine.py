@@ -85,11 +85,10 @@ class LeHuyMachine(MachineFile):
 
         if above(steep) < 0:  # beyond, psi_m_Wb would be more than iron without saturation has
             return "check the three inductances against it"
-        low, high = self.psi_m_Wb - line, steep
-        for _ in range(60):
-            middle = (low + high) / 2
-            low, high = (low, middle) if above(middle) > 0 else (middle, high)
-        return f"set psi_m_Wb = {line + high:.4g} for a curve through it"
+        from scipy.optimize import brentq  # here: it is slow to import
+
+        A = brentq(above, self.psi_m_Wb - line, steep)
+        return f"set psi_m_Wb = {line + A:.4g} for a curve through it"
 
     @property
     def magnetics(self) -> _core.LeHuy:

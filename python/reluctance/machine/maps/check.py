@@ -29,7 +29,7 @@ CURRENTS = (1e-3, 1e4)  # [A]
 FLUXES = (1e-4, 50.0)  # [Wb]
 INDUCTANCES = (1e-6, 10.0)  # largest flux linkage over largest current [H]
 USUAL_L, USUAL_I = 0.013, 47.0  # geometric middles of the library [H], [A]
-USUAL_PSI = 0.6  # [Wb], as these
+USUAL_PSI = USUAL_L * USUAL_I  # [Wb]
 FAR = 30.0  # a suspect whose machine is so much farther from USUAL_L than another's is not named
 
 
