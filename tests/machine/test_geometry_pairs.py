@@ -237,6 +237,20 @@ def test_phases_have_an_inductance_at_any_current(machine):
     assert least(past, everywhere) > 0.9 * least(within, within) > 0
 
 
+@pytest.mark.parametrize("cut", [2, 3])
+@pytest.mark.parametrize(
+    "machine", [each.machine for each in rl.machines() if getattr(each.machine, "coupling", None)]
+)
+def test_a_table_that_is_cut_foresees_flux_linkages_at_its_old_end(machine, cut):
+    """At 1.26 and 1.67 of its last current: to half of the greatest, rms."""
+    whole = machine.coupling.pairs[0].table
+    short = replace(whole, i=whole.i[: 1 - cut], f=whole.f[:, : 1 - cut])
+    phi, last = np.linspace(-np.pi, np.pi, 73), np.full(73, whole.i[-1])
+    wanted = whole.at(phi, last, last).psi_first
+    found = short.at(phi, last, last).psi_first
+    assert np.sqrt(np.mean((found - wanted) ** 2)) < 0.5 * np.abs(wanted).max()
+
+
 def test_the_kinds_of_a_winding():
     """Alternating poles have one kind of pair; poles in groups have another one between groups."""
     groups, alternating = case(8, 6, "NNNNSSSS"), case(6, 4, "NSNSNS")

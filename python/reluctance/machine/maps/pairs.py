@@ -39,11 +39,11 @@ WRONG = 0.1
 # with 24 cells 0.34 % on the 6/4 machine of the library, NN.
 CELLS = 36
 # Past the last node the functions of the current cease within this part of it. Splines that go on
-# would soon make the incremental inductance negative, on the 6 kW machine of the library at 1.35 of
-# the last current. With this it stays above nine tenths of its least value within the tables at any
-# current, on four machines with neighbours of like and of opposite polarity; with 1.0 it does not.
-# Of tables cut at 0.79 of their last current, flux linkages there are off by 19 to 37 % of the
-# greatest, of tables cut at 0.6 by 28 to 47 %; parabolas by 10 to 82 and 38 to 810 %.
+# would soon make the incremental inductance negative. No rule of the table alone can promise that
+# it stays positive, for that of a phase alone is not in it. On the machines of the library it does,
+# at any current, and a table that is cut foresees flux linkages to half of the greatest
+# (tests/machine/test_geometry_pairs.py). With 1.0 the 8/6 machine of studies/coupling.py with like
+# neighbours had none.
 CEASES = 0.5  # [1]
 
 
