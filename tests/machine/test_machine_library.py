@@ -10,6 +10,7 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base.errors import Note
 from reluctance.base.resources import resources
 from reluctance.drive.drive import drive_from
 from reluctance.machine.lehuy_machine import LeHuyMachine
@@ -332,13 +333,12 @@ def test_an_aligned_curve_that_misses_its_point_is_told_with_what_passes_through
         i_max_A=14.0,
         J_kgm2=1e-3,
     )
-    made = LeHuyMachine(model="lehuy", **given, **numbers, psi_m_Wb=psi_m)
-    (text,) = made.remarks
-    assert f"{float(made.psi(14.0, np.pi)):.4g} Wb at i_m_A = 14, not psi_m_Wb = {psi_m:g}" in text
-    told = re.search(r"set psi_m_Wb = ([\d.]+) for a curve through it", text)
-    mended = LeHuyMachine(model="lehuy", **given, **numbers, psi_m_Wb=float(told[1]))
+    table = {"model": "lehuy", **given, **numbers}
+    with pytest.warns(Note) as told:
+        made = LeHuyMachine.from_table({**table, "psi_m_Wb": psi_m}, "machine.")
+    (text,) = (str(note.message) for note in told)
+    assert f"at 14 A the curve itself has {float(made.psi(14.0, np.pi)):.4g} Wb, not {psi_m:g};" in text
+    passing = re.search(r"set psi_m_Wb = ([\d.]+)", text)
+    with pytest.warns(Note, match=f"the curve itself has {psi_m:g} Wb"):
+        mended = LeHuyMachine.from_table({**table, "psi_m_Wb": float(passing[1])}, "machine.")
     assert float(mended.psi(14.0, np.pi)) == pytest.approx(psi_m, rel=2e-4)
-
-
-def test_no_machine_of_the_library_misses_its_point():
-    assert not any(entry.machine.remarks for entry in rl.machines())

@@ -110,7 +110,6 @@ def run(
         with look(style, width):
             plots.save_plot(result, plot)
     notes = [
-        *drive.machine.remarks,
         *undiagnosed(drive),
         *never_planted(drive, end),
         *coarse_angle(drive),

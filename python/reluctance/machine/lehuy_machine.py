@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import warnings
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
 from reluctance.base.arrays import FloatArray
+from reluctance.base.errors import Note
 from reluctance.machine.machine_file import MachineFile
 from reluctance.machine.models import PhaseMagnetics
 
@@ -63,18 +65,21 @@ class LeHuyMachine(MachineFile):
             )
         return self
 
-    @property
-    def remarks(self) -> list[str]:
-        """Where the aligned curve misses its point."""
-        A = self.psi_m_Wb - self.L_sat_H * self.i_m_A
-        missed = A * float(np.exp(-(self.L_a_H - self.L_sat_H) * self.i_m_A / A))
-        if missed <= MISSED * self.psi_m_Wb:
-            return []
-        return [
-            f"the aligned curve of [machine] has {self.psi_m_Wb - missed:.4g} Wb at i_m_A = "
-            f"{self.i_m_A:g}, not psi_m_Wb = {self.psi_m_Wb:g}, for it is not saturated there: "
-            f"take a point at a larger current, or {self._through_the_point()}"
-        ]
+    @classmethod
+    def from_table(cls, table: dict[str, Any], where: str) -> Self:
+        """With a Note where the aligned curve misses its point."""
+        machine = super().from_table(table, where)
+        A = machine.psi_m_Wb - machine.L_sat_H * machine.i_m_A
+        missed = A * float(np.exp(-(machine.L_a_H - machine.L_sat_H) * machine.i_m_A / A))
+        if missed > MISSED * machine.psi_m_Wb:
+            told = (
+                f"(i_m_A, psi_m_Wb) of [machine] is a point of the line that the aligned curve "
+                f"ends in: at {machine.i_m_A:g} A the curve itself has "
+                f"{machine.psi_m_Wb - missed:.4g} Wb, not {machine.psi_m_Wb:g}; where it should "
+                f"have that, take a point at a larger current, or {machine._through_the_point()}"
+            )
+            warnings.warn(told, Note, stacklevel=2)
+        return machine
 
     def _through_the_point(self) -> str:
         """The key with which the curve itself goes through (i_m_A, psi_m_Wb)."""
@@ -88,7 +93,7 @@ class LeHuyMachine(MachineFile):
         from scipy.optimize import brentq  # here: it is slow to import
 
         A = brentq(above, self.psi_m_Wb - line, steep)
-        return f"set psi_m_Wb = {line + A:.4g} for a curve through it"
+        return f"set psi_m_Wb = {line + A:.4g}"
 
     @property
     def magnetics(self) -> _core.LeHuy:

@@ -80,11 +80,6 @@ class MachineFile(Section):
         raise NotImplementedError
 
     @property
-    def remarks(self) -> list[str]:
-        """What a reader of its figures must know, each on one line."""
-        return []
-
-    @property
     def i_known_A(self) -> float:
         """The largest current that the magnetisation is known for; beyond it is extrapolation."""
         return np.inf
