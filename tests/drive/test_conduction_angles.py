@@ -12,6 +12,7 @@ import pytest
 
 import reluctance as rl
 from reluctance import _core
+from reluctance.base.errors import Note
 from reluctance.drive.laws import LAWS, table_of
 from reluctance.drive.laws.angle_table import read_angle_table
 from reluctance.drive.laws.ditc import overlapping_angles
@@ -76,6 +77,25 @@ def test_angles_are_a_window_of_less_than_a_period_within_their_limits(
     for value in refused:
         with pytest.raises(rl.ParameterError, match=key):
             fixed(**whole | {key: value})
+
+
+@pytest.mark.parametrize("law", ["angles", "torque_sharing"])
+def test_angles_in_radians_are_asked_about_and_the_answer_is_the_window_that_was_meant(
+    law: str,
+) -> None:
+    second = "theta_off_deg" if law == "angles" else "theta_ov_deg"
+    draw = np.random.default_rng(331)
+    for on, last in zip(draw.uniform(0, 20, 5), draw.uniform(21, 40, 5), strict=True):
+
+        def drive(on: float, last: float) -> rl.Drive:
+            return load(f"control.theta_on_deg={on}", f"control.{second}={last}", law=law)
+
+        with pytest.warns(Note, match="if these are radians") as told:
+            drive(on * DEG, last * DEG)
+        _, _, remedy = str(told[0].message).partition(" set ")
+        meant = [float(number) for number in re.findall(r"_deg = ([\d.]+)", remedy)]
+        assert meant == pytest.approx([on, last], rel=1e-3)
+        drive(*meant)  # is not asked about
 
 
 def test_own_angles_are_radians_and_braking_is_seen_in_the_frame_of_positive_torque() -> None:

@@ -7,6 +7,7 @@ package it has the name before the suffix and is in SI: rad/s, s. Frequencies st
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from functools import cache
 from typing import Any, TypeVar
@@ -14,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import Note, ParameterError
 
 Value = TypeVar("Value", float, NDArray[np.float64])
 
@@ -72,6 +73,16 @@ def in_unit_of(written: str, key: str) -> float | None:
         return None
     (what, a), (needed, b) = WRITTEN[unit], WRITTEN[own]
     return a / b if what == needed else None
+
+
+def ask_about_radians(**deg: float) -> None:
+    """A Note where angles that are given in degrees would be angles up to half a turn in radians,
+    all of them."""
+    if not any(deg.values()) or max(map(abs, deg.values())) > math.pi:
+        return
+    given = ", ".join(f"{key} = {value:g}" for key, value in deg.items())
+    meant = ", ".join(f"{key} = {math.degrees(value):.4g}" for key, value in deg.items())
+    warnings.warn(f"{given}: if these are radians, set {meant}", Note, stacklevel=3)
 
 
 def to_si(value: Value, unit: str | None) -> Value:

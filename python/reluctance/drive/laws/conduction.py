@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.base.units import to_si
+from reluctance.base.units import ask_about_radians, to_si
 from reluctance.drive.laws.least_copper import ROOM, least_copper_angles
 from reluctance.drive.laws.pulses import full_flux_speed
 from reluctance.drive.tables.control import Control
@@ -40,6 +40,8 @@ class ConductionAngles(Control):
                     f"{what}_on_deg = {on:g}, {what}_off_deg = {off:g}: need {what}_off_deg above "
                     f"{what}_on_deg by less than 360"
                 )
+        if self.theta_on_deg is not None and self.theta_off_deg is not None:
+            ask_about_radians(theta_on_deg=self.theta_on_deg, theta_off_deg=self.theta_off_deg)
         return self
 
     def window(self, known: Known, room: float = ROOM) -> tuple[float, float]:

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from reluctance import _core
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
+from reluctance.base.units import ask_about_radians
 from reluctance.drive.laws.hand_over import ALWAYS, TORQUES, HandsOver
 from reluctance.drive.tables.known import Known
 
@@ -52,6 +53,8 @@ class SharedTorque(HandsOver):
             raise ValueError("needs both theta_on_deg and theta_ov_deg, or neither")
         if self.sharing == "optimal" and self.theta_on_deg is not None:
             raise ValueError("sharing = 'optimal' finds its angles itself; remove theta_on_deg")
+        if self.theta_on_deg is not None and self.theta_ov_deg is not None:
+            ask_about_radians(theta_on_deg=self.theta_on_deg, theta_ov_deg=self.theta_ov_deg)
         return self
 
     @model_validator(mode="after")
