@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include "srm/sim/angle_ahead.hpp"
+#include "srm/sim/broken.hpp"
+#include "srm/sim/opening.hpp"
 #include "srm/sim/present_rows.hpp"
 #include "srm/sim/sampling.hpp"
 #include "srm/sim/simulation_state.hpp"
-#include "srm/sim/together.hpp"
 
 namespace srm {
 
@@ -133,7 +133,8 @@ class Simulation {
   Measurement<double, N> sense() {
     if (now_.t >= now_.t_course) follow_courses();
     const double i_source = source_now(plant_, now_.circuit, x(), now_.t).i.now;
-    return measured(plant_, shown(), i_source, sampling_, now_.samples, now_.rotor);
+    const State<N> seen = sound() ? x() : shown(plant_, now_);
+    return measured(plant_, seen, i_source, sampling_, now_.samples, now_.rotor);
   }
 
   /// Orders from outside, at the instant of a sample. Instants within a billionth of a period of a
@@ -204,14 +205,10 @@ class Simulation {
     for (std::size_t j = 0; j < faults_.size(); ++j) {
       const BrokenPart& part = faults_[j];
       Onset& onset = now_.onset[j];
-      bool present = now_.t >= part.start && now_.t < part.end;
-      if (now_.awaits(part, j)) {
-        const double gap = to_fault(plant_, now_, part) * plant_.machine.N_r;
-        present = std::min(gap, two_pi<double> - gap) <= 2 * plant_.machine.N_r * angle_tolerance;
-      }
+      const bool present = is_present(plant_, now_, part, j);
       if (present == onset.present) continue;
       changed = true;
-      onset = {present, present ? kept(part) : 0, present ? now_.t : onset.t};
+      onset = {present, present ? shown_by(plant_, now_, part) : 0, present ? now_.t : onset.t};
     }
     if (!changed) return;
     finish_all();
@@ -229,52 +226,7 @@ class Simulation {
 
   /// What the comparators see. A leak steps with the voltage; their filters hold it over a sample.
   void follow_channels() {
-    for (int k = 0; k < N; ++k) now_.compared[k] = channel(k);
-  }
-
-  /// What the sensor of a fault shows now.
-  double kept(const BrokenPart& part) const {
-    if (part.kind == Broken::sensor_stuck) {
-      return channel(part.phase).at(x().i[now_.condition.channel[part.phase]]);
-    }
-    return now_.condition.rotor.at(x().theta_m);
-  }
-
-  /// Another fault begins or ends then, at the latest [s].
-  double next_fault() const {
-    double t = never<double>;
-    for (const BrokenPart& part : faults_) {
-      if (part.start > now_.t) t = std::min(t, part.start);
-      if (part.end > now_.t) t = std::min(t, part.end);
-    }
-    return t;
-  }
-
-  /// What the terminals of winding k carry, over its current: none where the diodes block and the
-  /// current goes on through shorted turns.
-  Line terminal(int k) const {
-    if (!now_.circuit.leaks) return {};
-    const BrokenPhase& is = now_.condition.phase[k];
-    const Path& path = now_.circuit.paths.phase[k];
-    const double G = is.open ? 0 : is.G_turns, u_dc = x().u_dc;
-    return {1 - G * (path.R - plant_.R),
-            G * (path.level * u_dc - path.v) + now_.circuit.leak[k].G_ground * u_dc};
-  }
-
-  /// What the current channel of phase k shows, over the current of its winding.
-  Line channel(int k) const {
-    return terminal(now_.condition.channel[k]).then(now_.condition.phase[k].channel);
-  }
-
-  /// The state as the sensors show it.
-  State<N> shown() const {
-    State<N> y = x();
-    if (sound()) return y;
-    const Condition<N>& is = now_.condition;
-    for (int k = 0; k < N; ++k) y.i[k] = channel(k).at(x().i[is.channel[k]]);
-    y.theta_m = is.rotor.at(y.theta_m);
-    y.omega_m *= is.rotor.slope;
-    return y;
+    for (int k = 0; k < N; ++k) now_.compared[k] = channel(plant_, now_, k);
   }
 
   /// Courses over time step, if at all, at their points.
@@ -283,8 +235,8 @@ class Simulation {
     State<N>& x = at().x;
     x.u_dc = forced(plant_.source, x.u_dc, now_.t);
     x.omega_m = forced(plant_.shaft, x.omega_m, now_.t);
-    now_.t_course = std::min(
-        {next_change(plant_.source, now_.t), next_change(plant_.shaft, now_.t), next_fault()});
+    now_.t_course = std::min({next_change(plant_.source, now_.t), next_change(plant_.shaft, now_.t),
+                              next_fault(faults_, now_.t)});
     now_.rated = false;
     if (now_.independent) {
       for (int k = 0; k < N; ++k) at().jets[k] = now_.phase_steps[k].end.m;
@@ -406,8 +358,10 @@ class Simulation {
     if (is.open) path = {0, arc_part * x().u_dc, 0};
     path.R += plant_.R;
     now_.rated = false;
-    if (now_.circuit.leaks) divide(k);
+    if (now_.circuit.leaks) divide(plant_, now_, k, small_current());
   }
+
+  double small_current() const { return 1e-9 * resolution_.scale.i; }
 
   void connect_all() {
     const auto each = [&]<class B>(const B& bridge) {
@@ -416,38 +370,6 @@ class Simulation {
       }
     };
     std::visit(each, plant_.bridge);
-  }
-
-  /// The current past winding k. Its diodes can block while it carries current.
-  void divide(int k) {
-    const BrokenPhase& is = now_.condition.phase[k];
-    Leak& leak = now_.circuit.leak[k];
-    Path& path = now_.circuit.paths.phase[k];
-    const auto outer_path = [&]<class B>(const B& bridge) {
-      if constexpr (PhaseByPhase<B>) return bridge.path(now_.legs[k]);
-      return Path{};
-    };
-    Path outer = std::visit(outer_path, plant_.bridge);
-    outer.R += is.R_contact;
-    const bool upper = is.upper_on(now_.gates.switches[k].leg);
-    leak = {0, outer.level, upper ? is.G_link : 0, upper ? is.G_ground : 0};
-    now_.rated = false;
-    if (!(is.G_turns > 0) || is.open) return;
-    const double part = 1 / (1 + outer.R * is.G_turns);
-    path = {part * outer.level, part * outer.v, part * outer.R + plant_.R};
-    leak.G = is.G_turns;
-    if (now_.legs[k] == Leg::magnetize || x().i[k] > blocks_at(k) + 1e-9 * resolution_.scale.i) {
-      return;
-    }
-    path = {0, 0, 1 / is.G_turns + plant_.R};
-    leak.G = leak.level = 0;
-  }
-
-  /// The current of winding k with which its terminals carry none [A].
-  double blocks_at(int k) const {
-    const Leak& leak = now_.circuit.leak[k];
-    const Path& path = now_.circuit.paths.phase[k];
-    return leak.G * (path.v - path.level * x().u_dc) / (1 - leak.G * (path.R - plant_.R));
   }
 
   /// Of phase k, where the phases are independent.
@@ -498,7 +420,7 @@ class Simulation {
     const double blocks = x().i[k] > 0 ? 0 : -no_current_part * resolution_.scale.i;
     if (diodes) s.below = std::max(s.below, blocks);
     if (now_.circuit.leak[k].G > 0 && now_.legs[k] != Leg::magnetize) {
-      s.below = std::max(s.below, blocks_at(k));
+      s.below = std::max(s.below, blocks_at(plant_, now_, k));
     }
     const auto meet = [&](double last) {
       const double gap = last - x().i[k];
@@ -538,77 +460,27 @@ class Simulation {
     now_.rated = true;
   }
 
-  /// What drives a current through a phase that has none, without the others [V].
-  double driving(const Instant<N>& now, int k) const {
-    const Path& path = now_.circuit.paths.phase[k];
-    const double shared = now_.circuit.paths.R_shared * sum<N>(now.x.i);
-    return path.level * now.x.u_dc - path.v - shared;
-  }
-
-  /// The same, less what the others induce in it.
-  double opening(const Instant<N>& now, int k) {
-    const double theta_e = electrical_angle(plant_, now.x.theta_m, 0);
-    return driving(now, k) - induced<N>(plant_.coupling, pieces_, now_.circuit.flows, now.rates.i,
-                                        theta_e, now.x.omega_m, k);
-  }
-
-  /// False where that cannot be: spares its evaluation.
-  bool may_open(const Instant<N>& now, int k) const {
-    return !now_.circuit.flows[k] &&
-           srm::may_open<N>(plant_.coupling, pieces_, now_.circuit.flows, now.rates.i,
-                            now.x.omega_m, k, driving(now, k));
-  }
-
   /// Which phases flow, where they couple: those with current, and those where the voltage of the
   /// leg and of the others would drive one through the diodes or the switches.
   void flow_together() {
     for (int k = 0; k < N; ++k) {
       if ((x().i[k] > 0) != now_.circuit.flows[k]) flow(k);
-      if (now_.circuit.leaks) divide(k);
+      if (now_.circuit.leaks) divide(plant_, now_, k, small_current());
     }
     if (now_.rated) return;  // none opened by the end of the last step, and nothing has changed
     for (bool more = true; more;) {  // one that opens may open another
       if (!now_.rated) rate_here();
       std::array<bool, N> opens{};
-      for (int k = 0; k < N; ++k) opens[k] = may_open(at(), k) && opening(at(), k) > 0;
+      for (int k = 0; k < N; ++k) {
+        opens[k] = may_open(plant_, now_.circuit, pieces_, at(), k) &&
+                   opening(plant_, now_.circuit, pieces_, at(), k) > 0;
+      }
       more = false;
       for (int k = 0; k < N; ++k) {
         if (opens[k]) flow(k);
         more = more || opens[k];
       }
     }
-  }
-
-  /// Where a phase without current begins to conduct within a step, ends the step there. True
-  /// where one does.
-  bool ends_on_opening(const StepStart<N>& s, Trial& y) {
-    bool may = false;
-    for (int k = 0; k < N; ++k) may = may || may_open(end(), k);
-    if (!may) return false;
-    const auto opened = [&](const Instant<N>& now) {
-      double most = -std::numeric_limits<double>::infinity();
-      for (int k = 0; k < N; ++k) {
-        if (!s.circuit.flows[k]) most = std::max(most, opening(now, k));
-      }
-      return most;
-    };
-    double after = opened(end());
-    if (!(after > 0)) return false;
-    double lower = 0, upper = y.h, before = opened(at());
-    for (int round = 0; round < 60 && after > 1e-9 * resolution_.scale.u_dc; ++round) {
-      // Regula falsi, every third time the middle.
-      const double part = round % 3 == 2 ? 0.5 : std::clamp(before / (before - after), 0.02, 0.98);
-      const double h = lower + part * (upper - lower);
-      if (!(h > lower && h < upper)) break;
-      y = srm::step(plant_, at(), s, resolution_.scale, h, Guard{}, h, end());
-      const double now = opened(end());
-      (now > 0 ? after : before) = now;
-      (now > 0 ? upper : lower) = h;
-    }
-    if (y.h != upper) {
-      y = srm::step(plant_, at(), s, resolution_.scale, upper, Guard{}, upper, end());
-    }
-    return true;
   }
 
   /// Magnetics and rates at the start of a step.
@@ -618,7 +490,7 @@ class Simulation {
     if (coupled) flow_together();
     for (int k = 0; k < N && !coupled; ++k) {
       if (conducts(now_.legs[k], x().i[k]) != circuit.flows[k]) flow(k);
-      if (circuit.leaks) divide(k);
+      if (circuit.leaks) divide(plant_, now_, k, small_current());
     }
     const bool shorted = x().u_dc <= 0 && source_now(plant_, circuit, x(), now_.t).du_dc.now < 0;
     if (shorted != circuit.shorted) now_.rated = false;
@@ -681,7 +553,7 @@ class Simulation {
       locate(plant_, at(), s, scale, g, guess, y, end());
       landed = g;
     }
-    const bool opens = plant_.coupling.any() && ends_on_opening(s, y);
+    const bool opens = plant_.coupling.any() && ends_on_opening(plant_, at(), s, scale, y, end());
     if (opens) landed = {};
 
     const bool whole = landed.direction == 0 && y.h == t_limit - now_.t;
