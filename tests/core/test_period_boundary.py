@@ -6,6 +6,8 @@ import pytest
 import reluctance as rl
 from reluctance.drive.drive import drive_from
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*the line that the aligned curve ends in")
+
 # A period of this drive ends 1e-15 s after the end of a step of one phase, while the others are
 # within theirs.
 BESIDE_A_STEP = {

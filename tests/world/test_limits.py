@@ -50,8 +50,8 @@ J_kgm2 = 0.001
 L_u_H = 30e-6
 L_a_H = 200e-6
 L_sat_H = 29e-6
-i_m_A = 60
-psi_m_Wb = 9e-3
+i_m_A = 200
+psi_m_Wb = 13.06e-3
 [converter]
 u_dc_V = 48
 [load]
