@@ -33,10 +33,10 @@ class Known:
     angle_step: float  # of the angle sensor, mechanical; 0 of an ideal one [rad]
     tracker_bandwidth: float | None  # of the observer, where the drive file gives it [rad/s]
     edges: _core.EdgeLimits = field(compare=False)  # no table of currents depends on them
-    i_step: float = 0.0  # of the current converter; 0 of an ideal one [A]
-    i_noise: float = 0.0  # of the currents, rms [A]
-    v_switch: float = 0.0  # threshold voltages of a switch and of a diode [V]
-    v_diode: float = 0.0
+    i_step: float  # of the current converter; 0 of an ideal one [A]
+    i_noise: float  # of the currents, rms [A]
+    v_switch: float  # threshold voltages of a switch and of a diode [V]
+    v_diode: float
     pairs: Coupling | None = None  # of phases, where the law itself computes with them
 
     @property
