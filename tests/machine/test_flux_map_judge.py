@@ -10,6 +10,7 @@ from test_flux_map import PAPER, grid, sampled
 
 from reluctance import _core
 from reluctance.base.errors import ParameterError
+from reluctance.machine.lehuy_machine import LeHuyMachine
 from reluctance.machine.maps import (
     FluxTable,
     check_map,
@@ -183,6 +184,22 @@ def test_a_lehuy_machine_gives_its_parameters_back():
     found = (fit.L_u_H, fit.L_a_H, fit.L_sat_H, fit.psi_m_Wb)
     assert found == pytest.approx((0.67e-3, 23.62e-3, 0.15e-3, 0.468), rel=1e-4)
     assert fit.psi_error_max < 1e-5
+
+
+@pytest.mark.parametrize("most", [0.6, 1.0, 2.5])
+def test_a_fit_makes_a_machine_that_is_on_its_line_at_the_point_it_gives(most):
+    """Whatever part of saturation the table has reached: no note, and the flux of the table."""
+    i, theta_e = np.linspace(0, most * 40, 21), np.linspace(0, np.pi, 25)
+    x = theta_e / np.pi
+    aligned = 1.5e-3 * i + 0.4 * (1 - np.exp(-i / 40))
+    f = x**2 * (3 - 2 * x)
+    psi = np.outer(7e-3 * i, 1 - f) + np.outer(aligned, f)
+    fit = fit_lehuy(FluxTable(6, i, theta_e, psi))
+    names = ("L_u_H", "L_a_H", "L_sat_H", "i_m_A", "psi_m_Wb")
+    rest = {"name": "m", "source": "-", "licence": "-", "N_s": 8, "n_phases": 4, "R_ohm": 1.0}
+    table = rest | {"N_r": 6, "i_max_A": 40.0, "J_kgm2": 1e-3, "model": "lehuy"}
+    machine = LeHuyMachine.from_table(table | {n: getattr(fit, n) for n in names}, "machine.")
+    assert machine.psi(i, np.pi) == pytest.approx(aligned, abs=1e-5 * aligned[-1])
 
 
 def test_two_terms_find_what_one_cannot():

@@ -12,6 +12,7 @@ from reluctance.machine.maps.table import Array, FluxTable, fold
 # Part of the aligned flux that saturation takes at the last current: below it, many pairs of A and
 # B fit equally well. The library's machines lose 0.69 and more; a fit to its linear one, 2e-5.
 LEAST_SATURATION = 0.04
+SATURATED = 0.01  # of the flux that saturates: what it lacks where a curve is on its last line
 SHAPE_MAX = 6.0  # of |p|, |q|: a term without flux of its own must not take a wild shape
 
 
@@ -24,7 +25,8 @@ class LeHuyFit:
     L_u_H, L_a_H, L_sat_H : float
         Unaligned, aligned and saturated inductance.
     i_m_A, psi_m_Wb : float
-        A point of the aligned curve: the last current of the table.
+        A point of the line that the aligned curve ends in: at the last current of the table, or
+        where the curve has come to it within SATURATED.
     psi_error_rms, psi_error_max : float
         Of the largest flux [1].
     """
@@ -118,6 +120,7 @@ def fit_lehuy(table: FluxTable) -> LeHuyFit:
         raise ParameterError(
             f"the table shows no saturation up to {i_m:g} A; sample it at larger currents"
         )
+    i_m = max(i_m, float(-np.log(SATURATED) / B))
     return LeHuyFit(table.N_r, L_u, L_a, L_sat, i_m, L_sat * i_m + A, *_sizes(error))
 
 
