@@ -56,6 +56,13 @@ def at(part: float, tau_max: float = 41.339) -> Known:
     return replace(known(), omega_m=part * full_flux_speed(known()), tau_max=tau_max)
 
 
+def test_tables_are_not_computed_again_where_only_the_limits_of_edges_change() -> None:
+    edges = _core.EdgeLimits(t_min=2e-6, t_blank=1e-6, T_s=known().T_s)
+    other = replace(known(), edges=edges)
+    assert other == known() and hash(other) == hash(known()) and other.edges is edges
+    assert replace(known(), omega_m=1.0) != known()
+
+
 WINDOWS = [  # docs/drive_file.md, and what keeps a turn-off above its turn-on by less than 360
     ("theta_on_deg", {"theta_off_deg": 170}, [-180, 0, 169.9], [-180.1, 170, 180]),
     ("theta_off_deg", {"theta_on_deg": 10}, [10.1, 360], [10, 360.1, 370]),
