@@ -337,7 +337,10 @@ def test_an_aligned_curve_that_misses_its_point_is_told_with_what_passes_through
     with pytest.warns(Note) as told:
         made = LeHuyMachine.from_table({**table, "psi_m_Wb": psi_m}, "machine.")
     (text,) = (str(note.message) for note in told)
-    assert f"at 14 A the curve itself has {float(made.psi(14.0, np.pi)):.4g} Wb, not {psi_m:g};" in text
+    assert (
+        f"at 14 A the curve itself has {float(made.psi(14.0, np.pi)):.4g} Wb, not {psi_m:g};"
+        in text
+    )
     passing = re.search(r"set psi_m_Wb = ([\d.]+)", text)
     with pytest.warns(Note, match=f"the curve itself has {psi_m:g} Wb"):
         mended = LeHuyMachine.from_table({**table, "psi_m_Wb": float(passing[1])}, "machine.")

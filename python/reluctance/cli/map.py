@@ -349,14 +349,14 @@ def import_map(
         mended = repair_map(table)
         table = replace(mended.table, notes=table.notes)
         _tell("repair", mended.notes)
-    coupling, pair_factor = None, 1.0
+    taken = None
     if pairs is not None:
         from reluctance.cli.map_import_pairs import taken_over
 
-        coupling, pair_factor = taken_over(pairs, table.N_r, phases_of(N_s, table.N_r))
+        taken = taken_over(pairs, table.N_r, phases_of(N_s, table.N_r))
     if i_max is None:
         i_max = float(table.i[-1])
-        i_max = i_max if coupling is None else min(i_max, coupling.i_last)
+        i_max = i_max if taken is None else min(i_max, taken[0].i_last)
     report = check_map(table, i_max=i_max)
     _tell("read as", report.notes)
     if report.reasons and not (accept or "").strip():
@@ -382,11 +382,12 @@ def import_map(
         copy = out.with_name(out.stem + "_map.csv")
     files: dict[Path, Callable[[Path], object]] = {copy: lambda path: write_map(table, path)}
     keys: tuple[str, float] | None = None
-    if pairs is not None and coupling is not None:
+    if pairs is not None and taken is not None:
         from reluctance.machine.coupling import check_pairs
         from reluctance.machine.maps import fit_surface
         from reluctance.machine.pair_file import write_pairs
 
+        coupling, pair_factor = taken
         check_pairs(coupling.times(pair_factor), fit_surface(table).machine, i_max)
         beside = out.with_name(f"{out.stem}_pairs.csv")
         if beside.resolve() != pairs.resolve():
