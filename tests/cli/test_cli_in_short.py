@@ -208,6 +208,20 @@ def test_three_phases_at_once_are_told_from_a_hundredth_of_the_time_on():
     assert line.startswith("three phases or more conduct at once for 2% of the time")
 
 
+def test_a_figure_on_a_grid_that_is_coarser_than_the_orders_is_told(tmp_path):
+    """Waveforms in a file have the grid that was asked."""
+    order = ("run", EXAMPLES / "paper_rated.toml", "--until", "0.02")
+    period = f"{1e6 * rl.load(order[1]).control.T_s:g}"
+    note = f"at every 50 us (--record-us), and the control orders at every {period} us: ripple and"
+    for options, told in (
+        (("--record-us", "50", "--plot", tmp_path / "a.png"), True),
+        (("--record-us", "50", "--energy-loop", tmp_path / "b.png"), True),
+        (("--record-us", period, "--plot", tmp_path / "c.png"), False),
+        (("--record-us", "50", "--out", tmp_path / "d.csv"), False),
+    ):
+        assert (note in words(command(*order, *options).out)) == told, options
+
+
 def test_a_diagnosis_that_does_not_run_is_told():
     for diagnosis, on, told in ((True, False, 1), (True, True, 0), (False, False, 0)):
         parts = Namespace(diagnosis=diagnosis), Namespace(on=on)

@@ -114,6 +114,7 @@ def run(
         *never_planted(drive, end),
         *coarse_angle(drive),
         *coarse_current(drive),
+        *(aliased(drive, record_us) if plot or energy_loop else ()),
         *refused_by_firmware(drive),
         *unready(result.events),
         *(tripped(result.kpis.t_trip) or unmet(drive, result.kpis)),
@@ -162,6 +163,17 @@ def undiagnosed(drive: Drive) -> list[str]:
     return [
         "[protection] diagnosis = true acts in a supervised drive and in firmware, and not in this "
         "run; set [supervision] enable_s"
+    ]
+
+
+def aliased(drive: Drive, record_us: float) -> list[str]:
+    """Where the waveforms of a figure are farther apart than the orders of the control."""
+    if not record_us > (period := 1e6 * drive.control.T_s):
+        return []
+    return [
+        f"the figure has the waveforms at every {record_us:g} us (--record-us), and the control "
+        f"orders at every {period:g} us: ripple and legs in it are not those of the run; leave "
+        "--record-us out, with a smaller --until"
     ]
 
 
