@@ -301,15 +301,24 @@ def test_sizes_are_varied_around_the_own_where_nothing_is_said(
 
 
 def test_the_figure_of_sizes_has_a_line_for_each_head_and_the_demand():
-    table = table_of_sizes(*((n, h, 1, 1, n * 100 / h, 0.0) for h in (10, 20) for n in (4, 5, 6)))
+    table = table_of_sizes(
+        *((n, h, 1, 1, n * 100 / h, h / n / 100) for h in (10, 20) for n in (4, 5, 6))
+    )
     table.loc[5, "why"] = "too low"  # the last of 20 m
-    (ax,) = figure(table, {"pipe.H_static_m": [], "array.n_series": [4, 5, 6]}, demand=33.0).axes
+    varied = {"pipe.H_static_m": [], "array.n_series": [4, 5, 6]}
+    ax, lost = figure(table, varied, demand=33.0).axes
     first, second, demand = ax.lines
     assert first.get_label() == "pipe.H_static_m = 10" and [*first.get_ydata()] == [40, 50, 60]
     assert [*second.get_xdata()] == [4, 5] and [*second.get_ydata()] == [20, 25]
     assert {*demand.get_ydata()} == {33.0} and ax.get_ylim()[0] == 0
     assert ax.get_xlabel() == "array.n_series" and ax.get_ylabel() == "water (m³)"
     assert all(float(t).is_integer() for t in ax.get_xticks())
+    assert [*lost.lines[1].get_ydata()] == [20 / 4, 20 / 5] and len(lost.lines) == 2
+    assert lost.get_ylabel() == "demand not met (%)" and lost.get_ylim()[0] == 0
+    (ax,) = figure(table, varied).axes  # without a demand
+    assert len(ax.lines) == 2
+    ax, lost = figure(table[:3], {"array.n_series": [4, 5, 6]}, demand=33.0).axes
+    assert len(ax.lines) == 2 and len(lost.lines) == 1 and lost.get_legend() is None
 
 
 def test_hours_at_a_limit_and_below_the_loss_map_are_told_with_their_count(found):

@@ -194,25 +194,28 @@ def parsed(text: str, system: System) -> tuple[str, list[float]]:
 
 
 def figure(table: pd.DataFrame, values: Values, demand: float | None = None) -> Figure:
-    """Water over the last value, a line for each combination of the others."""
+    """Water over the last value, a line for each combination of the others; with a demand also the
+    part of it that is not met."""
     table = table[table["why"] == ""] if "why" in table else table  # a refused size has no water
-    chart = Picture(8, 5)
-    ax = chart.subplots()
     *others, last = values
-    if others:
-        for key, part in table.groupby(others):
-            name = ", ".join(f"{o} = {v:g}" for o, v in zip(others, key, strict=True))
-            ax.plot(part[last], part["water_m3"], "o-", label=name)
-        ax.legend(fontsize=8)
-    else:
-        ax.plot(table[last], table["water_m3"], "o-")
+    panels = {"water_m3": (1.0, "water (m³)")}
     if demand is not None:
-        ax.axhline(demand, color="k", ls="--", lw=1, label="demand")
-        ax.legend(fontsize=8)
-    if all(float(value).is_integer() for value in values[last]):
-        ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    ax.set(xlabel=last, ylabel="water (m³)", ylim=(0, None))
-    ax.grid(alpha=0.25)
+        panels["loss_of_load_probability"] = (100.0, "demand not met (%)")
+    chart = Picture(8, 5 if demand is None else 8)
+    for ax, (key, (factor, label)) in zip(
+        chart.subplots(len(panels), 1, squeeze=False)[:, 0], panels.items(), strict=True
+    ):
+        for at, part in table.groupby(others) if others else [((), table)]:
+            name = ", ".join(f"{o} = {v:g}" for o, v in zip(others, at, strict=True))
+            ax.plot(part[last], factor * part[key], "o-", label=name or None)
+        if demand is not None and key == "water_m3":
+            ax.axhline(demand, color="k", ls="--", lw=1, label="demand")
+        if ax.get_legend_handles_labels()[0]:
+            ax.legend(fontsize=8)
+        if all(float(value).is_integer() for value in values[last]):
+            ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+        ax.set(xlabel=last, ylabel=label, ylim=(0, None))
+        ax.grid(alpha=0.25)
     return chart
 
 
