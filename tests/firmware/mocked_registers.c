@@ -38,3 +38,9 @@ uint32_t peek(uint32_t address) { return words[place_of(address)]; }
 void poke(uint32_t address, uint32_t word) { words[place_of(address)] = word; }
 int touched(void) { return used; }
 uint32_t touched_at(int n) { return addresses[n]; }
+
+uint32_t* port_spare_memory(uint32_t* count) {
+  static uint32_t memory[8192];
+  *count = sizeof memory / sizeof memory[0];
+  return memory;
+}

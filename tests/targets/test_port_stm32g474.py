@@ -20,6 +20,7 @@ from reluctance.base.toolchain import build
 from reluctance.targets.export import firmware
 from reluctance.targets.export.on_desk import SOURCES
 from reluctance.targets.export.target import PHASE
+from reluctance.targets.export.verdict import PORT_CODE_B, PORT_RAM_B
 
 FILE = ROOT / "examples" / "deadbeat_g474.toml"
 CLOCK = 170e6
@@ -449,6 +450,38 @@ def test_the_image_for_the_target_has_its_fast_code_in_ccm(tmp_path):
     assert vectors[1] == symbols["reset"] | 1
     assert vectors[16 + INTERRUPT] == symbols["ADC1_2_IRQHandler"] | 1
     assert len(vectors) == 16 + 102
+
+
+@needs_target
+def test_the_port_takes_no_more_than_the_verdict_says_and_links_up_to_there(tmp_path):
+    """Beside controller and tables. The recorder has what they leave."""
+    made = firmware(rl.load(FILE), tmp_path / "package", port="stm32g474").folder / "stm32g474"
+
+    for name, there in (("Makefile", "startup.o"), ("link.ld", "*recorder.o(.rodata*)")):
+        more = {"Makefile": "more.o", "link.ld": "KEEP(*more.o(.rodata*))"}[name]
+        text = (made / name).read_text()
+        (made / name).write_text(text.replace(there, f"{there} {more}"))
+
+    def linked(more_B=0):
+        (made.parent / "more.cpp").write_text(f"extern const char more[{more_B} + 1] = {{1}};\n")
+        return subprocess.run(["make", "-s"], cwd=made, capture_output=True, text=True)
+
+    assert linked().returncode == 0
+    sizes = subprocess.run(
+        ["arm-none-eabi-size", "-A", "controller.o", "drive.elf"],
+        **{"cwd": made / "build", "capture_output": True, "text": True, "check": True},
+    ).stdout.replace("size", "0")
+    of_controller, of_image = (
+        {words[0]: int(words[1]) for words in map(str.split, part.splitlines()) if len(words) == 3}
+        for part in sizes.split("drive.elf")
+    )
+    code = sum(v for k, v in of_controller.items() if k.startswith(".text"))
+    tables = sum(v for k, v in of_controller.items() if k.startswith(".rodata"))
+    assert code < of_image[".fast"] <= code + PORT_CODE_B
+    assert of_image[".data"] + of_image[".bss"] + 4096 <= tables + PORT_RAM_B
+    most = 96 * 1024 - PORT_RAM_B - tables
+    assert linked(most - 64).returncode == 0
+    assert "less than 4 KiB are left for the stack" in linked(96 * 1024 - 6000).stderr
 
 
 @pytest.mark.parametrize(

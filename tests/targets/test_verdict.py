@@ -69,6 +69,20 @@ def test_the_cycles_hold_only_where_code_and_tables_need_not_wait():
         assert "the step would take 143.5 us" in reason
 
 
+def test_a_port_takes_memory_too():
+    given = example("deadbeat_g474")
+    for changes, fits in (
+        ({"text": 25 * 1024}, True),
+        ({"text": 25 * 1024 + 1}, False),
+        ({"rodata": 90 * 1024}, True),
+        ({"rodata": 90 * 1024 + 1}, False),
+    ):
+        spent = replace(STEP, **changes)
+        (row,) = (r for r in verdict(given, mcu("stm32g474"), spent, {1}, ported=True)[1:2])
+        assert row[0] is fits and row[1].startswith("memory without wait states, with port: ")
+        assert verdict(given, mcu("stm32g474"), spent, {1})[1][0]
+
+
 def test_without_a_delay_the_step_must_be_short():
     late = example("edge_mpc_mcu", "control.T_s_us=200", "sensing.delay_samples=0")
     assert not verdict(late, mcu("stm32g474"), STEP, {1})[0][0]

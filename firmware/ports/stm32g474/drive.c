@@ -6,7 +6,6 @@
 static reluctance_controller controller;
 static reluctance_recorder recorder;
 static reluctance_command orders; /* zeros are all off */
-static uint32_t memory[RELUCTANCE_RECORDER_WORDS(4, 32)];
 
 const reluctance_command* port_orders(void) { return &orders; }
 
@@ -37,8 +36,11 @@ void ADC1_2_IRQHandler(void) {
 }
 
 int main(void) {
+  uint32_t words;
+  uint32_t* memory = port_spare_memory(&words);
   reluctance_init(&controller);
-  reluctance_recorder_start(&recorder, memory, sizeof memory / sizeof memory[0], 32, 32);
+  /* Segments of 32 samples, as many as fit; 32 samples after a fault. */
+  reluctance_recorder_start(&recorder, memory, words, 32, 32);
   board_init();
 #ifndef REGISTERS_MOCKED
   for (;;) {

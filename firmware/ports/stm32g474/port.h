@@ -34,6 +34,7 @@ void port_period_begins(void);
 void port_period_ends(void);
 void port_clear_trip(void);
 void port_pause(uint32_t cycles);
+uint32_t* port_spare_memory(uint32_t* words); /* what tables and stack leave of SRAM, as words */
 const reluctance_command* port_orders(void); /* of the last step */
 uint32_t port_events(uint8_t bits); /* of reluctance_hrtim, as the timer's registers have them */
 

@@ -7,7 +7,7 @@
 #include "stm32g474.h"
 
 extern uint32_t stack_top, fast_load, fast_start, fast_end, data_load, data_start, data_end;
-extern uint32_t bss_start, bss_end;
+extern uint32_t bss_start, bss_end, spare_start, spare_end;
 
 void reset(void);
 void* memcpy(void* to, const void* from, size_t n);
@@ -42,6 +42,11 @@ static void copy(uint32_t* to, const uint32_t* end, const uint32_t* from) {
   while (to < end) {
     *to++ = *from++;
   }
+}
+
+uint32_t* port_spare_memory(uint32_t* words) {
+  *words = (uint32_t)(&spare_end - &spare_start);
+  return &spare_start;
 }
 
 void reset(void) {

@@ -76,7 +76,10 @@ def firmware(
     rows = [c.with_units() for c in spent] if cost else []
     gates = gates_of(drive)
     warnings = left_out(drive, gates) + _lost(drive, drive_file, overrides, trust)
-    judged = verdict(drive, part, _spent_on(spent, part.core), gates) if part else []
+    judged: list[tuple[bool, str]] = []
+    if part is not None:
+        of_part = _spent_on(spent, part.core)
+        judged = verdict(drive, part, of_part, gates, ported=port is not None)
     if as_json:
         figures = {
             "folder": str(made.folder),

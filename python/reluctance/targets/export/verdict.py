@@ -50,6 +50,11 @@ MCUS = {
 }
 
 
+# What a port has beside the controller where nothing waits: interrupt, registers and recorder; a
+# stack of 4 KiB, and state. The recorder's memory is what is left (firmware/ports).
+PORT_CODE_B, PORT_RAM_B = 7 * 1024, 6 * 1024
+
+
 def mcu(name: str) -> Mcu:
     """The microcontroller of this name.
 
@@ -89,14 +94,23 @@ def left_out(drive: Drive, gates: set[int]) -> list[str]:
     return found
 
 
-def verdict(drive: Drive, part: Mcu, spent: Cost, gates: set[int]) -> list[tuple[bool, str]]:
-    """Whether the microcontroller suffices, and why: one (yes or no, reason) each."""
+def verdict(
+    drive: Drive, part: Mcu, spent: Cost, gates: set[int], *, ported: bool = False
+) -> list[tuple[bool, str]]:
+    """Whether the microcontroller suffices, and why: one (yes or no, reason) each. ported: with the
+    port of the package."""
     T_s_us = drive.control.T_s_us
     least, most = (spent.instructions_max * cpi / part.clock_MHz for cpi in part.cpi)
     allowed = T_s_us * (LOAD if drive.sensing.delay_samples else LATE)
     n_phases = drive.machine.n_phases
     (code, code_KiB), (tables, tables_KiB) = part.code, part.tables
-    tables_B = spent.rodata + spent.stack
+    code_B, tables_B, beside = spent.text, spent.rodata + spent.stack, ""
+    if ported:
+        code_B, tables_B, beside = (
+            spent.text + PORT_CODE_B,
+            spent.rodata + PORT_RAM_B,
+            ", with port",
+        )
     waiting = most + spent.instructions_max * part.wait / part.clock_MHz
     rows = [
         (
@@ -107,8 +121,8 @@ def verdict(drive: Drive, part: Mcu, spent: Cost, gates: set[int]) -> list[tuple
             f"delay_samples = {drive.sensing.delay_samples}",
         ),
         (
-            spent.text <= code_KiB * 1024 and tables_B <= tables_KiB * 1024,
-            f"memory without wait states: {spent.text / 1024:.1f} KiB of code in {code} of "
+            code_B <= code_KiB * 1024 and tables_B <= tables_KiB * 1024,
+            f"memory without wait states{beside}: {code_B / 1024:.1f} KiB of code in {code} of "
             f"{code_KiB} KiB, "
             f"{tables_B / 1024:.1f} KiB of tables and stack in {tables} of {tables_KiB} KiB; if "
             f"each instruction waited {part.wait} cycles for flash, the step would take "
