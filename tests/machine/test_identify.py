@@ -162,6 +162,7 @@ def test_a_bad_recording_is_refused_in_one_line(head, rows, options, said, tmp_p
         (lambda rows: rows, {"R": -1.0}, "need the resistance"),
         (lambda rows: rows, {"R": 9.0}, "not with R_ohm = 9"),
         (lambda rows: rows, {"i_max": 50.0}, "not every angle reached"),
+        (lambda rows: rows * (1e3, 1, 1), {}, "Wb, need 0.0001 to 50 .* units of time"),
     ],
 )
 def test_pulses_that_cannot_be_meant_are_refused(captures, change, options, said, tmp_path):

@@ -133,6 +133,11 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
     reasons = _reasons(figures, row, wrong, _worst_fall(table))
     last = float(table.i[-1])
     size = implausible(last, float(np.abs(table.psi).max()))
+    if size is not None:
+        size = (
+            f"{size}; check the units of current and flux linkage: a column names its own, as "
+            "psi_mWb, and a matrix is read in A and Wb, so multiply its numbers"
+        )
     tau_max = float(np.abs(tau_W if table.tau is None else table.tau).max())
     asked = None if scale or size else _asked(table, tau_max)
     reasons[:0] = [line for line in (scale, size) if line is not None][:1]
@@ -348,11 +353,7 @@ def implausible(i: float, psi: float) -> str | None:
         ("largest flux linkage over largest current", psi / i, "H", INDUCTANCES),
     ):
         if not least <= value <= most:
-            return (
-                f"{what} {value:.3g} {unit}, need {least:g} to {most:g} as in any machine; check "
-                "the units of current and flux linkage: a column names its own, as psi_mWb, and a "
-                "matrix is read in A and Wb, so multiply its numbers"
-            )
+            return f"{what} {value:.3g} {unit}, need {least:g} to {most:g} as in any machine"
     return None
 
 

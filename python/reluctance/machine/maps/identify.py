@@ -14,6 +14,7 @@ from scipy.interpolate import BSpline
 from scipy.linalg import eigh
 
 from reluctance.base.errors import ParameterError
+from reluctance.machine.maps.check import implausible
 from reluctance.machine.maps.conventions import settled
 from reluctance.machine.maps.pulses import Recording, Trace, trace
 from reluctance.machine.maps.raw import RawMap
@@ -119,6 +120,11 @@ def identify(
     table = settled(
         raw, angle_unit=angle_unit, angle_kind=angle_kind, zero=zero, aligned_at=aligned_at
     )
+    if (size := implausible(i_top, float(np.abs(table.psi).max()))) is not None:
+        raise ParameterError(
+            f"{size}; check the units of time, voltage and current: a column names its own, as "
+            "t_ms, u_mV, i_mA"
+        )
     smooth = repair_map(table)
     notes = (*table.notes, *smooth.notes, *([doubt] if doubt else []))
     return Identified(
