@@ -95,6 +95,10 @@ def test_a_parallel_line_goes_through_the_values_of_its_point_between_their_extr
     assert "colour: rms phase current (A)" in ax.figure.get_supxlabel()
     (bold,) = [text for text in ax.texts if text.get_fontweight() == "bold"]
     assert bold.get_text() == "rms phase current\n(A)"
+    assert [*ax.figure.get_size_inches()] == [7.0, 4.6]
+    more = {f"control.theta_{n}_deg": [1, 2, 3, 4] for n in range(4)}
+    (ax,) = plots.plot(swept(values | more, (), i_rms_A=[10, 20, 30, 40]), "i_rms").axes
+    assert [*ax.figure.get_size_inches()] == [1.7 * 7, 4.6]  # for each of the axes
 
 
 def test_a_front_has_the_points_that_none_beats_and_efficiency_is_better_when_greater():

@@ -140,6 +140,13 @@ def test_points_of_a_curve_do_as_well_as_its_parameters(tmp_path):
     assert by_eta.shaft_power(q, r) == pytest.approx(curve.shaft_power(q, r), rel=2e-3)
 
 
+def test_a_small_pump_may_have_heads_and_powers_below_one(tmp_path):
+    text = "Q_m3ph,H_m,p_shaft_W\n0,2,0.5\n0.1,1.5,0.8\n0.2,0.5,0.9\n0.25,0,0.8\n"
+    curve = pump_from(written(tmp_path, text), tmp_path).curve()
+    assert [float(curve.head_1(q / 3600)) for q in (0, 0.2, 0.25)] == pytest.approx([2, 0.5, 0])
+    assert float(curve.power_1(0.2 / 3600)) == pytest.approx(0.9)
+
+
 def test_a_makers_sheet_with_lines_above_its_names_and_foreign_units_is_the_same_curve(tmp_path):
     points = [(0, 60.0, 0.0), (4, 56.0, 0.4), (8, 45.0, 0.6), (11, 33.0, 0.55)]
     plain = "Q_m3ph,H_m,eta\n" + "".join(f"{q},{h},{e}\n" for q, h, e in points)
