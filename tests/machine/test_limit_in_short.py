@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 from test_limit_pairs import ALIKE, MIXED, N, at_instants, linked
 from test_limit_pairs import point as pairs_at
 
@@ -55,6 +56,25 @@ def test_one_phase_at_a_time_has_every_bound_in_closed_form(monkeypatch, d):
     for name in ("bound_rms", "on_profile_rms", "returning_rms", "pulse_width_rms"):
         assert getattr(found, name) == pytest.approx(pp / np.sqrt(12), rel=0.02), name
     assert (found.switching_frequency, found.profile_rms) == (F, 0.25)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_peak_is_the_least_that_both_kinds_of_vectors_allow(seed):
+    """E_1 and O_1 change with the shares of the vectors: no shares that hold the torque have both
+    below, and some of them reach it."""
+    draw = np.random.default_rng(seed)
+    u_dc, gain = 200.0, draw.uniform(-2, 2, 2)
+    u = draw.uniform(-0.8, 0.8, 2) * u_dc
+    vectors = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)])
+    slope = vectors @ gain * u_dc - u @ gain
+    even = (vectors == 0).sum(axis=1) % 2 == 0
+    # Weights a and 1 - a on the two sums: by duality the greatest of the least weighted sums.
+    held = {"A_eq": [slope / u_dc, np.ones(9)], "b_eq": [0, 1]}
+    sums = [
+        linprog(np.abs(slope) * np.where(even, a, 1 - a), **held).fun
+        for a in np.linspace(0, 1, 301)
+    ]
+    assert _least(u, gain, u_dc)[1] == pytest.approx(max(sums), rel=3e-3)
 
 
 def test_a_phase_at_rest_has_no_part_in_the_ripple(monkeypatch):
