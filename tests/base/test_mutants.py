@@ -66,6 +66,15 @@ def test_the_looks_of_a_figure_are_no_fault():
         assert look.findall(mutant.text) == look.findall(mutant.file.read_text())
 
 
+def test_imports_for_annotations_are_no_fault(tmp_path, monkeypatch):
+    file = tmp_path / "a.py"
+    file.write_text("if TYPE_CHECKING:\n    import b\n")
+    monkeypatch.setattr(mutants, "PACKAGE", tmp_path)
+    assert mutants.python_mutant(file, random.Random(1)) is None
+    file.write_text("if c:\n    import b\n")
+    assert mutants.python_mutant(file, random.Random(1)) is not None
+
+
 def test_every_header_and_module_has_its_judges():
     for file in [*HEADERS.rglob("srm/*/*.hpp"), *PACKAGE.rglob("*/*.py")]:
         names = mutants.folders(file)

@@ -108,7 +108,8 @@ def _with(node: ast.AST, **fields: object) -> ast.AST:
 
 
 def python_mutant(file: Path, draw: random.Random) -> Mutant | None:
-    """A fault somewhere in a module, but in its text, its annotations and the looks of a figure."""
+    """A fault somewhere in a module, but in its text, its annotations, what is imported for them,
+    and the looks of a figure."""
     source = file.read_text(encoding="utf-8")
     lines = source.splitlines(keepends=True)
     tree = ast.parse(source)
@@ -124,6 +125,8 @@ def python_mutant(file: Path, draw: random.Random) -> Mutant | None:
                 if isinstance(child, ast.keyword) and child.arg in LOOKS:
                     if isinstance(child.value, ast.Constant):
                         continue
+                if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+                    continue
                 inner = names
                 if isinstance(child, ast.FunctionDef | ast.ClassDef):
                     inner = (*names, child.name)
