@@ -105,6 +105,13 @@ def test_angles_in_radians_are_asked_about_and_the_answer_is_the_window_that_was
         drive(*meant)  # is not asked about
 
 
+def test_a_control_period_in_milliseconds_is_asked_about() -> None:
+    for T_s_us in (2, 20, 100):
+        with pytest.warns(Note, match=f"if these are milliseconds, set {T_s_us}$"):
+            load(f"control.T_s_us={T_s_us / 1000}", "simulation.until_s=0.001")
+    load("control.T_s_us=0.11", "simulation.until_s=0.001")
+
+
 def test_own_angles_are_radians_and_braking_is_seen_in_the_frame_of_positive_torque() -> None:
     """Passed backwards, the window of braking begins where it ends, a turn less."""
     own = {"theta_on_deg": -10, "theta_off_deg": 150, "brake_on_deg": 190, "brake_off_deg": 330}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, ClassVar, Literal
@@ -11,7 +12,7 @@ from pydantic import Field
 
 import reluctance.drive.tables.speed_loop as speed_loop
 from reluctance import _core
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import Note, ParameterError
 from reluctance.base.schema import Section
 from reluctance.base.units import to_si
 from reluctance.drive.tables.known import Known
@@ -20,6 +21,7 @@ from reluctance.machine.models import Magnetics
 
 BAND_PART = 0.02  # of the current limit: default half width of a current band
 NO_LIMIT = 1e30  # of torque or current
+SHORTEST_US = 0.1  # control periods up to this one are asked about; of 100 us in ms
 NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage; no waveform [A]
 
 
@@ -50,6 +52,12 @@ class Control(Section):
     def model_post_init(self, context: Any) -> None:
         """A table made in Python need not repeat the name of its law: it counts as given."""
         self.model_fields_set.add("law")
+        if self.T_s_us <= SHORTEST_US:
+            told = (
+                f"[control] T_s_us = {self.T_s_us:g}: no controller steps every "
+                f"{1e3 * self.T_s_us:g} ns; if these are milliseconds, set {1e3 * self.T_s_us:g}"
+            )
+            warnings.warn(told, Note, stacklevel=2)
 
     @property
     def T_s(self) -> float:
