@@ -21,7 +21,7 @@ from reluctance.machine.models import Magnetics
 
 BAND_PART = 0.02  # of the current limit: default half width of a current band
 NO_LIMIT = 1e30  # of torque or current
-SHORTEST_US = 0.1  # control periods up to this one are asked about; of 100 us in ms
+IN_MS = 0.001, 0.1  # control periods of 1 to 100 us, as milliseconds
 NEVER_REACHED = 1e6  # a current reference that leaves the pulse to the voltage; no waveform [A]
 
 
@@ -52,7 +52,7 @@ class Control(Section):
     def model_post_init(self, context: Any) -> None:
         """A table made in Python need not repeat the name of its law: it counts as given."""
         self.model_fields_set.add("law")
-        if self.T_s_us <= SHORTEST_US:
+        if IN_MS[0] <= self.T_s_us <= IN_MS[1]:
             told = (
                 f"[control] T_s_us = {self.T_s_us:g}: no controller steps every "
                 f"{1e3 * self.T_s_us:g} ns; if these are milliseconds, set {1e3 * self.T_s_us:g}"
