@@ -7,42 +7,26 @@
 #include <vector>
 
 #include "errors.hpp"
+#include "sharing_guide.hpp"
 #include "srm/control/law/edge_mpc.hpp"
-#include "srm/control/part/sharing.hpp"
-#include "srm/machine/lehuy.hpp"
-#include "srm/machine/torque_inverse.hpp"
 #include "within.hpp"
 
 using namespace srm;
+using sharing_guide::columns, sharing_guide::machine, sharing_guide::rows, sharing_guide::tau_max;
 
 namespace {
 
 constexpr int N = 3;
-constexpr double R = 0.72, u_dc = 540, tau_max = 40, i_max = 90, slack = 0.01, w_sw = 1.5e-6;
+constexpr double R = 0.72, u_dc = 540, i_max = 90, slack = 0.01, w_sw = 1.5e-6;
 using M = LeHuy<double>;
 using Law = EdgeMpc<M, N>;
 using Phases = std::array<PhasePrediction<double>, N>;
 
-M machine() { return lehuy<double>(4, 0.67e-3, 23.62e-3, 0.15e-3, 450, 0.468); }
-
 /// The flux linkages of a sharing function, in other units of flux linkage and current where asked
 /// for.
 struct Guide {
-  static constexpr int rows = 40, columns = 360;
-  std::vector<double> values = std::vector<double>(rows * columns);
+  std::vector<double> values = sharing_guide::values();
   double omega = 30, psi_slack = slack, psi_unit = 1, i_unit = 1;
-  Guide() {
-    Sharing<double> s{.shape = Shape::cubic, .theta_on = 0.35, .theta_ov = 0.6};
-    for (int row = 1; row < rows; ++row) {
-      const double tau = tau_max * row * row / (rows - 1.0) / (rows - 1.0);
-      for (int column = 0; column < columns; ++column) {
-        const double theta = column * turn / columns, share = s.share<N>(theta);
-        if (!(share > 0)) continue;
-        const double i = current_for_torque(machine(), share * tau, theta, 150.0);
-        values[static_cast<std::size_t>(row * columns + column)] = machine().at(i, theta).psi;
-      }
-    }
-  }
   Guide in(double psi, double i) const {
     Guide other = *this;
     for (double& value : other.values) value *= psi;
