@@ -10,8 +10,9 @@ from test_map_cli import reluctance
 import reluctance as rl
 from reluctance import ParameterError, _core
 from reluctance.base.resources import resources
+from reluctance.machine.coupling import Coupling, Neighbours
 from reluctance.machine.held_pulses import COLUMNS, HeldPulse, read_held_pulses
-from reluctance.machine.identify_pairs import pair_factor, pair_torque
+from reluctance.machine.identify_pairs import pair_factor, pair_torque, phase_of_first
 from reluctance.machine.measured_pairs import kinds_of, measured_pairs
 
 R = 1.5
@@ -108,6 +109,54 @@ def test_one_kind_of_pairs_that_is_wrong_alone_shows(drive):
     assert found.of_pair["ab"] == pytest.approx(1, abs=1e-6)
     assert found.of_pair["ca"] == pytest.approx(0.5, abs=1e-6)
     assert found.error > 0.01
+
+
+def led(machine, first):
+    """The machine as its legs see it where the first of them drives this phase."""
+    back = [
+        ((p.first - first) % 3, (p.second - first) % 3, p.table) for p in machine.coupling.pairs
+    ]
+    pairs = tuple(Neighbours(*pair) for pair in back)
+    return SimpleNamespace(
+        N_r=machine.N_r, magnetics=machine.magnetics, coupling=Coupling(3, pairs)
+    )
+
+
+@pytest.mark.parametrize("first", range(3))
+def test_leads_that_are_all_moved_on_show_in_the_pairs(drive, first, tmp_path):
+    """As many phases on: alignment and wiring do not see it, for every phase is like the next."""
+    machine = drive.machine
+    pulses = recorded(led(machine, first), offset=0.02)
+    assert phase_of_first(pulses, machine.coupling, machine.magnetics, R) == first
+    alike = Coupling(3, led(machine, 1).coupling.pairs[:2] + led(machine, 2).coupling.pairs[:1])
+    assert phase_of_first(pulses, alike.mean, machine.magnetics, R) == 0  # does not tell
+    drive.save(tmp_path / "d.toml")
+    asked = ("map", "identify", written(tmp_path / "p.csv", pulses), "--R_ohm", R)
+    asked = (*asked, "--pairs", tmp_path / "d.toml")
+    if first == 0:
+        assert "next: pair_factor = " in reluctance(*asked)
+        return
+    line = reluctance(*asked, fails="line")
+    assert f"the pairs are where leg a drives phase {'abc'[first]}, and every other leg" in line
+
+
+def test_pairs_that_no_factor_makes_right_are_not_answered_with_one(drive, tmp_path):
+    machine = drive.machine
+    for third, differ in ((0.15, False), (0.14, False), (0.2, True), (-0.15, True)):
+        own = SimpleNamespace(
+            N_r=machine.N_r, magnetics=machine.magnetics, coupling=unlike(-0.2, -0.2, third)
+        )
+        pulses = recorded(own)
+        found = pair_factor(pulses, machine.coupling, machine.magnetics, R)
+        assert found.differ is differ, third
+        if third == 0.2:
+            drive.save(tmp_path / "d.toml")
+            file = written(tmp_path / "p.csv", pulses)
+            line = reluctance(
+                *("map", "identify", file, "--R_ohm", R, "--pairs", tmp_path / "d.toml"),
+                fails="line",
+            )
+            assert "no factor makes the believed pairs right: ab 1.000, ca 1.333;" in line
 
 
 def test_samples_past_the_end_of_the_table_are_left_out(drive):

@@ -36,24 +36,38 @@ def identify_pairs(
             "--out PAIRS.csv for one from the pulses"
         )
     if believed:
-        _factor(drive, pulses, R)
+        _factor(drive, pulses, R, alone=out is None)
     if out is not None:
         _table(drive, pulses, R, out, drive.machine.i_max_A if i_max is None else i_max)
 
 
-def _factor(drive: "Drive", pulses: "Sequence[HeldPulse]", R: float) -> None:
-    from reluctance.machine.identify_pairs import pair_factor, pair_torque
+def _factor(drive: "Drive", pulses: "Sequence[HeldPulse]", R: float, *, alone: bool) -> None:
+    """alone: no table is made of the pulses, so that the factor has to do."""
+    from reluctance.machine.coupling import LETTERS
+    from reluctance.machine.identify_pairs import pair_factor, pair_torque, phase_of_first
 
     machine, tau = drive.machine, drive.tau_max
     assert machine.coupling is not None
     found = pair_factor(pulses, machine.coupling, machine.magnetics, R)
     print(f"{found.n_pulses} pulses at {found.n_positions} clamped positions")
-    alone = ", ".join(f"{pair} {factor:.3f}" for pair, factor in found.of_pair.items())
-    print(f"the pairs are {found.factor:.4f} +- {found.error:.4f} of those believed ({alone})")
+    each = ", ".join(f"{pair} {factor:.3f}" for pair, factor in found.of_pair.items())
+    print(f"the pairs are {found.factor:.4f} +- {found.error:.4f} of those believed ({each})")
     print(
         f"left over: {1e3 * found.residual:.3g} mWb rms, where the pairs add "
         f"{1e3 * abs(found.factor) * found.psi_rms:.3g} mWb"
     )
+    if (first := phase_of_first(pulses, machine.coupling, machine.magnetics, R)) > 0:
+        raise ParameterError(
+            f"the pairs are where leg a drives phase {LETTERS[first]}, and every other leg as many "
+            "phases on: move the leads of all legs and current sensors back, and repeat the "
+            "commissioning"
+        )
+    if found.differ and alone:
+        raise ParameterError(
+            f"no factor makes the believed pairs right: {each}; check the order of the leads and "
+            "the polarity of the poles, or take the pairs themselves from the pulses: --out "
+            "PAIRS.csv"
+        )
     rms = pair_torque(drive.at(drive.omega_nominal), tau)  # as believed
     print(
         f"the pairs as believed make {rms:.3g} N m rms at {tau:g} N m: the error of the factor "

@@ -13,14 +13,15 @@ linkage is large, and a pulse does not show what the held phase adds before its 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from reluctance import _core
 from reluctance.base.errors import ParameterError
-from reluctance.machine.coupling import Coupling
+from reluctance.machine.coupling import Coupling, Neighbours
 from reluctance.machine.held_pulses import HeldPulse
 from reluctance.machine.maps.pulses import REST_ROWS
 from reluctance.machine.maps.table import Array
@@ -28,6 +29,8 @@ from reluctance.machine.models import Magnetics
 from reluctance.machine.operating_point import OperatingPoint
 
 FEWEST = 4  # clamped positions whose agreement tells how certain a factor is
+SURE, DIFFERENT = 3.0, 0.2  # errors, and parts of the factor, that two pairs differ by
+FAR_BETTER = 1 / 3  # of what is left over, with the leads elsewhere
 BEGUN = 0.1  # of a pulse's top: below this current it has not begun for its offset
 
 
@@ -39,7 +42,7 @@ class PairFactor:
     ----------
     factor, error : float
         And its standard error, from how far the clamped positions agree.
-    of_pair : dict
+    of_pair, error_of_pair : dict
         The same of each pair alone, the pulsed phase first.
     psi_rms, residual : float
         What the pairs add to the flux linkages, and what is left over, rms [Wb].
@@ -49,10 +52,24 @@ class PairFactor:
     factor: float
     error: float
     of_pair: dict[str, float]
+    error_of_pair: dict[str, float]
     psi_rms: float
     residual: float
     n_pulses: int
     n_positions: int
+
+    @property
+    def differ(self) -> bool:
+        """Whether the factors of two pairs are farther apart than their errors and than what a
+        factor can leave wrong: then no factor makes these tables right."""
+        return any(
+            abs(self.of_pair[a] - self.of_pair[b])
+            > max(
+                SURE * float(np.hypot(self.error_of_pair[a], self.error_of_pair[b])),
+                DIFFERENT * abs(self.factor),
+            )
+            for a, b in combinations(self.of_pair, 2)
+        )
 
 
 def pair_factor(
@@ -86,29 +103,58 @@ def pair_factor(
     )
     if not xx.sum() > 0:
         raise ParameterError("the pairs as believed add nothing to the phases that were held")
-    factor = float(xy.sum() / xx.sum())
     at = {place: k for k, place in enumerate(dict.fromkeys(places))}
     if len(at) < FEWEST:
         raise ParameterError(
             f"{len(at)} clamped positions, need at least {FEWEST} over a period of the angle"
         )
-    scores = np.bincount([at[place] for place in places], weights=xy - factor * xx)
+    place = np.array([at[one] for one in places])
+    factor, error = _agreed(xx, xy, place)
     left = np.concatenate([y - factor * x for x, y in zip(believed, measured, strict=True)])
     names = np.array([pulse.pair for pulse in pulses])
-    n = len(at)
+    alone = {
+        str(name): _agreed(xx[names == name], xy[names == name], place[names == name])
+        for name in dict.fromkeys(names)
+        if xx[names == name].sum() > 0
+    }
     return PairFactor(
         factor=factor,
-        error=float(np.sqrt(n / (n - 1) * (scores**2).sum()) / xx.sum()),
-        of_pair={
-            str(name): float(xy[names == name].sum() / xx[names == name].sum())
-            for name in dict.fromkeys(names)
-            if xx[names == name].sum() > 0
-        },
+        error=error,
+        of_pair={name: of[0] for name, of in alone.items()},
+        error_of_pair={name: of[1] for name, of in alone.items()},
         psi_rms=float(np.sqrt((np.concatenate(believed) ** 2).mean())),
         residual=float(np.sqrt((left**2).mean())),
         n_pulses=len(pulses),
-        n_positions=n,
+        n_positions=len(at),
     )
+
+
+def _agreed(xx: Array, xy: Array, place: NDArray[np.intp]) -> tuple[float, float]:
+    """The factor of pulses, and its standard error from how far their clamped positions agree."""
+    factor, n = float(xy.sum() / xx.sum()), len(set(place.tolist()))
+    scores = np.bincount(place, weights=xy - factor * xx)
+    spread = np.inf if n < 2 else n / (n - 1) * (scores**2).sum()
+    return factor, float(np.sqrt(spread) / xx.sum())
+
+
+def phase_of_first(
+    pulses: Sequence[HeldPulse], coupling: Coupling, magnetics: Magnetics, R: float
+) -> int:
+    """The phase that the first leg drives, where all leads are moved on by as many: 0 where they
+    are as believed, or where the pulses do not tell."""
+    n, found = coupling.n_phases, {}
+    for first in range(n):
+        back = tuple(
+            Neighbours((pair.first - first) % n, (pair.second - first) % n, pair.table)
+            for pair in coupling.pairs
+        )
+        moved = replace(coupling, pairs=back)
+        try:
+            found[first] = pair_factor(pulses, moved, magnetics, R).residual
+        except ParameterError:  # these pairs add nothing to the phases that were held
+            found[first] = np.inf
+    best = min(found, key=found.__getitem__)
+    return best if found[best] < FAR_BETTER * found[0] else 0
 
 
 def smooth_currents(point: OperatingPoint, tau_ref: float) -> tuple[Array, Array]:
