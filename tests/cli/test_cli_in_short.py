@@ -323,19 +323,27 @@ def test_pairs_are_told_by_their_factor_and_what_its_error_costs(monkeypatch, ca
     pairs = import_module("reluctance.machine.identify_pairs")
     told = Namespace(
         n_pulses=9, n_positions=3, factor=1.25, error=0.02, of_pair={"ab": 1.2, "bc": 1.3},
-        residual=1e-4, psi_rms=4e-3,
+        residual=1e-4, psi_rms=4e-3, differ=False,
     )  # fmt: skip
     monkeypatch.setattr(pairs, "pair_factor", lambda *_: told)
+    monkeypatch.setattr(pairs, "phase_of_first", lambda *_: 0)
     monkeypatch.setattr(pairs, "pair_torque", lambda *_: 2.0)
     machine = Namespace(coupling="c", magnetics="m", pair_factor=0.8)
     drive = Namespace(machine=machine, tau_max=10.0, omega_nominal=1.0, at=lambda omega: None)
-    map_identify_pairs._factor(drive, [], 0.5)
+    map_identify_pairs._factor(drive, [], 0.5, alone=True)
     assert words(capsys.readouterr().out) == (
         "9 pulses at 3 clamped positions the pairs are 1.2500 +- 0.0200 of those believed (ab "
         "1.200, bc 1.300) left over: 0.1 mWb rms, where the pairs add 5 mWb the pairs as believed "
         "make 2 N m rms at 10 N m: the error of the factor costs 0.4 % of the torque, the believed "
         "factor 5 % next: pair_factor = 1 in the machine file, or --set machine.pair_factor=1"
     )
+    told.differ = True
+    with pytest.raises(ParameterError, match=r"right: ab 1\.200, bc 1\.300; .*: --out PAIRS\.csv$"):
+        map_identify_pairs._factor(drive, [], 0.5, alone=True)
+    map_identify_pairs._factor(drive, [], 0.5, alone=False)  # a table comes next
+    monkeypatch.setattr(pairs, "phase_of_first", lambda *_: 2)
+    with pytest.raises(ParameterError, match="where leg a drives phase c, and every other leg"):
+        map_identify_pairs._factor(drive, [], 0.5, alone=False)
 
 
 @pytest.mark.parametrize(
@@ -354,7 +362,7 @@ def test_a_factor_needs_pairs_that_are_believed_and_a_table_a_place(
     monkeypatch.setattr(map_identify_pairs, "load", lambda _: Namespace(machine=machine))
     held = import_module("reluctance.machine.held_pulses")
     monkeypatch.setattr(held, "read_held_pulses", lambda *_, **__: [])
-    monkeypatch.setattr(map_identify_pairs, "_factor", lambda *_: calls.append("factor"))
+    monkeypatch.setattr(map_identify_pairs, "_factor", lambda *_, alone: calls.append("factor"))
     monkeypatch.setattr(map_identify_pairs, "_table", lambda *given: calls.append(given[-1]))
     place = None if out is None else tmp_path / out
 
