@@ -446,8 +446,8 @@ def test_a_firmware_package_is_told_with_its_cost_and_whether_it_fits(monkeypatc
     both = [spent("cortex-m4", 4000), spent("cortex-m7", 5000)]
     judged = []
 
-    def verdict(drive, part, cost, gates):
-        judged.append((part.name, cost.cpu, gates))
+    def verdict(drive, part, cost, gates, *, ported):
+        judged.append((part.name, cost.cpu, gates, ported))
         return [(True, "time"), (len(judged) > 1, "flash")]
 
     monkeypatch.setattr(exporting.export, "firmware", lambda *_, **__: made)
@@ -465,7 +465,12 @@ def test_a_firmware_package_is_told_with_its_cost_and_whether_it_fits(monkeypatc
     first, second = (command(*order, "--mcu", name).out for name in ("stm32g474", "stm32h743"))
     assert "stm32g474: does not fit\n  yes  time\n  NO   flash\n" in first
     assert "stm32h743: fits\n  yes  time\n  yes  flash\n" in second
-    assert judged == [("stm32g474", "cortex-m4", {1}), ("stm32h743", "cortex-m7", {1})]
+    assert judged == [
+        ("stm32g474", "cortex-m4", {1}, False),
+        ("stm32h743", "cortex-m7", {1}, False),
+    ]
+    command(*order, "--mcu", "stm32g474", "--port", "stm32g474")
+    assert judged[-1] == ("stm32g474", "cortex-m4", {1}, True)
     cost = words(command(*order, "--cost").out)
     T_s = rl.load(CUBIC).control.T_s_us
     assert f"at one instruction a cycle: {5000 / T_s:.0f} MHz and more" in cost
