@@ -28,7 +28,7 @@ from reluctance.machine.geometry.solved import solved, system_of
 from reluctance.machine.library import flattened
 from reluctance.machine.maps.pairs import pair_table, reasons
 from reluctance.machine.maps.surface import surface
-from reluctance.machine.pair_file import read_pairs, write_pairs
+from reluctance.machine.pair_file import check_ring, read_pairs, write_pairs
 
 MACHINES = Path(__file__).parents[2] / "machines"
 SEED = int(np.random.SeedSequence().generate_state(1)[0])
@@ -446,6 +446,9 @@ REFUSED = [
     (lambda rows: rows.pop(7), "rows are no grid"),
     (cell("tau_Nm", "much"), "data row 5, tau_Nm: `much` is not a number"),
     (every("pairs", "ac", "ad"), "pair `ad` is none of phases a, b, c"),
+    (every("pairs", " cb", ""), "pairs bc are missing beside ac, ba: each of 3 phases has"),
+    (every("pairs", " cb", " ac"), "pair ac is named twice; remove one"),
+    (every("pairs", " cb", " ca"), "pair ca is named twice"),  # from the other side
     (lambda rows: rows.clear(), "the file has no rows"),
     (scaled("i_first_A", 0.5), "rows are no grid"),
 ]
@@ -454,6 +457,22 @@ REFUSED = [
 @pytest.mark.parametrize(("change", "text"), REFUSED, ids=[text for _, text in REFUSED])
 def test_a_pair_table_that_is_none_gets_one_line(tmp_path, change, text):
     assert text in refused("run", rewritten(tmp_path, change))
+
+
+@pytest.mark.parametrize(
+    ("n", "named", "lacking"),
+    [
+        (2, "ab", None), (2, "ab ba", None), (3, "ab bc ca", None), (3, "ab bc ac", None),
+        (4, "ad dc cb ba", None), (4, "ab bc ca", "cd, ad, bd"), (4, "ac bd", None),
+        (4, "ab bc cd da ac", "bd"), (5, "ab bc cd de", "ae"), (6, "ad be", "cf"),
+    ],
+)  # fmt: skip
+def test_every_phase_has_the_same_neighbours(n, named, lacking):
+    pairs = [Neighbours("abcdef".index(a), "abcdef".index(b), None) for a, b in named.split()]
+    if lacking is None:
+        return check_ring(pairs, n)
+    with pytest.raises(ParameterError, match=f"^pairs {lacking} are missing beside "):
+        check_ring(pairs, n)
 
 
 def test_pairs_that_end_below_the_current_limit_get_one_line(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
@@ -80,7 +81,30 @@ def _coupling(rows: list[list[str]], N_r: int, n_phases: int) -> Coupling:
                     "write the first phase and the second, as ab"
                 )
             pairs.append(Neighbours(first, second, table))
+    check_ring(pairs, n_phases)
     return Coupling(n_phases=n_phases, pairs=tuple(pairs))
+
+
+def check_ring(pairs: Sequence[Neighbours], n_phases: int) -> None:
+    """Every phase has the same neighbours: beside a pair all others as far apart are there, each
+    once. A table of another number of phases is none."""
+    there = [frozenset((pair.first, pair.second)) for pair in pairs]
+    for n, pair in enumerate(pairs):
+        if there[n] in there[:n] and n_phases > 2:  # of two phases each is on both sides
+            raise ParameterError(f"pair {pair.letters} is named twice; remove one")
+    apart = sorted({min(abs(a - b), n_phases - abs(a - b)) for a, b in map(sorted, there)})
+    lacking = {
+        "".join(LETTERS[k] for k in sorted(both)): None
+        for d in apart
+        for both in ({k, (k + d) % n_phases} for k in range(n_phases))
+        if both not in there
+    }
+    if lacking:
+        raise ParameterError(
+            f"pairs {', '.join(lacking)} are missing beside {', '.join(p.letters for p in pairs)}: "
+            f"each of {n_phases} phases has neighbours as far apart; is it the table of another "
+            "machine?"
+        )
 
 
 def _samples(rows: list[list[str]]) -> PairSamples:
