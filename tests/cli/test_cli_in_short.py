@@ -379,6 +379,39 @@ def test_a_factor_needs_pairs_that_are_believed_and_a_table_a_place(
     assert calls[len(ran) :] == [3.0 if call == 5.0 else call for call in ran]
 
 
+@pytest.mark.parametrize("most", [11.7, 8.1, 3.0])
+def test_pairs_without_inductance_are_answered_with_a_current_that_has_one(
+    monkeypatch, tmp_path, most
+):
+    """Asked for 13.6 A; a table to `most` is the greatest that has one."""
+    room = "reluctance.machine"
+    measured, coupling, filed = (
+        import_module(f"{room}.{name}") for name in ("measured_pairs", "coupling", "pair_file")
+    )
+
+    def check(_, __, i_max):
+        if i_max > most:
+            raise ParameterError("no inductance")
+
+    def measure(*_, i_max, **__):
+        return Namespace(coupling=Namespace(pairs=()), i_reached=min(i_max, 14.3))
+
+    monkeypatch.setattr(measured, "kinds_of", lambda *_: [])
+    monkeypatch.setattr(measured, "measured_pairs", measure)
+    monkeypatch.setattr(coupling, "check_pairs", check)
+    monkeypatch.setattr(filed, "check_ring", lambda *_: None)
+    machine = Namespace(coupling="c", magnetics="m", n_phases=3)
+    drive = Namespace(machine=machine, tau_max=10.0)
+    with pytest.raises(ParameterError) as fault:
+        map_identify_pairs._table(drive, [], 0.5, tmp_path / "p.csv", 13.6)
+    line = str(fault.value)
+    if most < 13.6 / 2:
+        assert line == "no inductance"
+        return
+    able = float(line.partition("no inductance; pass --i_max_A ")[2].partition(",")[0])
+    assert 0.965 * most < able <= most
+
+
 def test_names_of_columns_are_stated_for_known_quantities():
     assert map_identify._names(["t=time", "u=U 1", "theta=a=b"]) == {
         "t": "time", "u": "U 1", "theta": "a=b",

@@ -12,6 +12,9 @@ from reluctance.base.files import check_ending, check_own_table, refuse_input, w
 if TYPE_CHECKING:
     from reluctance.drive.drive import Drive
     from reluctance.machine.held_pulses import HeldPulse
+    from reluctance.machine.measured_pairs import Measured
+
+LOWER = [0.97**k for k in range(1, 24)]  # of the currents that were reached: tried in this order
 
 
 def identify_pairs(
@@ -86,20 +89,31 @@ def _table(
     from reluctance.machine.coupling import check_pairs
     from reluctance.machine.identify_pairs import smooth_currents
     from reluctance.machine.measured_pairs import kinds_of, measured_pairs
-    from reluctance.machine.pair_file import write_pairs
+    from reluctance.machine.pair_file import check_ring, write_pairs
 
     machine, tau = drive.machine, drive.tau_max
     kinds = kinds_of(machine.coupling, pulses)
-    found = measured_pairs(
-        pulses, kinds, machine.magnetics, R=R, n_phases=machine.n_phases, i_max=i_max
-    )
-    try:
-        check_pairs(found.coupling, machine.magnetics, i_max)
-    except ParameterError as fault:
-        raise ParameterError(
-            f"{fault}; both phases reached {found.i_reached:.3g} A: pass --i_max_A "
-            f"{0.95 * found.i_reached:.3g}, here and in the machine file"
-        ) from None
+
+    def measured(i_max: float) -> "Measured":
+        return measured_pairs(
+            pulses, kinds, machine.magnetics, R=R, n_phases=machine.n_phases, i_max=i_max
+        )
+
+    def refused(found: "Measured", i_max: float) -> ParameterError | None:
+        try:
+            check_pairs(found.coupling, machine.magnetics, i_max)
+        except ParameterError as fault:
+            return fault
+        return None
+
+    found = measured(i_max)
+    check_ring(found.coupling.pairs, machine.n_phases)
+    if (fault := refused(found, i_max)) is not None:
+        lower = (float(f"{part * found.i_reached:.3g}") for part in LOWER)
+        able = next((i for i in lower if refused(measured(i), i) is None), None)
+        if able is None:
+            raise fault
+        raise ParameterError(f"{fault}; pass --i_max_A {able:g}, here and in the machine file")
     write_whole(out, lambda path: write_pairs(found.coupling, path))
     point = replace(drive.at(drive.omega_nominal), coupling=found.coupling)
     error = found.torque_error(*smooth_currents(point, tau))
