@@ -165,6 +165,12 @@ def test_an_overview_has_the_whole_run_and_its_last_two_periods(run):
     assert parts.get_ylabel() == "torque of the phases (N m)"
     whole = plots.overview(run, last_periods=np.inf)
     assert {ax.get_title(loc="left") for ax in whole.axes} == {"whole run"}
+    for t_trip, about in ((0.02, (5, 25)), (0.004, (0, 50)), (0.049, (30, 50))):
+        tripped = replace(run, kpis=replace(run.kpis, t_trip=t_trip))
+        title = {5: "about the trip: 2 periods", 0: "whole run", 30: "last 2 periods"}[about[0]]
+        for ax in plots.overview(tripped).axes[1:]:
+            assert ax.get_xlim() == pytest.approx(about, abs=0.01)
+            assert ax.get_title(loc="left") == title
     rising = replace(run, omega_m=run.omega_m * np.linspace(0.9, 1, len(run.t)))
     speed = plots.overview(rising).axes[1]
     assert speed.get_ylabel() == "speed (rpm)"

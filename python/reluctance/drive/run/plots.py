@@ -173,9 +173,9 @@ def _diode(result: Record) -> Diode:
 
 
 def overview(result: Record, *, last_periods: float = 2.0) -> Figure:
-    """Torque and speed of the whole run; currents and legs of its last electrical periods. Where
-    the speed is held, the torques of the phases take its place; on an array dc-link voltage and
-    power are between them.
+    """Torque and speed of the whole run; currents and legs of its last electrical periods, or of
+    those about a trip. Where the speed is held, the torques of the phases take its place; on an
+    array dc-link voltage and power are between them.
 
     Returns
     -------
@@ -190,16 +190,24 @@ def overview(result: Record, *, last_periods: float = 2.0) -> Figure:
         plot_power(more[1], result).set_title("whole run", loc="left")
     mark_events(plot_torque(torque, result), result).set_title("whole run", loc="left")
     period = 2 * np.pi / result.drive.machine.N_r / max(abs(result.kpis.speed_mean), 1e-9)
-    start = max(result.t[-1] - last_periods * period, 0.0)
+    end, t_trip = float(result.t[-1]), result.kpis.t_trip
+    if t_trip is not None:
+        end = min(end, t_trip + period / 2)
+    start = max(end - last_periods * period, 0.0)
+    if start == 0:
+        end = float(result.t[-1])
     late = [(currents, plot_currents), (legs, plot_legs)]
     if np.ptp(result.omega_m) > 0:
         mark_events(plot_speed(speed, result), result).set_title("whole run", loc="left")
     else:  # a held speed would fill a panel with a constant
         late.append((speed, plot_phase_torques))
     for ax, plot in late:
-        shown = f"last {last_periods:g} periods" if start > 0 else "whole run"
+        shown = "whole run"
+        if start > 0:
+            where = "last" if end == result.t[-1] else "about the trip:"
+            shown = f"{where} {last_periods:g} periods"
         plot(ax, result.since(start)).set_title(shown, loc="left")
-        ax.set_xlim(start * per_second(result), clock(result)[-1])
+        ax.set_xlim(start * per_second(result), end * per_second(result))
         ax.ticklabel_format(axis="x", useOffset=False)
     figure.suptitle(result.drive.name, parse_math=False)
     return figure
