@@ -123,7 +123,7 @@ def test_a_given_bandwidth_sets_both_gains_of_a_speed_loop() -> None:
         (["control.regulate=none", "control.i_band_A=1", "control.theta_on_deg=0",
           "control.theta_off_deg=150", "reference.kind=none", "reference.tau_Nm="],
          "i_band_A has no effect with regulate"),
-        (["control.angle_table=a.csv", "control.theta_on_deg=1", "control.theta_off_deg=2"],
+        (["control.angle_table=a.csv", "control.theta_on_deg=1", "control.theta_off_deg=20"],
          "angle_table has the angles"),
         (["control.i_band_A=150"], "i_band_A = 150, need less than"),
         (["control.law=ditc", "control.tau_band_outer_Nm=1"], "need >= tau_band_Nm"),

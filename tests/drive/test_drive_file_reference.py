@@ -142,6 +142,7 @@ OPEN = dict.fromkeys(("theta_on_deg", "theta_e_deg"), ("less_than",))  # a turn 
 LEAST = {"C_uF": 20.0}
 
 
+@pytest.mark.filterwarnings("ignore:.*if these are milliseconds")
 @each_section
 def test_no_size_is_negative_and_a_small_one_passes(part, word, section):
     for key, whole in numbers(section):

@@ -140,6 +140,17 @@ def test_points_of_a_curve_do_as_well_as_its_parameters(tmp_path):
     assert by_eta.shaft_power(q, r) == pytest.approx(curve.shaft_power(q, r), rel=2e-3)
 
 
+def test_flows_in_litres_per_second_are_asked_about_and_the_answer_is_the_pump(tmp_path):
+    points = [(0, 32.0, 700.0), (1.5, 29.0, 900.0), (3.0, 24.0, 1100.0), (4.5, 15.0, 1200.0)]
+    rows = "".join(f"{q},{h},{p}\n" for q, h, p in points)
+    with pytest.warns(
+        Note, match=r"best efficiency is 17\.8 %; .* `Q \[l/s\]`: then it is 64\.1 %"
+    ):
+        poor = pump_from(written(tmp_path, "Q_m3ph,H_m,p_shaft_W\n" + rows), tmp_path).curve()
+    meant = pump_from(written(tmp_path, "Q [l/s],H_m,p_shaft_W\n" + rows), tmp_path).curve()
+    assert meant.Q_end == pytest.approx(3.6 * poor.Q_end)
+
+
 def test_a_small_pump_may_have_heads_and_powers_below_one(tmp_path):
     text = "Q_m3ph,H_m,p_shaft_W\n0,2,0.5\n0.1,1.5,0.8\n0.2,0.5,0.9\n0.25,0,0.8\n"
     curve = pump_from(written(tmp_path, text), tmp_path).curve()

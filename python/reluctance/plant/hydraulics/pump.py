@@ -58,6 +58,7 @@ class Curve:
 
 
 LEAST_BEST = 0.03  # efficiency: the smallest pumps reach some 10 %; less is a fraction in per cent
+POOR, USUAL = 0.24, (0.4, 0.86)  # best efficiencies: of few pumps, and of most
 APART = 2.0  # of two efficiencies of one curve: one more than the other is a wrong unit
 DIFFERENT = 0.15  # the same: from here on it is said
 BETTER = 0.02  # efficiency by which a curve may pass its points unsaid
@@ -204,6 +205,7 @@ def _from_points(path: Path, omega_ref: float) -> Curve:
     at_work = np.isin(given, Q) & (given > 0)
     if "p_shaft_W" in table:
         P = table["p_shaft_W"][np.isin(given, Q)]
+        _ask_about_litres(float((RHO * GRAVITY * Q[1:] * H[1:] / P[-len(Q) + 1 :]).max()), path)
     else:
         eta = table["eta"][at_work]
         if not np.all((eta > 0) & (eta < 1)):
@@ -252,6 +254,18 @@ def _check_power(Q: FloatArray, H: FloatArray, P: FloatArray, path: Path) -> Non
         raise ParameterError(
             f"{path}: at Q_m3ph = {Q[k] / M3PH:g} the water takes {water[k]:.3g} W and the shaft "
             f"has {P[k]:.3g} W; correct the unit in the name of a column: flow, head or power"
+        )
+
+
+def _ask_about_litres(best: float, path: Path) -> None:
+    """A Note where flows in litres per second would make a usual pump of a poor one."""
+    in_litres = 3.6 * best  # of m3/h in l/s
+    if best < POOR and USUAL[0] < in_litres < USUAL[1]:
+        warnings.warn(
+            f"{path}: the best efficiency is {100 * best:.3g} %; if the flows are in l/s, name "
+            f"their column `Q [l/s]`: then it is {100 * in_litres:.3g} %",
+            Note,
+            stacklevel=2,
         )
 
 
