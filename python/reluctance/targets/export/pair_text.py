@@ -16,7 +16,8 @@ done
 reluctance map identify held_*.csv --R_ohm {R:g} --pairs DRIVE.toml
 ```
 
-Write the `pair_factor` that the last command prints into `motor.toml`, then export.
+Write the `pair_factor` that the last command prints into `motor.toml`, then export. Where it prints
+none, it says what is not as believed: the leads, or the polarity of the poles.
 """
 RECORDING = """\
   reluctance emulate . pulses $BOARD --phase {first} --held {second} --held_A $I --angles 12 \\
