@@ -162,6 +162,18 @@ def test_trips_are_told_with_what_they_lack(monkeypatch):
     assert (values["done"], values["text"], len(lines)) == (False, "it did not run", 1)
 
 
+@pytest.mark.parametrize("done", [True, False])
+def test_a_routine_that_did_not_end_is_told_without_what_it_did_not_find(monkeypatch, done):
+    steps = import_module("reluctance.targets.commission.steps")
+    names = ["done", "text", "rows", "sensor", "sign", "R"]
+    one = make_dataclass("Found", names)(done, "t", [1, 2], (0, 1), (1, 1), (0.5, 0.7))
+    monkeypatch.setattr(steps, "routine", lambda *_, **__: one)
+    given = (None, "resistance", None, (12, 1, 0, None, False), None)
+    values, lines = emulate._step(*given, reference=None, until=None)
+    assert values["done"] is done and values["text"] == "t" and "rows" not in values
+    assert lines == (["R [ohm]: 0.5000, 0.7000; mean 0.6000"] if done else [])
+
+
 # replay, of a dump
 
 
