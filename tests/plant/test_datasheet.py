@@ -47,6 +47,12 @@ def test_the_diode_goes_through_the_printed_points():
     assert gamma == pytest.approx(-0.40, abs=0.03)
 
 
+def test_a_single_small_cell_is_a_module_too():
+    """All its numbers are below one."""
+    small = {"V_oc_V": 0.6333, "V_mp_V": 0.5167, "I_sc_A": 0.945, "I_mp_A": 0.888, "cells": 1}
+    meets_its_points(sheet(**small, P_mp_W=0.4588))
+
+
 def test_the_short_circuit_current_rises_with_temperature_as_printed():
     warmer = np.array([25.0, 50.0])
     diode = array_diode(

@@ -259,6 +259,23 @@ def test_an_efficiency_of_pump_and_motor_beside_a_shaft_power_is_told(tmp_path):
     assert np.array_equal(both.power_1(both.Q_end / 2), power.power_1(power.Q_end / 2))
 
 
+def test_an_efficiency_of_zero_at_a_flow_says_nothing_beside_a_power(tmp_path):
+    """Some makers leave the end of the column at 0."""
+    text = "Q_m3ph,H_m,p_shaft_W,eta\n0,30,800,0\n10,25,1300,0.523\n15,20,1400,0\n20,14,1500,0.507"
+    curve = pump_from(written(tmp_path, text), tmp_path).curve()
+    assert float(curve.power_1(15 / 3600)) == pytest.approx(1400)
+
+
+def test_a_pump_may_be_smaller_than_one_in_every_unit():
+    small = {"n_ref_rpm": 1500.0, "H_0_m": 0.9, "Q_b_m3ph": 0.6, "H_b_m": 0.7, "eta_b": 0.2}
+    curve = pump_from(small, Path()).curve()
+    assert float(curve.head_1(0.0)) == pytest.approx(0.9)
+    assert float(curve.head_1(0.6 / 3600)) == pytest.approx(0.7)
+    for key in small:
+        with pytest.raises(ParameterError, match=f"{key} = 0"):
+            pump_from(small | {key: 0.0}, Path())
+
+
 def test_a_curve_that_is_better_between_its_points_than_at_them_is_told(tmp_path):
     text = "Q_m3ph,H_m,p_shaft_W\n0,70,500\n4,64,1160\n7,50,1540"
     with pytest.warns(Note, match="between its points") as told:
