@@ -253,6 +253,8 @@ def test_a_changed_row_of_a_store_is_one_line(tmp_path: Path, change: str) -> No
     drive, out = rl.load(DRIVE), tmp_path / "s.sqlite"
     rl.sweep(drive, {"control.i_band_A": [0.5]}, until=UNTIL, out=out)
     with sqlite3.connect(out) as base:
+        (mark,) = base.execute("PRAGMA application_id").fetchone()
+        assert mark == int.from_bytes(b"RELU", "big")  # of stores that older versions wrote, too
         base.execute(f"UPDATE runs SET {change}")
     base.close()
     with pytest.raises(rl.ParameterError, match=r"s\.sqlite is damaged: the row .*delete"):

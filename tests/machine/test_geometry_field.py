@@ -285,10 +285,17 @@ def test_a_drawing_has_the_steel_and_a_coil_of_each_phase_in_millimetres(odd):
 def test_the_field_is_drawn_in_tesla_with_lines_of_the_potential():
     section = machine(6, 4)
     system = assemble(section, steel(), winding(section), stack=STACK, grid=COARSE)
-    field = solve(at_angle(system, 0.0), np.array([10.0, 0.0, 0.0]))
+    position = at_angle(system, 0.2)
+    field = solve(position, np.array([10.0, 0.0, 0.0]))
     ax = draw_field(field, Figure().add_subplot())
     parts = [part for part in ax.collections if isinstance(part, PolyCollection)]
     assert len(parts) == 2
+    for part, side, turn in zip(parts, (position.rotor, position.stator), (0.2, 0), strict=True):
+        places = np.concatenate([path.vertices for path in part.get_paths()]) @ [1, 1j]
+        first, last = side.mesh.theta.min(), side.mesh.theta.max()
+        middle = (first + last) / 2
+        angles = np.angle(places * np.exp(-1j * (turn + middle))) + middle
+        assert (angles.min(), angles.max()) == pytest.approx((first, last), abs=1e-6)
     B = np.concatenate([part.get_array() for part in parts])
     assert 1.0 < B.max() < 2.5 and B.min() >= 0
     assert parts[0].get_clim() == (0, 2.2)
