@@ -7,6 +7,7 @@
 #include "any_pairs.hpp"
 #include "errors.hpp"
 #include "srm/control/part/coupled_prediction.hpp"
+#include "srm/machine/flux_map.hpp"
 #include "srm/machine/lehuy.hpp"
 #include "within.hpp"
 
@@ -380,5 +381,7 @@ int main() {
   check("voltage that the model misses, phases alone", biases(machine()), 1e-12);
   check("voltage that the model misses, pairs", biases(none), 1e-12);
   check("pairs that add nothing", without_pairs(), 1e-9);
+  const WithPairs<FluxMap<double>> of_a_map{{}, 4, pairs.any.pairs};
+  check("no current, by whatever map [A]", of_a_map.no_current() - coupled.no_current(), 0);
   return failures == 0 ? 0 : 1;
 }

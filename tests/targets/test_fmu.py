@@ -167,15 +167,7 @@ def test_key_figures_are_those_of_a_run(units, version, step_us, tmp_path):
     assert_as_run(DRIVE, units[version, "drive"], step_us, tmp_path)
 
 
-UNEXPLAINED = pytest.mark.xfail(
-    reason="mean torque of coupled phases off by 5e-6 at macro steps of 50 us; cause not known yet"
-)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=UNEXPLAINED if name == "pairs" else ()) for name in OTHERS],
-)
+@pytest.mark.parametrize("name", OTHERS)
 def test_key_figures_of_other_drives_are_those_of_a_run(name, tmp_path):
     """Sensors, a machine from a flux map, a photovoltaic array, a load step."""
     drive = OTHERS[name]

@@ -29,11 +29,9 @@ struct WithPairs {
     return map.at(i, theta_e);
   }
 
-  /// Where nothing is asked of a phase with less, it counts as one without current [A].
-  constexpr T no_current() const {
-    if constexpr (requires { i_last(map); }) return no_current_part<T> * i_last(map);
-    return no_current_part<T> * i_last(pairs);
-  }
+  /// Where nothing is asked of a phase with less, it counts as one without current [A]. By the
+  /// pairs alone, so that it is the same whatever stands for the map: not every one has an end.
+  constexpr T no_current() const { return no_current_part<T> * i_last(pairs); }
 
   /// The name of what is wrong with the phases alone; null where nothing is.
   constexpr const char* fault() const { return map.fault(); }
