@@ -102,7 +102,7 @@ def test_a_constant_cycle_takes_power_times_time(cubic) -> None:  # type: ignore
     assert found.E_in == pytest.approx(10 * cubic.p_in(omega, tau), rel=1e-12)
     assert found.E_mech == pytest.approx(10 * omega * tau, rel=1e-12)
     assert found.loss["loss"] == pytest.approx(found.E_in - found.E_mech, rel=1e-12)
-    assert (found.E_returned, found.E_braked, found.held) == (0, 0, 1)
+    assert (found.E_returned, found.E_braked, found.held, found.below) == (0, 0, 1, 0)
     assert found.efficiency == pytest.approx(cubic.efficiency(omega, tau), rel=1e-12)
 
 
@@ -133,7 +133,7 @@ def test_a_cycle_has_an_efficiency_where_the_link_gives_and_the_shaft_gets(
     energies: tuple[float, ...], expected: float | None
 ) -> None:
     names = ("E_mech", "E_braked", "E_in", "E_returned")
-    cycle = Driven(**dict(zip(names, energies, strict=True)), loss={}, held=1.0)
+    cycle = Driven(**dict(zip(names, energies, strict=True)), loss={}, held=1.0, below=0.0)
     assert cycle.efficiency == expected
 
 
@@ -204,6 +204,7 @@ def test_the_command_prints_map_and_cycle(tmp_path: Path) -> None:
     told = json.loads(command(*line, "--json").out)
     assert told["tau_max_Nm"] == [30, 30]
     assert told["cycle"]["held_part_of_time"] == 1
+    assert told["cycle"]["below_map_part_of_time"] == 0
     assert told["cycle"]["E_mech_J"] == pytest.approx(10 * 20 * 1000 * RPM)
     assert 0.3 < told["best_efficiency"] < 1
     text = command(*line, "--out", tmp_path / "map.csv").out

@@ -38,6 +38,7 @@ class Driven:
     E_returned: float  # to the dc link
     loss: dict[str, float]  # "loss": all of them; and by kind
     held: float  # part of the time that the drive can hold [1]
+    below: float  # part of the time held, below the map's first speed or torque [1]
 
     @property
     def efficiency(self) -> float | None:
@@ -57,6 +58,7 @@ class Driven:
             **{f"E_{kind}_J": value for kind, value in kinds.items()},
             "cycle_efficiency": self.efficiency,
             "held_part_of_time": self.held,
+            "below_map_part_of_time": self.below,
         }
 
 
@@ -89,10 +91,13 @@ def read_cycle(path: str | Path) -> Cycle:
 def driven(cycle: Cycle, motoring: EfficiencyMap, braking: EfficiencyMap | None = None) -> Driven:
     """The energies of a cycle: speed and torque are straight lines between its rows, and the power
     is integrated along them. Parts that the drive cannot hold are left out, and `held` says how
-    much time they take; without a map of braking so are those with negative torque."""
+    much time they take; without a map of braking so are those with negative torque. `below` says how
+    much of the time lies before the first speed or torque of the map, where loss over torque is that
+    of its edge."""
     lines, dt = pieces(cycle, float(motoring.omega[-1]), float(np.abs(motoring.tau).max()))
     p_in, covered, kinds = on_map(lines, motoring, braking)
     p_mech = np.where(covered, lines.tau * lines.omega, 0.0)
+    below = (lines.omega < motoring.omega[0]) | (np.abs(lines.tau) < abs(motoring.tau[0]))
 
     def energy(power: FloatArray) -> float:
         return float(np.sum(dt * power))
@@ -104,6 +109,7 @@ def driven(cycle: Cycle, motoring: EfficiencyMap, braking: EfficiencyMap | None 
         E_returned=energy(np.maximum(-p_in, 0)),
         loss={"loss": energy(p_in - p_mech)} | {kind: energy(p) for kind, p in kinds.items()},
         held=float(np.sum(dt * covered) / np.sum(dt)),
+        below=float(np.sum(dt * (covered & below)) / np.sum(dt)),
     )
 
 

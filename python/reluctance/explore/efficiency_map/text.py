@@ -31,6 +31,7 @@ def rows(found: EfficiencyMap, taken: Driven | None) -> list[tuple[str, str]]:
         ("cycle: all losses", f"{taken.loss['loss'] / 3600:.4g} Wh"),
         ("cycle: efficiency", "-" if taken.efficiency is None else f"{taken.efficiency:.2%}"),
         ("cycle: time within what the drive holds", f"{taken.held:.1%}"),
+        ("cycle: time below the map's first speed or torque", f"{taken.below:.1%}"),
     ]
     return shown
 
