@@ -50,6 +50,9 @@ def test_a_course_from_a_csv_file(tmp_path):
     assert drive.reference.t_s == [0, 0.01] and drive.reference.values == [10, 20]
     path.write_text("0,10\n0.01,20\n")
     assert rl.load(RATED, [f"reference.tau_Nm={path}"]).reference.values == [10, 20]
+    other = tmp_path / "prof.txt"  # another ending, and blanks between the numbers
+    other.write_text("0  10\n0.01 20\n")
+    assert rl.load(RATED, [f"reference.tau_Nm={other}"]).reference.values == [10, 20]
     path.write_text("time,torque\n0,10\n")
     assert "need t_s and tau_Nm" in refused("run", RATED, "--set", f"reference.tau_Nm={path}")
     both = ("--set", "reference.t_s=[0,1]", "--set", "reference.values=[1,2]")

@@ -105,6 +105,20 @@ def test_an_unknown_number_is_told_with_the_nearest(mine: Path) -> None:
         rl.load(mine, ["control.levl_A=3"], trust=True)
 
 
+def test_an_argument_with_a_unit_is_told_the_name_that_arrives(mine: Path) -> None:
+    """And following it is right."""
+    law = "import reluctance as rl\nclass Mine(rl.Law):\n"
+    law += "    def __init__(self, i_ref_A=5.0): pass\n"
+    law += "    def step(self, y, tau_ref):\n        return [rl.Order(rl.Leg.OFF)] * 3\n"
+    keys = ["control.i_ref_A=7"]
+    (mine.parent / "mine.py").write_text(law)
+    with pytest.raises(rl.ParameterError, match=r"__init__ `i_ref`$") as fault:
+        rl.load(mine, keys, trust=True)
+    assert "takes no `i_ref`, which `i_ref_A` becomes" in str(fault.value)
+    (mine.parent / "mine.py").write_text(law.replace("i_ref_A", "i_ref"))
+    assert rl.load(mine, keys, trust=True).control.model_extra["i_ref_A"] == 7
+
+
 def reluctance(*arguments: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "reluctance.cli", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True)

@@ -171,6 +171,17 @@ def test_flux_at_no_current_is_set_to_nothing_up_to_a_fiftieth(part, refused):
     assert f"flux of {part * psi[1:].max():.2g} Wb at 0 A set to 0" in found.notes
 
 
+def test_a_flux_of_the_other_sense_is_told_with_what_makes_it_right():
+    given = raw(HALF)
+    settled(given)
+    with pytest.raises(ParameterError, match="multiply the flux linkages by -1") as fault:
+        settled(replace(given, psi=-given.psi))
+    assert f"at {CURRENTS[-1]:g} A: the sense of the coil" in str(fault.value)
+    for sign in (1, -1):
+        with pytest.raises(ParameterError, match="multiply the currents by -1, and the flux"):
+            settled(replace(given, rows=-np.array(CURRENTS), psi=sign * given.psi))
+
+
 def test_currents_that_start_above_zero_get_a_row_without_flux():
     given = raw(HALF)
     tau = np.outer(FLUX**2, np.sin(np.radians(HALF)))

@@ -87,8 +87,8 @@ def read_text(path: Path, *, most_bytes: int = MOST_BYTES) -> str:
 
 def read_rows(path: Path, *, most_bytes: int = MOST_BYTES) -> list[list[str]]:
     """The rows of a CSV file, its cells without blanks around them; without empty lines and lines
-    that begin with #. Commas, semicolons or tabs stand between the cells; a decimal comma is a
-    point where it cannot be one of those.
+    that begin with #. Commas, semicolons, tabs or, between numbers, blanks stand between the cells;
+    a decimal comma is a point where it cannot be one of those.
 
     Raises
     ------
@@ -99,6 +99,8 @@ def read_rows(path: Path, *, most_bytes: int = MOST_BYTES) -> list[list[str]]:
     lines = [line for line in text if line.strip() and not line.startswith("#")]
     if not lines:
         raise ParameterError("the file has no rows")
+    if "," not in lines[-1] and len(last := lines[-1].split()) > 1 and all(map(is_number, last)):
+        return [line.split() for line in lines]
     usual = [mark for mark in ";\t" if sum(mark in line for line in lines) > len(lines) / 2]
     separator = usual[0] if usual else ","  # a line above the names may have none
     found = csv.reader(with_points(lines, separator), delimiter=separator)

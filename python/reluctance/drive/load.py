@@ -124,8 +124,10 @@ def _settle_courses(data: dict[str, Any], folder: Path) -> None:
     for section, key in COURSES:
         table = data.get(section)
         file = table.get(key) if isinstance(table, dict) else None
-        if isinstance(table, dict) and isinstance(file, str) and file.lower().endswith(".csv"):
-            path = folder / file if is_file(folder / file) else Path(file)
+        if not isinstance(table, dict) or not isinstance(file, str):
+            continue
+        path = folder / file if is_file(folder / file) else Path(file)
+        if file.lower().endswith(".csv") or is_file(path):
             if beside := [name for name in ("t_s", "values") if name in table]:
                 undone = " ".join(f"--set {section}.{name}=" for name in beside)
                 raise ParameterError(

@@ -95,11 +95,13 @@ class OwnLaw(Control):
         check_numbers(self.model_extra or {}, texts=True)
         numbers = si_once(self.model_extra or {})
         wanted = inspect.signature(kind).parameters
-        for name in numbers:
-            if name not in wanted and not any(p.kind is p.VAR_KEYWORD for p in wanted.values()):
-                raise ParameterError(
-                    f"[control] {kind.__name__} takes no `{name}`{did_you_mean(name, wanted)}"
-                )
+        for key, name in zip(self.model_extra or {}, numbers, strict=True):
+            if name in wanted or any(p.kind is p.VAR_KEYWORD for p in wanted.values()):
+                continue
+            hint = did_you_mean(name, wanted)
+            if key in wanted:
+                hint = f", which `{key}` becomes, in SI; name the argument of its __init__ `{name}`"
+            raise ParameterError(f"[control] {kind.__name__} takes no `{name}`{hint}")
         try:
             return kind(**numbers)
         except (Exception, SystemExit) as fault:

@@ -456,6 +456,10 @@ def _worst_fall(table: FluxTable) -> str:
     return f"from {table.i[k]:g} to {table.i[k + 1]:g} A at {angle:.5g} deg el."
 
 
+def _percent(part: float) -> str:
+    return f"{100 * part:.2g}" if part < 0.995 else f"{100 * part:.0f}"
+
+
 def _reasons(
     figures: dict[str, float | None], row: str, wrong: WrongSample | None, fall: str
 ) -> list[str]:
@@ -465,7 +469,8 @@ def _reasons(
     def gate(name: str, limit: float, what: str, remedy: str) -> None:
         value = figures[name]
         if value is not None and value > limit:
-            reasons.append(f"{what} {100 * value:.2g} %, need at most {100 * limit:g} %; {remedy}")
+            need = f"need at most {100 * limit:g} %"
+            reasons.append(f"{what} {_percent(value)} %, {need}; {remedy}")
 
     if wrong is not None:
         several = f" (and {wrong.more} more)" if wrong.more else ""
@@ -480,7 +485,7 @@ def _reasons(
     share = figures["monotone_share"]
     if share is not None and share < 1:
         reasons.append(
-            f"flux falls with current on {100 * (1 - share):.2g} % of the steps, need none; most "
+            f"flux falls with current on {_percent(1 - share)} % of the steps, need none; most "
             f"{fall}; mend the samples or use --repair"
         )
     gate(

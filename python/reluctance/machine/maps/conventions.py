@@ -217,10 +217,16 @@ def _currents(
     if not np.isfinite(i).all():
         raise ParameterError("the current axis has a cell that is no number; fill it")
     if i.min() < 0:
-        raise ParameterError(
-            f"current = {i.min():g} A, need >= 0; keep the positive half of the map"
-        )
+        half = "keep the positive half of the map"
+        if i.max() <= 0:
+            half = "multiply the currents by -1, and the flux linkages where they are negative, too"
+        raise ParameterError(f"current = {i.min():g} A, need >= 0; {half}")
     i, psi, tau = _sorted("current", i, psi, tau, notes)
+    if (most := float(np.nanmedian(psi[-1]))) < 0:
+        raise ParameterError(
+            f"flux linkages are negative, {most:.3g} Wb at {i[-1]:g} A: the sense of the coil or "
+            "of the current is exchanged; multiply the flux linkages by -1"
+        )
     if i[0] > 0:
         notes.append("row at 0 A added: no flux, no torque")
         nothing = np.zeros((1, psi.shape[1]))
