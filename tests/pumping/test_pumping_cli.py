@@ -56,6 +56,7 @@ def test_a_year_prints_its_figures_and_writes_whole_files(tmp_path):
     assert len(samples) == 8761 and samples[0].startswith("time,poa_global,")
     report = (out / "report.html").read_text()
     assert report.count("<img") == len(figures) and "http" not in report.split("<body")[0]
+    assert "td{white-space:pre-wrap}" in report and "<td>  " in report
     assert 'src="data:image/png;base64,' in report and 'src="/' not in report
 
 

@@ -281,6 +281,11 @@ def test_what_to_vary_is_written_as_a_range_or_a_list(village, text, expected):
     assert parsed(text, village) == (text.partition("=")[0], pytest.approx(expected))
 
 
+def test_a_listed_value_that_is_not_whole_is_refused_where_wholes_are_needed(village):
+    with pytest.raises(ParameterError, match="is not whole"):
+        parsed("array.n_series=4,4.5", village)
+
+
 @pytest.mark.parametrize(
     ("parallel", "series", "head", "strings", "modules"),
     [
@@ -411,6 +416,26 @@ def test_a_tank_of_more_than_sixty_days_is_asked_about(found, days, told):
     assert bool(asked) == told
     if told:
         assert f"volume_m3 = {volume:g} holds the demand of {days:g} days" in asked[0]
+
+
+@pytest.mark.parametrize(
+    ("zone", "hours", "told"),
+    [
+        ("UTC", (6.0, 20.0), "hours of UTC, 4.9 h behind the sun there"),
+        ("Etc/GMT-10", (6.0, 20.0), "hours of Etc/GMT-10, 5.1 h ahead of the sun there"),
+        ("UTC", (0.0, 24.0), None),  # the same at each hour
+        ("Asia/Kolkata", (6.0, 20.0), None),
+        ("Etc/GMT-1", (6.0, 20.0), None),  # 3.9 h
+    ],
+)
+def test_hours_of_a_demand_on_the_clock_of_another_place_are_told(found, zone, hours, told):
+    there = {"site.longitude_deg": 73.0, "site.timezone": zone}
+    demand = dict(zip(("demand.from_h", "demand.to_h"), hours, strict=True))
+    system = found.system.with_values({**there, **demand})
+    asked = [text for text in remarks(replace(found, system=system)) if "from_h and to_h" in text]
+    assert bool(asked) == bool(told)
+    if told:
+        assert told in asked[0] and "with their offset, +00:00" in asked[0]
 
 
 def test_a_demand_that_the_best_flow_does_not_give_is_asked_about(found):

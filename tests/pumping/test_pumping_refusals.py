@@ -65,6 +65,17 @@ def test_a_day_that_no_calendar_has_is_refused_with_its_remedy(tmp_path):
         load_system(path)
 
 
+def test_a_day_with_points_is_answered_with_the_day_as_it_is_written(tmp_path):
+    text = (EXAMPLES / "sun_day.toml").read_text()
+    text = re.sub('"sharing_cubic.toml"', f'"{EXAMPLES / "sharing_cubic.toml"}"', text)
+    path = tmp_path / "day.toml"
+    path.write_text(re.sub("^start = [-0-9]+", "start = 5.06.2025  # summer", text, flags=re.M))
+    with pytest.raises(ParameterError, match="; need a date as 2025-06-05") as fault:
+        load_system(path)
+    path.write_text(path.read_text().replace("5.06.2025", str(fault.value)[-10:]))
+    assert str(load_system(path).weather.start) == "2025-06-05"
+
+
 @pytest.mark.parametrize(
     ("longitude", "zone"),
     [(73.6, "Asia/Shanghai"), (-157.4, "Pacific/Kiritimati"), (179.0, "UTC"), (-8.7, "Etc/GMT-9")],

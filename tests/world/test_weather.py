@@ -199,13 +199,37 @@ def test_files_of_other_sources_are_read_as_csv(tmp_path: Path, form: str, stamp
         assert "+30 min off the sun" in late.doubts[0] and "stamp" in late.doubts[0]
 
 
+@pytest.mark.parametrize("zone", ["Etc/GMT+5", "America/Phoenix", "UTC"])
+def test_the_times_of_nsrdb_are_in_the_zone_of_its_head(tmp_path: Path, zone: str) -> None:
+    sky = clear_hours(site(), "2023-05-01", "2023-05-06")
+    (tmp_path / "w.csv").write_text(rows(sky, "nsrdb"))
+    found = read(site(timezone=zone), tmp_path, kind="csv", file="w.csv", stamp="middle")
+    assert (found.t == sky.t).all() and str(found.t.tz) == zone
+    (tmp_path / "w.csv").write_text(rows(sky, "nsrdb").replace("NSRDB,1,-7", "NSRDB,1,5.5"))
+    with pytest.raises(ParameterError, match="check the time zone in the head of the file, longi"):
+        read(site(timezone=zone), tmp_path, kind="csv", file="w.csv", stamp="middle")
+
+
+def test_times_in_utc_without_an_offset_are_asked_about(tmp_path: Path) -> None:
+    """And following the remedy is right."""
+    sky = clear_hours(site(), "2023-05-01", "2023-05-06")
+    utc = replace(sky, t=sky.t.tz_convert("UTC") - pd.Timedelta("30min"))
+    lines = rows(utc, "semicolons")
+    (tmp_path / "w.csv").write_text(lines)
+    with pytest.raises(ParameterError, match=r"h off the sun.*; are the times in UTC\?"):
+        read(site(), tmp_path, kind="csv", file="w.csv")
+    (tmp_path / "w.csv").write_text(lines.replace(":00;", ":00+00:00;"))
+    found = read(site(), tmp_path, kind="csv", file="w.csv")
+    assert (found.t == sky.t).all() and found.t.tz == sky.t.tz
+
+
 @pytest.mark.parametrize("hours", [-2, -1, 1, 2])
 def test_stamps_of_another_zone_are_told_by_the_closure(tmp_path: Path, hours: int) -> None:
     """UTC that is read as a summer time is off by two hours."""
     sky = clear_hours(site(), "2023-06-01", "2023-06-06")
-    (tmp_path / "w.csv").write_text(rows(sky, "nsrdb"))
+    (tmp_path / "w.csv").write_text(rows(sky, "nasa"))
     zone = site(timezone=f"Etc/GMT{7 + hours:+d}")
-    found = read(zone, tmp_path, kind="csv", file="w.csv", stamp="middle")
+    found = read(zone, tmp_path, kind="csv", file="w.csv")
     off = re.match(r"the light is ([-+]\d+) min off the sun", found.doubts[0])
     assert off is not None and abs(int(off[1]) - 60 * hours) < 6
     assert not any("contradicts" in told for told in found.doubts)

@@ -122,6 +122,8 @@ def _toml_hint(fault: Exception, content: bytes) -> str:
     place = re.search(r"line (\d+)", str(fault))
     lines = content.decode("utf-8-sig", "replace").splitlines()
     line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
+    if day := re.search(r"=\s*(\d{1,2})\.(\d{1,2})\.(\d{4})\b", line):
+        return f"; need a date as {day[3]}-{day[2]:0>2}-{day[1]:0>2}"
     if comma := re.search(r"=\s*([-+]?\d+,\d+)\s*(#.*)?$", line):
         return f"; {point_hint(comma[1])}"
     if place:

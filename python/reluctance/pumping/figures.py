@@ -11,6 +11,7 @@ from reluctance.plant.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.plant.solar.single_diode import G_REF, power_point
 from reluctance.pumping.matching import Limit
 from reluctance.pumping.operate import Pumped
+from reluctance.pumping.site import MOST_OFF
 from reluctance.pumping.system import System
 from reluctance.pumping.tank import Storage
 from reluctance.pumping.tank import store as storing
@@ -181,7 +182,8 @@ def remarks(found: Pumped) -> list[str]:
         told.append(_of_the_set_up(found))
     if not found.water:
         told.append(f"no water: {_why_none(found)}")
-    told += [*_of_the_tank(found.system), *_of_the_demand(found), *_of_the_tilt(found.system)]
+    told += [*_of_the_tank(found.system), *_of_the_demand(found), *_of_the_hours(found.system)]
+    told += _of_the_tilt(found.system)
     if found.storage is not None and found.system.tank.start_m3 is not None:
         told += _of_the_start(found, found.storage)
     if found.system.limits.u_max_V is None:
@@ -200,6 +202,18 @@ def _of_the_tank(system: System) -> list[str]:
     return [
         f"[tank] volume_m3 = {system.tank.volume_m3:g} holds the demand of {days:.4g} days; check "
         "its unit: 1000 litres are 1 m3"
+    ]
+
+
+def _of_the_hours(system: System) -> list[str]:
+    """Hours of a demand on a clock that is not that of the place."""
+    demand, off = system.demand, system.site.clock_ahead_h
+    if demand is None or abs(off) <= MOST_OFF or demand.to_h - demand.from_h == 24:
+        return []
+    return [
+        f"[demand] from_h and to_h are hours of {system.site.timezone}, {abs(off):.1f} h "
+        f"{'ahead of' if off > 0 else 'behind'} the sun there: set [site] timezone to that of the "
+        "place, and write times of a weather file that are in UTC with their offset, +00:00"
     ]
 
 

@@ -44,7 +44,9 @@ def page(found: Pumped, drawn: dict[str, Figure]) -> str:
         f'<h2>{html.escape(key)}</h2><img alt="{html.escape(key)}" src="{embedded(figure)}">'
         for key, figure in drawn.items()
     )
-    return html_page(found.system.name, f"<table>{table}</table>{notes}{images}")
+    indented = "td{white-space:pre-wrap}"  # the parts of a figure stand below it
+    body = f"<table>{table}</table>{notes}{images}"
+    return html_page(found.system.name, body, style=indented)
 
 
 def _single(plot: Plot, found: Pumped, size: tuple[float, float]) -> Figure:

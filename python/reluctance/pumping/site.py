@@ -44,17 +44,25 @@ class Site(Section):
     def timezone_suits_the_longitude(self) -> "Site":
         if self.timezone == "UTC" or self.timezone.startswith("Etc/"):
             return self  # a clock that is meant, wherever the site is
-        zone, new_year = ZoneInfo(self.timezone), datetime(2025, 1, 1)
-        ahead = (zone.utcoffset(new_year) or timedelta()) - (zone.dst(new_year) or timedelta())
-        off = ahead / timedelta(hours=1) - self.longitude_deg / 15
-        off = (off + 12) % 24 - 12  # across the date line
-        if abs(off) > MOST_OFF:
+        if abs(self.clock_ahead_h) > MOST_OFF:
             raise ValueError(
                 f"longitude_deg = {self.longitude_deg:g} and timezone = {self.timezone!r} are "
-                f"{abs(off):.1f} h apart, need at most {MOST_OFF:g} h; "
+                f"{abs(self.clock_ahead_h):.1f} h apart, need at most {MOST_OFF:g} h; "
                 "check the sign (east positive)"
             )
         return self
+
+    @property
+    def clock_ahead_h(self) -> float:
+        """How far the clock is ahead of the sun's, -12 to 12 across the date line [h]."""
+        return (standard_h(self.timezone) - self.longitude_deg / 15 + 12) % 24 - 12
+
+
+def standard_h(timezone: str) -> float:
+    """How far a zone is ahead of UTC, without summer time [h]."""
+    zone, new_year = ZoneInfo(timezone), datetime(2025, 1, 1)
+    ahead = (zone.utcoffset(new_year) or timedelta()) - (zone.dst(new_year) or timedelta())
+    return ahead / timedelta(hours=1)
 
 
 def _fixed(name: str) -> str:

@@ -189,6 +189,9 @@ def parsed(text: str, system: System) -> tuple[str, list[float]]:
     table, _, key = name.strip().partition(".")
     field = type(getattr(system, table, None)).__dict__.get("__pydantic_fields__", {}).get(key)
     if field is not None and field.annotation is int:
+        listed = [value for value in found if len(parts) == 1 and value != round(value)]
+        if listed:
+            raise ParameterError(f"--vary {text}: {listed[0]:g} is not whole; need whole numbers")
         found = sorted({round(value) for value in found})
     return name.strip(), found
 

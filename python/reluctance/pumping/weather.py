@@ -49,7 +49,8 @@ COLUMNS = ("ghi", "dni", "dhi", "temp_air", "wind_speed")
 
 def weather_of(table: pd.DataFrame, site: Site, *, where: str) -> Weather:
     """Checked samples from a table with an index of middles and pvlib's names. Its attribute
-    `shift` is how much later these are than the times of the file.
+    `shift` is how much later these are than the times of the file; `clock` says where their zone
+    stands, if not in [site].
 
     Raises
     ------
@@ -64,7 +65,8 @@ def weather_of(table: pd.DataFrame, site: Site, *, where: str) -> Weather:
     values = {name: table[name].to_numpy(dtype=float) for name in COLUMNS}
     found = Weather(t=t, step=step, sun=sun_over(site, t), where=where, shift=shift, **values)
     _whole(found.stamps, values["ghi"], "ghi", where)
-    _check_light(found, site)  # first: a wrong zone makes the other columns wrong too
+    # First: a wrong zone makes the other columns wrong too
+    _check_light(found, site, table.attrs.get("clock", ""))
     for name in COLUMNS[1:]:
         _whole(found.stamps, values[name], name, where)
     return found
@@ -127,7 +129,7 @@ def _whole(t: pd.DatetimeIndex, values: FloatArray, name: str, where: str) -> No
         )
 
 
-def _check_light(weather: Weather, site: Site) -> None:
+def _check_light(weather: Weather, site: Site, clock: str = "") -> None:
     sun, ghi, hour = weather.sun, np.maximum(weather.ghi, 0.0), weather.step / 3600
     if not ghi.max() >= 5:
         stamps = weather.stamps
@@ -144,16 +146,28 @@ def _check_light(weather: Weather, site: Site) -> None:
     if height.max() == 0:
         off = 12.0
     else:  # time of the light's centroid less that of the sun's, around the mean solar noon
-        clock = _solar_clock(weather.t, site)
-        off = float((clock @ ghi) / ghi.sum() - (clock @ height) / height.sum())
+        hours = _solar_clock(weather.t, site)
+        off = float((hours @ ghi) / ghi.sum() - (hours @ height) / height.sum())
     allowed = WRONG_ZONE_H if len(ghi) * hour >= 24 * 30 else WRONG_ZONE_DAY_H
     night = (sun.zenith_deg > DARK_DEG + 15 * hour / 2) & (ghi > LIGHT)
     if abs(off) > allowed or night.mean() > 0.01:
         raise ParameterError(
             f"{weather.where}: its light is {off:+.1f} h off the sun at {site.latitude_deg:g} N "
             f"{site.longitude_deg:g} E, and {night.sum()} samples have sun at night; check "
-            f"[site] timezone = {site.timezone!r}, longitude_deg and the time stamps"
+            f"{clock or f'[site] timezone = {site.timezone!r}'}, longitude_deg and the time stamps"
+            + ("" if clock else _as_if_in_utc(weather, off))
         )
+
+
+def _as_if_in_utc(weather: Weather, off: float) -> str:
+    """Asks for times without an offset that are in UTC, where the light is as much off the sun."""
+    behind = weather.t[0].utcoffset() / pd.Timedelta("1h")
+    if abs(behind) < WRONG_ZONE_H or abs(off + behind) > 2 * WRONG_ZONE_H:
+        return ""
+    return (
+        "; are the times in UTC? Then write them with their offset, as in 2026-03-21T12:00+00:00, "
+        "and leave the zone as it is: the hours of [demand] are in it"
+    )
 
 
 def _smaller_unit(weather: Weather) -> str:

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import date
+from datetime import date, timedelta, timezone
 from io import StringIO
 from pathlib import Path
 from typing import Literal
@@ -29,7 +29,7 @@ from reluctance.base.schema import Section
 from reluctance.plant.solar.pv_module import pvlib
 from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
 from reluctance.pumping.pvgis import is_pvgis, pvgis_hours
-from reluctance.pumping.site import Site, extra_radiation, sun_over
+from reluctance.pumping.site import Site, extra_radiation, standard_h, sun_over
 from reluctance.pumping.weather import COLUMNS, NO_SHIFT, Weather, as_numbers, interval, weather_of
 from reluctance.pumping.weather_quality import doubts
 
@@ -37,6 +37,7 @@ NEAR_DEG = 1.0  # a file from farther away is for another place
 SOLAR_CONSTANT = 1367.0  # direct light is never more: near the horizon an estimate may be [W/m^2]
 NO_LEAP = "year = {year} has a 29 February, which a typical year has not; take {before}"
 A_LEAP_YEAR = 2024  # that a file with a 29 February is shown in
+OF_ITS_HEAD = "the time zone in the head of the file"  # is what its times are in
 LINKE = 3.0  # turbidity of the clear sky where nothing else is said
 
 
@@ -177,7 +178,7 @@ def _tmy3(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     _check_place(place, site, path)
     frame = frame[[*COLUMNS]]
     frame.index = frame.index - pd.Timedelta("30min")
-    frame.attrs["shift"] = pd.Timedelta("-30min")
+    frame.attrs |= {"shift": pd.Timedelta("-30min"), "clock": OF_ITS_HEAD}
     return frame
 
 
@@ -199,7 +200,7 @@ def _epw(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     frame = frame[[*COLUMNS]]
     step = pd.Timedelta(hours=1) / (parts.max() + 1)
     frame.index = t + (parts + 0.5) * step
-    frame.attrs["shift"] = -0.5 * step  # each record is named by its end
+    frame.attrs |= {"shift": -0.5 * step, "clock": OF_ITS_HEAD}  # each record is named by its end
     return frame
 
 
@@ -261,13 +262,15 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         ) from None
     if t.isna().any():
         raise ParameterError(f"data row {int(t.isna().argmax()) + 1} has no time; fill the cell")
+    its_zone, clock = _zone_of_head(content), "the offsets of its times from UTC"
     if t.tz is None:
+        clock = "" if its_zone is None else OF_ITS_HEAD
         try:
-            t = t.tz_localize(site.timezone, ambiguous="infer")
+            t = t.tz_localize(its_zone or site.timezone, ambiguous="infer")
         except ValueError as fault:
             raise ParameterError(
                 f"{path}: a time does not exist once in {site.timezone} ({fault}); write times "
-                "with their offset from UTC, or set a fixed [site] timezone such as Etc/GMT+5"
+                f"with their offset from UTC, or set a fixed [site] timezone{_winter(site)}"
             ) from None
     listed = ", ".join(map(str, frame.columns))
     assumed = []
@@ -296,7 +299,7 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     shift = {"start": 0.5, "middle": 0.0, "end": -0.5}[table.stamp]
     shift *= t[1] - t[0] if len(t) > 1 else NO_SHIFT
     frame.index = t + shift
-    frame.attrs |= {"shift": shift, "assumed": assumed}
+    frame.attrs |= {"shift": shift, "assumed": assumed, "clock": clock}
     if "dni" not in frame:
         interval(t, str(path))  # before the sun is followed through it
         zenith = sun_over(site, pd.DatetimeIndex(frame.index)).zenith_deg
@@ -346,6 +349,20 @@ def _table(content: str) -> pd.DataFrame:
     if separator == ",":
         refuse_parted([line.split(",") for line in lines[:MOST_HEAD] if '"' not in line])
     return pd.read_csv(StringIO("\n".join(lines)), sep=separator, skipinitialspace=True)
+
+
+def _zone_of_head(content: str) -> timezone | None:
+    """The clock of a file of NSRDB, whose first line names the hours of its `Time Zone`."""
+    names, values = (line.split(",") for line in [*content.splitlines(), "", ""][:2])
+    of = {name.strip(): value for name, value in zip(names, values, strict=False)}
+    zone = of.get("Time Zone", "")
+    return timezone(timedelta(hours=float(zone))) if is_number(zone) else None
+
+
+def _winter(site: Site) -> str:
+    """The clock of the place without summer time, where it is a whole number of hours from UTC."""
+    hours = standard_h(site.timezone)
+    return f" such as Etc/GMT{-hours:+g}" if hours and hours == round(hours) else ""
 
 
 def _names_line(lines: list[str]) -> int:

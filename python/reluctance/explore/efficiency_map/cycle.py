@@ -91,9 +91,9 @@ def read_cycle(path: str | Path) -> Cycle:
 def driven(cycle: Cycle, motoring: EfficiencyMap, braking: EfficiencyMap | None = None) -> Driven:
     """The energies of a cycle: speed and torque are straight lines between its rows, and the power
     is integrated along them. Parts that the drive cannot hold are left out, and `held` says how
-    much time they take; without a map of braking so are those with negative torque. `below` says how
-    much of the time lies before the first speed or torque of the map, where loss over torque is that
-    of its edge."""
+    much time they take; without a map of braking so are those with negative torque. `below` says
+    how much of the time lies before the first speed or torque of the map, where loss over torque is
+    that of its edge."""
     lines, dt = pieces(cycle, float(motoring.omega[-1]), float(np.abs(motoring.tau).max()))
     p_in, covered, kinds = on_map(lines, motoring, braking)
     p_mech = np.where(covered, lines.tau * lines.omega, 0.0)
