@@ -131,6 +131,13 @@ def test_a_prefix_that_is_no_name_is_refused(prefix, tmp_path):
         firmware(drive("sharing"), tmp_path / "package", prefix=prefix)
 
 
+@pytest.mark.parametrize("prefix", ["board", "control"])
+def test_a_prefix_that_would_give_two_things_one_name_is_refused(prefix, tmp_path):
+    with pytest.raises(rl.ParameterError, match=f"has a name `{prefix}_.*` of its own"):
+        firmware(drive("sharing"), tmp_path / "package", prefix=prefix)
+    assert not (tmp_path / "package").exists()
+
+
 @pytest.mark.parametrize(
     "name", ["controller", "commission", "peripherals", "recorder", "run_time"]
 )

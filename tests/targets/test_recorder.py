@@ -199,7 +199,8 @@ def test_the_command_names_the_first_order_that_differs(target_dump, tmp_path):
     )
     assert done.returncode == 2
     first = dump.segments[0].first
-    assert f"1 of {dump.samples} samples differ, first sample {first}: `order`" in done.stderr
+    where = f"1 of {dump.samples} samples differ, first sample {first}: `order.leg[0][0]` is"
+    assert where in done.stderr
     assert done.stderr.count("\n") == 1
 
 

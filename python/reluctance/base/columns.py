@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from reluctance.base.errors import ParameterError
 
 SUPERSCRIPTS = str.maketrans("²³", "23")
-BRACKETED = re.compile(r"^(?P<stem>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
+BRACKETED = re.compile(r"^(?P<stem>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?)[\])]\s*$")
 
 # A number from one separator (or the end of the line) to the next, with a point or a comma in it.
 COMMA = re.compile(r"(?<![^\s;\"])([-+]?\d*),(\d+(?:[eE][-+]?\d+)?)(?![^\s;\"])")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -134,11 +134,16 @@ def firmware(
             templates[source / "ports" / port] = made / port
         if self_test:
             templates[source / "self_test"] = made
-        for folder_of, to in templates.items():
-            for path in sorted(p for p in folder_of.rglob("*") if p.is_file()):
-                filled = MARK.sub(lambda m: values[m[1]], path.read_text("utf-8"))
-                name = renamed(str(path.relative_to(folder_of)), prefix)
-                _put(to / name, renamed(filled, prefix))
+        filled = {
+            to / path.relative_to(source_of): MARK.sub(
+                lambda m: values[m[1]], path.read_text("utf-8")
+            )
+            for source_of, to in templates.items()
+            for path in sorted(p for p in source_of.rglob("*") if p.is_file())
+        }
+        _check_prefix(prefix, [*filled.values(), *(path.name for path in filled)])
+        for path, code_of in filled.items():
+            _put(made / renamed(str(path.relative_to(made)), prefix), renamed(code_of, prefix))
         _put(made / "parameters.hpp", renamed(text, prefix))
         _put(made / "commission_parameters.hpp", renamed(commission_parameters(drive), prefix))
         if self_test:
@@ -163,6 +168,16 @@ def renamed(text: str, prefix: str) -> str:
     text = re.sub(r"\bRELUCTANCE(?=_)", prefix.upper(), text)
     text = re.sub(r"\breluctance(?=_)", prefix, text)
     return re.sub(r"\breluctance(?=::)|(?<=namespace )reluctance\b", f"{prefix}_", text)
+
+
+def _check_prefix(prefix: str, texts: Iterable[str]) -> None:
+    """Refuses a prefix that makes of a name of the interface one that the package has already."""
+    words = {word for text in texts for word in re.findall(r"\b[A-Za-z]\w*_\w*", text)}
+    made = {renamed(word, prefix) for word in words if renamed(word, prefix) != word}
+    if taken := sorted(made & words):
+        raise ParameterError(
+            f"prefix {prefix!r}, but the package has a name `{taken[0]}` of its own; need another"
+        )
 
 
 def described(drive: Drive) -> dict[str, Node]:

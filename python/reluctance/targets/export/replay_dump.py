@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,8 +105,19 @@ def _difference(target: NDArray[np.void], desk: NDArray[np.void]) -> tuple[str, 
     for name in ANSWERS:
         a, b = target[name][0], desk[name][0]
         if a.tobytes() != b.tobytes():
-            return name, _text(a), _text(b)
+            return _innermost(name, a, b)
     return None
+
+
+def _innermost(name: str, a: Any, b: Any) -> tuple[str, str, str]:
+    """The first part that differs of two values that do, named as C has it."""
+    for part in a.dtype.names or ():
+        if a[part].tobytes() != b[part].tobytes():
+            return _innermost(f"{name}.{part}", a[part], b[part])
+    for k in range(len(a) if a.shape else 0):
+        if a[k].tobytes() != b[k].tobytes():
+            return _innermost(f"{name}[{k}]", a[k], b[k])
+    return name, _text(a), _text(b)
 
 
 def _text(value: object) -> str:

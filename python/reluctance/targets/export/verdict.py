@@ -133,8 +133,8 @@ def verdict(
             f"timers: {n_phases} legs of {part.timers} units with four compare values",
         ),
         (
-            spent.text + spent.rodata <= part.flash_KiB * 1024,
-            f"flash: {(spent.text + spent.rodata) / 1024:.1f} KiB of {part.flash_KiB}",
+            code_B + spent.rodata <= part.flash_KiB * 1024,
+            f"flash{beside}: {(code_B + spent.rodata) / 1024:.1f} KiB of {part.flash_KiB}",
         ),
         (
             spent.stack + 2048 <= part.ram_KiB * 1024,
