@@ -159,6 +159,7 @@ def test_a_miss_of_the_frequency_from_above_counts_and_one_from_below_promises_w
     assert of._figure(trial(0.05, 15e3)) == pytest.approx(0.05 * (1 + 10 * off))
     assert of._figure(trial(0.05, 5e3)) == pytest.approx(0.05)
     best = trial(0.05, 10e3)
+    assert of._promises(trial(0.049, 20e3), best)  # its error is less, whatever its frequency
     assert of._promises(trial(0.09, 5e3), best)  # 0.045 if it fell with the frequency
     assert not of._promises(trial(0.11, 5e3), best) and not of._promises(trial(0.051, 20e3), best)
     assert of.target.tolerance == 0.02 and of.n_periods == 8

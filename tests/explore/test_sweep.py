@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command import command, refused
+from command import command, on_terminal, refused
 from sweep_script import BANDS, DRIVE, UNTIL
 
 import reluctance as rl
@@ -421,6 +421,15 @@ def test_the_command_prints_what_was_run(tmp_path: Path) -> None:
         "sweep", DRIVE, "--vary", "control.i_band_A=-1", "--out", tmp_path / "s.db"
     )
     assert "--trust" in refused("sweep", DRIVE, "--vary", "control.law=python:a.py:B")
+
+
+def test_no_number_of_the_table_is_cut_on_a_narrow_terminal() -> None:
+    line = ("sweep", DRIVE, "--vary", "control.i_band_A=1,2", "--until", "0.02")
+    found = {p["tau_mean_Nm"] for p in json.loads(command(*line, "--json").out)["points"]}
+    shown = on_terminal(*line, "--vary", "converter.u_dc_V=240,241")
+    assert "…" not in "".join(shown) and len({len(row) for row in shown if row[:1] == "│"}) == 1
+    rows = [[cell.strip() for cell in row.split("│")[1:-1]] for row in shown if row[:1] == "│"]
+    assert {f"{x:.4g}" for x in found} <= {row[2] for row in rows}
 
 
 @pytest.mark.parametrize("kind", ["lines", "heat", "parallel", "pareto"])

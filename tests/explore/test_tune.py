@@ -110,6 +110,10 @@ def test_bounds_hold_at_every_operating_point(drive: rl.Drive) -> None:
         assert k.f_switch < 6e3
 
 
+def test_two_trials_are_the_fewest(drive: rl.Drive) -> None:
+    assert len(tune(drive, BAND, "i_rms", until=UNTIL, budget=2).tried) == 2
+
+
 def test_bounds_that_none_keeps_are_missed_by_least_and_said(drive: rl.Drive) -> None:
     found = tune(drive, BAND, "i_rms", keep=["f_switch_Hz<10"], until=UNTIL, budget=12)
     assert not found.best.kept

@@ -200,17 +200,23 @@ def _print_table(found: Sweep, names: list[str] | None) -> None:
             {int(pick(found.figures[c])) for c in columns for pick in (np.nanargmin, np.nanargmax)}
         )
         title += ": where a figure is least or most"
-    table = Table(title=Text(title))
-    for name in (*found.values, *columns):
-        words = name.rpartition(".")[2].replace("_", " ")  # a head breaks between words
-        table.add_column(Text(words), justify="right")
+    heads = [name.rpartition(".")[2].replace("_", " ") for name in (*found.values, *columns)]
+    cells = []
     for n in rows:
         point = found.point(n)
         varied = [point[name] for name in found.values]
-        texts = [f"{v:.5g}" if isinstance(v, float) else str(v) for v in varied]
-        texts[0] += "" if np.isnan(point[TRIP]) else " !"
-        table.add_row(
-            *map(Text, texts),
-            *(shown(None if np.isnan(point[c]) else point[c], "{:.4g}") for c in columns),
-        )
-    Console().print(table)
+        row = [f"{v:.5g}" if isinstance(v, float) else str(v) for v in varied]
+        row[0] += "" if np.isnan(point[TRIP]) else " !"
+        row += [shown(None if np.isnan(point[c]) else point[c], "{:.4g}") for c in columns]
+        cells.append(row)
+    texts = [[head, *column] for head, *column in zip(heads, *cells, strict=True)]
+    # Where they do not fit, a head breaks between words, and no number does.
+    narrow = [max(map(len, [*head.split(), *column])) for head, *column in texts]
+    whole = sum(max(map(len, column)) + len("|  ") for column in texts) + 1
+    fits = whole <= Console().width
+    table = Table(title=Text(title))
+    for head, least in zip(heads, narrow, strict=True):
+        table.add_column(Text(head), justify="right", width=None if fits else least)
+    for row in cells:
+        table.add_row(*map(Text, row))
+    Console(width=max(sum(narrow) + len("|  ") * len(heads) + 1, Console().width)).print(table)
