@@ -1,9 +1,11 @@
 """The self-test of a package at boot, on the emulated target: it passes as exported, and not with a
 word of a table or an answer that differs."""
 
+import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +35,18 @@ def ends_with(program: Path) -> int:
 def test_it_passes_as_exported(name: str, tmp_path: Path) -> None:
     folder = firmware(drive(name), tmp_path / "package", prefix="left", self_test=True).folder
     assert ends_with(built(folder)) == PASSES
+
+
+def test_cmake_compiles_it_too(tmp_path: Path) -> None:
+    folder = firmware(drive("angles"), tmp_path / "package", prefix="left", self_test=True).folder
+    tools = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+    for line in (
+        ["-S", str(folder), "-B", str(tmp_path / "out")],
+        ["--build", str(tmp_path / "out")],
+    ):
+        subprocess.run(["cmake", *line], check=True, env=tools, stdout=subprocess.DEVNULL)
+    library = (tmp_path / "out" / "libleft_controller.a").read_bytes()
+    assert b"left_self_test" in library and b"left_tables_crc" in library
 
 
 @pytest.fixture(scope="module")

@@ -210,6 +210,29 @@ def test_the_times_of_nsrdb_are_in_the_zone_of_its_head(tmp_path: Path, zone: st
         read(site(timezone=zone), tmp_path, kind="csv", file="w.csv", stamp="middle")
 
 
+@pytest.mark.parametrize("form", ["nsrdb", "nasa"])
+def test_the_place_in_the_head_of_a_file_is_that_of_the_site(tmp_path: Path, form: str) -> None:
+    text = rows(clear_hours(site(), "2023-05-01", "2023-05-04"), form)
+    of = {
+        "nsrdb": ("Location ID,Time Zone\nNSRDB,1,", "Latitude,Longitude,Time Zone\nNSRDB,{},{},"),
+        "nasa": ("hourly\n", "hourly\nLocation: Latitude  {}   Longitude {}\n"),
+    }[form]
+    stamp = {"nsrdb": "middle", "nasa": "start"}[form]
+    (tmp_path / "w.csv").write_text(text.replace(of[0], of[1].format(33.5, -112.0)))
+    assert len(read(site(), tmp_path, kind="csv", file="w.csv", stamp=stamp).t) == 72
+    (tmp_path / "w.csv").write_text(text.replace(of[0], of[1].format(35.5, -112.0)))
+    with pytest.raises(ParameterError, match=r"is for 35\.5 N -112 E, \[site\] is at"):
+        read(site(), tmp_path, kind="csv", file="w.csv", stamp=stamp)
+
+
+def test_a_year_that_is_cut_off_is_told(tmp_path: Path) -> None:
+    sky = clear_hours(site(), "2023-01-01", "2023-09-08")
+    epw(tmp_path / "w.epw", sky)
+    found = read(site(), tmp_path, kind="epw", file="w.epw")
+    assert any("w.epw has 250 days" in told for told in found.doubts)
+    assert not any("is it cut off" in told for told in greensboro()[0].doubts)
+
+
 def test_times_in_utc_without_an_offset_are_asked_about(tmp_path: Path) -> None:
     """And following the remedy is right."""
     sky = clear_hours(site(), "2023-05-01", "2023-05-06")

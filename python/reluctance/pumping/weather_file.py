@@ -9,6 +9,7 @@ from datetime import date, timedelta, timezone
 from io import StringIO
 from pathlib import Path
 from typing import Literal
+from zoneinfo import ZoneInfo
 
 import numpy as np
 import pandas as pd
@@ -37,6 +38,7 @@ NEAR_DEG = 1.0  # a file from farther away is for another place
 SOLAR_CONSTANT = 1367.0  # direct light is never more: near the horizon an estimate may be [W/m^2]
 NO_LEAP = "year = {year} has a 29 February, which a typical year has not; take {before}"
 A_LEAP_YEAR = 2024  # that a file with a 29 February is shown in
+A_YEAR = 364.9  # days; one hour may be missing
 OF_ITS_HEAD = "the time zone in the head of the file"  # is what its times are in
 LINKE = 3.0  # turbidity of the clear sky where nothing else is said
 
@@ -109,7 +111,13 @@ def read_weather(table: WeatherTable, site: Site, folder: Path) -> Weather:
         samples = read(path, table, site)
         found = weather_of(samples, site, where=str(path))
         components = "estimated" not in samples.attrs
-        told = doubts(found, site, components=components)
+        told = list(doubts(found, site, components=components))
+        days = len(found.t) * found.step / 86400
+        if table.kind != "csv" and days < A_YEAR:
+            told.append(
+                f"{path.name} has {days:.4g} days, and files of its kind have a year: what is said "
+                "of the weather is of these days alone; is it cut off?"
+            )
         return replace(found, doubts=(*samples.attrs.get("assumed", ()), *told))
 
 
@@ -262,11 +270,15 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         ) from None
     if t.isna().any():
         raise ParameterError(f"data row {int(t.isna().argmax()) + 1} has no time; fill the cell")
-    its_zone, clock = _zone_of_head(content), "the offsets of its times from UTC"
+    head, clock = _of_head(content), "the offsets of its times from UTC"
+    if {"latitude", "longitude"} <= head.keys():
+        _check_place(head, site, path)
     if t.tz is None:
-        clock = "" if its_zone is None else OF_ITS_HEAD
+        its = "time zone" in head
+        clock = OF_ITS_HEAD if its else ""
+        zone = timezone(timedelta(hours=head["time zone"])) if its else ZoneInfo(site.timezone)
         try:
-            t = t.tz_localize(its_zone or site.timezone, ambiguous="infer")
+            t = t.tz_localize(zone, ambiguous="infer")
         except ValueError as fault:
             raise ParameterError(
                 f"{path}: a time does not exist once in {site.timezone} ({fault}); write times "
@@ -351,12 +363,18 @@ def _table(content: str) -> pd.DataFrame:
     return pd.read_csv(StringIO("\n".join(lines)), sep=separator, skipinitialspace=True)
 
 
-def _zone_of_head(content: str) -> timezone | None:
-    """The clock of a file of NSRDB, whose first line names the hours of its `Time Zone`."""
-    names, values = (line.split(",") for line in [*content.splitlines(), "", ""][:2])
-    of = {name.strip(): value for name, value in zip(names, values, strict=False)}
-    zone = of.get("Time Zone", "")
-    return timezone(timedelta(hours=float(zone))) if is_number(zone) else None
+def _of_head(content: str) -> dict[str, float]:
+    """Latitude, longitude [deg] and time zone [h] where the head of a file names them: the first
+    line of NSRDB above its values, or the line of NASA POWER with the place."""
+    lines = [*content.splitlines()[:MOST_HEAD], "", ""]
+    names, values = (line.lower().split(",") for line in lines[:2])
+    given = dict(zip(map(str.strip, names), values, strict=False))
+    if place := re.search(
+        r"latitude\s+(-?[\d.]+)\s+longitude\s+(-?[\d.]+)", "\n".join(lines), re.I
+    ):
+        given |= {"latitude": place[1], "longitude": place[2]}
+    of = ("latitude", "longitude", "time zone")
+    return {name: float(given[name]) for name in of if is_number(given.get(name, ""))}
 
 
 def _winter(site: Site) -> str:

@@ -23,7 +23,8 @@ TEXT = f"""
 
 `reluctance_self_test` compares the CRC-32 of the tables with that of the export, runs the
 controller on {STEPS} stored samples of a simulation, and compares the CRC-32 of its orders. Call it
-before the control interrupt starts. `make` compiles it. `make self_test` also builds
+before the control interrupt starts. `make` and CMake compile it; in another build, add
+`self_test.cpp` and define `RELUCTANCE_SELF_TEST` for all files. `make self_test` also builds
 `build/cortex-m7/self_test.elf`, which runs it on the emulator:
 
     qemu-system-arm -M mps2-an500 -nographic -monitor none -serial none \\
