@@ -182,6 +182,15 @@ def test_a_flux_of_the_other_sense_is_told_with_what_makes_it_right():
             settled(replace(given, rows=-np.array(CURRENTS), psi=sign * given.psi))
 
 
+@pytest.mark.parametrize("angles", [HALF, [*HALF, *(360 - a for a in HALF[-2:0:-1])]])
+def test_flux_and_torque_under_each_others_names_are_told(angles):
+    given = raw(angles)
+    tau = np.outer(FLUX**2, np.sin(np.radians(angles)))
+    assert settled(replace(given, tau=tau)).psi.max() == pytest.approx(given.psi.max())
+    with pytest.raises(ParameterError, match="flux linkage and torque look exchanged"):
+        settled(replace(given, psi=tau, tau=given.psi))
+
+
 def test_currents_that_start_above_zero_get_a_row_without_flux():
     given = raw(HALF)
     tau = np.outer(FLUX**2, np.sin(np.radians(HALF)))

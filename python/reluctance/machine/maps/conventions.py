@@ -15,6 +15,7 @@ NO_FLUX = 0.02  # of the largest flux linkage: more at 0 A is another axis, an o
 MOST_NOISE, LEAST_OF_NOISE = 0.03, 8  # rms, of the largest flux linkage; samples that tell it
 ZERO_OFF = np.pi / 18  # how far the largest flux may be from a zero that is inferred [rad]
 STRAIGHT, BENDS = 0.02, 0.05  # slopes of an inverse table: no saturation, and its opposite
+LEAST_FLUX = 0.03  # of the largest, at the last current: unaligned it is more
 AT_REST = 0.01  # of the largest torque: less, aligned and unaligned, is none
 FALLS = 0.02  # of its rise: what noise and a flat top may take from the flux at an end; at a zero
 # that is 16 deg wrong it is (1 - cos 16 deg)/2
@@ -87,6 +88,8 @@ def settled(
                 f"{name} at {i[k]:g} A, angle {angle[n]:g} is {table[k, n]}, need a number; fill "
                 "the cell or leave its row out"
             )
+    if tau is not None:
+        _check_names(i, psi, tau)
     unit, kind = angle_unit or raw.angle_unit, angle_kind or raw.angle_kind
     i, psi, tau = _currents(i, psi, tau, notes)
     angle, psi, tau = _rising(angle, psi, tau, notes)
@@ -208,6 +211,17 @@ def _is_current(axis: Array, psi: Array) -> bool:
     # Without a sample at zero: flux per current must not grow, as it does along an angle.
     ratio = flux[[0, -1]].mean(axis=1) / np.sort(axis)[[0, -1]]
     return bool(ratio[1] <= 1.05 * ratio[0] and (np.diff(flux, axis=0) > 0).mean() > 0.9)
+
+
+def _check_names(i: Array, psi: Array, tau: Array) -> None:
+    """Refuses flux linkage and torque under each other's names: a torque is zero where the rotor is
+    aligned, and a flux linkage nowhere."""
+    flux, torque = psi[int(np.argmax(i))], tau[int(np.argmax(i))]
+    if flux.min() < AT_REST * np.abs(flux).max() and torque.min() > LEAST_FLUX * torque.max():
+        raise ParameterError(
+            f"the columns of flux linkage and torque look exchanged: at {i.max():g} A the torque "
+            "is zero at no angle, and the flux linkage is; exchange their two names"
+        )
 
 
 def _currents(
