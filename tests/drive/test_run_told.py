@@ -23,6 +23,7 @@ from reluctance.drive.run.safety import (
     coarse_angle,
     coarse_current,
     exceeded,
+    folded_back,
     never_planted,
     refused_by_firmware,
 )
@@ -341,3 +342,28 @@ def test_tracking_is_the_energy_taken_over_that_of_the_maximum_power_point():
     source = Namespace(kind="pv", available=lambda t: 100 * t)
     assert kpis._tracking(Namespace(source=source), window) == pytest.approx(0.75)
     assert kpis._tracking(Namespace(source=Namespace(kind="battery")), window) is None
+
+
+@pytest.mark.parametrize(
+    ("tau", "one_way", "found", "told"),
+    [
+        (-20.0, "true", -0.006, True),
+        (-20.0, "true", -18.9, True),
+        (-20.0, "true", -19.1, False),
+        (20.0, "true", 0.0, False),  # the link may sag, and that has its own note
+        (-20.0, "false", -0.006, False),
+    ],
+)
+def test_braking_into_a_source_that_takes_nothing_is_the_cause_that_is_told(
+    tau, one_way, found, told
+):
+    drive = rl.load(
+        EXAMPLES / "battery.toml", [f"source.one_way={one_way}", f"reference.tau_Nm={tau}"]
+    )
+    k = Namespace(tau_ref_mean=found, speed_mean=1500 * RPM, u_dc_max=288.0)
+    lines = folded_back(drive, k)
+    assert bool(lines) == told
+    if told:
+        assert "to 288 V, since the source takes no energy ([source] one_way = true)" in lines[0]
+        assert f"from -20 to {found:.3g} N m in the mean" in lines[0]
+    assert not folded_back(drive, Namespace(tau_ref_mean=None, speed_mean=1.0, u_dc_max=1.0))

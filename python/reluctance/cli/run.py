@@ -31,6 +31,7 @@ from reluctance.drive.run.safety import (
     coarse_current,
     drained,
     exceeded,
+    folded_back,
     handed_over,
     never_planted,
     refused_by_firmware,
@@ -109,6 +110,7 @@ def run(
 
         with look(style, width):
             plots.save_plot(result, plot)
+    steady = is_steady(drive)
     notes = [
         *undiagnosed(drive),
         *never_planted(drive, end),
@@ -119,8 +121,8 @@ def run(
         *unready(result.events),
         *(tripped(result.kpis.t_trip) or unmet(drive, result.kpis)),
         *exceeded(drive, result.kpis),
-        *(handed_over(drive, result.kpis) if is_steady(drive) else ()),
-        *(drained(drive, result.kpis, result.periods) if is_steady(drive) else ()),
+        *(folded_back(drive, result.kpis) or handed_over(drive, result.kpis) if steady else ()),
+        *(drained(drive, result.kpis, result.periods) if steady else ()),
         *left(result),
         *crowded(result.periods),
     ]
