@@ -82,7 +82,7 @@ def test_the_first_answer_that_differs_in_a_bit_is_named_with_both_values() -> N
     desk["order"]["leg"][0, 1, 0] = 1
     desk["mode"] = 5
     found = _difference(target, desk)
-    assert found is not None and found[0] == "order" and found[1] != found[2]
+    assert found is not None and found == ("order.leg[1][0]", "0", "1")
 
 
 def test_a_long_answer_is_cut() -> None:
