@@ -310,6 +310,10 @@ def test_a_result_that_cannot_be_kept_leaves_nothing_behind(tmp_path, monkeypatc
         ("a;b\nc,d\n", [["a;b"], ["c", "d"]]),  # half of them
         ("a\tb\n1\t2\n", [["a", "b"], ["1", "2"]]),
         ("a,b\n1,2\n", [["a", "b"], ["1", "2"]]),
+        ("a b\n1  2\n", [["a", "b"], ["1", "2"]]),  # blanks, where each row has as many cells
+        ("a b c\n1 2\n3 4 5\n", [["a b c"], ["1 2"], ["3 4 5"]]),
+        ("a b\nc d\n", [["a b"], ["c d"]]),  # between numbers alone
+        ("a\tb\tc\n1\t\t3\n4\t5\t6\n", [["a", "b", "c"], ["1", "", "3"], ["4", "5", "6"]]),
     ],
 )
 def test_cells_part_at_what_stands_in_most_lines(tmp_path, text, rows):

@@ -99,8 +99,11 @@ def read_rows(path: Path, *, most_bytes: int = MOST_BYTES) -> list[list[str]]:
     lines = [line for line in text if line.strip() and not line.startswith("#")]
     if not lines:
         raise ParameterError("the file has no rows")
-    if "," not in lines[-1] and len(last := lines[-1].split()) > 1 and all(map(is_number, last)):
-        return [line.split() for line in lines]
+    if not any(mark in line for line in lines for mark in ",;\t"):
+        parted = [line.split() for line in lines]  # a cell that is missing would move the others
+        alike = len(parted[-1]) > 1 and len({len(row) for row in parted}) == 1
+        if alike and all(map(is_number, parted[-1])):
+            return parted
     usual = [mark for mark in ";\t" if sum(mark in line for line in lines) > len(lines) / 2]
     separator = usual[0] if usual else ","  # a line above the names may have none
     found = csv.reader(with_points(lines, separator), delimiter=separator)
