@@ -30,12 +30,10 @@ def _keep_keys_of_the_law(control: dict[str, Any], before: object) -> None:
     if isinstance(law, str) and (law in LAWS or names_code(law)):
         table = table_of(law)
         kept = set(table.model_fields)
-        if names_code(before) or (isinstance(before, str) and before in LAWS):
-            of_another_kind = names_code(before) or (
-                table.__bases__[0] is not table_of(str(before)).__bases__[0]
-            )
-            if of_another_kind:
-                kept -= {key for key in kept if key.endswith("_deg")}
+        known = isinstance(before, str) and before in LAWS
+        kind = table_of(str(before)).__bases__[0] if known else None
+        if kind is not table.__bases__[0] and (known or names_code(before)):
+            kept -= {key for key in kept if key.endswith("_deg")}
         for key in set(control) - kept:
             del control[key]
 

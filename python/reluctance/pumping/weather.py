@@ -1,6 +1,6 @@
 """Weather as samples at equal intervals, and what is refused: gaps, nights only, a wrong zone."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -130,7 +130,7 @@ def _whole(t: pd.DatetimeIndex, values: FloatArray, name: str, where: str) -> No
 
 
 def _check_light(weather: Weather, site: Site, clock: str = "") -> None:
-    sun, ghi, hour = weather.sun, np.maximum(weather.ghi, 0.0), weather.step / 3600
+    sun, ghi = weather.sun, np.maximum(weather.ghi, 0.0)
     if not ghi.max() >= 5:
         stamps = weather.stamps
         if ghi @ (sun.height > 0) > OF_DAYS * ghi.sum():
@@ -142,27 +142,35 @@ def _check_light(weather: Weather, site: Site, clock: str = "") -> None:
             f"{weather.where}: night only, ghi stays below 5 W/m2 from {stamps[0]} to "
             f"{stamps[-1]}; take days with sun"
         )
+    if (misses := _misses(weather, site)) is not None:
+        off, at_night = misses
+        raise ParameterError(
+            f"{weather.where}: its light is {off:+.1f} h off the sun at {site.latitude_deg:g} N "
+            f"{site.longitude_deg:g} E, and {at_night} samples have sun at night; check "
+            f"{clock or f'[site] timezone = {site.timezone!r}'}, longitude_deg and the time stamps"
+            + ("" if clock else _as_if_in_utc(weather, site))
+        )
+
+
+def _misses(weather: Weather, site: Site) -> tuple[float, int] | None:
+    """How much later the light is than the sun [h], and how many samples have light at night, where
+    either is too much; else None."""
+    sun, ghi, hour = weather.sun, np.maximum(weather.ghi, 0.0), weather.step / 3600
     height = sun.height
     if height.max() == 0:
         off = 12.0
     else:  # time of the light's centroid less that of the sun's, around the mean solar noon
-        hours = _solar_clock(weather.t, site)
-        off = float((hours @ ghi) / ghi.sum() - (hours @ height) / height.sum())
+        clock = _solar_clock(weather.t, site)
+        off = float((clock @ ghi) / ghi.sum() - (clock @ height) / height.sum())
     allowed = WRONG_ZONE_H if len(ghi) * hour >= 24 * 30 else WRONG_ZONE_DAY_H
     night = (sun.zenith_deg > DARK_DEG + 15 * hour / 2) & (ghi > LIGHT)
-    if abs(off) > allowed or night.mean() > 0.01:
-        raise ParameterError(
-            f"{weather.where}: its light is {off:+.1f} h off the sun at {site.latitude_deg:g} N "
-            f"{site.longitude_deg:g} E, and {night.sum()} samples have sun at night; check "
-            f"{clock or f'[site] timezone = {site.timezone!r}'}, longitude_deg and the time stamps"
-            + ("" if clock else _as_if_in_utc(weather, off))
-        )
+    return (off, int(night.sum())) if abs(off) > allowed or night.mean() > 0.01 else None
 
 
-def _as_if_in_utc(weather: Weather, off: float) -> str:
-    """Asks for times without an offset that are in UTC, where the light is as much off the sun."""
-    behind = weather.t[0].utcoffset() / pd.Timedelta("1h")
-    if abs(behind) < WRONG_ZONE_H or abs(off + behind) > 2 * WRONG_ZONE_H:
+def _as_if_in_utc(weather: Weather, site: Site) -> str:
+    """Asks for times in UTC without an offset, where the light would then be that of the sun."""
+    t = weather.t.tz_localize(None).tz_localize("UTC")
+    if _misses(replace(weather, t=t, sun=sun_over(site, t)), site) is not None:
         return ""
     return (
         "; are the times in UTC? Then write them with their offset, as in 2026-03-21T12:00+00:00, "

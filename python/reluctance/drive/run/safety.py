@@ -14,7 +14,6 @@ from reluctance.drive.run.kpis import evaluated
 
 COUNTS_PER_STROKE = 4  # fewer leave the phase in doubt that makes the torque
 COARSE = 0.03  # of i_max_A: six bits for the working range
-FOLDED = 0.05  # of the torque asked for: so much less is not the rounding of a mean
 SETTLED = 0.05  # of the energy from the dc link: so much of it may be its capacitor's
 ABOVE = 0.1  # of i_max_A: half way to the trip level. A comparator's band and delay take a part
 
@@ -83,17 +82,17 @@ def drained(drive: Drive, kpis: Kpis, periods: Rows) -> list[str]:
 
 
 def folded_back(drive: Drive, kpis: Kpis) -> list[str]:
-    """On one line, where a source takes no energy and the control takes the braking torque back."""
-    asked, left = drive.reference.tau_Nm, kpis.tau_ref_mean
-    if not (drive.source.kind == "battery" and drive.source.one_way) or asked is None:
-        return []
-    if left is None or asked * kpis.speed_mean >= 0 or abs(left) > (1 - FOLDED) * abs(asked):
+    """On one line, where braking charges the dc link so far that the control takes its torque
+    back."""
+    asked, (full, none) = drive.reference.tau_Nm, drive.u_brake
+    motors = asked is not None and asked * kpis.speed_mean >= 0
+    if motors or kpis.u_dc_max <= full:
         return []
     return [
-        f"braking charges the dc link to {kpis.u_dc_max:.4g} V, since the source takes no energy "
-        f"([source] one_way = true), and the control takes the torque back from {asked:g} to "
-        f"{left:.3g} N m in the mean (docs/firmware.md, States): ask for less braking, or give it "
-        "a source that takes energy"
+        f"braking charges the dc link to {kpis.u_dc_max:.4g} V, since the source does not take its "
+        f"energy, and the control takes the braking torque back from {full:.4g} V on, all of it at "
+        f"{none:.4g} V (docs/firmware.md, States): ask for less braking, or give it a source that "
+        "takes energy"
     ]
 
 

@@ -15,7 +15,6 @@ NO_FLUX = 0.02  # of the largest flux linkage: more at 0 A is another axis, an o
 MOST_NOISE, LEAST_OF_NOISE = 0.03, 8  # rms, of the largest flux linkage; samples that tell it
 ZERO_OFF = np.pi / 18  # how far the largest flux may be from a zero that is inferred [rad]
 STRAIGHT, BENDS = 0.02, 0.05  # slopes of an inverse table: no saturation, and its opposite
-LEAST_FLUX = 0.03  # of the largest, at the last current: unaligned it is more
 AT_REST = 0.01  # of the largest torque: less, aligned and unaligned, is none
 FALLS = 0.02  # of its rise: what noise and a flat top may take from the flux at an end; at a zero
 # that is 16 deg wrong it is (1 - cos 16 deg)/2
@@ -88,8 +87,8 @@ def settled(
                 f"{name} at {i[k]:g} A, angle {angle[n]:g} is {table[k, n]}, need a number; fill "
                 "the cell or leave its row out"
             )
-    if tau is not None:
-        _check_names(i, psi, tau)
+    if not raw.inverse:
+        _check_sense(i, psi, tau)
     unit, kind = angle_unit or raw.angle_unit, angle_kind or raw.angle_kind
     i, psi, tau = _currents(i, psi, tau, notes)
     angle, psi, tau = _rising(angle, psi, tau, notes)
@@ -213,14 +212,20 @@ def _is_current(axis: Array, psi: Array) -> bool:
     return bool(ratio[1] <= 1.05 * ratio[0] and (np.diff(flux, axis=0) > 0).mean() > 0.9)
 
 
-def _check_names(i: Array, psi: Array, tau: Array) -> None:
-    """Refuses flux linkage and torque under each other's names: a torque is zero where the rotor is
-    aligned, and a flux linkage nowhere."""
-    flux, torque = psi[int(np.argmax(i))], tau[int(np.argmax(i))]
-    if flux.min() < AT_REST * np.abs(flux).max() and torque.min() > LEAST_FLUX * torque.max():
+def _check_sense(i: Array, psi: Array, tau: Array | None) -> None:
+    """Refuses flux linkages of the wrong sign, or those and torques under each other's names:
+    a torque is zero where the rotor is aligned, and a flux linkage nowhere."""
+    k = int(np.argmax(i))
+    flux, most = psi[k], float(np.abs(psi[k]).max())
+    if tau is not None and flux.min() < AT_REST * most and tau[k].min() > AT_REST * tau[k].max():
         raise ParameterError(
-            f"the columns of flux linkage and torque look exchanged: at {i.max():g} A the torque "
-            "is zero at no angle, and the flux linkage is; exchange their two names"
+            f"the columns of flux linkage and torque look exchanged: at {i[k]:g} A the torque is "
+            "zero at no angle, and the flux linkage is; exchange their two names"
+        )
+    if i[k] > 0 and flux.max() < 0:
+        raise ParameterError(
+            f"flux linkages are negative, {flux.min():.3g} Wb at {i[k]:g} A: the sense of the coil "
+            "or of the current is exchanged; multiply the flux linkages by -1"
         )
 
 
@@ -236,11 +241,6 @@ def _currents(
             half = "multiply the currents by -1, and the flux linkages where they are negative, too"
         raise ParameterError(f"current = {i.min():g} A, need >= 0; {half}")
     i, psi, tau = _sorted("current", i, psi, tau, notes)
-    if (most := float(np.nanmedian(psi[-1]))) < 0:
-        raise ParameterError(
-            f"flux linkages are negative, {most:.3g} Wb at {i[-1]:g} A: the sense of the coil or "
-            "of the current is exchanged; multiply the flux linkages by -1"
-        )
     if i[0] > 0:
         notes.append("row at 0 A added: no flux, no torque")
         nothing = np.zeros((1, psi.shape[1]))
