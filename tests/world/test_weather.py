@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pvlib
 import pytest
+from pvgis_file import pvgis_file
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.schema import checked
@@ -225,12 +227,24 @@ def test_the_place_in_the_head_of_a_file_is_that_of_the_site(tmp_path: Path, for
         read(site(), tmp_path, kind="csv", file="w.csv", stamp=stamp)
 
 
-def test_a_year_that_is_cut_off_is_told(tmp_path: Path) -> None:
-    sky = clear_hours(site(), "2023-01-01", "2023-09-08")
-    epw(tmp_path / "w.epw", sky)
-    found = read(site(), tmp_path, kind="epw", file="w.epw")
-    assert any("w.epw has 250 days" in told for told in found.doubts)
-    assert not any("is it cut off" in told for told in greensboro()[0].doubts)
+@pytest.mark.parametrize("kind", ["epw", "tmy3", "pvgis"])
+def test_a_year_that_is_cut_off_is_told_and_a_whole_one_is_not(kind: str, tmp_path: Path) -> None:
+    place, head = site(), {"epw": 8, "tmy3": 2, "pvgis": 6}[kind]
+    if kind == "epw":
+        epw(tmp_path / "w", clear_hours(place, "2023-01-01", "2024-01-01"))
+    elif kind == "pvgis":
+        pvgis_file(tmp_path / "w", place, tmy=True)
+    else:
+        place = greensboro()[1]
+        source = Path(pvlib.__file__).parent / "data" / TMY3["file"].removeprefix("pvlib:")
+        (tmp_path / "w").write_bytes(source.read_bytes())
+    whole = read(place, tmp_path, kind=kind, file="w")
+    assert len(whole.t) == 8760 and not any("cut off" in told for told in whole.doubts)
+    lines = (tmp_path / "w").read_text().splitlines(keepends=True)
+    (tmp_path / "w").write_text("".join(lines[: head + 24 * 250]))
+    cut = read(place, tmp_path, kind=kind, file="w")
+    assert any("w has 250 days" in told and "is it cut off?" in told for told in cut.doubts)
+    assert cut.ghi == pytest.approx(whole.ghi[: 24 * 250]) and (cut.t == whole.t[: 24 * 250]).all()
 
 
 def test_times_in_utc_without_an_offset_are_asked_about(tmp_path: Path) -> None:

@@ -51,7 +51,8 @@ def pvgis_hours(path: Path, year: int) -> tuple[pd.DataFrame, dict[str, float]]:
     light = [name for name in ("Gb(i)", "Gd(i)", "Gr(i)") if name in frame]
     frame = frame.assign(**{n: pd.to_numeric(frame[n], errors="coerce") for n in light})
     t = pd.DatetimeIndex(stamps)
-    if len(frame) == OVER_YEAR and t.year.nunique() > 1:
+    whole = len(frame) == OVER_YEAR  # a typical year has months of several; it may be cut off
+    if t.year.nunique() > 1 and (whole or not t.is_monotonic_increasing):
         t = t.map(lambda when: when.replace(year=year))
     frame = frame.set_index(t + later)
     frame.attrs["shift"] = later

@@ -185,6 +185,9 @@ def _tmy3(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         frame, place = pvlib().iotools.read_tmy3(plain, coerce_year=table.year, map_variables=True)
     _check_place(place, site, path)
     frame = frame[[*COLUMNS]]
+    last = frame.index[-1]
+    if last.month > 1:  # pvlib takes the last row for the end of a year, where the file is cut off
+        frame.index = [*frame.index[:-1], last.replace(year=table.year)]
     frame.index = frame.index - pd.Timedelta("30min")
     frame.attrs |= {"shift": pd.Timedelta("-30min"), "clock": OF_ITS_HEAD}
     return frame
