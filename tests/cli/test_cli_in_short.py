@@ -174,6 +174,28 @@ def test_a_routine_that_did_not_end_is_told_without_what_it_did_not_find(monkeyp
     assert lines == (["R [ohm]: 0.5000, 0.7000; mean 0.6000"] if done else [])
 
 
+@pytest.mark.parametrize("done", [True, False])
+def test_a_precharge_tells_its_states_and_the_offsets_of_one_that_was_reached(monkeypatch, done):
+    steps = import_module("reluctance.targets.commission.steps")
+    one = steps.PowerUp(done, "t", [(0.0, "precharge"), (0.25, "ready")], (0.1, -0.02))
+    monkeypatch.setattr(steps, "precharge", lambda *_, **__: one)
+    values, lines = emulate._step(None, "precharge", None, None, None, reference=None, until=None)
+    assert values["done"] is done
+    states = ["  0.0000 s  precharge", "  0.2500 s  ready"]
+    assert lines == states + (["offsets [A]: 0.100, -0.020"] if done else [])
+
+
+def test_a_spin_tells_its_speeds_and_the_greatest_current(monkeypatch):
+    steps = import_module("reluctance.targets.commission.steps")
+    one = steps.Spin(True, "t", [(0.5, "run")], speed_rpm=99.6, fastest_rpm=120.4, i_peak=3.14)
+    monkeypatch.setattr(steps, "spin", lambda *_, **__: one)
+    values, lines = emulate._step(None, "spin", None, None, None, reference=None, until=None)
+    assert values["done"] and lines == [
+        "  0.5000 s  run",
+        "100 rpm at the end, 120 rpm at most; greatest current 3.1 A",
+    ]
+
+
 # replay, of a dump
 
 

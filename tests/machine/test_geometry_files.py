@@ -663,11 +663,12 @@ def test_a_field_is_drawn_with_half_of_the_largest_current_or_the_given_one(monk
     found.draw_field(axes, theta_e_deg=90, i_A=4.0)
     assert axes.get_title() == "4 A, 90 deg el."
     found.draw(axes, theta_e_deg=60)
+    found.draw(axes)
     assert axes.get_title() == "mine"
-    (a, first), (b, second), c = solved_with
+    (a, first), (b, second), *c = solved_with
     assert [*first] == [7.5, 0, 0] and [*second] == [4, 0, 0]
-    angles = [rotor_angle(system, np.radians(degrees)) for degrees in (120, 90, 60)]
-    assert [a, b, c] == pytest.approx(angles)
+    angles = [rotor_angle(system, np.radians(degrees)) for degrees in (120, 90, 60, 120)]
+    assert [a, b, *c] == pytest.approx(angles)
 
 
 def test_how_far_a_mesh_is_off_is_told_in_parts_of_the_greatest(monkeypatch):

@@ -13,7 +13,7 @@ from test_geometry_files import changed, drive, geometry, write
 import reluctance as rl
 from reluctance.drive.run import radial_force
 from reluctance.drive.run.radial_force import force_orders, pole_forces, spatial_orders
-from reluctance.machine.geometry.force import stress
+from reluctance.machine.geometry.force import N_POINTS, Stress, stress
 from reluctance.machine.geometry.position import at_angle
 from reluctance.machine.geometry.samples import rotor_angle
 from reluctance.machine.geometry.solve import solve
@@ -25,15 +25,34 @@ FEW = {"map__angles": 13, "map__currents": 6}
 
 
 def test_the_orders_of_a_wave_are_its_own():
-    """f_k = 5 + 3 cos(2 pi 2 k/12 - x) + (-1)^k cos x."""
+    """f_k = 5 + 4 cos(2 pi k/12) + 3 cos(2 pi 2 k/12 - x) + 2 cos(2 pi 5 k/12) + (-1)^k cos x."""
     x = np.linspace(0, 6, 40)
     k = np.arange(12)[:, None]
-    waves = spatial_orders(5 + 3 * np.cos(2 * np.pi * 2 * k / 12 - x) + (-1.0) ** k * np.cos(x))
+    waves = spatial_orders(
+        5
+        + 4 * np.cos(2 * np.pi * k / 12)
+        + 3 * np.cos(2 * np.pi * 2 * k / 12 - x)
+        + 2 * np.cos(2 * np.pi * 5 * k / 12)
+        + (-1.0) ** k * np.cos(x)
+    )
     assert waves.shape == (7, 40)
     assert waves[0] == pytest.approx(np.full(40, 5.0))
+    assert waves[1] == pytest.approx(np.full(40, 4.0))
     assert waves[2] == pytest.approx(3 * np.exp(-1j * x))
+    assert waves[5] == pytest.approx(np.full(40, 2.0))
     assert waves[6] == pytest.approx(np.cos(x))
-    assert np.abs(waves[[1, 3, 4, 5]]).max() < 1e-12
+    assert np.abs(waves[[3, 4]]).max() < 1e-12
+
+
+def test_the_orders_of_a_stress_over_a_sector_are_multiples_of_the_sectors():
+    theta = (np.arange(N_POINTS) + 0.5) * (np.pi / 2) / N_POINTS
+    radial = 5 + 3 * np.cos(4 * theta) + 2 * np.cos(8 * theta)
+    of_a_quarter = Stress(
+        theta=theta, radial=radial, tangential=0 * theta, r=0.05, length=0.1, n_sectors=4
+    )
+    orders, amplitudes = of_a_quarter.orders(4)
+    assert orders.tolist() == [0, 4, 8, 12]
+    assert amplitudes == pytest.approx([5, 3, 2, 0], abs=1e-9)
 
 
 @pytest.mark.parametrize("sense", [1, -1])

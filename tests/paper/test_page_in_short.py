@@ -1,6 +1,7 @@
 """The page of the report has the study's numbers, and the files of a report are those it names."""
 
 import json
+import math
 import re
 from html import unescape
 from pathlib import Path
@@ -148,6 +149,12 @@ def test_report_is_every_picture_the_claims_and_the_page_and_progress_ends_at_on
     assert sorted(file.name for file in (tmp_path / "new" / "report").iterdir()) == sorted(names)
     assert all(file.read_bytes().startswith(b"\x89PNG") for file in done.files[:2])
     told = (tmp_path / "new" / "report" / "claims.json").read_text(encoding="utf-8")
-    assert json.loads(told) == [claim.as_json() for claim in done.claims] and told.endswith("]\n")
+    rows = [claim.as_json() for claim in done.claims]
+    assert json.loads(told) == rows and told.endswith("]\n")
+    # No number that JSON does not have, and then no report at all.
+    monkeypatch.setattr(Claim, "as_json", lambda claim: {"ours": math.nan})
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        report.write(tmp_path / "none")
+    assert not (tmp_path / "none").exists()
     assert len(done.claims) == len(claims(brief().found))
     assert shares == sorted(shares) and shares[0] > brief().shares[-1] and shares[-1] == 1

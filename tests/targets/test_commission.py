@@ -26,6 +26,7 @@ from on_the_bench import (
 
 import reluctance as rl
 from reluctance import ParameterError, _core
+from reluctance.drive.drive import drive_from
 from reluctance.targets.commission import Held, Wires, commission, levels, write_pulses
 
 PAPER = bench_drive("paper_6_4")
@@ -70,6 +71,40 @@ def test_dry_friction_leaves_the_zero_within_a_count():
     found = alignment_of(SLOW, (0, 1, 2), 1, zero_deg=0.0, friction_Nm=0.02 * SLOW.tau_max)
     assert found.right
     assert found.error_counts < 0.4
+
+
+def light(u_dc: float) -> rl.Drive:
+    """A 12/8 machine of 25 A for 560 V, whose free rotor swings in 20 ms at the current that holds
+    it; at a tenth of the voltage that current takes 20 ms to fall to a third."""
+    machine = {
+        **{"name": "12/8", "source": "drawn", "licence": "Apache-2.0", "model": "lehuy"},
+        **{"N_s": 12, "N_r": 8, "n_phases": 3, "i_max_A": 25, "i_m_A": 100, "psi_m_Wb": 0.98},
+        **{"R_ohm": 0.6, "L_u_H": 0.0075, "L_a_H": 0.06, "L_sat_H": 0.00375, "J_kgm2": 0.00217},
+    }
+    control = {"law": "pwm_current", "T_s_us": 50}
+    load, asked = {"kind": "locked", "speed_rpm": 100}, {"kind": "torque", "tau_Nm": 2.0}
+    parts = {"machine": machine, "control": control, "load": load, "reference": asked}
+    return sensed(drive_from({**parts, "converter": {"u_dc_V": u_dc}}))
+
+
+@pytest.mark.parametrize("u_dc", [60, 120])
+def test_a_rotor_that_swings_faster_than_the_current_falls_comes_to_rest(u_dc):
+    drive = light(u_dc)
+    at = levels(drive)
+    found = commission(drive, "alignment")
+    assert found.done and found.direction == 1
+    assert abs((found.zero_deg + 180) % 360 - 180) < 0.5 * 360 * 8 / 4096
+    deep = commission(drive, "alignment", levels=replace(at, i_low=0.3 * at.i_hold))
+    assert not deep.done
+
+
+@pytest.mark.long
+def test_a_rotor_that_creeps_while_the_current_is_low_is_held_again():
+    """The angle is exact, and the dry friction of the bench lets the rotor creep."""
+    drive = light(120).with_values({"sensing.encoder_counts": 0})
+    found = commission(drive, "alignment", friction_Nm=1.0)
+    assert found.done and found.direction == 1
+    assert abs((found.zero_deg + 180) % 360 - 180) < 1
 
 
 @pytest.mark.parametrize("n", [3, 4])

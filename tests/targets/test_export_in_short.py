@@ -292,7 +292,7 @@ def test_levels_of_the_routines_are_parts_of_the_greatest_current() -> None:
     found, R, u = levels(given), 0.72, 240.0
     most = 0.45 * 0.5 * u / R
     assert found.i_top == pytest.approx(150) and found.i_beside == pytest.approx(127.5)
-    assert found.i_hold == pytest.approx(min(60, most)) and found.i_low == pytest.approx(18)
+    assert found.i_hold == pytest.approx(min(60, most)) and 18 < found.i_low < 21
     assert (found.i_1, found.i_2) == pytest.approx((15, 45))
     assert found.i_detect == pytest.approx(max(7.5, 4 * current_error(given)))
     i, theta = np.meshgrid(np.linspace(0, 150, 41), np.linspace(0, np.pi, 31))
@@ -306,6 +306,22 @@ def test_levels_of_the_routines_are_parts_of_the_greatest_current() -> None:
     assert times == (0.5, 10.0, 0.3, 0.5, 300.0)
     counted = levels(drive("deadbeat", "sensing.encoder_counts=4096"))
     assert counted.slack == pytest.approx(max(1.25 * 4 * 2 * np.pi / 4096, np.radians(0.3)))
+
+
+def test_a_swinging_rotor_is_held_by_no_less_than_what_the_current_falls_to_in_time() -> None:
+    """In a quarter of a quarter of the free swing about alignment, by half of the link; a third of
+    the holding current or more."""
+    given = replace(drive(), converter=drive().converter.computed(u_dc_V=30.0))
+    heavy = levels(replace(given, machine=given.machine.model_copy(update={"J_kgm2": 1.0})))
+    assert heavy.i_low == pytest.approx(0.3 * heavy.i_hold)
+    light = replace(given, machine=given.machine.model_copy(update={"J_kgm2": 2e-4}))
+    found, magnetics = levels(light), light.machine.magnetics
+    away = np.linspace(0.05, 0.6, 200)
+    tau = _core.magnetics(magnetics, np.full(200, found.i_hold), np.pi - away)[:, 1]
+    quarter = np.pi / 2 * np.sqrt(2e-4 / (light.machine.N_r * (tau / away).max()))
+    psi = _core.magnetics(magnetics, np.array([found.i_low, found.i_hold]), np.full(2, np.pi))[:, 0]
+    assert 0.3 * found.i_hold < found.i_low < found.i_hold
+    assert (psi[1] - psi[0]) / (0.5 * 30) == pytest.approx(0.25 * quarter, rel=0.02)
 
 
 def test_less_flows_through_a_greater_resistance() -> None:

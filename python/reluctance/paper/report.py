@@ -68,9 +68,7 @@ def _contents(
         picture.draw(found).savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
         images[picture.name] = buffer.getvalue()
         progress(0.75 + 0.25 * (n + 1) / len(PICTURES))
-    table = json.dumps(
-        [row.as_json() for row in rows], indent=2, ensure_ascii=False, allow_nan=False
-    )
+    table = json.dumps([row.as_json() for row in rows], indent=2, allow_nan=False)
     return {
         **{f"{name}.png": image for name, image in images.items()},
         "claims.json": (table + "\n").encode(),

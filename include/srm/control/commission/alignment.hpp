@@ -21,20 +21,22 @@ struct Swing {
   T extreme{};        // reached since [rad]
   bool rises = true;  // away from `low`
   int turned = 0;     // turning points so far
-  int idle = 0;       // samples since it moved on
+  T place{};          // where it was when it last moved on [rad]
+  int idle = 0;       // samples since then
 
   constexpr void start(T x) {
     *this = {};
-    low = high = extreme = x;
+    low = high = extreme = place = x;
   }
 
-  /// slack: a return by more is a turning point [rad].
-  constexpr void follow(T x, T slack) {
+  /// A return by more than `slack` is a turning point, a motion by less than `still` is none [rad].
+  constexpr void follow(T x, T slack, T still) {
     ++idle;
-    if (rises ? x > extreme : x < extreme) {
-      extreme = x;
+    if (abs(x - place) > still) {
+      place = x;
       idle = 0;
     }
+    if (rises ? x > extreme : x < extreme) extreme = x;
     if (turned == 0 && rises && x < low - slack) {  // it turns the other way from the start
       rises = false;
       extreme = x;
@@ -65,7 +67,7 @@ struct Alignment {
 
   static constexpr T wide_slack = T(4);   // a swing wider than this is taken energy from
   static constexpr T still_slack = T(6);  // one less wide is a rest: its mean is taken
-  static constexpr int idle_part = 2;  // of n_rest: a rotor that does not move for so long is held
+  static constexpr int idle_part = 2;  // of n_rest: one slower than at rest for so long is held
 
   template <int N>
   struct State {
@@ -97,7 +99,7 @@ struct Alignment {
     x.x = x.x + (wrap(y.theta_e - x.shown + pi<T>) - pi<T>);
     x.shown = y.theta_e;
     if (begins) x.swing.start(x.x);
-    x.swing.follow(x.x, slack);
+    x.swing.follow(x.x, slack, still_slack / T(idle_part) * slack);
     const int k = x.visit == 1 ? x.second : x.first;
     if (x.swing.idle > n_rest / idle_part) x.swing.start(x.x);  // friction holds it
     const bool comes = x.swing.comes(x.x, wide_slack * slack);

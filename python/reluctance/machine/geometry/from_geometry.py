@@ -146,14 +146,14 @@ class FromGeometry:
         axes.set_title(f"{current:g} A, {theta_e_deg:g} deg el.")
         return draw_field(solve(position, current * np.eye(self.geometry.phases)[0]), axes)
 
-    def plot(self, path: str | Path, *, theta_e_deg: float = 120.0) -> None:
+    def plot(self, path: str | Path) -> None:
         """Writes the cross-section, the field, and the torque of one phase over angle."""
         from reluctance.machine.maps.plot import plot_torque
 
         picture = Picture(16, 5)
         left, middle, right = picture.subplots(1, 3)
-        self.draw(left, theta_e_deg=theta_e_deg)
-        self.draw_field(middle, theta_e_deg=theta_e_deg)
+        self.draw(left)
+        self.draw_field(middle)
         plot_torque(surface(self.solution.table(self.geometry.rotor_poles)), axes=right)
         save_figure(picture, Path(path), title=self.name)
 

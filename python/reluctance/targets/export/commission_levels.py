@@ -17,7 +17,8 @@ from reluctance.drive.guard.trip_levels import current_error, protection
 DETECT = 0.05  # of i_max: a current that is one
 ABOVE_ERROR = 4.0  # of the greatest error of a reading: a third of it must be above the error too
 HOLD = 0.4  # of i_max: holds a rotor aligned
-LOW = 0.3  # of the holding current, while the rotor swings back
+LOW = 0.3  # of the holding current, while the rotor swings back: the least
+FALL = 0.25  # of a quarter of the swing: the most that the current may take to fall to that
 R_CURRENTS = (0.1, 0.3)  # of i_max: the two of the resistance
 STEP = 0.05  # of i_max: the most that a pulse may add in a sample
 REACH = 1.5  # of R i_max: the least mean voltage of a pulse
@@ -74,7 +75,7 @@ def levels(drive: Drive) -> Levels:
         duty=duty,
         i_detect=max(DETECT * i_max, ABOVE_ERROR * current_error(drive)),
         i_hold=i_hold,
-        i_low=LOW * i_hold,
+        i_low=max(LOW * i_hold, _low(drive, i_hold)),
         i_1=R_CURRENTS[0] / R_CURRENTS[1] * i_2,
         i_2=i_2,
         i_top=i_top,
@@ -144,6 +145,20 @@ def commission(drive: Drive, at: Levels | None = None) -> _core.Commission:
             n_settle=samples(at.t_settle),
         ),
     )
+
+
+def _low(drive: Drive, i_hold: float) -> float:
+    """The current that one of `i_hold` falls to in FALL of a quarter of the free swing about
+    alignment [A]: a later fall would take no energy out of the swing."""
+    machine = drive.machine
+    away = np.linspace(0.05, 0.6, 12)  # electrical [rad]
+    tau = _core.magnetics(machine.magnetics, np.full(12, i_hold), np.pi - away)[:, 1]
+    stiffness = machine.N_r * float((tau / away).max())  # [N m/rad]
+    quarter = np.pi / 2 * np.sqrt(machine.J_kgm2 / stiffness)
+    i = np.linspace(0, i_hold, 41)
+    psi = _core.magnetics(machine.magnetics, i, np.full(41, np.pi))[:, 0]
+    left = psi[-1] - FALL * quarter * DUTY_MAX * drive.converter.u_dc_V
+    return float(np.interp(left, psi, i))
 
 
 def _extremes(drive: Drive, i_max: float) -> tuple[float, float, float]:
