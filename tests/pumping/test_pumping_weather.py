@@ -357,6 +357,13 @@ def test_decimal_commas_between_commas_are_told_as_such(tmp_path):
     assert len(read(kind="csv", file="w.csv", folder=tmp_path).ghi) == 48
 
 
+def test_cells_in_quotes_after_a_blank_are_read_as_without(tmp_path):
+    frame = sunny()[["time", "ghi"]]
+    (tmp_path / "w.csv").write_text(frame.to_csv(index=False, quoting=1).replace(",", ", "))
+    found = read(kind="csv", file="w.csv", folder=tmp_path)
+    assert found.ghi == pytest.approx(read(**written(tmp_path, frame)).ghi)
+
+
 @pytest.mark.parametrize(
     ("form", "days", "right"),
     [
