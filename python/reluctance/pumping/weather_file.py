@@ -1,12 +1,9 @@
 """The [weather] table: a clear sky, or a TMY3, EPW, PVGIS or CSV file."""
 
-import csv
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import date, timedelta, timezone
-from io import StringIO
 from pathlib import Path
 from typing import Literal
 from zoneinfo import ZoneInfo
@@ -15,29 +12,24 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
 
-from reluctance.base.columns import (
-    BRACKETED,
-    Quantity,
-    point_hint,
-    recognised,
-    refuse_parted,
-    with_points,
-)
+from reluctance.base.columns import point_hint
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import is_file, scratch
-from reluctance.base.reading import is_number, read_text, reading
+from reluctance.base.reading import read_text, reading
 from reluctance.base.schema import Section
 from reluctance.plant.solar.pv_module import pvlib
 from reluctance.pumping.clouds import Clouds, covered, minutes_of, minutes_within
 from reluctance.pumping.pvgis import is_pvgis, pvgis_hours
 from reluctance.pumping.site import Site, extra_radiation, standard_h, sun_over
 from reluctance.pumping.weather import COLUMNS, NO_SHIFT, Weather, as_numbers, interval, weather_of
+from reluctance.pumping.weather_csv import MOST_HEAD, csv_table, names_light
 from reluctance.pumping.weather_quality import doubts
 
 NEAR_DEG = 1.0  # a file from farther away is for another place
 SOLAR_CONSTANT = 1367.0  # direct light is never more: near the horizon an estimate may be [W/m^2]
 NO_LEAP = "year = {year} has a 29 February, which a typical year has not; take {before}"
 A_LEAP_YEAR = 2024  # that a file with a 29 February is shown in
+BYTES_OF_HEAD = 20_000
 A_YEAR = 364.9  # days; one hour may be missing
 OF_ITS_HEAD = "the time zone in the head of the file"  # is what its times are in
 LINKE = 3.0  # turbidity of the clear sky where nothing else is said
@@ -215,65 +207,12 @@ def _epw(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     return frame
 
 
-WATTS = {"w/m2": 1.0, "w/m^2": 1.0, "wpm2": 1.0}
-CSV_COLUMNS = {  # names of pvlib, PVGIS, TMY3 and loggers
-    "time": Quantity(("time", "date", "datetime", "timestamp", "date_time"), {}),
-    "ghi": Quantity(("ghi", "g(h)", "global", "global_horizontal", "allsky_sfc_sw_dwn"), WATTS),
-    "dni": Quantity(("dni", "gb(n)", "direct_normal", "allsky_sfc_sw_dni"), WATTS),
-    "dhi": Quantity(("dhi", "gd(h)", "diffuse", "diffuse_horizontal", "allsky_sfc_sw_diff"), WATTS),
-    "temp_air": Quantity(
-        ("temp_air", "t2m", "tair", "temp", "temperature", "dry-bulb"),
-        {"degc": 1.0, "c": 1.0, "°c": 1.0},
-    ),
-    "wind_speed": Quantity(
-        ("wind_speed", "ws10m", "ws2m", "wind", "ws", "wspd"),
-        {"m/s": 1.0, "mps": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6},
-    ),
-}
-# A time in parts, as in files of NSRDB and NASA POWER
-PARTS = {"year": ("year",), "month": ("month", "mo"), "day": ("day", "dy")}
-PARTS |= {"hour": ("hour", "hr"), "minute": ("minute", "min")}
-UNITS_OF_LIGHT = {  # and how its numbers become W/m2
-    "kw/m2": "multiply its numbers by 1000",
-    "wh/m2": "divide its sums by the hours of an interval",
-    "kwh/m2": "multiply its sums by 1000 over the hours of an interval",
-    "j/cm2": "multiply its sums by 10000 over the seconds of an interval, by 2.778 for an hour",
-    "kj/m2": "multiply its sums by 1000 over the seconds of an interval, by 0.2778 for an hour",
-    "mj/m2": "multiply its sums by 1e6 over the seconds of an interval, by 277.8 for an hour",
-}
-DAY_FIRST = r"^(\d\d)\.(\d\d)\.(\d{4})"  # with points the day stands first, unlike with slashes
-SLASHED = r"^(\d{1,2})/(\d{1,2})/(\d{4})"
-MOST_HEAD = 60  # lines before the names of the columns
-BYTES_OF_HEAD = 20_000
-
-
 def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     """Columns `time` (local without an offset, or with one), ghi, temp_air, wind_speed, dni, dhi;
     dni and dhi are estimated from ghi where both are missing (Erbs)."""
-    content = read_text(path)
-    try:
-        frame = _day_and_time_joined(_table(content))
-        known = _recognised([str(name) for name in frame.columns])
-        frame = frame.rename(columns={name: quantity for quantity, (name, _) in known.items()})
-        text = frame["time"].astype(str) if "time" in frame else _from_parts(frame)
-        text = text.str.replace(DAY_FIRST, r"\3-\2-\1", regex=True)
-        if (slashed := text.str.extract(SLASHED).dropna()).size:
-            _refuse_slashes(slashed)
-        offset = text.str.contains(r"(?:[+-]\d\d:?\d\d|Z)$")
-        if offset.any() and not offset.all():
-            raise ValueError("some with an offset from UTC, some without")
-        t = pd.DatetimeIndex(pd.to_datetime(text, format="ISO8601", utc=bool(offset.all())))
-    except ParameterError:  # of a column, or of rows
-        raise
-    except (ValueError, KeyError) as fault:
-        what = str(fault).splitlines()[0].partition(" You might")[0]
-        raise ParameterError(
-            f"{path}: need a column `time` of days that exist, as 2026-03-21 12:00 or "
-            f"2026-03-21T12:00+01:00, or columns `date` and `time` ({what})"
-        ) from None
-    if t.isna().any():
-        raise ParameterError(f"data row {int(t.isna().argmax()) + 1} has no time; fill the cell")
-    head, clock = _of_head(content), "the offsets of its times from UTC"
+    found = csv_table(path)
+    frame, t, head = found.frame, found.t, found.head
+    clock = "the offsets of its times from UTC"
     if {"latitude", "longitude"} <= head.keys():
         _check_place(head, site, path)
     if t.tz is None:
@@ -307,7 +246,7 @@ def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
         )
     _refuse_commas(frame, t)
     frame = as_numbers(frame)
-    for quantity, (_, factor) in known.items():
+    for quantity, factor in found.factors.items():
         if factor != 1.0:
             frame[quantity] *= factor
     frame.index = t
@@ -333,76 +272,10 @@ def _refuse_commas(frame: pd.DataFrame, t: pd.DatetimeIndex) -> None:
                 raise ParameterError(f"{name} = `{cell}` at {t[k]} is not a number; {hint}")
 
 
-def _refuse_slashes(parts: pd.DataFrame) -> None:
-    """Raises ParameterError for days with slashes, with what the day of the first row may be."""
-    a, b, year = parts.iloc[0]
-    numbers = parts.astype(int).max()
-    day_first, month_first = (f"{year}-{m:0>2}-{d:0>2}" for d, m in ((a, b), (b, a)))
-    right = f"{day_first} or {month_first}, whichever it is"
-    if numbers[0] > 12 or numbers[1] > 12:
-        right = day_first if numbers[0] > 12 else month_first
-    raise ParameterError(f"the day `{a}/{b}/{year}` has slashes; write {right}")
-
-
-def _day_and_time_joined(frame: pd.DataFrame) -> pd.DataFrame:
-    """A column of the day and one of the time of day become one of the time."""
-    names = {str(name).strip().lower(): name for name in frame.columns}
-    day, clock = names.get("date"), next((names[n] for n in ("time", "hour") if n in names), None)
-    if day is None or clock is None or not frame[clock].astype(str).str.contains(":").all():
-        return frame
-    joined = frame[day].astype(str) + " " + frame[clock].astype(str)
-    return frame.drop(columns=[day, clock]).assign(time=joined)
-
-
-def _table(content: str) -> pd.DataFrame:
-    """The rows of a CSV file below the line that names the light; what stands above is no data."""
-    lines = [line for line in content.splitlines() if line.strip() and not line.startswith("#")]
-    light = (k for k, line in enumerate(lines[:MOST_HEAD]) if "ghi" in _known(line))
-    start = next(light, _names_line(lines[:MOST_HEAD]))
-    separator = _separator(lines[start]) if lines else ","
-    lines = with_points(lines[start:], separator)
-    if separator == ",":
-        refuse_parted([line.split(",") for line in lines[:MOST_HEAD] if '"' not in line])
-    return pd.read_csv(StringIO("\n".join(lines)), sep=separator, skipinitialspace=True)
-
-
-def _of_head(content: str) -> dict[str, float]:
-    """Latitude, longitude [deg] and time zone [h] where the head of a file names them: the first
-    line of NSRDB above its values, or the line of NASA POWER with the place."""
-    lines = [*content.splitlines()[:MOST_HEAD], "", ""]
-    names, values = (line.lower().split(",") for line in lines[:2])
-    given = dict(zip(map(str.strip, names), values, strict=False))
-    if place := re.search(
-        r"latitude\s+(-?[\d.]+)\s+longitude\s+(-?[\d.]+)", "\n".join(lines), re.I
-    ):
-        given |= {"latitude": place[1], "longitude": place[2]}
-    of = ("latitude", "longitude", "time zone")
-    return {name: float(given[name]) for name in of if is_number(given.get(name, ""))}
-
-
 def _winter(site: Site) -> str:
     """The clock of the place without summer time, where it is a whole number of hours from UTC."""
     hours = standard_h(site.timezone)
     return f" such as Etc/GMT{-hours:+g}" if hours and hours == round(hours) else ""
-
-
-def _names_line(lines: list[str]) -> int:
-    """The line with the names where none names the light: of the lines without numbers above a row
-    of numbers, as wide as the last row, the one with most cells filled."""
-    rows = [next(csv.reader([line], delimiter=_separator(line))) for line in lines]
-    above: list[int] = []
-    for k, row in enumerate(rows):
-        if len(row) != len(rows[-1]):
-            above = []
-        elif not any(is_number(cell.replace(",", ".")) for cell in row):
-            above.append(k)
-        elif above:
-            return max(above, key=lambda n: sum(map(bool, rows[n])))
-    return 0
-
-
-def _separator(line: str) -> str:
-    return next((mark for mark in ";\t" if mark in line), ",")
 
 
 def _kind_by_its_form(path: Path) -> str:
@@ -417,42 +290,7 @@ def _kind_by_its_form(path: Path) -> str:
     if second.startswith("Date (MM/DD/YYYY)"):
         return "tmy3"
     lines = text.splitlines()[:MOST_HEAD]
-    return "csv" if any("ghi" in _known(line) for line in lines) else ""
-
-
-def _recognised(names: list[str]) -> dict[str, tuple[str, float]]:
-    """`recognised`, with what makes watts of another unit of light."""
-    try:
-        return recognised(names, CSV_COLUMNS)
-    except ParameterError as fault:
-        unit = re.search(r"has the unit `(.*?)`", str(fault))
-        todo = UNITS_OF_LIGHT.get(unit[1].replace("^", "")) if unit else None
-        raise ParameterError(f"{fault}; {todo}, and name it W/m2" if todo else str(fault)) from None
-
-
-def _known(line: str) -> dict[str, tuple[str, float]]:
-    names = [n.strip() for n in line.split(_separator(line))]
-    with_day = any(n.lower() == "date" for n in names)  # and the time of day beside it
-    try:
-        clocks = ("time", "hour") if with_day else ()
-        return recognised([n for n in names if n.lower() not in clocks], CSV_COLUMNS)
-    except ParameterError:  # a wrong unit, of light perhaps
-        stems = [BRACKETED.sub(r"\g<stem>", name).strip().lower() for name in names]
-        return {q: ("", 1.0) for q, of in CSV_COLUMNS.items() if {*of.stems} & {*stems}}
-
-
-def _from_parts(frame: pd.DataFrame) -> pd.Series:
-    """Times from columns of year, month, day, hour and minute."""
-    names = {str(name).strip().lower(): name for name in frame.columns}
-    parts = {
-        part: frame[names[near]]
-        for part, stems in PARTS.items()
-        if (near := next((s for s in stems if s in names), None))
-    }
-    if missing := [part for part in ("year", "month", "day", "hour") if part not in parts]:
-        listed = ", ".join(map(str, frame.columns))
-        raise ValueError(f"columns {listed}; no time, and of its parts no {', '.join(missing)}")
-    return pd.to_datetime(pd.DataFrame(parts)).astype(str)
+    return "csv" if any(map(names_light, lines)) else ""
 
 
 def _check_place(place: dict[str, float], site: Site, path: Path) -> None:
