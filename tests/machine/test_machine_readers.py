@@ -13,8 +13,8 @@ from reluctance.machine.geometry.from_geometry import FromGeometry
 from reluctance.machine.library import flattened, machine_table
 from reluctance.machine.maps import FluxTable
 from reluctance.machine.maps.cells import any_rows, cells, sheet_rows, text_rows
-from reluctance.machine.maps.check import _suspects
 from reluctance.machine.maps.mat_file import read_arrays
+from reluctance.machine.maps.units import suspects
 
 WHOLE = np.arange(6).reshape(2, 3)
 
@@ -198,7 +198,7 @@ def test_the_column_whose_unit_may_be_wrong_is_named_with_what_it_would_be(
         table = SimpleNamespace(**given)
     else:
         table = FluxTable(N_r=4, theta_e=theta, **given)
-    assert words in _suspects(table, ten, too_large=too_large)
+    assert words in suspects(table, ten, too_large=too_large)
 
 
 class Wave:

@@ -10,7 +10,7 @@ from command import command, refused
 from reluctance import ParameterError, _core
 from reluctance.machine.library import machines
 from reluctance.machine.maps import FluxTable, check_map, read_map
-from reluctance.machine.maps.check import _asked_of_flux
+from reluctance.machine.maps.units import question_of_flux
 
 MACHINE = _core.LeHuy(N_r=6, L_u=8.7e-3, L_a=0.25, L_sat=0.5e-3, i_m=5, psi_m=0.3)
 CURRENTS = np.linspace(0, 5, 11)
@@ -383,7 +383,7 @@ def test_flux_linkages_that_another_unit_makes_usual_are_asked_about(factor, uni
 
 @pytest.mark.parametrize(("i", "psi"), [(200, 0.02), (10, 0.01), (5, 0.005), (450, 0.5), (20, 5)])
 def test_small_and_large_machines_are_not_asked_about(i, psi):
-    assert _asked_of_flux(i, psi, 1.0) is None
+    assert question_of_flux(i, psi, 1.0) is None
 
 
 def test_no_machine_of_the_library_is_asked_about():

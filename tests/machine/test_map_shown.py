@@ -18,10 +18,11 @@ from reluctance.machine.maps import (
     plot_torque,
     surface,
 )
-from reluctance.machine.maps.check import _reasons, implausible
+from reluctance.machine.maps.check import _reasons
 from reluctance.machine.maps.report import check_table, fit_table
 from reluctance.machine.maps.single_sample import WrongSample
 from reluctance.machine.maps.surface import fit_surface
+from reluctance.machine.maps.units import implausible
 
 SOUND = {
     "monotone_share": 1.0,

@@ -10,27 +10,18 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from reluctance.base.errors import ParameterError
 from reluctance.machine.maps.single_sample import WrongSample, wrong_sample
 from reluctance.machine.maps.table import Array, FluxTable, around
+from reluctance.machine.maps.units import TORQUE_RMS, implausible, unit_error, unit_question
 
 # Gates, from maps found in the open. Torque against the derivative of co-energy: good maps 2.3 to
 # 3.6 % rms with area balance 1 to 2 %; one pieced together from several runs 11 to 16 %; a broken
 # one 9 to 29 %. Mirror and period errors of flux stay under 0.5 %; a row off by 2 to 3 % tells a
 # mixed run.
-TORQUE_RMS = 0.05
 AREA = 0.02
 SYMMETRY = 0.005
-TURNS = 0.02  # how near the ratio of torque and co-energy comes to a whole number
 JUMP = 0.05  # of the largest torque, at a position where a smooth machine has none
 NOISE = 0.003
 ROW = 0.01
 SAMPLE = 0.005  # a sample of 744 that is off by 1 to 8 % makes the torque wrong by 0.6 to 3.4 % rms
-# Ends of a map that a machine may have: what lies outside is a slip of units. The library has 5
-# to 450 A, 0.16 to 2.3 Wb, 1 to 160 mH; 3 V at 500 Hz make 3 mWb, 10 kV at 100 Hz make 50 Wb.
-CURRENTS = (1e-3, 1e4)  # [A]
-FLUXES = (1e-4, 50.0)  # [Wb]
-INDUCTANCES = (1e-6, 10.0)  # largest flux linkage over largest current [H]
-USUAL_L, USUAL_I = 0.013, 47.0  # geometric middles of the library [H], [A]
-USUAL_PSI = USUAL_L * USUAL_I  # [Wb]
-FAR = 30.0  # a suspect whose machine is so much farther from USUAL_L than another's is not named
 
 
 @dataclass(frozen=True)
@@ -119,7 +110,7 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
     noise = max(map(_noise, pieces))
     row_error, row = max(_row_error(piece, noise) for piece in pieces)
     wrong = wrong_sample(table)
-    scale = _scale(table, tau_W)
+    scale = unit_error(table, tau_W)
     figures = dict(
         monotone_share=float((steps > 0).mean()),
         symmetry_error=symmetry,
@@ -139,7 +130,7 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
             "psi_mWb, and a matrix is read in A and Wb, so multiply its numbers"
         )
     tau_max = float(np.abs(tau_W if table.tau is None else table.tau).max())
-    asked = None if scale or size else _asked(table, tau_max)
+    asked = None if scale or size else unit_question(table, tau_max)
     reasons[:0] = [line for line in (scale, size) if line is not None][:1]
     return MapReport(
         N_r=table.N_r,
@@ -238,123 +229,6 @@ def _inner_torque_error(half: FluxTable) -> float:
     inner = slice(1, -1)
     given = half.tau[:, inner]
     return float(np.sqrt(np.mean((given - _sloped(half)[:, inner]) ** 2) / np.mean(given**2)))
-
-
-def _scale(table: FluxTable, tau_W: Array) -> str | None:
-    """Flux linkage and torque that belong together but for a whole factor: a power of ten is a unit
-    error, any other a number of turns or paths."""
-    if table.tau is None:
-        return None
-    factor = float(np.sum(table.tau * tau_W) / np.sum(tau_W**2))
-    left = float(np.sqrt(np.mean((table.tau - factor * tau_W) ** 2) / np.mean(table.tau**2)))
-    if factor <= 0 or left > TORQUE_RMS:
-        return None
-    ratio = max(factor, 1 / factor)
-    ten = 10 ** round(np.log10(ratio))
-    if ten > 1 and abs(ratio / ten - 1) < TURNS:
-        size = "large" if factor > 1 else "small"
-        return (
-            f"torque is {ten:g} times too {size} for current and flux linkage: a unit error; "
-            f"{_suspects(table, ten, too_large=factor > 1)}"
-        )
-    whole = round(ratio)
-    if whole < 2 or abs(ratio / whole - 1) > TURNS:
-        return None
-    if factor < 1:
-        return (
-            f"flux linkage times current is {whole} times what the torque belongs to; if the flux "
-            f"linkage is of {whole} times the turns, pass --turns_factor {1 / whole:.6g}"
-        )
-    return (
-        f"flux linkage times current is 1/{whole} of what the torque belongs to; if the flux "
-        f"linkage is of one of {whole} coils in series, pass --turns_factor {whole}; if the "
-        f"current is of one of {whole} parallel paths, multiply the column of currents"
-    )
-
-
-def _suspects(table: FluxTable, ten: float, *, too_large: bool) -> str:
-    """Each of the three columns alone may have the wrong unit: those that would leave a machine as
-    there are, the likeliest first. The energy is the same with each, so the map cannot tell."""
-    assert table.tau is not None
-    largest = float(table.i[-1]), float(table.psi.max()), float(np.abs(table.tau).max())
-    up = ten if too_large else 1 / ten
-    found = []
-    for name, unit, scales in (
-        ("currents", "A", (up, 1.0, 1.0)),
-        ("flux linkage", "Wb", (1.0, up, 1.0)),
-        ("torque", "N m", (1.0, 1.0, 1 / up)),
-    ):
-        i, psi, tau = (value * scale for value, scale in zip(largest, scales, strict=True))
-        if implausible(i, psi) is None:
-            scale = max(scales) if max(scales) > 1 else min(scales)
-            how = f"{scale:g} times" if scale > 1 else f"1/{1 / scale:g} of"
-            text = f"the {name} are" if name == "currents" else f"the {name} is"
-            milli = f", as in m{unit.replace(' ', '')}" if scale == 1e-3 else ""
-            text += f" {how} what the column says{milli} (then {i:.3g} A, {psi:.3g} Wb, "
-            found.append((abs(np.log(psi / i / USUAL_L)), f"{text}{tau:.3g} N m)"))
-    if not found:
-        return "check the units of all three columns: none alone leaves a plausible machine"
-    near = [text for away, text in sorted(found) if away < min(found)[0] + np.log(FAR)]
-    return f"correct the unit in the column's name: {'; or '.join(near)}"
-
-
-def _asked(table: FluxTable, tau_max: float) -> str | None:
-    """A question where currents 1000 times smaller, or larger, would leave a more usual machine:
-    nearer to the middle of the library in current and inductance, on logarithmic scales. The flux
-    linkage alone fits both, as those of machines with few and with many turns."""
-    i, psi = float(table.i[-1]), float(np.abs(table.psi).max())
-    for unit, factor in (("mA", 1e-3), ("kA", 1e3)):
-        if implausible(factor * i, psi) is None and _unusual(factor * i, psi) < _unusual(i, psi):
-            remedy = f"name the column i_{unit}, or multiply it"
-            if table.tau is not None:
-                remedy = f"name the columns i_{unit} and tau_{unit[0]}Nm, or multiply them"
-            return (
-                f"a machine of {_size(i, psi, tau_max)}; are the currents in {unit}? Then it has "
-                f"{_size(factor * i, psi, factor * tau_max)}: {remedy} by {factor:g}"
-            )
-    return None if table.tau is not None else _asked_of_flux(i, psi, tau_max)
-
-
-def _asked_of_flux(i: float, psi: float, tau_max: float) -> str | None:
-    """As `_asked`, of flux linkages without a torque that would confirm them. Small and large
-    machines differ by a factor of some hundred, so the other one has to be far more usual."""
-    for unit, factor in (("Wb", 1e3), ("mWb", 1e-3)):
-        other = factor * psi
-        nearer = _unusual_flux(i, psi) - _unusual_flux(i, other)
-        if implausible(i, other) is None and nearer > np.log(FAR):
-            return (
-                f"a machine of {_size(i, psi, tau_max)}; are the flux linkages in {unit}? Then it "
-                f"has {_size(i, other, factor * tau_max)}: multiply the column psi by {factor:g}, "
-                "or correct the unit in its name"
-            )
-    return None
-
-
-def _unusual_flux(i: float, psi: float) -> float:
-    """How far a machine's flux linkage and inductance are from the middle of the library."""
-    return float(np.hypot(np.log(psi / USUAL_PSI), np.log(psi / i / USUAL_L)))
-
-
-def _unusual(i: float, psi: float) -> float:
-    """How far a machine's largest current and inductance are from the middle of the library."""
-    return float(np.hypot(np.log(i / USUAL_I), np.log(psi / i / USUAL_L)))
-
-
-def _size(i: float, psi: float, tau: float) -> str:
-    return f"{i:.4g} A, {tau:.3g} N m and {psi / i:.2g} H"
-
-
-def implausible(i: float, psi: float) -> str | None:
-    """Why no machine has this current [A] and flux linkage [Wb] at the end of its map; None where
-    one may have."""
-    for what, value, unit, (least, most) in (
-        ("largest current", i, "A", CURRENTS),
-        ("largest flux linkage", psi, "Wb", FLUXES),
-        ("largest flux linkage over largest current", psi / i, "H", INDUCTANCES),
-    ):
-        if not least <= value <= most:
-            return f"{what} {value:.3g} {unit}, need {least:g} to {most:g} as in any machine"
-    return None
 
 
 def _area_error(table: FluxTable) -> float:

@@ -14,12 +14,12 @@ from scipy.interpolate import BSpline
 from scipy.linalg import eigh
 
 from reluctance.base.errors import ParameterError
-from reluctance.machine.maps.check import implausible
 from reluctance.machine.maps.conventions import settled
 from reluctance.machine.maps.pulses import Recording, Trace, trace
 from reluctance.machine.maps.raw import RawMap
 from reluctance.machine.maps.repair import SMOOTHING, repair_map
 from reluctance.machine.maps.table import Array, FluxTable
+from reluctance.machine.maps.units import implausible
 
 CURRENTS = 31  # of the table, with zero: test_identify.py bounds what this resolves
 BINS = 120  # of s at an angle: ten times as wide as the noise of a 12-bit sensor with 8 LSB
