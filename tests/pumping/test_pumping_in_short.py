@@ -157,20 +157,14 @@ def test_an_offset_of_twelve_minutes_is_told() -> None:
     assert earlier.startswith("the light is -12 min off the sun")
 
 
-def sunny(monkeypatch: pytest.MonkeyPatch, zenith: float, n: int = 100) -> tuple[object, ...]:
-    sun = Sun(np.full(n, zenith), np.zeros(n))
-    monkeypatch.setattr(quality, "sun_over", lambda site, t: sun)
-    return pd.date_range("2026-03-21", periods=n, freq="h", tz="UTC"), sun
-
-
 @pytest.mark.parametrize(("zenith", "allowed"), [(40.0, 0.08), (80.0, 0.15)])
 def test_the_parts_of_the_light_close_to_8_percent_and_to_15_where_the_sun_is_low(
-    monkeypatch: pytest.MonkeyPatch, zenith: float, allowed: float
+    zenith: float, allowed: float
 ) -> None:
     """In more than a twentieth of the samples with light."""
-    t, sun = sunny(monkeypatch, zenith)
+    sun = Sun(np.full(100, zenith), np.zeros(100))
     dni, dhi = np.full(100, 600.0), np.full(100, 100.0)
-    total = dni * sun.height + dhi  # type: ignore[attr-defined]
+    total = dni * sun.height + dhi
     for off, count, told in (
         (0.99 * allowed, 100, False),
         (1.01 * allowed, 5, False),
@@ -179,14 +173,15 @@ def test_the_parts_of_the_light_close_to_8_percent_and_to_15_where_the_sun_is_lo
     ):
         ghi = total.copy()
         ghi[:count] *= 1 + off
-        found = [*quality._of_the_closure(t, ghi, dni, dhi, SITE, 0.0)]  # type: ignore[arg-type]
+        found = [*quality._of_the_closure(sun, ghi, dni, dhi, SITE, 0.0)]
         assert len(found) == told
         if told:
             over = 100 * count / 100 * off
             assert f"in 6% of the sunlit samples (over the file ghi is {over:+.1f}%)" in found[0]
     dim = 49.0 / total
     for scale in (dim, 1.04 * dim):  # less than 50 W/m2 is not compared
-        wrong = quality._of_the_closure(t, 2 * scale * total, scale * dni, scale * dhi, SITE, 0.0)  # type: ignore[arg-type]
+        parts = 2 * scale * total, scale * dni, scale * dhi
+        wrong = quality._of_the_closure(sun, *parts, SITE, 0.0)
         assert len([*wrong]) == (scale is not dim)
 
 

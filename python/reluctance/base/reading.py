@@ -17,7 +17,7 @@ from reluctance.base.files import note_input
 MOST_BYTES = 50_000_000  # of a table of numbers as text
 MOST = 1e15  # of a number in a file, either sign: no column of a drive comes near
 ENCODINGS = {BOM_UTF8: "utf-8-sig", BOM_UTF16_LE: "utf-16", BOM_UTF16_BE: "utf-16"}
-NOT_TEXT = frozenset(range(32)) - frozenset(b"\t\n\v\f\r\x1a\x1b")
+NOT_TEXT = bytes({*range(32)} - {*b"\t\n\v\f\r\x1a\x1b"})
 
 
 @contextmanager
@@ -74,7 +74,7 @@ def read_text(path: Path, *, most_bytes: int = MOST_BYTES) -> str:
             "MB; keep every n-th row"
         )
     encoding = next((e for mark, e in ENCODINGS.items() if data.startswith(mark)), "utf-8")
-    if encoding != "utf-16" and not NOT_TEXT.isdisjoint(data):
+    if encoding != "utf-16" and len(data.translate(None, NOT_TEXT)) < len(data):
         raise ParameterError("the file is not text; export it as CSV in UTF-8")
     try:
         return data.decode(encoding)

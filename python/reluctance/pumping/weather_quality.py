@@ -14,12 +14,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from reluctance.base.arrays import FloatArray
-from reluctance.pumping.site import Site, extra_radiation, sun_over
+from reluctance.pumping.site import Site, Sun, extra_radiation
 from reluctance.pumping.weather import Weather
 
 MOST_SAMPLES = 4_000  # every n-th of more
 LIT = 50.0  # less is not compared [W/m^2], as in QCRad
-HIGH_DEG, LOW_DEG = 75.0, 93.0  # zenith angles of QCRad's closure: within 8 % above, 15 % below
+HIGH = np.cos(np.radians(75.0))  # heights of QCRad's closure: within 8 % above, 15 % below
 OFFSETS_MIN = np.arange(-150.0, 151.0, 15.0)  # UTC for a summer time is off by two hours
 OFF_MIN = (
     12.0  # an offset of this much is told: a fifth of an hour moves 1 % of a fixed array's day
@@ -35,15 +35,15 @@ FEW_DAYS, DIM = 5, 0.35  # days, and the part of the light above that the best o
 def doubts(weather: Weather, site: Site, *, components: bool) -> tuple[str, ...]:
     """What to tell of the samples of a file. `components`: dni and dhi are the file's own."""
     n = -(-len(weather.t) // MOST_SAMPLES)
-    t = weather.t[::n]
+    sun = Sun(weather.sun.zenith_deg[::n], weather.sun.azimuth_deg[::n])
     ghi, dni, dhi = (x[::n] for x in (weather.ghi, weather.dni, weather.dhi))
-    off = _offset_by_closure(t, ghi, dni, dhi, site) if components else 0.0
+    off = _offset_by_closure(sun, ghi, dni, dhi, site) if components else 0.0
     by = "the closure of ghi, dni and dhi"
     if abs(off) < OFF_MIN and abs(clear := _offset_of_clear_days(weather, site)) >= OFF_MIN:
         off, by = clear, "east and west of its clear days"
     return (
         *_of_the_offset(off, by),
-        *(_of_the_closure(t, ghi, dni, dhi, site, off) if components else ()),
+        *(_of_the_closure(sun, ghi, dni, dhi, site, off) if components else ()),
         *_of_the_limits(weather, ("ghi", "dni", "dhi") if components else ("ghi",)),
         *_of_dark_days(weather, site),
         *_of_dim_light(weather, site),
@@ -59,19 +59,19 @@ def _of_the_offset(off: float, by: str) -> Iterator[str]:
 
 
 def _of_the_closure(
-    t: pd.DatetimeIndex,
+    sun: Sun,
     ghi: FloatArray,
     dni: FloatArray,
     dhi: FloatArray,
     site: Site,
     off: float,
 ) -> Iterator[str]:
-    sun = sun_over(site, t - pd.Timedelta(minutes=off))
-    total = dni * sun.height + dhi
-    lit = (total > LIT) & (ghi > LIT) & (sun.zenith_deg < LOW_DEG)
+    height = sun.height_before(off, site.latitude_deg)
+    total = dni * height + dhi
+    lit = (total > LIT) & (ghi > LIT) & (height > 0)
     if not lit.any():
         return
-    allowed = np.where(sun.zenith_deg < HIGH_DEG, 0.08, 0.15)
+    allowed = np.where(height > HIGH, 0.08, 0.15)
     wrong = float((np.abs(ghi / np.maximum(total, LIT) - 1) > allowed)[lit].mean())
     if wrong > BEYOND:
         over = ghi[lit].sum() / total[lit].sum() - 1
@@ -132,12 +132,11 @@ def _of_dim_light(weather: Weather, site: Site) -> Iterator[str]:
 
 
 def _offset_by_closure(
-    t: pd.DatetimeIndex, ghi: FloatArray, dni: FloatArray, dhi: FloatArray, site: Site
+    sun: Sun, ghi: FloatArray, dni: FloatArray, dhi: FloatArray, site: Site
 ) -> float:
     """The offset of the stamps at which ghi = dni cos(zenith) + dhi holds best [min]."""
     misses = np.full(len(OFFSETS_MIN), np.nan)
     low = np.cos(np.radians(85.0))  # below it the mean of an hour is not that of its middle
-    sun = sun_over(site, t)
     for k, off in enumerate(OFFSETS_MIN):
         height = sun.height_before(off, site.latitude_deg)
         used = (ghi > LIT) & (height > low)
