@@ -165,7 +165,8 @@ reluctance_status reluctance_step(reluctance_controller* controller,
 /* The fault that ended the run, or that of the last step. */
 reluctance_fault reluctance_get_fault(const reluctance_controller* controller);
 
-/* The status of the last step, and its cause in words. */
+/* The status of the last step alone, and its cause in words. In `fault` it may be ok again: what
+ * ended the run is in reluctance_get_fault. */
 reluctance_status reluctance_get_status(const reluctance_controller* controller);
 const char* reluctance_describe(reluctance_status status);
 
