@@ -489,15 +489,20 @@ def test_a_log_has_lines_of_where_the_work_is(monkeypatch, capsys):
             return False
 
     monkeypatch.setattr(bars, "_each", Each)
+    monkeypatch.setattr(bars, "EVERY_S", 10.0)
     with bars._in_lines("working", 4.0) as told:
         ((seconds, show),) = shows
-        assert seconds == bars.EVERY_S
+        assert seconds == 10
         show()
         told(1.0)
         show()
         told(4.0)
         show()
-    assert capsys.readouterr().err.splitlines() == [f"working: {n} %" for n in (0, 25, 100)]
+    assert capsys.readouterr().err.splitlines() == [
+        "working: 0 % after 10 s",
+        "working: 25 % after 20 s",
+        "working: 100 % after 30 s",
+    ]
 
 
 # export

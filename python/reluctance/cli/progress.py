@@ -36,15 +36,18 @@ def progress_bar(title: str, total: float) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def _in_lines(title: str, total: float) -> Iterator[Callable[[float], None]]:
-    """Tells a log where the work is, once in EVERY_S."""
-    share = 0.0
+    """Tells a log where the work is and since when, once in EVERY_S."""
+    share, lines = 0.0, 0
 
     def told(reached: float) -> None:
         nonlocal share
         share = reached / total
 
     def show() -> None:
-        print(f"{title}: {100 * share:.0f} %", file=sys.stderr, flush=True)
+        nonlocal lines
+        lines += 1
+        text = f"{title}: {100 * share:.0f} % after {EVERY_S * lines:.0f} s"
+        print(text, file=sys.stderr, flush=True)
 
     with _each(EVERY_S, show):
         yield told
