@@ -150,6 +150,21 @@ def test_a_sheet_is_its_filled_rows_and_columns(tmp_path):
         sheet_rows(tmp_path / "c.xlsx")
 
 
+def test_a_formula_whose_value_the_file_lacks_is_told_with_its_cell(tmp_path):
+    """As a script writes it."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.title = "flux"
+    for row in (["i_A", "theta_m_deg", "psi_Wb"], [1, 0, 0.1], [2, 0, "=0.1*A3"], [3, 0, None]):
+        book.active.append(row)
+    book.save(tmp_path / "a.xlsx")
+    with pytest.raises(ParameterError, match="cell C3 of sheet `flux` is a formula without its"):
+        sheet_rows(tmp_path / "a.xlsx")
+    book.active["C3"] = 0.2
+    book.save(tmp_path / "a.xlsx")
+    assert sheet_rows(tmp_path / "a.xlsx")[-1] == ["3", "0", ""]
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [

@@ -129,8 +129,26 @@ def sheet_rows(path: Path) -> list[list[str]]:
                 if sheet.title != book.worksheets[0].title:
                     told = f"{path}: sheet `{sheet.title}` is read, the first one with a table"
                     warnings.warn(told, Note, stacklevel=2)
+                if not all(row[n] for row in found for n in filled):
+                    _check_formulas(path, sheet)
                 return [[row[n] for n in filled] for row in found]
     raise ParameterError("no sheet has a table; put the map on the first one")
+
+
+def _check_formulas(path: Path, sheet: Any) -> None:
+    """Raises ParameterError at the first formula whose value the file lacks."""
+    from openpyxl import load_workbook
+
+    with closing(load_workbook(path, read_only=True)) as book:
+        formulas = book[sheet.title].iter_rows()
+        for values, row in zip(sheet.iter_rows(values_only=True), formulas, strict=False):
+            for value, cell in zip(values, row, strict=False):
+                if value is None and str(cell.value).startswith("="):
+                    raise ParameterError(
+                        f"cell {cell.coordinate} of sheet `{sheet.title}` is a formula without its "
+                        "value, which the program that wrote the file did not compute; open it in "
+                        "a spreadsheet program and save it, or write numbers"
+                    )
 
 
 def _filled_rows(sheet: Any) -> list[list[str]]:
