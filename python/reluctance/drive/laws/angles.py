@@ -39,7 +39,7 @@ class Angles(PulseCurrent):
     law: Literal["angles"] = "angles"
     regulate: Literal["current", "none"] = "current"
     i_band_A: float | None = Field(None, gt=0)  # half width; by default 2 % of i_max_A
-    chop: Literal["soft", "hard"] = "soft"  # above the band: freewheel or demagnetize
+    chop: Literal["soft", "hard"] = "soft"  # above the band, motoring: freewheel or demagnetize
     watch: Literal["compare", "sampled"] = "compare"  # of the angle: by hardware or by the control
     angle_table: FileName | None = None  # CSV file of turn-on and turn-off over speed and torque
 

@@ -60,7 +60,7 @@ class TorqueSharing(SharedTorque):
     )
     law: Literal["torque_sharing"] = "torque_sharing"
     i_band_A: float | None = Field(None, gt=0)  # half width; by default 2 % of i_max_A
-    chop: Literal["soft", "hard"] = "soft"  # above the band: freewheel or demagnetize
+    chop: Literal["soft", "hard"] = "soft"  # above the band, motoring: freewheel or demagnetize
 
     @property
     def current_band(self) -> float | None:
