@@ -152,6 +152,14 @@ def test_a_fault_from_the_end_of_a_run_on_is_told(rated):
     assert never_planted(drive, 0.31) == []
 
 
+def test_a_course_that_changes_once_after_the_end_of_a_run_is_told(rated):
+    course = {"reference.tau_Nm": None, "reference.t_s": [0.0, 0.3], "reference.values": [5.0, 8.0]}
+    drive = rated.with_values(course)
+    (line,) = never_planted(drive, 0.2)
+    assert line.startswith("the course of [reference] goes on to 0.3 s, the run ends at 0.2 s")
+    assert never_planted(drive, 0.3) == []
+
+
 def left(tracking, part):
     """Of a drive at its greatest speed for a part of 2 s, and at half of it for the rest."""
     t = np.array([0.0, 2 * part, 2.0])

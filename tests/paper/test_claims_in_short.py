@@ -299,6 +299,21 @@ def test_generic_flux_lowers_the_least_current_as_the_page_says() -> None:
     assert "Delta u = 0:" in row("Eq. 3.1: with the printed A, B, C").why
 
 
+def test_the_circuit_equation_is_judged_by_the_derivatives_of_the_flux_linkage() -> None:
+    """At 50 A, half way to alignment, 1500 rpm and 240 V."""
+    i, theta_e, di, dtheta = 50.0, np.pi / 2, 1e-3, 1e-5
+    L_inc = (flux(i + di, theta_e) - flux(i - di, theta_e)) / (2 * di)
+    slope = 4 * (flux(i, theta_e + dtheta) - flux(i, theta_e - dtheta)) / (2 * dtheta)
+    omega_m = 1500 * RPM
+    emf = row("Eq. 2.1: the motional voltage")
+    assert emf.paper_says == pytest.approx(omega_m * L_inc, rel=1e-5)
+    assert emf.model_gives == pytest.approx(omega_m * slope, rel=1e-5)
+    rise = row("Eq. 2.4: di/dt")
+    left = 240 - 0.72 * i - omega_m * slope
+    assert rise.paper_says == pytest.approx(240 / L_inc - 0.72 * i - omega_m * slope, rel=1e-5)
+    assert rise.model_gives == pytest.approx(left / L_inc, rel=1e-4)
+
+
 def test_current_that_decays_keeps_the_part_of_a_sample_and_the_printed_one_a_rate() -> None:
     """At 450 A and 15 deg from alignment the pole is -R/L_inc, and the sample 20 us."""
     step, theta_e = 1e-3, np.pi - 4 * np.radians(15)
