@@ -432,6 +432,17 @@ def test_no_number_of_the_table_is_cut_on_a_narrow_terminal() -> None:
     assert {f"{x:.4g}" for x in found} <= {row[2] for row in rows}
 
 
+def test_a_table_of_twenty_columns_is_as_wide_as_its_numbers() -> None:
+    line = ("sweep", DRIVE, "--vary", "control.i_band_A=1,2", "--until", "0.02")
+    points = json.loads(command(*line, "--json").out)["points"]
+    names = [name for name, x in points[0].items() if isinstance(x, float)]
+    names = [name for name in names if not name.startswith("control.")][:18]
+    shown = on_terminal(*line, "--figure", ",".join(names))
+    rows = [[cell.strip() for cell in row.split("│")[1:-1]] for row in shown if row[:1] == "│"]
+    assert [row[1:19] for row in rows] == [[f"{p[name]:.4g}" for name in names] for p in points]
+    assert max(map(len, shown)) > 80
+
+
 @pytest.mark.parametrize("kind", ["lines", "heat", "parallel", "pareto"])
 def test_every_kind_of_figure_draws(kind: str) -> None:
     drive = rl.load(DRIVE)
