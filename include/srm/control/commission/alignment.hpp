@@ -67,7 +67,7 @@ struct Alignment {
 
   static constexpr T wide_slack = T(4);   // a swing wider than this is taken energy from
   static constexpr T still_slack = T(6);  // one less wide is a rest: its mean is taken
-  static constexpr int idle_part = 2;  // of n_rest: one slower than at rest for so long is held
+  static constexpr int idle_part = 2;     // of n_rest: one slower than at rest for so long is held
 
   template <int N>
   struct State {
