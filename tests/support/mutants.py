@@ -62,7 +62,7 @@ SWAPS: dict[type, type] = {
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And},
     **{ast.Pow: ast.Mult, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
 }
-LOOKS = ("lw", "ms", "fontsize", "alpha", "size")  # keywords of figures: a matter of taste
+LOOKS = ("lw", "ms", "fontsize", "alpha", "size", "stacklevel")  # keywords: a matter of taste
 CPP_SWAPS = {
     **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * ", " < ": " <= ", " > ": " >= "},
     **{" <= ": " < ", " >= ": " > ", " && ": " || ", " || ": " && ", " == ": " != "},
