@@ -2,11 +2,15 @@
 library of both versions, with what each call answers and what it tells the log."""
 
 import ctypes
+from pathlib import Path
 
 import pytest
 import small_library
 from c_library import PARTS, TABLES, Unit
 from small_library import T_S
+
+from reluctance import ParameterError
+from reluctance.targets.export.fmu_variables import RENAMED, variables
 
 OK, DISCARD, ERROR = 0, 2, 3  # of both versions
 LOG = {
@@ -358,3 +362,25 @@ def test_a_state_goes_on_as_bytes_in_another_instance(lib, version, part):
         other.call("FreeFMUstate" if version == 2 else "FreeFMUState", ctypes.byref(damaged))
     unit.free(new, state)
     other.free(copied)
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_the_variables_of_a_unit_have_the_names_and_values_of_its_tables(lib, part):
+    content, library = small_library.content(), Path(lib._name)
+    unit = Unit(lib, content, part).start()
+    floats = {*unit.names("parameter")[:3], unit.names("parameter")[-1]}
+    found = variables(library, part, content, floats)
+    places = [divmod(variable.reference - 1, 65536) for variable in found]
+    assert len({*places}) == len({variable.name for variable in found}) == len(found)
+    of_parameters = set()
+    for (code, index), variable in zip(places, found, strict=True):
+        table = TABLES[code]
+        name = unit.names(table)[index]
+        assert variable.name.endswith(RENAMED.get((table, name), name))
+        if table == "parameter":
+            of_parameters.add(name)
+        start = None if variable.causality == "output" else unit.read(table)[index]
+        assert variable.start == start
+    assert of_parameters == floats
+    with pytest.raises(ParameterError, match=r"the unit cannot be made: .+"):
+        variables(library, part, b"no drive", floats)

@@ -1,9 +1,12 @@
 """What the page of the studio is written with, without a browser."""
 
 import contextlib
+import http.client
 import shutil
 import subprocess
 import sys
+from importlib import import_module
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -11,8 +14,10 @@ from firmware_tools import ROOT
 from needs import needs
 
 import reluctance as rl
+from reluctance.targets.studio import controls, write
 from reluctance.targets.studio.controls import (
     CONTROLS,
+    Control,
     around,
     between,
     choice,
@@ -145,3 +150,143 @@ def test_make_studio_puts_the_page_where_the_command_serves_it(installed, tmp_pa
     )
     monkeypatch.setitem(page.__globals__, "resources", lambda name: pages[-1])
     assert page() == pages[-1]  # which needs all that the browser loads
+
+
+def test_two_controls_of_one_parameter_do_not_stand_side_by_side(monkeypatch):
+    """The first stays; of an operating point what the plant has of it."""
+    sets = {
+        "a": {"control.x": [1], "load.y": [1]},
+        "b": {"control.x": [2], "plant.z": [2]},  # an operating point
+        "c": {"load.y": [3]},
+        "d": None,
+        "e": {"plant.w": [5]},
+        "f": {"control.x": [6]},  # an operating point of the control alone
+    }
+    given = [Control(key, "", "", lambda value: [], off_design=key in "bf") for key in sets]
+    monkeypatch.setattr(controls, "CONTROLS", given)
+    monkeypatch.setattr(
+        controls,
+        "offered",
+        lambda drive, control: (
+            sets[control.key] and {"key": control.key, "off_design": 0, "sets": sets[control.key]}
+        ),
+    )
+    kept = {one["key"]: one for one in controls.controls_of(None)}
+    assert [*kept] == ["a", "b", "e", "f"]
+    assert kept["a"]["sets"] == sets["a"] and kept["e"]["sets"] == sets["e"]
+    assert kept["b"]["sets"] == {"plant.z": [2]} and kept["b"]["off_design"] is True
+    assert kept["f"]["sets"] == {} and kept["a"]["off_design"] == 0
+
+
+class Valued:
+    """A drive that is its value."""
+
+    def __init__(self, value):
+        self.value = value
+
+    def with_values(self, values):
+        (value,) = values.values()
+        if value == 9:
+            raise rl.ParameterError("not of this drive")
+        return Valued(value)
+
+
+@pytest.mark.parametrize("off_design", [False, True])
+@pytest.mark.parametrize("law", ["numbers", "tables", "nothing"])
+@pytest.mark.parametrize("plant", ["numbers", "nothing", "tables"])
+def test_a_control_is_offered_where_single_numbers_follow_it(monkeypatch, plant, law, off_design):
+    """Those of the plant always; where the law has tables, an operating point leaves its design."""
+
+    def numbers(drive, *, of_control):
+        kind, name = (law, "control.g") if of_control else (plant, "load.s")
+        found = {"numbers": drive.value, "tables": (drive.value,) * 20, "nothing": 0.0}[kind]
+        return {name: found, "load.J": 1.0} if not of_control else {name: found}
+
+    monkeypatch.setattr(controls, "given_value", lambda drive, key: 2)
+    monkeypatch.setattr(controls, "parameters", numbers)
+    one = controls.offered(
+        Valued(2), Control("k", "Label", "A", lambda value: [3, 2, 1, 9], off_design)
+    )
+    changes = plant == "numbers" or law == "numbers"
+    if plant == "tables" or (law == "tables" and not off_design) or not changes:
+        assert one is None
+        return
+    assert (one["key"], one["label"], one["unit"], one["given"]) == ("k", "Label", "A", 2)
+    assert one["values"] == [1, 2, 3] and one["off_design"] is (law == "tables")
+    assert one["sets"] == {
+        **({"load.s": [1, 2, 3]} if plant == "numbers" else {}),
+        **({"control.g": [1, 2, 3]} if law == "numbers" else {}),
+    }
+    assert controls.offered(Valued(2), Control("k", "", "", lambda value: [2])) is None
+
+
+def test_a_drive_without_a_torque_has_no_limit_to_show(monkeypatch):
+    class Limit:
+        def with_units(self):
+            return {"tau_Nm": 3.0}
+
+    monkeypatch.setattr(write.limits, "limit", lambda drive: Limit())
+    assert write.limit(None) == {"tau_Nm": 3.0}
+
+    def none(drive):
+        raise rl.ParameterError("asks for no torque")
+
+    monkeypatch.setattr(write.limits, "limit", none)
+    assert write.limit(None) is None
+
+
+def test_the_server_names_the_kinds_of_its_files_and_writes_no_line_for_each(
+    tmp_path, monkeypatch, capsys
+):
+    server = import_module("reluctance.targets.studio.serve")
+    monkeypatch.setattr(server, "page", lambda: tmp_path)
+    kinds = {"a.js": "text/javascript", "b.wasm": "application/wasm", "c.html": "text/html"}
+    kinds["d.srm"] = "application/octet-stream"
+    for name in kinds:
+        (tmp_path / name).write_text(name)
+    with server.serve(0) as running:
+        port = running.server_address[1]
+        thread = Thread(target=running.serve_forever)
+        thread.start()
+        try:
+            for name, kind in kinds.items():
+                link = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+                link.request("GET", f"/{name}")
+                answer = link.getresponse()
+                assert answer.read().decode() == name
+                assert answer.headers["Content-Type"].partition(";")[0] == kind
+                link.close()
+            with pytest.raises(rl.ParameterError, match=f"--port {port}: .*; take another"):
+                server.serve(port)
+        finally:
+            running.shutdown()
+            thread.join()
+    assert capsys.readouterr() == ("", "")
+
+
+def test_the_page_knows_a_drive_by_its_file(monkeypatch):
+    """With the machine by its name in the library, also where the page changes it."""
+    for name in ("controls_of", "limit", "curves"):
+        monkeypatch.setattr(write, name, lambda drive, name=name: name)
+    drive = rl.load(ROOT / "examples" / "sharing_cubic.toml")
+    found = write.about(write.Start("short", "sharing_cubic"), drive)
+    assert (found["name"], found["law"]) == ("short", "torque_sharing")
+    assert found["title"] == drive.control.title
+    assert write.about(write.Start("s", "sharing_cubic", title="mine"), drive)["title"] == "mine"
+    machine = drive.machine
+    poles = (machine.N_s, machine.N_r, machine.n_phases)
+    assert (found["N_s"], found["N_r"], found["n_phases"]) == poles
+    assert (found["i_max"], found["R"]) == (machine.i_max_A, machine.R_ohm)
+    assert found["i_known"] == 1e12  # of a formula: JSON has no infinity
+    assert found["follows_torque"] is True and found["supervised"] is False
+    assert found["until"] == drive.simulation.until_s
+    assert [found[name] for name in ("controls", "limit", "curves")] == [
+        "controls_of",
+        "limit",
+        "curves",
+    ]
+    assert found["tables"]["machine"] == "paper_6_4"
+    assert found["tables"]["control"]["law"] == "torque_sharing"
+    other = write.Start("s", "sharing_cubic", {"machine": "npf_vector_6_4"})
+    assert write.given_tables(other, drive)["machine"] == "npf_vector_6_4"
+    assert all(found["tables"].values())
