@@ -196,6 +196,37 @@ def test_a_spin_tells_its_speeds_and_the_greatest_current(monkeypatch):
     ]
 
 
+# map identify --pairs --out
+
+
+@pytest.mark.parametrize(("good", "told"), [(7.0, "pass --i_max_A 6.94, here"), (0.0, "")])
+def test_pairs_that_make_no_machine_are_answered_with_a_current_that_does(monkeypatch, good, told):
+    """The first of 10 A times a power of 0.97 at which they do; nothing is written."""
+
+    def check(coupling, magnetics, i_max):
+        if i_max > good:
+            raise ParameterError(f"no inductance at {i_max:g} A")
+
+    coupling = import_module("reluctance.machine.coupling")
+    pairs = import_module("reluctance.machine.measured_pairs")
+    file = import_module("reluctance.machine.pair_file")
+    found = Namespace(coupling=Namespace(pairs=()), i_reached=10.0)
+    monkeypatch.setattr(coupling, "check_pairs", check)
+    monkeypatch.setattr(pairs, "kinds_of", lambda *_: [])
+    monkeypatch.setattr(pairs, "measured_pairs", lambda *_, **__: found)
+    monkeypatch.setattr(file, "check_ring", lambda *_: None)
+    machine = Namespace(coupling=None, magnetics=None, n_phases=3)
+    with pytest.raises(ParameterError) as fault:
+        map_identify_pairs._table(Namespace(machine=machine, tau_max=1.0), [], 0.5, None, 10.0)
+    line = str(fault.value)
+    assert line.startswith("no inductance at 10 A")
+    if told:
+        assert line.endswith(f"; {told} and in the machine file")
+        assert 10 * 0.97**11 > 7 > 10 * 0.97**12 > 6.93
+    else:
+        assert "--i_max_A" not in line
+
+
 # replay, of a dump
 
 

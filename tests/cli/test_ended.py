@@ -1,9 +1,12 @@
 """How commands end: their codes, their lines, and an output that nobody reads."""
 
 import io
+import multiprocessing
 import os
+import signal
 import sys
 import warnings
+from types import SimpleNamespace
 
 import click
 import pytest
@@ -119,3 +122,29 @@ def test_a_note_is_one_line_and_another_warning_stays_as_it_is(monkeypatch):
     assert shown(Note("one\n two"), Note, "file.py", 7) == "note: one two\n"
     other = UserWarning("a"), UserWarning, "file.py", 7
     assert shown(*other) == usual(*other)
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_process_with_its_children_and_says_what_is_kept(
+    monkeypatch, terminal, number
+):
+    did = []
+    child = SimpleNamespace(kill=lambda: did.append("child"))
+    monkeypatch.setattr(ended, "puts_off", lambda number: False)
+    monkeypatch.setattr(ended, "remove_unfinished", lambda: did.append("files"))
+    monkeypatch.setattr(ended, "kept", {"a.db": 12})
+    monkeypatch.setattr(multiprocessing, "active_children", lambda: [child])
+    monkeypatch.setattr(sys, "stderr", SimpleNamespace(isatty=lambda: terminal))
+    monkeypatch.setattr(os, "write", lambda file, text: did.append((file, text.decode())))
+    monkeypatch.setattr(os, "_exit", did.append)
+    ended._end(number, None)
+    *before, (file, text), code = did
+    assert before == ["child", "files"] and (file, code) == (2, 128 + number)
+    line = "interrupted; no file is left half-written; 12 runs are kept in a.db: the same command"
+    assert text.removeprefix("\r\x1b[K\x1b[?25h") == f"{line} goes on from there\n"
+    assert text.startswith("\r") == terminal
+    monkeypatch.setattr(ended, "puts_off", lambda number: True)
+    did.clear()
+    ended._end(number, None)
+    assert did == []
