@@ -18,7 +18,7 @@ DETECT = 0.05  # of i_max: a current that is one
 ABOVE_ERROR = 4.0  # of the greatest error of a reading: a third of it must be above the error too
 HOLD = 0.4  # of i_max: holds a rotor aligned
 LOW = 0.3  # of the holding current, while the rotor swings back: the least
-FALL = 0.25  # of a quarter of the swing: the most that the current may take to fall to that
+FALL = 0.125  # of a quarter of the swing: the most that the current may take to fall to that
 R_CURRENTS = (0.1, 0.3)  # of i_max: the two of the resistance
 STEP = 0.05  # of i_max: the most that a pulse may add in a sample
 REACH = 1.5  # of R i_max: the least mean voltage of a pulse
@@ -27,7 +27,7 @@ END = 0.02  # of the top current: a pulse has ended
 PI_GAIN = 0.25  # of the least inductance over the period: stable with a sample of delay
 PI_ZERO = 0.25  # of the slowest bandwidth
 DUTY_MAX = 0.5  # of a held current
-HELD = 0.45  # of the current that this duty drives through R: a swinging rotor needs the rest [1]
+HELD = 0.36  # of the current that this duty drives through R: a swinging rotor needs the rest [1]
 SLACK_STEPS = 1.25  # of the encoder: noise of a standing rotor is one
 SLACK_DEG = 0.3  # electrical; with an ideal sensor
 REST_TIME, WAIT_TIME = 0.5, 10.0  # at rest; longest wait for it [s]
@@ -152,8 +152,10 @@ def _low(drive: Drive, i_hold: float) -> float:
     alignment [A]: a later fall would take no energy out of the swing."""
     machine = drive.machine
     away = np.linspace(0.05, 0.6, 12)  # electrical [rad]
-    tau = _core.magnetics(machine.magnetics, np.full(12, i_hold), np.pi - away)[:, 1]
+    tau = _core.magnetics(machine.magnetics, np.full(12, i_hold), np.pi - away)[:, 2]
     stiffness = machine.N_r * float((tau / away).max())  # [N m/rad]
+    if stiffness <= 0:  # flat so far around alignment: nothing swings
+        return 0.0
     quarter = np.pi / 2 * np.sqrt(machine.J_kgm2 / stiffness)
     i = np.linspace(0, i_hold, 41)
     psi = _core.magnetics(machine.magnetics, i, np.full(41, np.pi))[:, 0]
