@@ -368,6 +368,7 @@ def test_cells_in_quotes_after_a_blank_are_read_as_without(tmp_path):
     ("form", "days", "right"),
     [
         ("%d/%m/%Y %H:%M", 2, "2026-05-01 or 2026-01-05, whichever it is"),
+        ("%d/%m/%Y %H:%M", 12, "2026-05-01 or 2026-01-05, whichever it is"),
         ("%d/%m/%Y %H:%M", 13, "write 2026-05-01"),
         ("%m/%d/%Y %H:%M", 13, "write 2026-05-01"),
     ],
