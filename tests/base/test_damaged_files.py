@@ -3,6 +3,7 @@ meets. Most inputs of tests/fuzz were found by coverage-guided fuzzing and made 
 
 import json
 import struct
+import warnings
 import zipfile
 import zlib
 from pathlib import Path
@@ -72,6 +73,9 @@ def test_a_text_may_be_in_any_usual_encoding(tmp_path: Path) -> None:
     path.write_bytes(text.encode("latin-1"))
     with pytest.warns(Note, match="p.csv is not in UTF-8; it was read as Latin-1"):
         assert read_rows(path)[0][0] == "flow [m³/h]"
+    with warnings.catch_warnings(), pytest.raises(Note, match="was read as Latin-1"):
+        warnings.simplefilter("error")  # as a user may have it: the note is no damage of the file
+        _from_points(path, 150.0)
 
 
 # ---------------------------------------------------------------------------- what is unpacked

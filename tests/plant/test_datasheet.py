@@ -115,6 +115,7 @@ def test_numbers_of_no_module_are_refused_in_one_line(other, words):
     [
         ("alpha_sc_pctpK", 5.01, "mA/K"),
         ("beta_oc_pctpK", -141.4, "mV/K"),
+        ("beta_oc_pctpK", -0.1414, "V/K"),
         ("gamma_mp_pctpK", -1.32, "W/K"),
     ],
 )

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import date
+from datetime import date, timedelta, timezone
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -210,6 +210,26 @@ def test_the_times_of_nsrdb_are_in_the_zone_of_its_head(tmp_path: Path, zone: st
     (tmp_path / "w.csv").write_text(rows(sky, "nsrdb").replace("NSRDB,1,-7", "NSRDB,1,5.5"))
     with pytest.raises(ParameterError, match="check the time zone in the head of the file, longi"):
         read(site(timezone=zone), tmp_path, kind="csv", file="w.csv", stamp="middle")
+
+
+@pytest.mark.parametrize(("clock", "ahead_h"), [("LST", -7), ("UTC", 0)])
+@pytest.mark.parametrize("zone", ["America/Denver", "UTC"])
+def test_the_times_of_nasa_power_are_of_the_clock_in_its_head(
+    tmp_path: Path, zone: str, clock: str, ahead_h: int
+) -> None:
+    """Denver, at 104.9 deg west: local solar time is seven hours behind UTC, in summer, too."""
+    place = site(latitude_deg=39.7, longitude_deg=-104.9, timezone=zone)
+    sky = clear_hours(place, "2023-05-01", "2023-05-06")
+    written = replace(sky, t=sky.t.tz_convert(timezone(timedelta(hours=ahead_h))))
+    head = (
+        f"Dates (month/day/year): 05/01/2023 through 05/06/2023 in {clock}\n"
+        "Location: latitude  39.7   longitude -104.9\n"
+    )
+    text = rows(written, "nasa").replace("-END HEADER-", f"{head}-END HEADER-")
+    (tmp_path / "w.csv").write_text(text)
+    found = read(place, tmp_path, kind="csv", file="w.csv", stamp="start")
+    assert (found.t == sky.t).all() and str(found.t.tz) == zone
+    assert not any("off the sun" in told for told in found.doubts)
 
 
 @pytest.mark.parametrize("form", ["nsrdb", "nasa"])

@@ -42,7 +42,7 @@ def reading(path: Path, kind: str, remedy: str = "") -> Iterator[None]:
     try:
         with named(path):
             yield
-    except ParameterError:
+    except (ParameterError, Note):  # a note is raised where warnings are made errors
         raise
     except FileNotFoundError:
         raise ParameterError(f"cannot read {path}: no such file; check the path") from None

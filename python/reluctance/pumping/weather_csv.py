@@ -128,14 +128,16 @@ def _table(content: str) -> pd.DataFrame:
 
 def _of_head(content: str) -> dict[str, float]:
     """Latitude, longitude [deg] and time zone [h] where the head of a file names them: the first
-    line of NSRDB above its values, or the line of NASA POWER with the place."""
+    line of NSRDB above its values, or the lines of NASA POWER with the place and the clock. Its
+    local solar time has a zone for each 15 degrees of longitude, about the middle of them."""
     lines = [*content.splitlines()[:MOST_HEAD], "", ""]
     names, values = (line.lower().split(",") for line in lines[:2])
     given = dict(zip(map(str.strip, names), values, strict=False))
-    if place := re.search(
-        r"latitude\s+(-?[\d.]+)\s+longitude\s+(-?[\d.]+)", "\n".join(lines), re.I
-    ):
+    above = "\n".join(lines)
+    if place := re.search(r"latitude\s+(-?[\d.]+)\s+longitude\s+(-?[\d.]+)", above, re.I):
         given |= {"latitude": place[1], "longitude": place[2]}
+        if clock := re.search(r"through\s+\S+\s+in\s+(UTC|LST)\b", above):
+            given["time zone"] = str(round(float(place[2]) / 15)) if clock[1] == "LST" else "0"
     of = ("latitude", "longitude", "time zone")
     return {name: float(given[name]) for name in of if is_number(given.get(name, ""))}
 

@@ -73,18 +73,22 @@ class Datasheet(Section):
         return self
 
     def _check_coefficients(self) -> None:
-        """A datasheet may print them in mA/K, mV/K or W/K."""
-        for key, most, unit, whole in (
-            ("alpha_sc_pctpK", 0.2, "mA/K", 1e3 * self.I_sc_A),
-            ("beta_oc_pctpK", -0.6, "mV/K", 1e3 * self.V_oc_V),
-            ("gamma_mp_pctpK", -0.8, "W/K", self.P_mp_W),
+        """A datasheet may print them in mA/K, mV/K, V/K or W/K."""
+        for key, (least, most), units in (
+            ("alpha_sc_pctpK", (0.0, 0.2), {"mA/K": 1e3 * self.I_sc_A}),
+            ("beta_oc_pctpK", (-0.6, -0.2), {"mV/K": 1e3 * self.V_oc_V, "V/K": self.V_oc_V}),
+            ("gamma_mp_pctpK", (-0.8, -0.2), {"W/K": self.P_mp_W}),
         ):
             value = getattr(self, key)
-            if abs(value) > abs(most):
-                share = 100 * value / whole
-                hint = f"; if it is in {unit}, write {share:.3g}" if abs(share) < abs(most) else ""
-                sign = "<=" if most > 0 else ">="
-                raise ValueError(f"{key} = {value:g}, need {sign} {most:g} per cent per K{hint}")
+            if least <= value <= most:
+                continue
+            shares = {unit: 100 * value / whole for unit, whole in units.items()}
+            hint = "".join(
+                f"; if it is in {unit}, write {share:.3g}"
+                for unit, share in shares.items()
+                if least <= share <= most
+            )
+            raise ValueError(f"{key} = {value:g}, need {least:g} to {most:g} per cent per K{hint}")
 
 
 def cell_from(sheet: Datasheet, table: str) -> Cell:
