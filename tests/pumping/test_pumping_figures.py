@@ -588,7 +588,12 @@ def test_water_and_tank_are_shown_by_day_up_to_two_months_and_by_month_beyond(fo
     assert water.get_title() == "water by day" and len(water.patches) == 2 * 61
     assert water.patches[0].get_height() == pytest.approx(found.water)
     assert water.patches[61].get_height() == pytest.approx(found.storage.missing.sum())
-    assert lines(water)["demand"][1] == pytest.approx([400.0] * 61)
+    (demand,) = water.collections
+    drawn = np.array(demand.get_segments())  # across each bar
+    assert drawn[..., 1] == pytest.approx(np.full((61, 2), 400.0))
+    assert drawn[:, :, 0].mean(axis=1) == pytest.approx(np.arange(61))
+    assert water.get_xlim() == pytest.approx((-0.7, 60.7))
+    assert plots.plot_water(axes(), found).get_xlim() == pytest.approx((-3, 3))  # a bar, no wall
     (level,) = plots.plot_tank(axes(), few).lines
     assert level.get_ydata() == pytest.approx(few.storage.level)
     water = plots.plot_water(axes(), many)

@@ -133,10 +133,13 @@ def plot_water(ax: Axes, found: Pumped) -> Axes:
     ax.bar(place, table["water_m3"], color=BLUE, label="pumped")
     if "missing_m3" in table:
         ax.bar(place, table["missing_m3"], color=RED, width=0.4, label="missing")
-        ax.plot(place, table["demand_m3"], "k_", ms=14, label="demand")
-        ax.legend(fontsize=8)
+        ax.hlines(table["demand_m3"], place - 0.45, place + 0.45, color="k", label="demand")
+        ax.margins(y=0.2)
+        ax.legend(fontsize=8, loc="upper right", ncols=3)
     ax.set_xticks(place[:: max(len(place) // 16, 1)], names[:: max(len(place) // 16, 1)])
+    middle, half = (len(place) - 1) / 2, max(len(place) + 0.4, 6) / 2  # one day is a bar, too
     ax.set(title=f"water by {'month' if by_month else 'day'}", ylabel="water (m³)")
+    ax.set_xlim(middle - half, middle + half)
     return ax
 
 
