@@ -234,6 +234,13 @@ class Copy:
             "CCACHE_BASEDIR": str(place),
             "CCACHE_NOHASHDIR": "1",
         }
+        compilers = place / ".compilers"
+        compilers.mkdir()
+        if ccache := shutil.which("ccache"):  # what a fault does not reach is compiled once
+            for name in ("g++", "c++"):
+                (compilers / name).symlink_to(ccache)
+        path = (str(compilers), str(Path(sys.executable).parent), os.environ.get("PATH", ""))
+        self.environment["PATH"] = os.pathsep.join(path)
         code = "import reluctance._core as core; print(core.__file__)"
         found = subprocess.check_output(
             [sys.executable, "-c", code], text=True, cwd=place, env=self.environment
@@ -250,10 +257,6 @@ class Copy:
             command += ["-DCMAKE_BUILD_TYPE=Mutant", "-DCMAKE_CXX_FLAGS_MUTANT=-O1 -DNDEBUG"]
             command += ["-DRELUCTANCE_TEST_MODULE=ON", f"-DPython_EXECUTABLE={sys.executable}"]
             command += [f"-Dnanobind_DIR={nanobind_folder()}"]
-            if shutil.which("ccache"):
-                command += ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"]
-            path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
-            self.environment["PATH"] = path
             subprocess.run(command, check=True, env=self.environment, stdout=subprocess.DEVNULL)
         command = ["cmake", "--build", str(folder), "--parallel", "1"]
         built = subprocess.run(command, env=self.environment, capture_output=True, text=True)
