@@ -66,12 +66,22 @@ def test_the_looks_of_a_figure_are_no_fault():
         assert look.findall(mutant.text) == look.findall(mutant.file.read_text())
 
 
-def test_imports_for_annotations_are_no_fault(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("harmless", "fault"),
+    [
+        ("if TYPE_CHECKING:\n    import b\n", "if c:\n    import b\n"),
+        ("ALGORITHM = 3\n", "ALGORITHMS = 3\n"),
+        ("f(algorithm=1)\n", "f(algorithms=1)\n"),
+    ],
+)
+def test_imports_for_annotations_and_versions_of_results_are_no_fault(
+    harmless, fault, tmp_path, monkeypatch
+):
     file = tmp_path / "a.py"
-    file.write_text("if TYPE_CHECKING:\n    import b\n")
     monkeypatch.setattr(mutants, "PACKAGE", tmp_path)
+    file.write_text(harmless)
     assert mutants.python_mutant(file, random.Random(1)) is None
-    file.write_text("if c:\n    import b\n")
+    file.write_text(fault)
     assert mutants.python_mutant(file, random.Random(1)) is not None
 
 

@@ -201,6 +201,9 @@ def test_verdicts_of_the_response_compare_times() -> None:
     for times, verdict in ((1.001, "not confirmed"), (1.1, "confirmed")):
         claim = results.better_setting(with_responses(times * fastest, 1))
         assert claim.verdict == verdict
+        assert claim.unit == "ms" and claim.model_gives == pytest.approx(1e3 * fastest)
+        r = brief().found.rated_response
+        assert claim.physical_limit == pytest.approx(1e3 * r.bound[r.own].min())
 
 
 def test_horizons_matter_where_they_double_the_error_and_weights_are_not_counted() -> None:

@@ -62,7 +62,10 @@ SWAPS: dict[type, type] = {
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And},
     **{ast.Pow: ast.Mult, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
 }
-LOOKS = ("lw", "ms", "fontsize", "alpha", "size", "stacklevel")  # keywords: a matter of taste
+# Keywords and names of constants: looks of a figure, the place of a warning, and the number that is
+# raised where a result that is kept would be another one.
+NO_FAULT = ("lw", "ms", "fontsize", "alpha", "size", "stacklevel", "frameon")
+NO_FAULT += ("algorithm", "ALGORITHM")
 CPP_SWAPS = {
     **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * ", " < ": " <= ", " > ": " >= "},
     **{" <= ": " < ", " >= ": " > ", " && ": " || ", " || ": " && ", " == ": " != "},
@@ -102,6 +105,11 @@ def changed(node: ast.AST) -> ast.AST | None:
     return None
 
 
+def named(node: ast.keyword | ast.Assign) -> str | None:
+    """The name that gets a value."""
+    return node.arg if isinstance(node, ast.keyword) else ast.unparse(node.targets[0])
+
+
 def _with(node: ast.AST, **fields: object) -> ast.AST:
     values = {name: getattr(node, name, None) for name in node._fields} | fields
     return ast.copy_location(type(node)(**values), node)
@@ -109,7 +117,7 @@ def _with(node: ast.AST, **fields: object) -> ast.AST:
 
 def python_mutant(file: Path, draw: random.Random) -> Mutant | None:
     """A fault somewhere in a module, but in its text, its annotations, what is imported for them,
-    and the looks of a figure."""
+    and NO_FAULT."""
     source = file.read_text(encoding="utf-8")
     lines = source.splitlines(keepends=True)
     tree = ast.parse(source)
@@ -122,7 +130,7 @@ def python_mutant(file: Path, draw: random.Random) -> Mutant | None:
             for child in value if isinstance(value, list) else [value]:
                 if isinstance(child, ast.JoinedStr) or not isinstance(child, ast.AST):
                     continue
-                if isinstance(child, ast.keyword) and child.arg in LOOKS:
+                if isinstance(child, ast.keyword | ast.Assign) and named(child) in NO_FAULT:
                     if isinstance(child.value, ast.Constant):
                         continue
                 if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
