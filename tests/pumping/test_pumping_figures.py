@@ -629,10 +629,21 @@ def test_figures_of_the_samples_have_the_threshold_and_the_drive_at_work(found):
     fastest = found.system.pump.omega_max * 30 / np.pi
     told = [float(text.get_text().removesuffix(" rpm")) for text in heads.texts]
     assert told == pytest.approx(np.linspace(0.6, 1, 5) * fastest, abs=0.5)
-    for curve, rpm in zip(curves, told, strict=True):  # affinity: heads as the square of the speed
-        assert curve.get_ydata()[0] == pytest.approx(
-            curves[-1].get_ydata()[0] * (rpm / fastest) ** 2, rel=2e-3
-        )
+    (right,) = [ax for ax in heads.figure.axes if ax is not heads]
+    water = 100 * 998.2 * 9.80665 / 3600  # W a m3/h and m, in percent
+    for curve, eta, rpm in zip(curves, right.lines, told, strict=True):
+        (Q, H), share = curve.get_data(), eta.get_ydata()  # affinity: heads as speeds squared
+        assert H[0] == pytest.approx(curves[-1].get_ydata()[0] * (rpm / fastest) ** 2, rel=2e-3)
+        Q_ref, r = np.asarray(Q) / 3600, rpm / found.system.pump.n_ref_rpm
+        power = found.system.pump.curve().shaft_power(Q_ref, np.full(100, r))
+        assert share == pytest.approx(water * Q * H / power, rel=2e-3)
+    assert right.get_ylim() == (0, 100) and heads.get_ylim()[0] == heads.get_xlim()[0] == 0
+    asked = lines(heads)["static head + pipe"]
+    most = max(1.2 * s["Q_m3ph"].max(), 0.5 * curves[-1].get_xdata()[-1])
+    assert asked[0][-1] >= 1.2 * s["Q_m3ph"].max() and asked[0][-1] <= most
+    pipe = found.system.pipe
+    assert asked[1] == pytest.approx(pipe.H_static_m + pipe.friction_head(asked[0] / 3600))
+    assert lines(heads)["pumping"][1] == pytest.approx(found.samples.H[on])
 
 
 def test_operating_points_of_the_array_lie_apart_by_whether_water_flows(found):

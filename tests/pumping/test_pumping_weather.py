@@ -482,14 +482,15 @@ def hours_of_two_days():
     return pd.DataFrame({"t": t, "ghi": light, "air": 25.0 + t.hour / 10, "wind": 3.6})
 
 
-def test_a_loggers_day_and_time_with_its_units_are_the_same_weather(tmp_path):
-    """A day with points, the time beside it, km/h, and lines above the names."""
+@pytest.mark.parametrize(("unit", "in_mps"), [("km/h", 3.6), ("kmh", 3.6), ("m/s", 1), ("mps", 1)])
+def test_a_loggers_day_and_time_with_its_units_are_the_same_weather(unit, in_mps, tmp_path):
+    """A day with points, the time beside it, units of wind, and lines above the names."""
     rows = [*hours_of_two_days().itertuples(index=False)]
     plain = "time,ghi,temp_air,wind_speed\n" + "".join(
         f"{t:%Y-%m-%d %H:%M},{ghi},{air},{wind}\n" for t, ghi, air, wind in rows
     )
-    logged = "Station 12\nDate;Time;GHI [W/m2];Tair [C];Wind [km/h]\n" + "".join(
-        f"{t:%d.%m.%Y};{t:%H:%M};{ghi};{air};{3.6 * wind:.6f}\n" for t, ghi, air, wind in rows
+    logged = f"Station 12\nDate;Time;GHI [W/m2];Tair [C];Wind [{unit}]\n" + "".join(
+        f"{t:%d.%m.%Y};{t:%H:%M};{ghi};{air};{in_mps * wind:.6f}\n" for t, ghi, air, wind in rows
     )
     for name, text in (("plain.csv", plain), ("logged.csv", logged)):
         (tmp_path / name).write_text(text)
