@@ -1,6 +1,7 @@
 // Parts of the control laws, each against its formula or its own words.
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "errors.hpp"
 #include "srm/control/part/conduction.hpp"
@@ -185,7 +186,9 @@ double steps() {
   right = right && !lasts(10.4, 0.1) && lasts(11, 0.1) && lasts(11, 0.1);
   x.reached = true;
   right = right && !lasts(11, 0.1) && lasts(-11, 0.1) && !x.reached;
-  return unless(right);
+  TorqueStep<double> none;  // no torque, and none before
+  none.next(0, 0.1, 2);
+  return unless(right && !none.lasts());
 }
 
 /// After a step an idle phase helps that comes past unaligned before the one in charge has its flux
@@ -220,6 +223,42 @@ double helps() {
                                            : room   ? up
                                                     : still),
                           off(c[0].leg[0], up), off(c[2].leg[0], down)});
+      }
+    }
+  }
+  return worst;
+}
+
+/// Between two speeds of a guide its profiles are blended by 1/omega, at the speed with the same
+/// voltage for a radian; beyond its ends one serves alone. Its rows lie over the root of the
+/// torque.
+double speeds_of_a_guide() {
+  constexpr double top[3] = {0.3, 0.5, 0.2}, omega[3] = {50, 80, 200}, u_ref = 200, drop = 30;
+  double values[3 * 2 * 4] = {};
+  for (int j = 0; j < 12; ++j) values[j / 4 * 8 + 4 + j % 4] = top[j / 4];
+  const ReferenceProfile<double> guide{{{values, 24}, 2, 4, 10}, {omega, 3}, u_ref, drop};
+  double worst = 0;
+  for (double part : {0.09, 0.64, 1.0}) {
+    const double lost = drop * std::sqrt(part);
+    for (double u_dc : {20.0, 150.0, 200.0, 260.0}) {
+      for (double speed = -300; speed < 300; speed += 7.3) {
+        const double with_u = (u_ref - lost) / std::max(u_dc - lost, u_ref / 100);
+        const double same = std::abs(speed) * with_u;
+        double weights[3] = {1, 0, 0};
+        if (same >= omega[2]) {
+          weights[2] = std::exchange(weights[0], 0);
+        } else if (same > omega[0]) {
+          const int j = same > omega[1] ? 1 : 0;
+          const double w = (1 / omega[j] - 1 / same) / (1 / omega[j] - 1 / omega[j + 1]);
+          weights[0] = 0;
+          weights[j] = 1 - w;
+          weights[j + 1] = w;
+        }
+        double blend = 0;
+        for (int j = 0; j < 3; ++j) blend += weights[j] * top[j];
+        const Profile<double> found = guide.at(10 * part, speed, u_dc);
+        worst = worst_of(
+            {worst, off(found.at(1.3), std::sqrt(part) * blend), off(found.of({top, 3}), blend)});
       }
     }
   }
@@ -316,6 +355,7 @@ int main() {
   check("feedback: dead band, limits, standstill", feedback_at_its_ends(), 0.02);
   check("step: lasts a stroke or until the torque is there", steps(), 0);
   check("step: idle phases that help", helps(), 0);
+  check("guide: between its speeds and voltages", speeds_of_a_guide(), 1e-12);
   check("follower: flux linkage at the end of the sample", follows(), 1e-12);
   check("follower: voltage against the resistance", follows_against_resistance(), 1e-12);
   check("switching weight: cube roots", cube_roots(), 2e-7);
