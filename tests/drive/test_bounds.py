@@ -265,6 +265,7 @@ def test_rows_are_those_of_the_record_or_one_and_a_half_a_step():
 
 def test_waveforms_of_more_than_two_gigabytes_are_refused_with_a_grid_that_serves():
     of = bounds()
+    assert of.row_bytes == 8 * (6 + 6 * 3)
     most = MOST_BYTES / of.row_bytes
     of.check(Loop(), 0.5, int(0.99 * most))
     with pytest.raises(ParameterError, match="waveforms of 1 s take about 4 GB"):  # at this pace
@@ -274,3 +275,14 @@ def test_waveforms_of_more_than_two_gigabytes_are_refused_with_a_grid_that_serve
     grid = float(str(fault.value).partition("--record-us ")[2].split()[0])
     assert 300.0 / (grid * 1e-6) * of.row_bytes < 0.6 * MOST_BYTES  # half of it
     Bounds(rl.load(RATED), 300.0, grid * 1e-6)
+
+
+def test_an_iron_loss_needs_the_memory_of_every_point_whatever_is_kept():
+    drive = rl.load(RATED.with_name("five_phases_losses.toml"))
+    every = waveform_rows(drive, 0.1, 0.0)
+    for record in (None, 1e-3):
+        assert Bounds(drive, 0.1, record).rows == every > waveform_rows(drive, 0.1, record)
+    most = MOST_BYTES / waveform_bytes(drive, 1.0, 0.0)  # [s]
+    Bounds(drive, 0.99 * most, 1e-3)
+    with pytest.raises(ParameterError, match="the iron loss needs every point: run shorter"):
+        Bounds(drive, 1.01 * most, 1e-3)

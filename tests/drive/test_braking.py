@@ -85,6 +85,7 @@ def test_forward_and_backward_are_mirror_images() -> None:
 def test_braking_turns_on_before_alignment_and_off_before_the_next() -> None:
     on, off = np.degrees(least_copper_angles(drive("angles", 1500, -20).known(), -20.0))
     assert on < 180 < off < 360
+    assert [on / 5, off / 5] == pytest.approx(np.round([on / 5, off / 5]))  # steps of 5 deg
 
 
 def test_a_current_that_the_emf_drives_is_not_held_by_the_converter() -> None:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 import reluctance as rl
 from reluctance import _core
 from reluctance.base.errors import Note
-from reluctance.drive.laws import LAWS, table_of
+from reluctance.drive.laws import LAWS, least_copper, table_of
 from reluctance.drive.laws.angle_table import read_angle_table
 from reluctance.drive.laws.ditc import overlapping_angles
 from reluctance.drive.laws.finite_set_mpc import copper_and_horizon
@@ -136,7 +137,8 @@ def test_at_standstill_windows_are_those_of_a_speed_at_which_the_flux_rises_with
     still, slow = (control.offline(at(part)) for part in (0.0, 0.01))
     assert still == slow and still.omega_m > 0
     psi = _core.magnetics(known().magnetics, np.array([known().i_max]), np.array([np.pi]))[0, 0]
-    assert 3 < psi / known().u_dc * known().N_r * still.omega_m / DEG < 4
+    takes = psi / known().u_dc * known().N_r * still.omega_m / DEG
+    assert takes == pytest.approx(0.02 * 180)  # of half a period
     assert control.offline(at(0.5)) == at(0.5)
 
 
@@ -161,12 +163,65 @@ def test_torque_that_no_window_gives_gets_the_one_of_the_greatest_torque() -> No
     """And a window has room above the torque that it is made for."""
     of = at(0.5)
     most = least_copper_angles(of, 1e6)
+    steps = np.array(most) / DEG / 5
+    assert steps == pytest.approx(np.round(steps)) and most[1] - most[0] > np.pi
     top = greatest(most, of)
     for on, off in ((5, 0), (-5, 0), (0, 5), (0, -5)):
         assert greatest((most[0] + on * DEG, most[1] + off * DEG), of) < 1.005 * top
     for room in (1.1, 1.5):
         window = least_copper_angles(of, 0.6 * top, room)
         assert greatest(window, of) > 0.98 * room * 0.6 * top
+
+
+@pytest.mark.parametrize(
+    ("tau", "room", "chosen", "has_room"),
+    [
+        (1.0, 1.0, 0, True),  # less than the least that was tried: the least current there
+        (5.0, 1.0, 0, True),
+        (5.15, 1.0, 1, True),  # both take 2.0 A at 5.08 N m, and at 5.4 along straight lines
+        (9.0, 1.0, 1, True),
+        (10.0, 1.1, 1, True),
+        (-9.0, 1.0, 1, True),
+        (10.0, 1.3, 2, True),  # the others do not reach 13 N m
+        (20.0, 1.1, 2, False),  # none does: the greatest torque
+    ],
+)
+def test_of_the_windows_with_room_the_one_of_least_current_is_taken(
+    monkeypatch: pytest.MonkeyPatch, tau: float, room: float, chosen: int, has_room: bool
+) -> None:
+    """The current goes as the square root of the torque between those that were tried."""
+    taus = np.array([[4.0, 12.0], [4.0, 11.0], [4.0, 16.0]])
+    i_rms = np.array([[1.0, 9.0], [2.0, 4.0], [3.0, 8.0]])
+    tried = SimpleNamespace(
+        on=np.array([10.0, 20.0, 30.0]),
+        off=np.array([130.0, 140.0, 150.0]),
+        pulses=SimpleNamespace(tau=taus, i_rms=i_rms),
+    )
+    monkeypatch.setattr(least_copper, "_windows", lambda *_: tried)
+    found = least_copper._best_window(known(), tau, room, np.zeros(1), np.zeros(1), 180.0)
+    assert found == (10.0 * (chosen + 1), 120.0 + 10 * (chosen + 1), has_room)
+
+
+@pytest.mark.parametrize("brakes", [False, True])
+def test_windows_are_of_a_stroke_to_the_widest_dwell_about_the_angle_of_most_torque(
+    monkeypatch: pytest.MonkeyPatch, brakes: bool
+) -> None:
+    """Three phases: 120 deg at least. Braking, all of it is half a period later."""
+    monkeypatch.setattr(least_copper, "pulses", lambda law, on, off, i: (law.brakes, on, off, i))
+    aside = 180.0 if brakes else 0.0
+    on, off = (
+        tuple(angle + aside for angle in ends)
+        for ends in ((-30.0, 0.0, 90.0, 105.0), (75.0, 90.0, 120.0, 180.0, 210.0, 225.0))
+    )
+    of: Any = least_copper._windows
+    found = of.__wrapped__(known(), on, off, 180.0, brakes)  # none of these is kept
+    valid = [(-30, 90), (-30, 120), (0, 120), (0, 180), (90, 210), (90, 225)]
+    assert sorted(zip(found.on - aside, found.off - aside, strict=True)) == valid
+    of_braking, theta_on, theta_off, i = found.pulses
+    assert of_braking == brakes
+    assert theta_on.ravel() / DEG == pytest.approx(found.on)
+    assert theta_off.ravel() / DEG == pytest.approx(found.off)
+    assert i.ravel() == pytest.approx(150 * (np.arange(1, 6) / 5) ** 1.5)
 
 
 def corners(place: Callable[[int, float, float], dict[str, float]], n: int) -> list[list[float]]:
@@ -178,7 +233,9 @@ def test_searches_place_angles_and_weights_between_the_ends_that_they_name() -> 
     for n in (3, 4, 6):
         assert corners(pulse_angles, n) == [[-90, 90], [60, 175]]
         low, high = corners(overlapping_angles, n)
-        assert low[0] == -90 and high[0] == 60
+        stroke = 360 / n
+        assert low == pytest.approx([-90, max(90, -90 + stroke)], abs=0.02)
+        assert high == pytest.approx([60, max(175, 60 + stroke)], abs=0.02)
         free = 180 - 360 / n
         (on, least), (late, _) = corners(sharing_angles, n)
         assert on == 0 and least == pytest.approx(0.1 * free, abs=0.02)

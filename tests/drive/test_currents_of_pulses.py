@@ -14,6 +14,7 @@ import pytest
 import reluctance as rl
 from reluctance import _core
 from reluctance.base.arrays import FloatArray
+from reluctance.drive.laws import angles as angles_of
 from reluctance.drive.laws import current_table, left_earlier, pulse_table, pwm_current
 from reluctance.drive.laws.angle_table import AngleTable
 from reluctance.drive.laws.current_table import Curve, Window
@@ -139,6 +140,36 @@ def test_without_a_jump_there_is_no_table(monkeypatch: pytest.MonkeyPatch) -> No
     for given, tau_max in ((squared, 40.0), (jumping, 12.0)):
         with pytest.raises(ValueError, match="empty"):
             early(monkeypatch, given, tau_max).at(100.0, 10.0)
+
+
+@pytest.mark.parametrize(("part", "looked_at"), [(0.09, False), (0.15, True)])
+def test_a_jump_is_looked_for_from_an_eighth_of_the_greatest_torque_on(
+    monkeypatch: pytest.MonkeyPatch, part: float, looked_at: bool
+) -> None:
+    """And down to 6 % less current than that takes."""
+    at = 100 * np.sqrt(part)
+
+    def once(on: FloatArray, off: FloatArray, i: FloatArray) -> FloatArray:
+        return squared(on, off, i) * np.where(i < at, 1.0, 1.1)
+
+    table = early(monkeypatch, once)
+    if looked_at:
+        assert table.at(known().omega_m, 1.05 * part * 40)[1] < OFF
+    else:
+        with pytest.raises(ValueError, match="empty"):
+            table.at(known().omega_m, 1.05 * part * 40)
+
+
+def test_no_torque_takes_no_current_where_small_currents_give_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(pulse_table, "cached", lambda kind, inputs, compute, algorithm: compute())
+    given_by(monkeypatch, pulse_table, lambda on, off, i: squared(on, off, np.maximum(i - 30, 0.0)))
+    of = np.full((2, 2), ON), np.full((2, 2), OFF)
+    angles = AngleTable(np.array([100.0, 102.0]), np.array([10.0, 40.0]), *of)
+    table = pulse_table.pulse_table(known(), angles, 1.0, hard=False)
+    assert table.at(100.0, 0.0)[2] == 0
+    assert table.at(100.0, 10.0)[2] == pytest.approx(30 + 50, rel=5e-3)
 
 
 def test_table_of_angles_has_the_current_of_each_torque_up_to_the_limit(
@@ -298,6 +329,24 @@ def angles(*given: str) -> PulseCurrent:
     control = rl.load(RATED, ["control.law=angles", *given]).control
     assert isinstance(control, PulseCurrent)
     return control
+
+
+@pytest.mark.parametrize("brakes", [True, False])
+@pytest.mark.parametrize(
+    ("given", "half", "hard"),
+    [
+        (("control.i_band_A=",), 3.0, False),  # 2 % of 150 A
+        (("control.i_band_A=", "control.chop=hard"), 3.0, True),
+        (("control.i_band_A=1.5",), 1.5, False),
+    ],
+)
+def test_fixed_pulses_have_the_band_and_the_chopping_of_the_table(
+    monkeypatch: pytest.MonkeyPatch, given: tuple[str, ...], half: float, hard: bool, brakes: bool
+) -> None:
+    monkeypatch.setattr(angles_of, "chopped", lambda *of, **how: (of, how))
+    (of, band), how = angles(*given).fixed(known(), brakes=brakes)
+    assert of is known() and band == pytest.approx(half)
+    assert how == {"brakes": brakes, "hard": hard}
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ import pytest
 import reluctance as rl
 from reluctance import _core
 from reluctance.drive.laws import hand_over
-from reluctance.drive.laws.flux_guide import FluxGuide, no_guide, packed
+from reluctance.drive.laws.flux_guide import FluxGuide, no_guide, packed, resistive_drop
 from reluctance.drive.laws.guided import with_room
 from reluctance.drive.laws.short_voltage import NEVER, short_from
 from reluctance.drive.tables.known import Known
@@ -222,6 +222,26 @@ def test_without_a_profile_a_drive_beyond_the_boundary_is_refused() -> None:
             beyond(part, **direction)
 
 
+@pytest.mark.parametrize(("part", "R"), [(0.5, 0.1), (0.9, 0.1), (0.9, 3.0), (1.03, 3.0)])
+def test_profiles_whose_current_the_voltage_does_not_drive_are_left_out_within_the_boundary(
+    monkeypatch: pytest.MonkeyPatch, part: float, R: float
+) -> None:
+    """100 A take 300 V of 3 ohm. Beyond the boundary there is nothing else to follow."""
+    law, omega_m = control("torque_sharing"), part * BOUNDARY * known().u_dc / known().N_r
+    reach = (np.full(hand_over.TORQUES, BOUNDARY),) * 2
+    monkeypatch.setattr(type(law), "boundary", lambda self, known: reach)
+    monkeypatch.setattr(type(law), "tables", lambda self, known: [made_table(omega_m)])
+    machine = known().machine.model_copy(update={"R_ohm": R})
+    of = replace(known(), omega_m=omega_m, machine=machine, motors=True)
+    if part > 1:
+        with pytest.raises(rl.ParameterError, match="drops 300 V at the greatest current"):
+            law.hand_over(of, "i")
+        return
+    made = law.hand_over(of, "i")["guide"].at(10.0, 1.0, omega_m=omega_m, u_dc=240.0)
+    follows = part > 0.8 and R < 1
+    assert made == pytest.approx(100.0 if follows else 0.0)
+
+
 def test_voltage_is_short_from_where_three_tenths_of_the_period_take_all_of_it() -> None:
     """Half of the period has flanks; above this speed they take 98 % of the voltage."""
     full = 0.98 * 240 / (0.2 / (np.pi / 2) * 4)
@@ -271,6 +291,15 @@ def test_a_current_below_a_ten_thousandth_of_the_greatest_is_none(part: float, i
     assert found == pytest.approx([0, 0] if idle else [part * 100, 1e-3], abs=1e-12)
     assert i.at(10.0, 0.1, omega_m=100.0, u_dc=240.0) == pytest.approx(100)
     assert psi.at(10.0, np.pi / 2, omega_m=100.0, u_dc=240.0) == pytest.approx(0.201)
+
+
+def test_the_resistance_drops_its_voltage_at_the_greatest_current_of_the_lowest_speed() -> None:
+    low, high = made_table(100.0), made_table(200.0)
+    low = replace(low, i=low.i / low.i.max() * 80)
+    assert resistive_drop([low, high], 0.25) == pytest.approx(0.25 * 80)
+    packed([low], "i", replace(POINT, R=0.99 * 240 / 80))
+    with pytest.raises(rl.ParameterError, match="drops 240 V at the greatest current"):
+        packed([low], "i", replace(POINT, R=240 / 80))
 
 
 def test_powers_of_the_weight_are_those_that_it_grows_with(monkeypatch: pytest.MonkeyPatch) -> None:

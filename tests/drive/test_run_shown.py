@@ -14,7 +14,7 @@ from reluctance.drive.run import kpis as figures
 from reluctance.drive.run.energy_loop import EnergyLoop, energy_loops, plot_energy_loop, text
 from reluctance.drive.run.events import Event, evidence, trip, tripped, unready
 from reluctance.drive.run.kpis import evaluated
-from reluctance.drive.run.radial_force import ForceOrder, force_orders
+from reluctance.drive.run.radial_force import ForceOrder, force_orders, pole_forces
 from reluctance.drive.tables.faults import Fault
 from reluctance.machine.maps.pole_force import PoleForce
 
@@ -203,6 +203,18 @@ def test_a_run_on_an_array_shows_its_power_under_what_is_available():
     assert asked.get_ylabel() == "speed (rpm)" and len(asked.figure.axes) == 2
 
 
+def test_a_blocking_diode_drops_its_voltage_between_the_array_and_the_link():
+    """The array is at its maximum power point where the link is 5 V below the voltage of it."""
+    drive = rl.load(EXAMPLES / "sun_cloud.toml", ["source.blocking_diode_V=5"])
+    run = rl.simulate(drive, until=0.002, record=1e-4)
+    run = replace(run, u_dc=np.linspace(150, 300, len(run.t)), t=0 * run.t)
+    link, power = plots.plot_link(axes(), run), plots.plot_power(axes(), run)
+    u, p = curve(link, "maximum power point")[1][0], curve(power, "available")[1][0]
+    at = replace(run, u_dc=np.full(len(run.t), u - 5))
+    taken = curve(plots.plot_power(axes(), at), "from the array")[1]
+    assert taken == pytest.approx(np.full(len(run.t), p * (u - 5) / u))
+
+
 def test_an_energy_loop_is_drawn_over_the_curves_of_the_machine(run):
     loop = energy_loops(run)[0]
     ax = plot_energy_loop(axes(), run, loop)
@@ -290,6 +302,31 @@ def test_orders_of_a_force_have_the_mean_and_the_oscillation_of_the_poles(run):
     assert shown.with_units() == {
         "order": 2, "mean_N": 1.0, "max_N": 2.0, "f_Hz": -50.0, "amplitude_N": 0.5,
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(("N_s", "N_r", "n_phases"), [(6, 4, 3), (12, 8, 3), (8, 6, 4), (6, 10, 3)])
+def test_a_pole_has_the_current_of_its_phase_and_the_angle_of_the_rotor_to_itself(
+    N_s, N_r, n_phases
+):
+    """Poles stand 360/N_s deg apart; phases follow each other by 360/n_phases electrical."""
+
+    class Machine:
+        class pole_force:
+            @staticmethod
+            def at(i, theta_e):
+                return np.stack([i, theta_e])
+
+    Machine.N_s, Machine.N_r, Machine.n_phases = N_s, N_r, n_phases
+    theta_m = np.array([0.0, 0.3, 1.1])
+    phases = np.arange(n_phases)
+    i = np.tile(phases[:, None] + 1.0, 3)  # phase k has k + 1 A
+    of_pole, theta_e = pole_forces(Machine, i, theta_m)
+    for pole in range(N_s):
+        own = N_r * (theta_m - 2 * np.pi * pole / N_s)
+        assert np.exp(1j * theta_e[pole]) == pytest.approx(np.exp(1j * own))
+        of_phases = N_r * theta_m[0] - 2 * np.pi * phases / n_phases
+        (k,) = np.flatnonzero(np.abs(np.exp(1j * of_phases) - np.exp(1j * own[0])) < 1e-9)
+        assert (of_pole[pole] == k + 1).all()
 
 
 def test_every_status_has_a_unit_or_none_to_have():

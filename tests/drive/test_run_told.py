@@ -4,6 +4,7 @@ the array; where the rotor is by the flux linkages; windings that warm; waveform
 import re
 from dataclasses import fields, replace
 from importlib import import_module
+from itertools import count
 from pathlib import Path
 from types import SimpleNamespace as Namespace
 
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 import reluctance as rl
 from reluctance import _core
 from reluctance.cli.run import unmet
-from reluctance.drive.run import array_left, kpis, plots
+from reluctance.drive.run import array_left, kpis, plots, safety
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.estimate import Estimate, estimate
 from reluctance.drive.run.losses import switching_loss
@@ -22,8 +23,10 @@ from reluctance.drive.run.record import WAVEFORMS
 from reluctance.drive.run.safety import (
     coarse_angle,
     coarse_current,
+    drained,
     exceeded,
     folded_back,
+    handed_over,
     never_planted,
     refused_by_firmware,
 )
@@ -273,6 +276,16 @@ def test_waveforms_on_a_grid_are_those_of_all_points(pulse):
             assert np.array_equal(grid.leg[k], last)
 
 
+def test_the_wall_time_of_a_run_is_that_of_its_steps_alone(pulse, monkeypatch):
+    """A clock that goes on by 0.25 s with each look at it, before and after a step."""
+    looks, reached = count(), []
+    clock = Namespace(perf_counter=lambda: 0.25 * next(looks))
+    monkeypatch.setattr(import_module("reluctance.drive.run.simulate"), "time", clock)
+    run = rl.simulate(pulse, until=0.02, record=None, progress=reached.append)
+    assert reached[-1] == pytest.approx(0.02) and next(looks) == 2 * len(reached)
+    assert run.kpis.wall_s_per_sim_s == pytest.approx(0.25 * len(reached) / 0.02)
+
+
 def test_a_run_since_an_instant_has_its_rows_from_there_on(pulse):
     run = rl.simulate(pulse, until=0.004, record=1e-3)
     late = run.since(0.002)
@@ -370,6 +383,50 @@ def test_braking_that_charges_the_dc_link_is_told_as_the_cause_of_less_torque(va
     if told:
         assert f"to {u_max:.4g} V, since the source does not take its energy" in lines[0]
         assert "back from 264 V on, all of it at 288 V" in lines[0]
+
+
+@pytest.mark.parametrize(
+    ("taken", "stored", "part"),
+    [
+        (100.0, 5.0, ""),  # a twentieth is settled
+        (100.0, 5.1, "takes 5%"),
+        (100.0, -5.0, ""),
+        (100.0, -6.0, "gives 6%"),
+        (-100.0, 20.0, "takes 20%"),
+        (1e-3, 0.0004, "takes 40%"),
+        (1e-3, -0.0004, "gives 40%"),
+    ],
+)
+def test_a_capacitor_that_gives_or_takes_more_than_a_twentieth_of_the_energy_is_told(
+    rated, monkeypatch, taken, stored, part
+):
+    rows = over(E_dc=[7.0, 7.0 + taken], W_dc=[3.0, 3.0 + stored])
+    monkeypatch.setattr(safety, "evaluated", lambda periods, N_r: (rows, 1))
+    lines = drained(rated, Namespace(u_dc_min=201.0, u_dc_max=256.5), rows)
+    if not part:
+        assert lines == []
+        return
+    (line,) = lines
+    assert f"the capacitor of the dc link {part} of the drive's power" in line
+    assert "(201 to 256.5 V)" in line
+
+
+def test_what_a_law_does_not_use_is_that_of_the_means_of_its_figures():
+    """At the mean torque and speed, and half way between the voltages."""
+    asked = []
+
+    def unused(**at):
+        asked.append(at)
+        return "its sharing" if at["u_dc"] < 200 else ""
+
+    drive = Namespace(unused=unused)
+    figures = {"tau_ref_mean": 20.0, "speed_mean": 1500 * RPM, "u_dc_min": 100.0}
+    (line,) = handed_over(drive, Namespace(**figures, u_dc_max=280.0))
+    assert asked == [{"tau": 20.0, "omega_m": 1500 * RPM, "u_dc": 190.0}]
+    assert line.startswith("at 20 N m and 1500 rpm the law does not use [control] its sharing. It")
+    assert handed_over(drive, Namespace(**figures, u_dc_max=300.0)) == []
+    none = figures | {"tau_ref_mean": None, "u_dc_max": 280.0}
+    assert handed_over(drive, Namespace(**none)) == [] and len(asked) == 2
 
 
 def test_a_source_that_takes_no_energy_is_charged_by_braking_and_one_that_does_is_not():

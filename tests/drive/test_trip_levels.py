@@ -11,6 +11,7 @@ from reluctance.drive.guard.trip_levels import (
     angle_step,
     current_error,
     diagnosis,
+    flux_angle,
     protection,
 )
 
@@ -112,6 +113,13 @@ def test_a_level_that_would_trip_in_normal_work_or_never_is_refused(given, told)
     assert told in str(fault.value) and "\n" not in str(fault.value)
 
 
+def test_a_dead_time_of_a_fifth_of_the_control_period_is_the_longest():
+    """16 us of 80 us."""
+    protection(drive("control.T_s_us=80", "converter.dead_time_us=16"))
+    with pytest.raises(rl.ParameterError, match=r"dead_time_us = 16\.1, need at most 0\.2 of"):
+        protection(drive("control.T_s_us=80", "converter.dead_time_us=16.1"))
+
+
 def test_an_array_has_no_under_voltage_and_the_rating_or_a_cold_morning_as_over_voltage():
     sun = rl.load(EXAMPLES / "sun_cloud.toml")
     levels = protection(sun).levels
@@ -172,3 +180,72 @@ def test_a_diagnosis_allows_what_is_stated_and_tries_a_third_of_the_current():
     half_a_step = np.radians(angle_step(found) / 2)
     assert told.theta_error == pytest.approx(half_a_step + np.radians(2))
     assert told.patience == int(np.ceil(0.2 / found.control.T_s))
+
+
+FOLLOWED = ["protection.diagnosis=true", "protection.flux_angle=true", "supervision.enable_s=0"]
+
+
+def test_a_diagnosis_allows_the_noise_and_the_errors_of_all_sensors():
+    """Noise of the dc link up to six times its rms; n samples of it add up to 2 + n/8 of one."""
+    sensors = ["sensing.u_dc_noise_V=1.5", "sensing.i_gain=[1.1, 0.8, 1.0]"]
+    offset = "sensing.i_offset_A=[0.5, -0.9, 0.1]"
+    found = drive(*QUANTISED, *ENCODER, *FOLLOWED, *sensors, offset)
+    told, m, T_s = diagnosis(found), found.machine, found.control.T_s
+    step, u_noise = found.sensing.i_step, 6 * 1.5
+    mutual = 0.01 * float(m.psi(150.0, np.pi))
+    assert told.psi_error == pytest.approx(mutual + 2 * u_noise * T_s)
+    assert told.u_error == pytest.approx(0.02 + u_noise / (4 * 2 * 240))
+    assert told.i_gain == pytest.approx(0.2)
+    like = told.likeness
+    assert (like.i_gain, like.i_noise) == pytest.approx((0.2, 6 * 2 * step))
+    assert like.i_offset == pytest.approx(step + 0.9)
+    assert like.u_noise == pytest.approx(u_noise * T_s) and like.psi_error == told.psi_error
+    assert (like.R_error, like.u_error, like.map_error) == pytest.approx((0.2, 0.02, 0.1))
+    assert like.recent == told.patience
+    theta = np.linspace(0, np.pi, 3601)
+    steepest = np.abs(np.diff(np.log(m.psi(np.full(3601, 3.0), theta)))).max() * 3600 / np.pi
+    half_a_step = np.radians(angle_step(found) / 2)
+    assert like.spread == pytest.approx(0.01 + steepest * half_a_step, rel=1e-3)
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+def test_a_trial_ends_before_the_current_has_risen_by_as_much_again(delay):
+    """In as many samples as an order takes to act, at the least inductance up to 100 A that the
+    map, which may be 10 % too high, allows."""
+    found = drive(*FOLLOWED, f"sensing.delay_samples={delay}")
+    i, theta = np.linspace(0, 100, 401), np.linspace(0, np.pi, 181)
+    psi = found.machine.psi(i[:, None], theta)
+    least = np.diff(psi, axis=0).min() / (i[1] - i[0])
+    most = 0.9 * 50 * least / (1 + delay)
+    assert diagnosis(found).trial.psi_sample == pytest.approx(most, rel=0.03)
+
+
+def test_an_angle_that_waits_for_its_index_may_be_wrong_by_half_of_a_hall_sector():
+    """Until then: a quarter of a period over the phases, 30 deg, and the error of the edges."""
+    index = ["sensing.encoder_index=true", "sensing.hall=true", "sensing.hall_error_deg=-3"]
+    found = drive(*ENCODER, *FOLLOWED, *index)
+    wrong = np.radians(angle_step(found) / 2 + 3 + 90 / 3)
+    assert diagnosis(found).theta_error == pytest.approx(wrong + np.radians(2))
+    theta = np.linspace(0, np.pi, 3601)
+    psi = found.machine.psi(np.full(3601, 3.0), theta)
+    steepest = np.abs(np.diff(np.log(psi))).max() * 3600 / np.pi
+    model = protection(found).flux.model_error
+    assert model == pytest.approx(0.25 + steepest * wrong, rel=1e-3)
+
+
+def test_an_angle_by_the_flux_linkages_knows_the_shaft_the_sensors_and_the_machine():
+    found = drive(*QUANTISED, *ENCODER, *FOLLOWED)
+    of, step = flux_angle(found), found.sensing.i_step
+    assert of.T_s == found.control.T_s
+    assert of.acceleration == pytest.approx(4 / found.J)  # of a newton metre, electrical
+    assert of.tau_drift == pytest.approx(found.machine.greatest_torque)
+    assert of.theta_step == pytest.approx(np.radians(angle_step(found)))
+    assert of.theta_error == pytest.approx(np.radians(2))
+    assert of.zero_drift == pytest.approx(of.theta_error * 10)  # of 100 periods a second
+    assert of.omega_error == pytest.approx(4 * protection(found).levels.omega_max)
+    assert of.i_noise == pytest.approx(step * np.sqrt(2**2 + 1 / 12))  # rms, and of a step
+    assert of.i_zero == protection(found).i_zero
+    assert (of.map_error, of.R_error) == (0.1, 0.2)
+    told = diagnosis(found)
+    assert (of.psi_error, of.alike) == (told.psi_error, told.patience)
+    assert flux_angle(drive(*QUANTISED, *ENCODER, FOLLOWED[0], FOLLOWED[2])) is None

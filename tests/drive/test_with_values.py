@@ -3,7 +3,7 @@
 import json
 import subprocess
 import sys
-from dataclasses import fields
+from dataclasses import fields, replace
 from inspect import cleandoc
 from pathlib import Path
 
@@ -92,6 +92,9 @@ DRIVE = rl.load(RATED)
         (lambda: rl.simulate(DRIVE, until=float("nan")), "until = nan s, need > 0"),
         (lambda: rl.simulate(DRIVE, record=-1), "record = -1 s, need >= 0"),
         (lambda: rl.simulate(DRIVE, record=True), "record = True, need a number"),
+        (lambda: rl.simulate(DRIVE, record=np.inf), "record = inf s, need >= 0"),
+        (lambda: rl.simulate(DRIVE, until=0), "until = 0 s, need > 0"),
+        (lambda: rl.simulate(DRIVE, until=np.inf), "until = inf s, need > 0"),
         (lambda: DRIVE.converter.model_copy(update={"u_dc_V": "high"}), "u_dc_V = 'high'"),
         (lambda: rl.simulate(DRIVE, until=1e-3, record=None).plot(), "no waveforms"),
     ],
@@ -129,7 +132,12 @@ def test_key_figures_are_plain(result: rl.Result) -> None:
 
 def test_result_shows_itself(result: rl.Result) -> None:
     assert len(repr(result)) < 120
-    assert "paper_rated" in repr(result)
+    k = result.kpis
+    torque, end = f"{k.tau_mean:.4g} N m", f", {k.f_switch / 1e3:.4g} kHz; {result.t.size} rows"
+    ripple = f", ripple {k.torque_ripple_pp:.2%}"
+    assert repr(result).startswith(f"Result(paper_rated: {torque}{ripple}{end} of waveforms)")
+    plain = replace(result, kpis=replace(k, torque_ripple_pp=None))
+    assert repr(plain).startswith(f"Result(paper_rated: {torque}{end}")
     assert "torque_ripple_pp" in result._repr_html_()
     assert len(result.plot().axes) == 4
 

@@ -9,6 +9,7 @@ import pytest
 
 import reluctance as rl
 from reluctance.drive.tables.variants import CARRIER, CURRENT_BAND
+from reluctance.explore.comparison import contest
 from reluctance.explore.comparison.conditions import conditions, operating_point, period
 from reluctance.explore.comparison.contenders import CONTENDERS, chosen, contender
 from reluctance.explore.comparison.contest import (
@@ -40,8 +41,10 @@ def trial(error=0.05, f=10e3, i_rms=50.0, values=None):
     [
         (5e3, 0.04, True),
         (9.1e3, 0.01, False),  # within a tenth it is the same frequency
+        (9e3, 0.01, True),
         (8.9e3, 0.01, True),
         (5e3, 0.0476, False),  # within a twentieth it is as smooth
+        (5e3, 0.95 * 0.05, True),
         (5e3, 0.0474, True),
     ],
 )
@@ -69,6 +72,41 @@ def test_what_was_searched_is_all_but_the_free_parameter():
     of = CONTENDERS["sharing_cubic"]
     values = {"theta_on_deg": 30.0, of.free.key: 1.0}
     assert _searched(of, trial(values=values)) == {"theta_on_deg": 30.0}
+
+
+def test_a_front_has_the_law_at_other_frequencies_in_their_order(point, monkeypatch):
+    """A band that begins where the frequency would go as its inverse; one that is not met and one
+    that cannot work are absent."""
+    of, begun = CONTENDERS["sharing_cubic"], []
+
+    class Other:
+        contender, f_target = of, 8e3
+
+        def __init__(self, point, contender, f_target, budget):
+            self.f, self.budget = f_target, budget
+            self.target = SimpleNamespace(met=lambda figures: figures["f_switch_Hz"] != 2e3)
+
+        def match(self, rest, start):
+            begun.append((self.f, rest, start, self.budget))
+            if self.f == 32e3:
+                raise rl.ParameterError("too fast")
+            figures = {"torque_ripple_pp": self.f / 1e5, "f_switch_Hz": self.f}
+            return Trial({}, figures | {"torque_error_rms": 0.01, "i_rms_A": 7.0}, 0.0, (), "")
+
+    Other.point = point
+    monkeypatch.setattr(contest, "Tuner", Other)
+    final = trial(0.05, 8e3, values={"theta_on_deg": 30.0, "i_band_A": 2.0})
+    final.figures["torque_ripple_pp"] = float("nan")
+    found = contest._front(Other(point, of, 8e3, 0), final, (1.0, -1.0, -2.0, 2.0))
+    assert begun == [
+        (f, {"theta_on_deg": 30.0}, band, 0)
+        for f, band in ((16e3, 1.0), (4e3, 4.0), (2e3, 8.0), (32e3, 0.5))
+    ]
+    assert found == (
+        FrontPoint(4e3, 0.01, 0.04, 7.0),
+        FrontPoint(8e3, 0.05, None, 50.0),
+        FrontPoint(16e3, 0.01, 0.16, 7.0),
+    )
 
 
 def test_the_last_period_and_the_samples_of_a_run_are_those_of_its_waveforms(point):
@@ -113,6 +151,12 @@ def test_the_point_of_a_comparison_is_one_torque_at_one_speed(point):
         fixed = [*law, "control.i_ref_A=50"] if "none" in given[0] else []
         with pytest.raises(rl.ParameterError, match=why):
             operating_point(rl.load(RATED, [*fixed, *given]))
+
+
+def test_a_torque_of_less_than_a_newton_metre_is_compared_too():
+    given = ["reference.tau_Nm=0.5", "control.tau_max_Nm=40"]
+    found = operating_point(rl.load(RATED, given))
+    assert found.reference.tau_Nm == 0.5 and found.load.speed_rpm == 1500
 
 
 def test_each_law_takes_the_period_the_precision_and_the_greatest_torque_of_the_drive(point):

@@ -68,6 +68,16 @@ def test_no_efficiency_where_both_sides_feed_the_losses(drive):
     assert np.isnan(made(drive).efficiency(100.0, 0.0))
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_efficiency_of_milliwatts_is_that_of_kilowatts(drive, sign):
+    """A thousandth of the torque, at the same speed and loss over torque."""
+    large = made(drive, sign)
+    small = replace(large, tau=large.tau / 1e3)
+    assert abs(small.p_in(60.0, sign * 0.012)) < 1
+    eta = large.efficiency(60.0, sign * 12.0)
+    assert small.efficiency(60.0, sign * 0.012) == pytest.approx(eta)
+
+
 def test_a_map_that_has_no_efficiency_is_told_and_drawn(drive, tmp_path):
     """Braking at 1 to 3 rad/s: the copper takes more than the shaft gives."""
     slow = replace(made(drive, -1.0), omega=np.array([1.0, 2.0, 3.0]))
@@ -174,6 +184,17 @@ def test_a_long_cycle_takes_no_more_memory_for_its_many_steps(drive):
     many = Cycle(t, np.full(len(t), 100.0), tau)
     assert len(pieces(many, 200.0, 40.0)[0].t) <= 2 * len(t)
     assert driven(many, made(drive)).E_mech == pytest.approx(20 * 100 * t[-1])
+
+
+def test_pieces_of_a_line_change_by_a_two_hundredth_of_the_map(drive):
+    """Half of the greatest torque takes 100 pieces and half of the greatest speed as many; what
+    holds still takes one. The middles of equal pieces lie on the line."""
+    t, omega, tau = np.array([[0.0, 1, 3, 4], [100, 100, 200, 200], [30, 10, 10, 10]])
+    found, dt = pieces(Cycle(t, omega, tau), 200.0, 40.0)
+    assert [*dt] == pytest.approx([0.01] * 100 + [0.02] * 100 + [1.0])
+    assert found.t == pytest.approx(np.cumsum(dt) - dt / 2)
+    assert found.omega == pytest.approx(np.interp(found.t, t, omega))
+    assert found.tau == pytest.approx(np.interp(found.t, t, tau))
 
 
 def test_a_cycle_is_read_in_any_order_of_columns_in_its_units(tmp_path):
@@ -330,6 +351,7 @@ def test_a_figure_has_a_panel_for_each_quantity_and_the_edge_of_what_is_held(dri
     assert len(panels[1].lines) == 3  # the cycle stands on the efficiency alone
     one = plots.figure(replace(found, kinds_per_torque={"p_cu_W": found.loss_per_torque}))
     titles = [ax.get_title() for ax in one.axes if ax.get_title()]
+    assert not one._suptitle.get_parse_math()  # a name may have signs of a formula
     assert len(titles) == 4 and "copper" not in "".join(titles)  # they are all losses
     assert [*one.get_size_inches()] == pytest.approx([10, 7.8])  # two columns of two panels
     assert [*panels[0].figure.get_size_inches()] == pytest.approx([15, 7.8])

@@ -11,7 +11,7 @@ import reluctance as rl
 from reluctance.explore.comparison import comparison
 from reluctance.explore.efficiency_map import map as maps
 from reluctance.explore.sweeps.sweep import Sweep
-from reluctance.explore.tuning import angles, optuna_search
+from reluctance.explore.tuning import angles, compass, optuna_search, search
 from reluctance.explore.tuning.goal import bound
 from reluctance.explore.tuning.match import Lever, Target, match
 
@@ -256,6 +256,89 @@ def test_optuna_is_told_the_worth_and_the_miss_of_each_trial_until_the_runs_are_
     trials = Trials(6, [4, 0])
     optuna_search._ask(study, trials)
     assert len(trials.places) == 2 and trials.left == 2
+
+
+@pytest.mark.parametrize(
+    ("ranges", "worth", "refined"), [(["x"], 5.0, True), ([], 5.0, False), (["x"], np.nan, False)]
+)
+def test_the_first_half_of_a_search_is_its_starts_and_even_points(
+    monkeypatch, ranges, worth, refined
+):
+    """At least one of the latter; then the best is refined, where it has figures and a range."""
+    asked, begun = [], []
+    best = Namespace(worth=worth)
+    monkeypatch.setattr(search, "refine", lambda trials, start: begun.append(start))
+    for budget, starts, even in ((20, 3, 7), (20, 0, 10), (7, 0, 3), (6, 3, 1), (4, 9, 1)):
+        trials = Namespace(
+            drive=rl.load(EXAMPLES / "sharing_cubic.toml"),
+            vary={"control.i_band_A": [1.0, 3.0]},
+            budget=budget,
+            ranges=ranges,
+            run=asked.append,
+            best=lambda: best,
+        )
+        given = [{"control.i_band_A": 1.0 + n / 10} for n in range(starts)]
+        search.search(trials, given)
+        assert asked[-1][:starts] == given and len(asked[-1]) == starts + even
+        assert all(1 <= row["control.i_band_A"] <= 3 for row in asked[-1])
+    assert begun == [best] * (5 if refined else 0)
+
+
+@pytest.mark.parametrize(("worth", "scale"), [(-4.0, 4.0), (0.0, 1.0)])
+def test_a_refinement_asks_for_parts_of_the_best_figure_and_room_within_bounds_and_ranges(
+    monkeypatch, worth, scale
+):
+    asked, tried = {}, []
+    answers = {0.25: (6.0, (0.5, -0.2)), 0.5: (np.nan, (np.nan, 0.0))}
+
+    def run(rows):
+        (row,) = rows
+        tried.append(row)
+        if row["x"] not in answers:
+            return []  # the budget is spent
+        found, misses = answers[row["x"]]
+        return [Namespace(worth=found, misses=misses)]
+
+    def minimize(of, start, **how):
+        asked.update(how, of=of, start=start)
+        (limits,) = how["constraints"]
+        assert of([0.25, 0.75]) == 6 / scale and of([0.5, 1.0]) == 1e3
+        assert limits["type"] == "ineq"
+        assert limits["fun"]([0.25, 0.75]) == pytest.approx([-0.5, 0.2, 0.25, 0.75, 0.75, 0.25])
+        assert limits["fun"]([0.5, 1.0]) == pytest.approx([-1e3, 0, 0.5, 1, 0.5, 0])
+        asked["ends"] = True
+        of([0.9, 0.9])
+        raise AssertionError("goes on with a budget that is spent")
+
+    trials = Namespace(
+        ranges=["x", "y"],
+        budget=30,
+        at=lambda unit, choices: dict(zip("xy", unit, strict=True)) | choices,
+        place=lambda values: [0.1, 0.2],
+        run=run,
+    )
+    monkeypatch.setattr("scipy.optimize.minimize", minimize)
+    search.refine(trials, Namespace(worth=worth, values={"law": "ditc"}))
+    assert asked["ends"] and [*asked["start"]] == [0.1, 0.2] and asked["method"] == "COBYLA"
+    assert asked["options"] == {"rhobeg": 0.15, "tol": 1e-3, "maxiter": 20 * 3 * 30}
+    assert all(row["law"] == "ditc" for row in tried)
+
+
+def test_a_compass_on_a_plain_stays_and_halves_its_step():
+    """From the first of 25 cells of a fifth, 0.1 aside at first, down to a hundredth."""
+    asked = []
+
+    def rank(x, y):
+        asked.append((round(x, 9), round(y, 9)))
+        return 1.0
+
+    compass.compass(rank, lambda: len(asked) < 500)
+    cells = [0.1, 0.3, 0.5, 0.7, 0.9]
+    assert asked[:25] == [(x, y) for x in cells for y in cells]
+    aside = {(x, y) for x, y in asked[25:]} - {(0.1, 0.1)}
+    steps = [0.1, 0.05, 0.025, 0.0125]
+    assert {round(np.hypot(x - 0.1, y - 0.1), 9) for x, y in aside} == {*steps}
+    assert len(aside) == 4 * len(steps)
 
 
 @pytest.mark.parametrize("text", ["i_rms_A", "i_rms_A<", "<5", "i_rms_A<many", "i_rms_A<inf"])
