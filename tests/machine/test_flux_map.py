@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.polynomial import Chebyshev
+from scipy.interpolate import BSpline
 
-from reluctance import _core, _core_parts
+from reluctance import ParameterError, _core, _core_parts
 from reluctance.machine.maps import FluxTable, fit_surface, surface
+from reluctance.machine.maps.surface import _inductance, rising
 
 PAPER = _core.LeHuy(N_r=4, L_u=0.67e-3, L_a=23.62e-3, L_sat=0.15e-3, i_m=450.0, psi_m=0.468)
 PSI, W_C, TAU, L_INC, PSI_THETA = range(5)
@@ -60,6 +63,34 @@ def test_a_sampled_machine_comes_back(i, n_theta):
     assert np.abs(ours - exact)[:, TAU].max() < 1e-4 * np.abs(exact[:, TAU]).max()
     assert np.abs(ours[:, L_INC] / exact[:, L_INC] - 1).max() < 0.01
     assert np.abs(ours - exact)[:, PSI].max() < 1e-3 * exact[:, PSI].max()
+
+
+def test_four_angles_of_a_whole_period_are_no_half_of_one():
+    psi = np.outer(np.arange(4.0), [1.0, 2.0, 3.0, 2.0])
+    theta_e = np.pi / 2 * np.arange(4)
+    assert not FluxTable(4, np.arange(4.0), theta_e, psi).half
+    assert FluxTable(4, np.arange(4.0), theta_e * 2 / 3, psi).half
+
+
+@pytest.mark.parametrize(("bend", "resolved"), [(0.5, True), (0.7, True), (0.9, False)])
+def test_a_quintic_is_taken_where_it_differs_by_a_hundredth_from_a_cubic(bend, resolved):
+    """Flux linkage of degree 5 over eight currents: then exact, to what few pieces leave; midway
+    between the samples the cubic is off by 0.6, 0.85 and 1.1 % of the greatest."""
+    L = Chebyshev([1, 0, 0, 0, bend], domain=[0, 10])
+    i, between = np.linspace(0, 10, 8), np.linspace(0, 10, 101)
+    found, _ = _inductance(i, L.integ(lbnd=0)(i)[:, None] * [1.0, 0.5])
+    off = np.abs(found(between) / L(between)[:, None] / [1.0, 0.5] - 1).max()
+    assert off < 0.002 if resolved else off > 0.1
+
+
+def test_cells_of_the_angle_are_those_of_the_samples():
+    """Of half a period, and of a whole one whose sides differ; a cubic has three more."""
+    half = sampled(np.linspace(0, 150, 8), np.linspace(0, np.pi, 31))
+    assert fit_surface(half).coefficients.shape[1:] == (30 + 3, 5)
+    whole = leaning(np.linspace(0, 100, 8), np.linspace(0, 2 * np.pi, 49)[:-1])
+    fitted = fit_surface(whole, symmetric=False)
+    assert fitted.coefficients.shape[1:] == (48 + 3, 5) and fitted.theta_span == 2 * np.pi
+    assert fit_surface(whole).coefficients.shape[1:] == (24 + 3, 5)
 
 
 @settings(deadline=None)
@@ -148,6 +179,49 @@ def test_current_from_flux_inverts_flux(machine, i, theta_e):
     assert at(machine, single[0], theta_e)[PSI] == pytest.approx(psi, abs=2e-7)
 
 
+T = np.array([0.0, 0, 0, 3, 7, 15, 15, 15])  # knots of five coefficients
+UNEVEN = np.array([0, 0.5, 1, 2, 3, 5, 6, 8, 9, 11, 13, 15])
+
+
+def rises(i):
+    """Flux at i of each coefficient on T: integrals of B-splines, by the trapezoid rule."""
+    fine = np.linspace(0, 15, 150_001)
+    columns = []
+    for n in range(5):
+        B = np.nan_to_num(BSpline.basis_element(T[n : n + 4], extrapolate=False)(fine))
+        columns.append(np.interp(i, fine, np.append(0, np.cumsum((B[1:] + B[:-1]) / 2) * 1e-4)))
+    return np.stack(columns, axis=1)
+
+
+def test_flux_that_rises_is_gone_through_by_its_own_inductance():
+    c = np.array([[0.3, 0.25, 0.1, 0.04, 0.02], [0.1, 0.12, 0.08, 0.08, 0.01]]).T
+    found = rising(UNEVEN, rises(UNEVEN) @ c, T)
+    assert found.c == pytest.approx(c, rel=1e-4) and found.k == 2
+    steep, weight = 1e3 * c + [[0], [0], [0], [-1], [0]], np.linspace(1, 2, 11)
+    found = rising(UNEVEN, rises(UNEVEN) @ steep, T, weight=weight)
+    assert found.c == pytest.approx(steep, rel=1e-4)
+
+
+def test_flux_that_falls_has_the_nearest_inductance_above_a_thousandth_of_the_largest():
+    """At the least of weighed squares and roughness its slope is none, or upwards from the floor;
+    roughness counts what a coefficient is above it by the flux that adds, in units of its level."""
+    random = np.random.default_rng(3)
+    psi = np.tanh(UNEVEN / 5)[:, None] * [0.4, 0.6] + 0.03 * random.normal(size=(12, 2))
+    psi[0], psi[8:, 1] = 0, psi[8:, 1] - 0.3
+    weight, level, smoothing = 1 / (1 + UNEVEN[1:]), np.array([4.0, 3, 3, 1, 1]), 0.02
+    c = rising(UNEVEN, psi, T, weight=weight, level=level, smoothing=smoothing).c
+    alike = rising(UNEVEN, psi, T, weight=np.ones(11), level=np.ones(5), smoothing=smoothing)
+    assert rising(UNEVEN, psi, T, smoothing=smoothing).c == pytest.approx(alike.c)
+    floor = 1e-3 * (psi[1:] / UNEVEN[1:, None]).max()
+    A, W = rises(UNEVEN[1:]), weight[:, None] ** 2
+    D = np.diff(np.diag((T[3:] - T[:-3]) / 3 / level), 3, axis=0)
+    slope = A.T @ (W * (A @ c - psi[1:])) + smoothing * D.T @ D @ (c - floor)
+    at_floor = c < floor * (1 + 1e-9)
+    assert 0 < at_floor.sum() < 5 and c.min() == pytest.approx(floor)
+    assert slope[~at_floor] == pytest.approx(0, abs=1e-5 * np.abs(slope).max())
+    assert slope[at_floor].min() > 0
+
+
 def test_flux_out_of_reach_gives_the_nearer_end():
     ends = MAP.current(np.array([-0.1, 0.0, 9.0, np.nan]), np.full(4, 2.0), 120.0)
     assert list(ends) == [0, 0, 120, 0]
@@ -158,6 +232,18 @@ def test_float_differs_from_double_by_rounding_only():
     double, single = _core.magnetics(MAP, *points), _core_parts.magnetics_single(MAP, *points)
     assert np.all(np.abs(single - double).max(axis=0) < 1e-5 * np.abs(double).max(axis=0))
     assert np.abs(single[:, L_INC] / double[:, L_INC] - 1).max() < 1e-4
+
+
+@pytest.mark.parametrize(("name", "most"), [("i", 1e5), ("psi", 1e3), ("tau", 1e7)])
+def test_numbers_of_no_machine_are_refused(name, most):
+    told = {"i": "current", "psi": "flux", "tau": "torque"}[name]
+    ramp = np.linspace(0, 1, 5)
+    parts = {"i": ramp, "psi": np.outer(ramp, np.ones(5)), "tau": -np.outer(ramp, np.ones(5))}
+    theta = np.linspace(0, np.pi, 5)
+    FluxTable(4, theta_e=theta, **parts | {name: most * parts[name]})
+    with pytest.raises(ParameterError, match=f"{told} reaches 1.01e") as fault:
+        FluxTable(4, theta_e=theta, **parts | {name: 1.01 * most * parts[name]})
+    assert f"need at most {most:g} in SI units" in str(fault.value)
 
 
 def test_a_table_that_would_not_be_a_machine_is_refused():

@@ -224,6 +224,27 @@ def test_a_mat_without_the_variables_lists_what_it_has(tmp_path):
     refused(tmp_path / "m.mat", "no psi and no i and no theta; it has `speed`, `volts`", N_r=4)
 
 
+@pytest.mark.parametrize("poles", [1, 4, 4.0, 1000])
+def test_rotor_poles_of_a_file_are_whole_numbers_up_to_a_thousand(poles, tmp_path):
+    object_ = dict(N_r=poles, i_A=list(I), theta_e_deg=list(THETA_M * 4), psi_Wb=TABLE.psi.tolist())
+    (tmp_path / "m.json").write_text(json.dumps(object_))
+    assert read_map(tmp_path / "m.json").N_r == poles
+    scipy.io.savemat(tmp_path / "m.mat", object_)
+    assert read_map(tmp_path / "m.mat").N_r == poles
+    for wrong in (0, 1001, 4.5, -4, "4"):
+        (tmp_path / "m.json").write_text(json.dumps(object_ | {"N_r": wrong}))
+        refused(tmp_path / "m.json", f"N_r = {wrong!r}, need a whole number of rotor poles, 1 to 1")
+
+
+@pytest.mark.parametrize("name", ["i_A", "theta_e_deg", "psi_Wb"])
+@pytest.mark.parametrize("value", ["NaN", "Infinity", "1e200"])
+def test_a_number_that_is_none_is_told_with_the_array_that_has_it(name, value, tmp_path):
+    object_ = dict(N_r=4, i_A=list(I), theta_e_deg=list(THETA_M * 4), psi_Wb=TABLE.psi.tolist())
+    (object_[name][3] if name == "psi_Wb" else object_[name])[2] = float(value)
+    (tmp_path / "m.json").write_text(json.dumps(object_))
+    refused(tmp_path / "m.json", f"`{name}` has a value that is not a finite number below")
+
+
 def test_a_hundred_megabytes_are_not_read(tmp_path):
     with (tmp_path / "m.csv").open("wb") as file:
         file.truncate(100_000_000)

@@ -1,6 +1,8 @@
 """The field solver obeys its own energy, and agrees with closed forms."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from scipy.constants import mu_0
 
+from reluctance.machine.geometry.air_gap import fourier
 from reluctance.machine.geometry.cross_section import CrossSection
 from reluctance.machine.geometry.draw import draw, draw_field
 from reluctance.machine.geometry.force import stress
@@ -71,6 +74,23 @@ def turned(position, turn):
     change = position.gap.coupling(alpha) - position.gap.coupling(position.alpha)
     linear = linear + sum(system.sparsity.sum(place, change) for place in system.place.gap)
     return replace(position, alpha=alpha, linear=linear)
+
+
+@pytest.mark.parametrize("odd", [False, True])
+def test_orders_of_a_ring_are_integrals_of_its_quadratic_edges(odd):
+    """By Gauss's rule; both where an edge is short and where it has many waves."""
+    corners = np.array([0.1, 0.13, 0.2, 0.5, 1.1])
+    orders = np.arange(0.0, 60.0, 0.7)
+    found = fourier(SimpleNamespace(ring_theta=corners), orders, 1.0, odd=odd)
+    x, weight = np.polynomial.legendre.leggauss(40)
+    shapes = np.array([x * (x - 1) / 2, 1 - x**2, x * (x + 1) / 2])
+    nodes = np.vstack([np.eye(8), (-1 if odd else 1) * np.eye(8)[:1]])  # unknowns at every node
+    exact = np.zeros((len(orders), 8), complex)
+    for n, (start, end) in enumerate(pairwise(corners)):
+        theta = start + (end - start) * (1 + x) / 2
+        wave = np.exp(-1j * np.outer(orders, theta)) * weight * (end - start) / 2
+        exact += 2 * wave @ shapes.T @ nodes[2 * n : 2 * n + 3]
+    assert found == pytest.approx(exact, abs=1e-12)
 
 
 POINTS = [(12, 8, False, 2.0, 15.0), (12, 8, True, 1.2, 30.0), (8, 6, False, 2.6, 8.0)]

@@ -727,6 +727,21 @@ def test_the_limit_that_a_message_names_is_allowed(key, wrong, given):
     assert getattr(getattr(geometry(**given | {key: limit}), section), name) == limit
 
 
+def test_an_air_gap_is_asked_about_below_a_tenth_of_a_millimetre():
+    assert questions(geometry(air_gap__length_mm=0.1)) == []
+    (question,) = questions(geometry(air_gap__length_mm=0.0999))
+    assert "air_gap.length_mm = 0.0999, while gaps that are built begin at 0.1" in question
+
+
+@pytest.mark.parametrize(("given", "asked"), [(0.399, 1), (0.4, 0), (2.0, 0), (10.0, 0), (10.1, 1)])
+def test_a_given_value_is_asked_about_beyond_five_times_the_computed_one(given, asked):
+    found = [*from_geometry._far("J_kgm2", given, 2.0, "kg m2")]
+    assert len(found) == asked
+    if asked:
+        told = f"J_kgm2 = {given:g} is given, while 2 kg m2 follow from the dimensions: check its"
+        assert found[0].startswith(told)
+
+
 def test_a_machine_whose_iron_has_no_room_behind_the_poles_is_refused():
     thin = SimpleNamespace(i=np.array([0.0, 25.0]), psi=np.array([[0.0, 0.0], [0.0632, 0.0439]]))
     with pytest.raises(rl.ParameterError, match=r"has 0\.0439 Wb aligned and 0\.0632 Wb"):

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from command import command, refused
-from coupled import I_MAX, Formula, coupling
+from coupled import I_MAX, Formula, N_r, coupling
 from test_geometry_files import COARSE, changed, drive, geometry, write
 
 import reluctance as rl
@@ -188,6 +188,69 @@ def test_a_table_holds_its_nodes_and_mirrors():
     np.testing.assert_allclose(mirrored.energy, x.energy, atol=1e-5 * np.abs(x.energy).max())
     np.testing.assert_allclose(mirrored.tau, -x.tau, atol=1e-9 * np.abs(x.tau).max())
     assert reasons(samples, 6) == []
+
+
+def test_a_table_of_a_formula_holds_its_nodes_mirrors_and_has_its_slopes():
+    """Between the last node and past it; each slope by small steps of what it is the slope of."""
+    samples = Formula().samples()
+    table = pair_table(samples, N_r, tolerance=1e-9)
+    assert table.rank == 2 and len(table.phi) == 73
+    nodes = table.at(*np.meshgrid(samples.phi, samples.i, samples.i, indexing="ij"))
+    assert nodes.energy == pytest.approx(samples.energy, abs=1e-12)
+    for name in ("tau", "psi_first", "psi_second"):
+        given = getattr(samples, name)
+        assert getattr(nodes, name) == pytest.approx(given, abs=3e-3 * np.abs(given).max()), name
+    back = table.samples()
+    assert back.tau == pytest.approx(samples.tau, abs=1e-9) and np.array_equal(back.i, samples.i)
+    random = np.random.default_rng(1)
+    phi, (a, b) = random.uniform(-np.pi, np.pi, 300), random.uniform(0, 1.6 * I_MAX, (2, 300))
+    x, mirrored = table.at(phi, a, b), table.at(-phi, b, a)
+    assert mirrored.energy == pytest.approx(x.energy, abs=1e-12)
+    assert mirrored.tau_first == pytest.approx(-x.tau_second, abs=1e-12)
+    h = 1e-5
+    more = [table.at(phi + p, a + q, b + r) for p, q, r in h * np.eye(3)]
+    less = [table.at(phi - p, a - q, b - r) for p, q, r in h * np.eye(3)]
+    for name, of, n, scale in (
+        ("tau", "energy", 0, N_r), ("psi_first", "energy", 1, 1), ("psi_second", "energy", 2, 1),
+        ("L_first", "psi_first", 1, 1), ("L_second", "psi_second", 2, 1),
+        ("L_mutual", "psi_first", 2, 1), ("tau_first", "tau", 1, 1), ("tau_second", "tau", 2, 1),
+    ):  # fmt: skip
+        slope = scale * (getattr(more[n], of) - getattr(less[n], of)) / (2 * h)
+        most = np.abs(slope).max()
+        assert getattr(x, name) == pytest.approx(slope, abs=1e-4 * most), name
+
+
+def test_a_table_has_the_fewest_functions_that_leave_less_of_the_torque_than_allowed():
+    """Rms over its greatest value; and no more of them than there are currents."""
+    samples = Formula().samples()
+    left = pair_table(samples, N_r, rank=1).samples().tau - samples.tau
+    off = np.sqrt((left**2).mean()) / np.abs(samples.tau).max()
+    assert 0.002 < off < 0.2  # the usual tolerance, and what would be no table
+    for tolerance, rank in ((1.001 * off, 1), (0.999 * off, 2), (0.0, 7)):
+        assert pair_table(samples, N_r, tolerance=tolerance).rank == rank
+    assert pair_table(samples, N_r).rank == 2 and pair_table(samples, N_r, rank=9).rank == 7
+
+
+def test_slopes_over_the_current_cease_within_half_of_the_last_one():
+    """Their bend falls in two straight lines, at whose ends are the last knots."""
+    table = pair_table(Formula().samples(), N_r, tolerance=1e-9)
+    assert table.knots[-3:] == pytest.approx([I_MAX, 1.25 * I_MAX, 1.5 * I_MAX])
+    i = I_MAX * np.array([0.999999, 1.000001, 1.1, 1.2, 1.249999, 1.250001, 1.3, 1.4, 1.5, 2.0])
+    bend, slope = (table._over_current(i, n) for n in (2, 1))
+    scale = np.abs(slope).max()
+    for knot in table.knots[-3:]:
+        around = knot * np.array([1 - 1e-9, 1 + 1e-9])
+        before, behind = table._over_current(around).T
+        assert before == pytest.approx(behind, rel=1e-6)
+        before, behind = table._over_current(around, 1).T
+        assert before == pytest.approx(behind, abs=1e-6 * scale)
+    assert bend[:, 0] == pytest.approx(bend[:, 1], rel=1e-3)
+    assert bend[:, 4] == pytest.approx(bend[:, 5], rel=1e-3)
+    for k in (1, 5):  # of each line
+        lines = np.diff(bend[:, k : k + 4]) / np.diff(i[k : k + 4])
+        assert lines == pytest.approx(np.repeat(lines[:, :1], 3, axis=1), rel=1e-3)
+    assert np.abs(slope[:, -2:]).max() < 1e-12 * scale > np.abs(bend[:, -1:]).max()
+    assert np.abs(slope[:, 2]).max() > 0.1 * scale
 
 
 def test_inductances_do_not_jump_where_the_pieces_past_the_last_current_begin():

@@ -1,5 +1,6 @@
 """Pulses beside a held phase become the factor of the pairs; by the formula of `coupled`."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,8 +13,22 @@ from reluctance import ParameterError, _core
 from reluctance.base.resources import resources
 from reluctance.machine.coupling import Coupling, Neighbours
 from reluctance.machine.held_pulses import COLUMNS, HeldPulse, read_held_pulses
-from reluctance.machine.identify_pairs import pair_factor, pair_torque, phase_of_first
-from reluctance.machine.measured_pairs import kinds_of, measured_pairs
+from reluctance.machine.identify_pairs import (
+    free_of_drift,
+    pair_factor,
+    pair_torque,
+    phase_of_first,
+    pulsed_current,
+)
+from reluctance.machine.measured_pairs import (
+    TERMS,
+    Measured,
+    _check,
+    _powers,
+    _shapes,
+    kinds_of,
+    measured_pairs,
+)
 
 R = 1.5
 DT = 5e-5
@@ -221,6 +236,122 @@ def test_pairs_of_a_machine_that_has_none_so_far_are_those_pulsed(drive):
     assert [pair.letters for pair in found.coupling.pairs] == ["ab", "ac", "bc"]
     tau, true = found.coupling.tau(*field()), machine.coupling.tau(*field())
     assert np.sqrt(((tau - true) ** 2).mean()) < 0.01 * np.sqrt((true**2).mean())
+
+
+@pytest.mark.parametrize(("rest", "told"), [(8, None), (9, None), (7, "begins 7 rows after its")])
+def test_the_offset_of_a_pulsed_current_is_its_mean_long_before_it_begins(rest, told):
+    """Over the first half of the rows before it is above a tenth of its top; none is below 0 A."""
+    i = np.concatenate([np.arange(rest) % 2 * 0.2, [1.01, 5.0, 10.0, 0.99, 0.0]])
+    row = np.zeros(len(i))
+    given = HeldPulse(0, 1, 0.0, row, i, row, row)
+    if told:
+        with pytest.raises(ParameterError, match=f"a pulse {told} record, need 8 at rest before"):
+            pulsed_current(given)
+        return
+    assert pulsed_current(given) == pytest.approx(np.maximum(i - 0.1, 0))
+
+
+def test_the_torque_of_pairs_is_rms_and_none_without_them(monkeypatch):
+    place = "reluctance.machine.identify_pairs.smooth_currents"
+    monkeypatch.setattr(place, lambda point, tau_ref: (tau_ref, 2.0))
+    coupled = SimpleNamespace(tau=lambda i, theta_e: np.array([-3.0, 4.0]) * i * theta_e)
+    assert pair_torque(SimpleNamespace(coupling=None), 1.5) == 0.0
+    assert pair_torque(SimpleNamespace(coupling=coupled), 1.5) == pytest.approx(3 * np.sqrt(12.5))
+
+
+def test_what_drifts_in_a_straight_line_says_nothing_of_a_pair():
+    """Offsets, drops and an error of R: the flux linkage is left, of the samples within alone."""
+    theta_m, turn, t = 0.3, 2 * np.pi / 3, np.linspace(0, 0.01, 21)
+    held = np.full(21, 4.0)
+    flux = np.sin(400 * t)
+    machine = _core.LeHuy(N_r=4, L_u=0.67e-3, L_a=23.6e-3, L_sat=0.15e-3, i_m=450, psi_m=0.486)
+    u = np.insert(np.diff(flux) / np.diff(t), 0, 0.0) + 1.5 * held
+    pulse = HeldPulse(0, 1, theta_m, t, held, u, held)
+    within = np.arange(21) != 20
+    own = np.cos(700 * t)
+    clean = free_of_drift(pulse, own[:, None], within, machine, 1.5, turn)
+    assert clean.shape == (20, 2)
+    for column, x in zip(clean.T, (own, flux), strict=True):
+        line = np.polyval(np.polyfit(t[:20], x[:20], 1), t[:20])
+        assert column == pytest.approx(x[:20] - line, abs=1e-9)
+    off = replace(pulse, u_held=u + 0.7)
+    assert free_of_drift(off, own[:, None], within, machine, 1.6, turn) == pytest.approx(clean)
+    # What the phase alone has at a wobbling current is none of the pair's.
+    wobbling = replace(pulse, i_held=held + 0.5 * np.sin(900 * t))
+    angle = np.full(21, (4 * theta_m - turn) % (2 * np.pi))
+    alone = _core.magnetics(machine, wobbling.i_held.copy(), angle)[:, 0]
+    mean = (wobbling.i_held[1:] + wobbling.i_held[:-1]) / 2
+    u = np.insert(np.diff(flux + alone) / np.diff(t) + 1.5 * mean, 0, 0.0)
+    found = free_of_drift(replace(wobbling, u_held=u), own[:, None], within, machine, 1.5, turn)
+    assert found == pytest.approx(clean, abs=1e-9)
+
+
+def test_the_error_of_a_torque_is_that_of_a_mean_without_one_at_a_time():
+    """Of the mean of some numbers it is their standard deviation over the root of their count."""
+    numbers = np.random.default_rng(1).normal(size=(7, 3))
+    i, theta_e = np.ones((3, 3)), np.arange(3.0)
+
+    def without(n):
+        mean = np.delete(numbers, n, axis=0).mean(axis=0)
+        return SimpleNamespace(tau=lambda *at: mean * at[0][:, 0] + at[1])
+
+    found = Measured(None, tuple(without(n) for n in range(7)), 1.0).torque_error(i, theta_e)
+    variances = numbers.var(axis=0, ddof=1) / 7
+    assert found == pytest.approx(np.sqrt(variances.mean()))
+
+
+def test_polynomials_of_the_currents_have_their_slopes_and_no_constant():
+    i, h = np.array([0.0, 1.0, 3.5, 8.0]), 1e-4
+    g, slope, bend = _powers(i, 8.0)
+    up, down = _powers(i + h, 8.0), _powers(i - h, 8.0)
+    assert g.shape == (4, 5) and not g[0].any()
+    assert g[-1] == pytest.approx(np.ones(5)) and g[:, 0] == pytest.approx(i / 8)
+    assert slope == pytest.approx((up[0] - down[0]) / (2 * h), rel=1e-6, abs=1e-6)
+    assert bend == pytest.approx((up[1] - down[1]) / (2 * h), rel=1e-6, abs=1e-6)
+    x = np.polynomial.legendre.leggauss(9)
+    at, weight = 4 * (1 + x[0]), x[1] / 2  # over 0 to 8 A
+    own = _powers(at, 8.0)[0] / (at / 8)[:, None]
+    assert (own.T * weight) @ own == pytest.approx(np.diag(1 / (2 * np.arange(5) + 1)), abs=1e-12)
+
+
+@pytest.mark.parametrize("phi", [0.0, 0.4, 2.5])
+def test_shapes_of_the_angle_mirror_both_phases_and_have_their_slopes(phi):
+    """C(-phi) is C(phi) with its phases exchanged, of any coefficients; each is there once."""
+    c = np.random.default_rng(2).normal(size=len(TERMS))
+    C, mirrored = ((_shapes(x) @ c).reshape(5, 5) for x in (phi, -phi))
+    assert mirrored == pytest.approx(C.T)
+    h = 1e-5
+    slope = (_shapes(phi + h) - _shapes(phi - h)) / (2 * h)
+    assert _shapes(phi, 1) == pytest.approx(slope, abs=1e-8)
+    # Seven cosines of 15 symmetric parts, six sines of ten antisymmetric ones.
+    assert len(TERMS) == 7 * 15 + 6 * 10
+    some = np.vstack([_shapes(x) for x in np.linspace(0, 2 * np.pi, 30)])
+    assert np.linalg.matrix_rank(some) == len(TERMS)
+
+
+@pytest.mark.parametrize(
+    ("positions", "currents", "told"),
+    [
+        (13, (0.1, 0.3, 0.5, 0.7, 0.85), None),
+        (12, (0.1, 0.3, 0.5, 0.7, 0.85), "12 clamped positions and 5 held currents, need at least"),
+        (13, (0.1, 0.3, 0.5, 0.7), "13 clamped positions and 4 held currents, need at least 13"),
+        (13, (0.1, 0.3, 0.5, 0.7, 0.73), "13 clamped positions and 4 held currents"),
+        (13, (0.1, 0.3, 0.5, 0.7, 0.75), None),
+    ],
+)
+def test_a_table_needs_positions_and_currents(positions, currents, told):
+    """Held currents nearer than 4 % of the greatest are one."""
+    row = np.zeros(9)
+    pulses = [
+        HeldPulse(0, 1, 0.05 * place, row, row, row, row + part * 10)
+        for place in range(positions)
+        for part in currents
+    ]
+    if told is None:
+        _check([(0, 1)], pulses, 10.0)
+        return
+    with pytest.raises(ParameterError, match=f"pairs ab: {told}"):
+        _check([(0, 1)], pulses, 10.0)
 
 
 def test_a_pair_without_pulses_is_named(drive):

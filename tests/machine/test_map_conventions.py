@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from reluctance import ParameterError
-from reluctance.machine.maps import fit_lehuy, fit_two_term, identify
-from reluctance.machine.maps.conventions import _is_current, settled
+from reluctance.machine.maps import FluxTable, fit_lehuy, fit_two_term, identify
+from reluctance.machine.maps.conventions import _is_current, _is_noise, _offset, settled
 from reluctance.machine.maps.fit import TwoTermFit
-from reluctance.machine.maps.periods import check_rises_once
+from reluctance.machine.maps.periods import _repeats, check_rises_once
 from reluctance.machine.maps.pulses import Pulse, Recording
 from reluctance.machine.maps.raw import RawMap
 
@@ -58,6 +58,21 @@ def test_a_half_period_that_is_nearly_one_is_stretched_to_it():
             settled(raw(HALF * end / 180, over(np.radians(HALF))))
 
 
+@pytest.mark.parametrize(("off", "exact"), [(0.0, True), (0.99e-6, True), (1.03e-6, False)])
+@pytest.mark.parametrize("degrees", [HALF, WHOLE, WHOLE[:-1]], ids=["half", "whole", "open"])
+def test_angles_that_are_even_up_to_rounding_are_exactly_even(degrees, off, exact):
+    """To a millionth of a radian: every unit of the file gives the same machine."""
+    even = np.linspace(0, np.pi, 19) if degrees is HALF else np.linspace(0, 2 * np.pi, 37)[:-1]
+    angle = np.radians(degrees)
+    angle[5] += off
+    found = settled(raw(angle, over(angle), angle_unit="rad"))
+    assert np.array_equal(found.theta_e, even) == exact
+    if exact and not off:
+        assert np.array_equal(settled(raw(degrees)).theta_e, even)
+    else:
+        assert found.theta_e[5] - even[5] == pytest.approx(0 if exact else off, abs=1e-12)
+
+
 def test_a_half_past_alignment_is_mirrored_and_one_between_is_refused():
     """Torque changes its sign as the angle turns round."""
     past = HALF + 180
@@ -84,7 +99,11 @@ def test_a_period_without_a_sample_at_its_zero_gets_even_angles_by_a_spline(firs
 
 
 @pytest.mark.parametrize("shift", [0.0, 180.0])
-@pytest.mark.parametrize("degrees", [HALF, WHOLE, WHOLE[:-1]], ids=["half", "whole", "open"])
+@pytest.mark.parametrize(
+    "degrees",
+    [HALF, WHOLE, WHOLE[:-1], np.linspace(0, 180, 7)],
+    ids=["half", "whole", "open", "coarse"],
+)
 def test_the_zero_is_read_from_where_the_flux_is_largest(degrees, shift):
     aligned = np.pi + np.radians(shift)
     found = settled(raw(degrees, over(np.radians(degrees), aligned)))
@@ -171,6 +190,34 @@ def test_flux_at_no_current_is_set_to_nothing_up_to_a_fiftieth(part, refused):
     assert f"flux of {part * psi[1:].max():.2g} Wb at 0 A set to 0" in found.notes
 
 
+def test_flux_at_no_current_is_noise_where_its_mean_and_its_neighbours_are_those_of_noise():
+    """Of +a and -a: rms a, and 2/(n - 1) of the squares a change of sign makes of the ratio."""
+    a = np.where(np.arange(36) % 2, 1.0, -1.0)
+    assert _is_noise(a[:8], 40.0) and not _is_noise(a[:7], 40.0)
+    assert _is_noise(0.0299 * a, 1.0) and not _is_noise(0.0301 * a, 1.0)
+    # A mean of c: at most three times sqrt(1 + c^2)/6.
+    assert _is_noise(a + 0.57, 40.0) and not _is_noise(a + 0.585, 40.0)
+    assert _is_noise(a - 0.57, 40.0) and not _is_noise(a - 0.585, 40.0)
+    for changes, noise in ((6, False), (7, True)):
+        at = np.arange(25) // 4 if changes == 6 else np.arange(25) // 3
+        slow = np.where(np.minimum(at, changes) % 2, 1.0, -1.0)
+        assert np.count_nonzero(np.diff(slow)) == changes and _is_noise(slow, 40.0) == noise
+    a[3] = np.nan
+    assert not _is_noise(a, 40.0)
+
+
+@pytest.mark.parametrize(("share", "shared"), [(0.49, False), (0.51, True), (1.49, True)])
+def test_an_offset_is_shared_by_lines_through_the_next_two_rows(share, shared):
+    """Of three currents at uneven steps, at the median of the angles: lines that meet no current
+    within half of the offset, on either side."""
+    i, slopes, at_zero = np.array([0.0, 2.0, 5.0]), np.array([0.03, 0.05, 0.09]), 0.004
+    psi = share * at_zero + np.outer(i, slopes)
+    psi[0] = at_zero - 0.001, at_zero, at_zero + 0.02
+    assert _offset(i, psi) == (at_zero if shared else 0.0)
+    assert _offset(i, -psi) == (-at_zero if shared else 0.0)
+    assert _offset(i[:2], psi[:2]) == 0.0
+
+
 def test_a_flux_of_the_other_sense_is_told_with_what_makes_it_right():
     given = raw(HALF)
     settled(given)
@@ -191,15 +238,38 @@ def test_flux_and_torque_under_each_others_names_are_told(angles):
         settled(replace(given, psi=tau, tau=given.psi))
 
 
-def test_currents_that_start_above_zero_get_a_row_without_flux():
+@pytest.mark.parametrize("unit", [1.0, 0.1])
+def test_currents_that_start_above_zero_get_a_row_without_flux(unit):
     given = raw(HALF)
     tau = np.outer(FLUX**2, np.sin(np.radians(HALF)))
-    late = replace(given, rows=CURRENTS[2:], psi=given.psi[2:], tau=tau[2:])
+    late = replace(given, rows=unit * CURRENTS[2:], psi=given.psi[2:], tau=tau[2:])
     found = settled(late)
-    assert found.i.tolist() == [0, *CURRENTS[2:]]
+    assert found.i.tolist() == [0, *(unit * CURRENTS[2:])]
     assert not found.psi[0].any() and not found.tau[0].any()
     assert np.array_equal(found.psi[1:], given.psi[2:])
     assert "row at 0 A added: no flux, no torque" in found.notes
+
+
+@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("closed", [True, False])
+def test_of_several_periods_the_first_is_taken(count, closed):
+    degrees = np.arange(36 * count + closed) * 10.0
+    tau = np.outer(FLUX**2, np.sin(np.radians(degrees)))
+    found = settled(raw(degrees, tau=tau))
+    assert found.theta_e == pytest.approx(np.radians(WHOLE[:-1]))
+    assert found.psi == pytest.approx(over(found.theta_e))
+    assert found.tau == pytest.approx(tau[:, :36]) and found.period_error < 1e-12
+    assert f"{count} periods of 360 deg electrical: the first one is taken" in found.notes
+
+
+@pytest.mark.parametrize(("off", "same"), [(0.0402, True), (0.0414, False)])
+def test_periods_are_the_same_to_a_fiftieth_of_the_rise(off, same):
+    """Of 2 in a cosine, and what the second one is higher; three samples in common tell it."""
+    angle = np.arange(73) * 10.0
+    psi = np.cos(np.radians(angle)) + off * (angle >= 360)
+    assert _repeats(angle, psi[None], 360.0) == same
+    few = np.cos(np.radians(angle))[None, :39]
+    assert _repeats(angle[:39], few, 360.0) and not _repeats(angle[:38], few[:, :38], 360.0)
 
 
 @pytest.mark.parametrize(("waves", "said"), [(1, None), (2, "2 times"), (4, "N_r is 4")])
@@ -244,6 +314,20 @@ def test_two_terms_are_found_again_where_one_has_no_flux():
     table = two_terms(A_Wb=(0.4, 0.0), shapes=none, L_0_H=0.0).table(i, theta)
     assert fit_lehuy(table).psi_error_max < 1e-6
     assert fit_two_term(table).psi_error_max < 1e-4
+
+
+def test_a_machine_without_flux_where_it_is_unaligned_is_found_again():
+    """Searches for inductances start from those at the ends: here from nothing."""
+    i, theta = np.linspace(0, 60, 13), np.linspace(0, np.pi, 13)
+    x = theta / np.pi
+    rise = 0.004 * i - 0.3 * np.expm1(-i / 15)
+    table = FluxTable(6, i, theta, np.outer(rise, x**2 * (3 - 2 * x)))
+    found = fit_lehuy(table)
+    assert found.L_u_H == pytest.approx(0, abs=1e-9) and found.psi_error_max < 1e-6
+    assert found.L_sat_H == pytest.approx(0.004, rel=1e-4)
+    assert found.L_a_H == pytest.approx(0.004 + 0.3 / 15, rel=1e-4)
+    assert found.psi_m_Wb - found.L_sat_H * found.i_m_A == pytest.approx(0.3, rel=1e-4)
+    assert found.i_m_A == pytest.approx(15 * np.log(100), rel=1e-4)  # all but a hundredth
 
 
 def recording(R):

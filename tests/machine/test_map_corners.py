@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from reluctance.machine.maps import FluxTable, check_map
+from reluctance.machine.maps.check import _inner_torque_error
 from reluctance.machine.maps.surface import angle_cells, angle_coefficients
 from reluctance.machine.maps.table import fold
 
@@ -88,6 +89,20 @@ def test_torque_jumps_where_its_end_is_above_a_twentieth_of_the_largest(end, jum
     tau *= 1 / np.abs(tau[-1]).max()
     tau[:, 0] = end * np.abs(tau).max(axis=1)
     assert (NOTE in check_map(replace(smooth, tau=tau)).notes) == jumps
+
+
+@pytest.mark.parametrize("at", [0, 1, 7, 14, 15])
+def test_torque_within_a_half_period_is_judged_without_its_ends(at):
+    """Off at one angle alone, on a machine without saturation whose torque is a sine."""
+    theta = np.radians(HALF)
+    psi = np.outer(CURRENTS, 0.03 - 0.02 * np.cos(theta))
+    exact = N_R * np.outer(CURRENTS**2 / 2, 0.02 * np.sin(theta))
+    off = np.zeros_like(exact)
+    off[:, at] = 3.0
+    found = _inner_torque_error(FluxTable(N_R, CURRENTS, theta, psi, exact + off))
+    inner = slice(1, 15)
+    expected = (off[:, inner] ** 2).mean() / ((exact + off)[:, inner] ** 2).mean()
+    assert found == pytest.approx(np.sqrt(expected), abs=5e-4)
 
 
 def test_a_period_without_a_sample_at_alignment_is_judged_as_one():

@@ -11,6 +11,7 @@ from reluctance import ParameterError, _core
 from reluctance.machine.library import machines
 from reluctance.machine.maps import FluxTable, check_map, read_map
 from reluctance.machine.maps.units import question_of_flux
+from reluctance.machine.maps.variations import _value
 
 MACHINE = _core.LeHuy(N_r=6, L_u=8.7e-3, L_a=0.25, L_sat=0.5e-3, i_m=5, psi_m=0.3)
 CURRENTS = np.linspace(0, 5, 11)
@@ -108,6 +109,24 @@ def test_a_sweep_as_maxwell_exports_it(unit, factor, tmp_path):
     path = tmp_path / "maxwell.csv"
     path.write_text("\n".join(lines + [",".join(f"{v:.12g}" for v in row) for row in rows]))
     is_the_machine(read_map(path, N_r=6))
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity", "value", "unit"),
+    [
+        ("5A", "i", 5.0, "a"), ("-2.5e3 mA", "i", -2.5, "ma"), ("1.5", "i", 1.5, None),
+        ("30deg", "theta", 30.0, "deg"), ("30 degrees", "theta", 30.0, "deg"),
+        ("0.5 rad", "theta", 0.5, "rad"), ("7", "theta", 7.0, None),
+    ],
+)  # fmt: skip
+def test_a_value_of_a_sweep_has_its_unit(text, quantity, value, unit):
+    assert _value(text, quantity) == (pytest.approx(value), unit)
+
+
+@pytest.mark.parametrize("text", ["5deg", "5 Hz", "A", "five A", "1.2.3A", "5A 6A"])
+def test_a_value_of_a_sweep_that_is_no_current_is_refused(text):
+    with pytest.raises(ParameterError, match=f"value `{text}` of the sweep, need a number with a"):
+        _value(text, "i")
 
 
 @pytest.mark.parametrize("form", ["long", "grid"])

@@ -54,13 +54,29 @@ def test_a_title_above_a_grid_and_a_cover_sheet_before_it_are_passed_over(tmp_pa
         is_the_machine(read_map(tmp_path / "covered.xlsx", N_r=6), torque=False)
 
 
+def test_an_empty_corner_of_a_sheet_is_no_formula_without_its_value(tmp_path):
+    """A cell with a formula whose value was never computed is named."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append([None, *map(float, HALF_DEG)])
+    for i, flux in zip(CURRENTS, sampled(HALF)[0], strict=True):
+        book.active.append([float(i), *map(float, flux)])
+    book.save(tmp_path / "m.xlsx")
+    is_the_machine(read_map(tmp_path / "m.xlsx", N_r=6), torque=False)
+    book.active["D5"] = "=D4*2"
+    book.save(tmp_path / "m.xlsx")
+    with pytest.raises(ParameterError, match="cell D5 of sheet `Sheet` is a formula without its"):
+        read_map(tmp_path / "m.xlsx", N_r=6)
+
+
 def test_a_struct_of_matlab_is_answered_with_the_command_that_saves_its_fields(tmp_path):
     from scipy.io import savemat
 
     fields = {"i": CURRENTS, "theta_deg": HALF_DEG, "psi": sampled(HALF)[0]}
-    savemat(tmp_path / "m.mat", {"motor": fields})
-    with pytest.raises(ParameterError, match=r"`motor`; of a struct, .*'-struct', 'motor'"):
-        read_map(tmp_path / "m.mat", N_r=6)
+    for beside in ({}, {"N_r": 6.0}):  # a single number is no array
+        savemat(tmp_path / "m.mat", {"motor": fields} | beside)
+        with pytest.raises(ParameterError, match=r"`motor`; of a struct, .*'-struct', 'motor'"):
+            read_map(tmp_path / "m.mat", N_r=6)
     savemat(tmp_path / "m.mat", fields)  # what that command writes
     is_the_machine(read_map(tmp_path / "m.mat", N_r=6), torque=False)
 

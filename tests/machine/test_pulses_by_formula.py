@@ -5,7 +5,7 @@ import pytest
 
 from reluctance import ParameterError
 from reluctance.machine.maps import FluxTable, repair_map
-from reluctance.machine.maps.identify import _closing, _positions, _smoothed
+from reluctance.machine.maps.identify import _at, _closing, _positions, _smoothed
 from reluctance.machine.maps.pulses import Pulse, Trace, _known, read_pulses, trace
 from reluctance.machine.maps.repair import SMOOTHING, cross_validated, penalised
 
@@ -112,6 +112,24 @@ def test_rising_and_falling_currents_agree_with_the_resistance(resistance):
     assert _closing(rising) is None
 
 
+@pytest.mark.parametrize(
+    ("near_level", "told"),
+    [
+        ([1.91, 2.0, 2.05], True),
+        ([1.91, 2.05], False),  # two samples
+        ([1.96, 1.97, 2.005], False),  # of 0.045 A together: less than half of how near they are
+        ([1.96, 1.97, 2.015], True),
+        ([1.89, 1.92, 2.11], False),  # one within 0.1 A, the others beyond
+    ],
+)
+def test_a_level_is_read_by_a_straight_line_from_three_samples_that_are_apart(near_level, told):
+    """Volt-seconds and charge of straight lines over the current, read at 2 A within 0.1 A."""
+    i = np.array([0.5, *near_level, 3.5, 2.0, 2.0, 2.0])
+    t = Trace(i, 0.3 + 0.2 * i, 0.05 - 0.01 * i, 0.0)
+    found = _at(t, slice(0, len(near_level) + 2), 2.0, 0.1)
+    assert found == (pytest.approx((0.7, 0.03)) if told else None)
+
+
 def test_angles_of_one_clamped_position_are_one():
     """Their mean, each as often as it was recorded."""
     traces = [trace(pulse(up=n, mean=True)) for n in (50, 60, 70)]
@@ -194,6 +212,27 @@ def test_a_pulse_ends_where_the_time_falls_back_or_the_angle_changes(tmp_path):
     path.write_text("t_ms,theta_e_deg,u_mean_V,i_A\n" + "\n".join(lines[:15]))
     with pytest.raises(ParameterError, match="data row 9: the pulse there has 7 rows, need 8"):
         read_pulses([path])
+
+
+@pytest.mark.parametrize("below", ["", "(time),(mean),(of it),(rotor)\n", "s,V,A,deg\n"])
+def test_a_row_of_words_below_the_names_is_no_row_of_numbers(below, tmp_path):
+    """Where it says no units, those of the names count."""
+    path = tmp_path / "a.csv"
+    lines = [f"{t},{5 * (t > 3)},{t},30" for t in range(9)]
+    path.write_text("t_s,u_V,i_A,theta_m_deg\n" + below + "\n".join(lines))
+    (one,) = read_pulses([path]).pulses
+    assert np.array_equal(one.i, np.arange(9.0)) and np.array_equal(one.t, one.i)
+
+
+def test_a_column_that_is_missing_is_told_with_the_options_that_help(tmp_path):
+    """An angle may be given for each file, what is measured may not."""
+    path, rows = tmp_path / "a.csv", "\n0,0,0" * 9
+    for quantity, head in (("u", "t_s,what,i_A"), ("theta", "t_s,u_V,i_A")):
+        path.write_text(head + rows)
+        with pytest.raises(ParameterError, match=f"no column for {quantity}, need") as fault:
+            read_pulses([path], angles=[] if quantity == "theta" else [1.0])
+        assert f"say --name {quantity}=NAME" in str(fault.value)
+        assert ("or --angle for each file" in str(fault.value)) == (quantity == "theta")
 
 
 def test_a_repair_tells_what_it_changed_where_and_leaves_a_clean_table():

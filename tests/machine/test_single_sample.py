@@ -10,7 +10,7 @@ from test_flux_map import sampled
 
 import reluctance as rl
 from reluctance.machine.maps import FluxTable, check_map, read_map
-from reluctance.machine.maps.single_sample import wrong_sample
+from reluctance.machine.maps.single_sample import _off, wrong_sample
 
 MACHINES = Path(__file__).parents[2] / "machines"
 MAPS = sorted(
@@ -74,6 +74,37 @@ def test_a_sample_of_a_whole_period_is_found() -> None:
     assert wrong_sample(whole) is None
     found = wrong_sample(mistyped(whole, 20, 59, 1.04))
     assert found is not None and found.theta_e == pytest.approx(whole.theta_e[59])
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 30, 57, 58, 59])
+def test_a_sample_of_a_whole_period_is_expected_on_the_cubic_around_the_circle(n: int) -> None:
+    """Through the two samples before it and the two behind; by Lagrange's weights -1/6, 2/3."""
+    whole = sampled(np.linspace(0, 450, 46), np.linspace(0, 2 * np.pi, 61)[:-1])
+    wrong = mistyped(whole, 20, n, 1.2)
+    found = wrong_sample(wrong)
+    assert found is not None and (found.more, found.theta_e) == (0, whole.theta_e[n])
+    near = [whole.psi[20, (n + step) % 60] for step in (-2, -1, 1, 2)]
+    assert found.expected == pytest.approx(np.dot([-1, 4, 4, -1], near) / 6, rel=1e-9)
+    assert found.psi == wrong.psi[20, n]
+    least = 0.05 * np.abs(wrong.psi).max()
+    off = (found.psi - found.expected) / max(found.expected, least)
+    assert found.error == pytest.approx(off, rel=1e-9)
+
+
+def test_samples_are_compared_with_the_cubics_through_their_four_neighbours() -> None:
+    """By numpy's polynomials, at uneven steps; the deviation of noise by a sample of many."""
+    random = np.random.default_rng(5)
+    x = np.cumsum(random.uniform(0.5, 2, 9))
+    values = random.normal(size=(9, 2000))
+    off, noise = _off(x, values, 2, 7)
+    assert off.shape == (7, 2000) and noise.shape == (7, 1)
+    for row, n in enumerate(range(2, 9)):
+        start = min(n - 2, 4)
+        near = [m for m in range(start, start + 5) if m != n]
+        cubics = np.polynomial.polynomial.polyfit(x[near], values[near], 3)
+        expected = np.polynomial.polynomial.polyval(x[n], cubics)
+        assert off[row] == pytest.approx(values[n] - expected, abs=1e-8)
+        assert off[row].std() == pytest.approx(noise[row, 0], rel=0.05)
 
 
 @pytest.mark.parametrize("name", MAPS)
