@@ -19,6 +19,7 @@ from reluctance import _core
 from reluctance.drive.guard.trip_levels import current_error, protection
 from reluctance.targets.export import cost, package, replay_dump, target
 from reluctance.targets.export.array_text import array_marks
+from reluctance.targets.export.blob import exported_controller
 from reluctance.targets.export.commission_levels import commission, levels
 from reluctance.targets.export.constants import Tables, constant, literal
 from reluctance.targets.export.more_interface import more_marks
@@ -417,6 +418,22 @@ def test_a_dump_of_another_package_is_refused(
         replay_dump.replay_dump("d.bin", drive())
     with pytest.raises(rl.ParameterError, match="what a law has learned is not replayed"):
         replay_dump.replay_dump("d.bin", drive("deadbeat_learning"))
+
+
+def test_a_law_that_learns_or_has_a_long_name_has_no_form_in_the_c_interface(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    exported_controller(drive())
+    with pytest.raises(rl.ParameterError, match="learn = true has no form in the C interface"):
+        exported_controller(drive("deadbeat_learning"))
+    for letters, taken in ((24, True), (25, False)):
+        name = "x" * letters
+        monkeypatch.setattr(_core, "law_of", lambda _, name=name: name)
+        if taken:
+            exported_controller(drive())
+            continue
+        with pytest.raises(rl.ParameterError, match=f"the law `{name}` has no name of 1 to 24"):
+            exported_controller(drive())
 
 
 def test_every_sample_is_computed_again_from_the_state_of_its_segment(
