@@ -103,7 +103,7 @@ def test_the_table_stops_at_the_torque_the_well_or_the_speed_whichever_is_first(
 
 
 @pytest.mark.parametrize("operation", ["mppt", "constant", "dcdc"])
-def test_the_box_of_the_loss_map_holds_every_voltage_and_speed_that_is_met(operation):
+def test_the_box_of_the_loss_map_holds_every_voltage_and_speed_that_is_met(operation, monkeypatch):
     system = load_system(EXAMPLES / "sun_day.toml")
     values = {"constant": {"u_V": 100.0}, "dcdc": {"u_V": 300.0, "efficiency": 0.9}}
     system = system.with_table("operation", {"kind": operation} | values.get(operation, {}))
@@ -124,6 +124,10 @@ def test_the_box_of_the_loss_map_holds_every_voltage_and_speed_that_is_met(opera
     assert lifts - 0.2 * most < least <= lifts and 5 * least / most == pytest.approx(
         round(5 * least / most)
     )
+    if operation == "mppt":  # full sun, but for the steps
+        monkeypatch.setattr("reluctance.pumping.operate.STEP_U", 0.01)
+        ends = power_point(system.array.diode(np.full(2, 1000.0), np.array([75.0, -10.0]))).u
+        assert box_of(system).u_dc == pytest.approx(tuple(ends), abs=0.011)
 
 
 def test_the_drive_of_a_system_follows_its_array_and_its_pump():
