@@ -72,6 +72,7 @@ def test_the_looks_of_a_figure_are_no_fault():
         ("if TYPE_CHECKING:\n    import b\n", "if c:\n    import b\n"),
         ("ALGORITHM = 3\n", "ALGORITHMS = 3\n"),
         ("f(algorithm=1)\n", "f(algorithms=1)\n"),
+        ("f(alpha=1)\n", "alpha = 1\n"),  # a figure's, and a number of the model
     ],
 )
 def test_imports_for_annotations_and_versions_of_results_are_no_fault(

@@ -127,6 +127,14 @@ def test_a_coefficient_in_another_unit_is_answered_with_its_share(key, printed, 
     meets_its_points(sheet(**{key: written}))
 
 
+def test_no_crystalline_module_of_the_cec_table_loses_less_than_a_fifth_of_a_per_cent_per_kelvin():
+    pvlib = pytest.importorskip("pvlib")
+    table = pvlib.pvsystem.retrieve_sam("CECMod").T
+    table = table[table.Technology.isin(["Mono-c-Si", "Multi-c-Si"])]
+    assert len(table) > 10_000
+    assert (100 * table.beta_oc / table.V_oc_ref).max() < -0.2 > table.gamma_r.max()
+
+
 def test_half_cells_are_answered_with_the_cells_in_series():
     small = {"P_mp_W": 415, "V_oc_V": 37.4, "I_sc_A": 13.98, "V_mp_V": 31.3, "I_mp_A": 13.26}
     with pytest.raises(ParameterError, match="54 in a module of 108 half cells"):

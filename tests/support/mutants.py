@@ -62,10 +62,8 @@ SWAPS: dict[type, type] = {
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And},
     **{ast.Pow: ast.Mult, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
 }
-# Keywords and names of constants: looks of a figure, the place of a warning, and the number that is
-# raised where a result that is kept would be another one.
-NO_FAULT = ("lw", "ms", "fontsize", "alpha", "size", "stacklevel", "frameon")
-NO_FAULT += ("algorithm", "ALGORITHM")
+# Keywords: looks of a figure, the place of a warning, and the version of a result that is kept.
+NO_FAULT = ("lw", "ms", "fontsize", "alpha", "size", "frameon", "stacklevel", "algorithm")
 CPP_SWAPS = {
     **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * ", " < ": " <= ", " > ": " >= "},
     **{" <= ": " < ", " >= ": " > ", " && ": " || ", " || ": " && ", " == ": " != "},
@@ -105,9 +103,13 @@ def changed(node: ast.AST) -> ast.AST | None:
     return None
 
 
-def named(node: ast.keyword | ast.Assign) -> str | None:
-    """The name that gets a value."""
-    return node.arg if isinstance(node, ast.keyword) else ast.unparse(node.targets[0])
+def no_fault(node: ast.AST) -> bool:
+    """Whether a constant goes to one of NO_FAULT, or is the version that a module keeps by."""
+    if not isinstance(node, ast.keyword | ast.Assign) or not isinstance(node.value, ast.Constant):
+        return False
+    if isinstance(node, ast.keyword):
+        return node.arg in NO_FAULT
+    return ast.unparse(node.targets[0]) == "ALGORITHM"
 
 
 def _with(node: ast.AST, **fields: object) -> ast.AST:
@@ -117,7 +119,7 @@ def _with(node: ast.AST, **fields: object) -> ast.AST:
 
 def python_mutant(file: Path, draw: random.Random) -> Mutant | None:
     """A fault somewhere in a module, but in its text, its annotations, what is imported for them,
-    and NO_FAULT."""
+    and where there is `no_fault`."""
     source = file.read_text(encoding="utf-8")
     lines = source.splitlines(keepends=True)
     tree = ast.parse(source)
@@ -130,9 +132,8 @@ def python_mutant(file: Path, draw: random.Random) -> Mutant | None:
             for child in value if isinstance(value, list) else [value]:
                 if isinstance(child, ast.JoinedStr) or not isinstance(child, ast.AST):
                     continue
-                if isinstance(child, ast.keyword | ast.Assign) and named(child) in NO_FAULT:
-                    if isinstance(child.value, ast.Constant):
-                        continue
+                if no_fault(child):
+                    continue
                 if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
                     continue
                 inner = names
