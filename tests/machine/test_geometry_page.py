@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from command import command
-from test_geometry_files import COARSE
+from geometries import COARSE
 
 import reluctance as rl
 from reluctance.explore.sweeps.vary import samples

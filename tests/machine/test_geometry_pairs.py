@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from command import command, refused
 from coupled import I_MAX, Formula, N_r, coupling
-from test_geometry_files import COARSE, changed, drive, geometry, write
+from geometries import COARSE, changed, drive, geometry, write
 
 import reluctance as rl
 from reluctance.base.errors import ParameterError

@@ -8,7 +8,7 @@ from types import SimpleNamespace as Namespace
 import numpy as np
 import pytest
 from command import command, refused
-from test_geometry_files import changed, drive, geometry, write
+from geometries import changed, drive, geometry, write
 
 import reluctance as rl
 from reluctance.drive.run import radial_force
