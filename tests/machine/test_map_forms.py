@@ -231,6 +231,16 @@ def test_another_number_of_turns_is_recognised_and_said(factor, tmp_path):
     assert command("map", "check", path, "--N_r", 6, "--turns_factor", remedy).code == 0
 
 
+@pytest.mark.parametrize("factor", [0, -1, "nan", "inf"])
+def test_a_factor_of_turns_is_a_number_above_zero(factor, tmp_path):
+    psi, tau = sampled(HALF)
+    rows = [",".join(f"{v:.12g}" for v in row) for row in long_rows(psi, tau)]
+    path = tmp_path / "m.csv"
+    path.write_text("\n".join(["i_A,theta_deg,psi_Wb,tau_Nm", *rows]))
+    line = refused("map", "check", path, "--N_r", 6, "--turns_factor", factor)
+    assert f"--turns_factor {factor}, need > 0" in line
+
+
 def test_the_number_of_turns_that_is_told_is_whole_where_the_map_is_a_little_off(tmp_path):
     psi, tau = sampled(HALF)
     rows = [",".join(f"{v:.12g}" for v in row) for row in long_rows(0.499995 * psi, tau)]
