@@ -64,6 +64,11 @@ def refused(*arguments: object) -> str:
     return done.error
 
 
+def words(text: str) -> str:
+    """A text as one line, wherever it was wrapped."""
+    return " ".join(text.split())
+
+
 def wait_until_at_work(running: subprocess.Popen[str]) -> None:
     """Until a command and the processes of its pool have used 2 s of processor time: the imports
     are over then."""
