@@ -381,6 +381,33 @@ def test_a_rank_that_fails_the_check_is_followed_by_the_next(monkeypatch):
     assert tried == [2]
 
 
+@pytest.mark.parametrize(
+    ("poles", "polarity", "letters"),
+    [
+        ((4, 2), "NNSS", ["ab"]),  # of two phases both neighbours are the same one
+        ((6, 4), "NSNSNS", ["ac", "cb", "ba"]),
+        ((8, 6), "NNNNSSSS", ["ad", "dc", "cb", "ba"]),
+    ],
+)
+def test_each_two_phases_side_by_side_are_one_pair(poles, polarity, letters, monkeypatch):
+    monkeypatch.setattr(coupling_of, "check_pairs", lambda *_: None)
+    monkeypatch.setattr(
+        coupling_of,
+        "pairs_solved",
+        lambda *_, **__: SimpleNamespace(samples=lambda n: Formula().samples()),
+    )
+    machine = SimpleNamespace(
+        stator_poles=poles[0],
+        rotor_poles=poles[1],
+        phases=len(polarity) // 2,
+        polarity=polarity,
+        map=SimpleNamespace(pair_rank=1),
+    )
+    found = coupling_of.coupling_of(machine, None, 12.0)
+    assert found.n_phases == machine.phases
+    assert [pair.letters for pair in found.pairs] == letters
+
+
 @pytest.mark.long
 def test_a_table_of_another_machine_is_refused():
     samples = coarse("6/4 NN")[3]
