@@ -286,3 +286,11 @@ def test_an_iron_loss_needs_the_memory_of_every_point_whatever_is_kept():
     Bounds(drive, 0.99 * most, 1e-3)
     with pytest.raises(ParameterError, match="the iron loss needs every point: run shorter"):
         Bounds(drive, 1.01 * most, 1e-3)
+
+
+def test_the_waveforms_that_a_run_keeps_are_counted(monkeypatch):
+    """From none on: what is judged last is all but the row of the end."""
+    kept = []
+    monkeypatch.setattr(Bounds, "check", lambda self, loop, t, rows: kept.append(rows))
+    result = rl.simulate(rl.load(RATED), until=2e-3, record=1e-5)
+    assert kept[-1] == len(result.t) - 1 == 200

@@ -316,6 +316,31 @@ def test_hard_chopping_switches_more_and_braking_is_always_hard() -> None:
     assert float(one.tau) == float(other.tau) > 0
 
 
+def test_a_band_is_as_wide_as_the_voltage_crosses_in_a_thousandth_of_a_period(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where the flux linkage grows in proportion to the current; at most 7 % of the current."""
+    own, bands = _core.angles, []
+
+    def noted(*given: object, i_band: float, **named: object) -> object:
+        bands.append(i_band)
+        return own(*given, i_band=i_band, **named)
+
+    monkeypatch.setattr(_core, "angles", noted)
+    half_way = _core.magnetics(known().magnetics, np.array([known().i_max]), np.array([np.pi / 2]))
+    i_per_psi = known().i_max / half_way[0, 0]
+    wide = known().u_dc * 1e-3 * period(known()) * i_per_psi / 2
+    turns = {"brake_on": np.pi, "brake_off": np.pi + 1.0, "omega_start": 0.0}
+    window = _core.Conduction(theta_on=ON, theta_off=OFF, **turns)
+    for half in (0.5 * wide, 2 * wide):
+        law = chopped(known(), half, brakes=False, hard=False)
+        assert (law.smooth, law.periods) == ((True, 1) if half < wide else (False, 2))
+        for i in (5 * wide, 100 * wide):
+            law.controller(law.known, window, i)
+    narrowed = max(0.5 * wide, 0.07 * 5 * wide)
+    assert bands == pytest.approx([narrowed, wide, 2 * wide, 2 * wide], rel=1e-9)
+
+
 def test_two_pulses_that_share_nothing_broadcast() -> None:
     law = chopped(known(), 1.0, brakes=False, hard=False)
     on, i = np.array([[ON], [ON + 0.1]]), np.array([30.0, 60.0, 90.0])

@@ -104,11 +104,12 @@ def changed(node: ast.AST) -> ast.AST | None:
 
 
 def no_fault(node: ast.AST) -> bool:
-    """Whether a constant goes to one of NO_FAULT, or is the version that a module keeps by."""
-    if not isinstance(node, ast.keyword | ast.Assign) or not isinstance(node.value, ast.Constant):
-        return False
+    """Whether constants go to one of NO_FAULT, or one is the version that a module keeps by."""
     if isinstance(node, ast.keyword):
-        return node.arg in NO_FAULT
+        parts = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
+        return node.arg in NO_FAULT and all(isinstance(part, ast.Constant) for part in parts)
+    if not isinstance(node, ast.Assign) or not isinstance(node.value, ast.Constant):
+        return False
     return ast.unparse(node.targets[0]) == "ALGORITHM"
 
 
