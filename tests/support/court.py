@@ -1,0 +1,297 @@
+"""Judges a changed file in a copy of the repository: the first test that fails there, and passes
+without the change."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import json
+import math
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from queue import SimpleQueue
+
+ROOT = Path(__file__).parents[2]
+PACKAGE, HEADERS, TESTS = ROOT / "python" / "reluctance", ROOT / "include", ROOT / "tests"
+CHECKS = TESTS / "core" / "test_core.py"  # of headers alone: need no core built with them
+MOST = 60  # processor time of the tests that call what was changed, and of the nearest, each [s]
+LIMIT = 120  # of one test, which takes 10 s at most; more is an endless loop [s]
+LEFT_OUT = (".*", "build", "out", "dist", "__pycache__", "*.so", "node_modules")
+FOLDERS = {  # of tests, by the first that a header's place begins with
+    "base": ("core",),
+    "machine": ("machine", "core"),
+    "plant": ("plant", "core", "drive"),
+    "control/law": ("drive", "core"),
+    "control/commission": ("targets",),
+    "control": ("core", "drive"),
+    "sim": ("core", "drive"),
+    "c_api": ("targets", "core"),
+    "fmi": ("targets",),
+}
+ENDED = "a test that ended the process"
+FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+(?:\[.*?\])?)(?: - .*)?$", re.M)
+NOT_COMPILED = re.compile(r"\.[ch]pp:\d+:\d+: error: (?!.*\[-Werror)")
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A changed file."""
+
+    file: Path
+    line: int
+    before: str
+    after: str
+    text: str  # of the whole file, changed
+    names: tuple[str, ...] = ()  # by which a test may mean the place
+
+    def __str__(self) -> str:
+        return f"{self.file.relative_to(ROOT)}:{self.line}: {self.before}  ->  {self.after}"
+
+
+@dataclass(frozen=True)
+class Test:
+    """What tests/support/reached.py notes of one."""
+
+    name: str  # as pytest has it
+    cost: float  # processor time [s]
+    called: frozenset[tuple[str, int]]  # functions: path within the package, and first line
+
+    @property
+    def file(self) -> Path:
+        return ROOT / self.name.partition("::")[0]
+
+    @property
+    def folder(self) -> str:
+        return self.file.relative_to(TESTS).parts[0]
+
+
+def recorded(folder: Path) -> list[Test]:
+    """The tests that a folder of tests/support/reached.py has."""
+    lines = [line for file in folder.glob("*.jsonl") for line in file.read_text().splitlines()]
+    rows = map(json.loads, sorted(lines))
+    return [Test(name, cost, frozenset(map(tuple, called))) for name, cost, called in rows]
+
+
+@cache
+def words() -> dict[Path, Counter[str]]:
+    """Of each test file, and of each check of headers."""
+    files = sorted([*TESTS.rglob("test_*.py"), *TESTS.rglob("*_check.cpp")])
+    return {
+        file: Counter(re.findall(r"[\w.]+", file.read_text(encoding="utf-8"))) for file in files
+    }
+
+
+def nearest(names: Iterable[str]) -> list[Path]:
+    """The test files that say these names, those that say most first; a rare name counts more."""
+    parts = {part for name in names for part in (name, f"reluctance.{name}") if len(part) > 2}
+    score: Counter[Path] = Counter()
+    for word in parts:
+        those = [file for file, said in words().items() if said[word]]
+        for file in those:
+            score[file] += math.log1p(words()[file][word]) / len(those)
+    return [file for file, _ in score.most_common()]
+
+
+def folders(file: Path) -> tuple[str, ...]:
+    """Those of tests that a file of the package or a header belongs to."""
+    if file.suffix == ".py":
+        return (file.relative_to(PACKAGE).parts[0],)
+    place = file.relative_to(HEADERS / "srm").as_posix()
+    return next(of for start, of in FOLDERS.items() if place.startswith(f"{start}/"))
+
+
+def function_at(file: Path, line: int) -> int | None:
+    """First line, with decorators, of the innermost function around a line; None outside of all."""
+    found = None
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef):
+            first = min([node.lineno, *(each.lineno for each in node.decorator_list)])
+            if first <= line <= (node.end_lineno or line):
+                found = max(first, found or 0)
+    return found
+
+
+def judges(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
+    """The tests of a mutant by name, file by file, the nearest first.
+
+    Those that call the changed function, the cheapest first; and, of the folders that the file
+    belongs to, those of the files that name what was changed. Each list ends after MOST seconds.
+    """
+    rank = {file: n for n, file in enumerate(nearest(mutant.names))}
+    own = folders(mutant.file)
+
+    def place(test: Test) -> int:
+        return rank.get(test.file, len(rank))
+
+    called: list[Test] = []
+    if mutant.file.suffix == ".py":
+        path = mutant.file.relative_to(PACKAGE).as_posix()
+        first = function_at(mutant.file, mutant.line)
+        called = [
+            test
+            for test in tests
+            if any(file == path and (first is None or line == first) for file, line in test.called)
+        ]
+        called.sort(key=lambda test: (test.folder not in own, test.cost))
+    near = [test for test in tests if test.folder in own or (not called and test.file in rank)]
+    near.sort(key=lambda test: (place(test), test.name))
+    chosen = {test.name: test for some in (called, near) for test in _within(some, MOST)}
+    return [t.name for t in sorted(chosen.values(), key=lambda t: (place(t), t.file, t.cost))]
+
+
+def _within(tests: Iterable[Test], seconds: float) -> list[Test]:
+    found: list[Test] = []
+    for test in tests:
+        if test.cost <= seconds:
+            seconds -= test.cost
+            found.append(test)
+    return found
+
+
+def checks(mutant: Mutant) -> list[str]:
+    """The checks of headers by name, the nearest first."""
+    order = [file for file in nearest(mutant.names) if file.suffix == ".cpp"]
+    others = sorted(file for file in words() if file.suffix == ".cpp" and file not in order)
+    name = CHECKS.relative_to(ROOT).as_posix()
+    return [f"{name}::test_core_check_holds[g++-{file.stem}]" for file in [*order, *others]]
+
+
+class Copy:
+    """A copy of the repository whose tests import its own package, with the core as installed."""
+
+    def __init__(self, place: Path) -> None:
+        self.place = place
+        self.said = ""  # by the last run of tests
+        shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(*LEFT_OUT))
+        core = importlib.util.find_spec("reluctance._core")
+        assert core is not None and core.origin is not None
+        for module in Path(core.origin).parent.glob("_core*.so"):
+            shutil.copy2(module, place / "python" / "reluctance")  # it may be built anew meanwhile
+        self.environment = os.environ | {
+            "PYTHONPATH": os.pathsep.join(map(str, (place / "python", place / "tests/support"))),
+            "OPENBLAS_NUM_THREADS": "1",
+            "CCACHE_BASEDIR": str(place),
+            "CCACHE_NOHASHDIR": "1",
+        }
+        compilers = place / ".compilers"
+        compilers.mkdir()
+        if ccache := shutil.which("ccache"):  # what a fault does not reach is compiled once
+            for name in ("g++", "c++"):
+                (compilers / name).symlink_to(ccache)
+        path = (str(compilers), str(Path(sys.executable).parent), os.environ.get("PATH", ""))
+        self.environment["PATH"] = os.pathsep.join(path)
+        code = "import reluctance._core as core; print(core.__file__)"
+        found = subprocess.check_output(
+            [sys.executable, "-c", code], text=True, cwd=place, env=self.environment
+        )
+        if not Path(found).is_relative_to(place):
+            raise RuntimeError(f"the tests of {place} would import {found}")
+
+    def record(self, folder: Path, jobs: int) -> None:
+        """Runs all short tests and notes in a folder what each calls."""
+        command = [sys.executable, "-m", "pytest", "-q", "--tb=no", "-m", "not long", "-n"]
+        command += [str(jobs), "--dist", "worksteal", "-p", "reached", "--reached", str(folder)]
+        subprocess.run(command, cwd=self.place, env=self.environment, stdout=subprocess.DEVNULL)
+
+    def build(self) -> bool:
+        """The core with the headers as they are; False where they do not compile. No number
+        changes by the level of optimisation, and this one takes least."""
+        folder = self.place / "build"
+        if not folder.exists():
+            command = ["cmake", "-S", str(self.place), "-B", str(folder), "-G", "Ninja"]
+            command += ["-DCMAKE_BUILD_TYPE=Mutant", "-DCMAKE_CXX_FLAGS_MUTANT=-O1 -DNDEBUG"]
+            command += ["-DRELUCTANCE_TEST_MODULE=ON", f"-DPython_EXECUTABLE={sys.executable}"]
+            command += [f"-Dnanobind_DIR={nanobind_folder()}"]
+            subprocess.run(command, check=True, env=self.environment, stdout=subprocess.DEVNULL)
+        command = ["cmake", "--build", str(folder), "--parallel", "1"]
+        built = subprocess.run(command, env=self.environment, capture_output=True, text=True)
+        if built.returncode:
+            return False
+        for module in folder.glob("_core*.so"):
+            shutil.copy2(module, self.place / "python" / "reluctance")
+        return True
+
+    def failing(self, what: Sequence[str], without: Iterable[str] = ()) -> str | None:
+        """The first test that fails, with the names that pytest gives; None where none does."""
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=short"]
+        command += ["-o", f"faulthandler_timeout={LIMIT}", "-o", "faulthandler_exit_on_timeout=1"]
+        left = [name for name in what if name not in set(without)]
+        if not left:
+            return None
+        running = subprocess.Popen(
+            [*command, *left],
+            **{"cwd": self.place, "env": self.environment, "text": True},
+            **{"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "start_new_session": True},
+        )
+        self.said, _ = running.communicate()
+        try:
+            os.killpg(running.pid, signal.SIGKILL)  # what an endless test has started
+        except ProcessLookupError:
+            pass
+        if running.returncode == 0:
+            return None
+        found = FAILED.findall(self.said)
+        if found:
+            return str(found[0])
+        if running.returncode in (3, 4, 5):
+            raise RuntimeError(f"pytest {left[:3]} ...: {self.said[-2000:]}")
+        return ENDED
+
+
+@cache
+def nanobind_folder() -> str:
+    return subprocess.check_output(
+        [sys.executable, "-m", "nanobind", "--cmake_dir"], text=True
+    ).strip()
+
+
+class Court:
+    """An unchanged copy, and one for each mutant that is judged at the same time."""
+
+    def __init__(self, folder: Path, jobs: int) -> None:
+        self.unchanged = Copy(folder / "unchanged")
+        self.free: SimpleQueue[Copy] = SimpleQueue()
+        for n in range(jobs):
+            self.free.put(Copy(folder / f"{n}"))
+        self.passing: dict[str, bool] = {}  # tests by name: whether they pass without a fault
+
+    def killer(self, mutant: Mutant, tests: Sequence[Test]) -> str | None:
+        """Which of the tests fails with the fault and passes without it, or None where none does;
+        "" where the fault does not compile."""
+        copy = self.free.get()
+        place = copy.place / mutant.file.relative_to(ROOT)
+        whole = place.read_text(encoding="utf-8")
+        place.write_text(mutant.text, encoding="utf-8")
+        try:
+            if mutant.file.suffix == ".py":
+                return self._killer(copy, judges(mutant, tests))
+            by_check = self._killer(copy, checks(mutant))
+            if by_check is not None:
+                return "" if NOT_COMPILED.search(copy.said) else by_check
+            return self._killer(copy, judges(mutant, tests)) if copy.build() else ""
+        finally:
+            place.write_text(whole, encoding="utf-8")
+            self.free.put(copy)
+
+    def _killer(self, copy: Copy, names: list[str]) -> str | None:
+        while True:
+            name = copy.failing(names, [n for n, passes in self.passing.items() if not passes])
+            if name is None or self._passes(name):
+                return name
+
+    def _passes(self, name: str) -> bool:
+        """Whether a test passes without a fault."""
+        if name not in self.passing:
+            self.passing[name] = name == ENDED or self.unchanged.failing([name]) is None
+            if not self.passing[name]:
+                print(f"left out: {name} fails without a fault", flush=True)
+        return self.passing[name]

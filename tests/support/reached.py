@@ -1,0 +1,83 @@
+"""Plugin of pytest: which functions of the package each test calls, and what the test costs.
+
+    pytest -p reached --reached FOLDER
+
+Each process writes FOLDER/PID.jsonl, a line per test: its name, its processor time [s], and the
+functions, as path within the package and first line. What a fixture of a whole file calls counts
+for each of its tests. Commands that a test starts are not seen.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from types import CodeType, FrameType
+
+import pytest
+
+import reluctance
+
+PACKAGE = str(Path(reluctance.__file__).parent) + os.sep
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--reached", type=Path, help="--reached=FOLDER: what each test calls")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if folder := config.getoption("--reached"):
+        folder.mkdir(parents=True, exist_ok=True)
+        config.pluginmanager.register(Reached(folder / f"{os.getpid()}.jsonl"))
+
+
+class Reached:
+    """Notes the code objects that are entered while a test runs."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        self.entered: set[CodeType] = set()
+        self.of_file: dict[Path, set[CodeType]] = defaultdict(set)
+
+    def see(self, frame: FrameType, event: str, _: object) -> None:
+        if event == "call":
+            self.entered.add(frame.f_code)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(
+        self, fixturedef: pytest.FixtureDef[object], request: pytest.FixtureRequest
+    ) -> Iterator[None]:
+        if fixturedef.scope != "module":
+            return (yield)
+        before, self.entered = self.entered, set()
+        found = yield
+        self.of_file[request.path] |= self.entered
+        self.entered |= before
+        return found
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        self.entered = set()
+        start = time.process_time()
+        threading.setprofile(self.see)
+        sys.setprofile(self.see)
+        try:
+            return (yield)
+        finally:
+            sys.setprofile(None)
+            threading.setprofile(None)
+            cost = time.process_time() - start
+            self.write(item, cost)
+
+    def write(self, item: pytest.Item, cost: float) -> None:
+        seen = self.entered | self.of_file[item.path]
+        own = [code for code in seen if code.co_filename.startswith(PACKAGE)]
+        places = sorted({(c.co_filename.removeprefix(PACKAGE), c.co_firstlineno) for c in own})
+        line = json.dumps([item.nodeid, round(cost, 3), places])
+        with self.file.open("a", encoding="utf-8") as file:
+            file.write(line + "\n")
