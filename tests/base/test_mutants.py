@@ -1,11 +1,31 @@
 """The tool that plants small faults: what it says of a file without a fault, and of one with."""
 
+import inspect
+import os
 import random
 import re
+import subprocess
+import sys
+from dataclasses import replace
 
+import court
 import mutants
 import pytest
-from mutants import HEADERS, PACKAGE, ROOT, TESTS, Court, Mutant
+from court import (
+    HEADERS,
+    PACKAGE,
+    ROOT,
+    TESTS,
+    Court,
+    Mutant,
+    folders,
+    function_at,
+    judges,
+    recorded,
+)
+from court import Test as Judge
+
+from reluctance.base import units
 
 PUMP = TESTS / "plant" / "test_pumping_pump.py"
 DRAWS = [(kind, only) for kind, only in (("python", "explore/tuning"), ("cpp", "control/law"))]
@@ -18,35 +38,47 @@ def planted(file, before="", after=""):
     return Mutant(file, 1, before, after, text.replace(before, after, 1), (file.stem,))
 
 
+@pytest.fixture(scope="module")
+def tests(tmp_path_factory):
+    """What two files of tests call."""
+    folder = tmp_path_factory.mktemp("reached")
+    order = [sys.executable, "-m", "pytest", "-q", "-p", "reached", "--reached", folder]
+    place = {"cwd": ROOT, "env": os.environ | {"PYTHONPATH": str(TESTS / "support")}}
+    laws = [f"{TESTS / 'drive' / 'test_laws.py'}"]
+    subprocess.run([*order, "-m", "not long", PUMP, *laws], check=True, **place)
+    return recorded(folder)
+
+
 @pytest.mark.long
-def test_an_unchanged_file_survives_and_a_planted_fault_dies(tmp_path, monkeypatch):
-    monkeypatch.setattr(mutants, "judges", lambda mutant: [PUMP])
+def test_an_unchanged_file_survives_and_a_planted_fault_dies(tmp_path, tests):
     court, pump = Court(tmp_path, 1), PACKAGE / "plant" / "hydraulics" / "pump.py"
-    assert court.killer(planted(pump)) is None
-    assert "test_pumping_pump.py::" in court.killer(
-        planted(pump, "RHO * GRAVITY * head", "1.05 * RHO * GRAVITY * head")
-    )
-    assert court.killer(planted(pump)) is None  # it was put right
+    assert court.killer(planted(pump), tests) is None
+    fault = ("RHO * GRAVITY * head", "1.05 * RHO * GRAVITY * head")
+    assert "test_pumping_pump.py::" in court.killer(planted(pump, *fault), tests)
+    assert court.killer(planted(pump), tests) is None  # it was put right
 
 
 @pytest.mark.long
-def test_the_same_holds_for_headers(tmp_path, monkeypatch):
-    """Judged by a test of the law through the core built with the header."""
-    monkeypatch.setattr(mutants, "judges", lambda mutant: [TESTS / "drive" / "test_laws.py"])
-    court, law = Court(tmp_path, 1), HEADERS / "srm" / "control" / "law" / "deadbeat.hpp"
-    assert court.killer(planted(law)) is None
-    assert court.killer(planted(law, "T begin =", "begin =")) == ""  # does not compile
-    assert "::" in court.killer(planted(law, "(psi_ref - begin)", "(psi_ref + begin)"))
+def test_the_same_holds_for_headers(tmp_path, tests, monkeypatch):
+    """Judged by a check, and by tests of the law through the core built with the header."""
+    law = HEADERS / "srm" / "control" / "law" / "deadbeat.hpp"
+    fault = planted(law, "(psi_ref - begin)", "(psi_ref + begin)")
+    one = Court(tmp_path, 1)
+    assert one.killer(planted(law, "T begin =", "begin ="), tests) == ""  # does not compile
+    assert "_check" in one.killer(fault, tests)
+    monkeypatch.setattr(court, "checks", lambda mutant: [])
+    assert one.killer(planted(law), tests) is None
+    assert "test_laws.py::" in one.killer(fault, tests)
 
 
 @pytest.mark.long
-def test_a_test_that_fails_without_a_fault_is_left_out(tmp_path, monkeypatch, capfd):
-    monkeypatch.setattr(mutants, "judges", lambda mutant: [PUMP])
-    court, pump = Court(tmp_path, 1), PACKAGE / "plant" / "hydraulics" / "pump.py"
-    for place in (court.unchanged.place, tmp_path / "0"):
+def test_a_test_that_fails_without_a_fault_is_left_out(tmp_path, tests, capfd):
+    one, pump = Court(tmp_path, 1), PACKAGE / "plant" / "hydraulics" / "pump.py"
+    for place in (one.unchanged.place, tmp_path / "0"):
         with (place / PUMP.relative_to(ROOT)).open("a") as file:
             file.write("\n\ndef test_never():\n    assert False\n")
-    assert court.killer(planted(pump)) is None
+    never = replace(tests[0], name=f"{PUMP.relative_to(ROOT)}::test_never", cost=0.0)
+    assert one.killer(planted(pump), [never, *tests]) is None
     assert "test_never fails without a fault" in capfd.readouterr().out
 
 
@@ -89,16 +121,80 @@ def test_imports_for_annotations_and_versions_of_results_are_no_fault(
 
 def test_every_header_and_module_has_its_judges():
     for file in [*HEADERS.rglob("srm/*/*.hpp"), *PACKAGE.rglob("*/*.py")]:
-        names = mutants.folders(file)
+        names = folders(file)
         assert names and all((TESTS / name).is_dir() for name in names), file
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_a_test_of_another_folder_that_names_what_a_module_offers_judges_it(seed):
-    """Tables of angles are tested in tests/drive alone; four of other folders are added."""
-    file = PACKAGE / "explore" / "tuning" / "angles.py"
-    judges = mutants.judges(mutants.python_mutant(file, random.Random(seed)))
-    own = [test for test in judges if TESTS / "explore" in test.parents]
-    others = judges[len(own) :]
-    assert own and len(others) == mutants.NEAREST
-    assert TESTS / "drive" / "test_angle_table.py" in others
+def noted(name, cost, *called):
+    return Judge(f"tests/{name}", cost, frozenset(called))
+
+
+CODE = """\
+X = 1
+
+@f
+def a():
+    def b():
+        return 2
+    return b
+"""
+
+
+@pytest.mark.parametrize(("line", "first"), [(1, None), (2, None), (3, 3), (4, 3), (6, 5), (7, 3)])
+def test_a_line_belongs_to_the_innermost_function_around_it(line, first, tmp_path):
+    (tmp_path / "a.py").write_text(CODE)
+    assert function_at(tmp_path / "a.py", line) == first
+
+
+def test_those_judge_that_call_what_was_changed_and_those_that_name_it(monkeypatch):
+    """Of all folders the first, of its own the second; each up to its time."""
+    file = PACKAGE / "plant" / "hydraulics" / "pump.py"
+    names = ("names_it", "calls_it", "costs_more", "long")
+    at = {name: ROOT / "tests" / "plant" / f"test_{name}.py" for name in names}
+    monkeypatch.setattr(court, "function_at", lambda file, line: 7)
+    monkeypatch.setattr(court, "nearest", lambda names: [at["names_it"]])
+    here, elsewhere = ("plant/hydraulics/pump.py", 7), ("plant/hydraulics/pump.py", 8)
+    tests = [
+        noted("plant/test_long.py::a", 61.0, here),
+        noted("plant/test_costs_more.py::a", 50.0, here),
+        noted("plant/test_calls_it.py::b", 8.0, here),
+        noted("plant/test_names_it.py::a", 59.0, elsewhere),
+        noted("drive/test_x.py::a", 1.0, here),
+        noted("drive/test_x.py::b", 1.5, here),
+        noted("drive/test_x.py::c", 0.0, elsewhere),
+    ]
+    told = [name.removeprefix("tests/") for name in judges(planted(file), tests)]
+    assert told == [
+        *("plant/test_names_it.py::a", "drive/test_x.py::a"),
+        *("plant/test_calls_it.py::b", "plant/test_costs_more.py::a"),
+    ]
+    monkeypatch.setattr(court, "function_at", lambda file, line: None)  # a constant of the module
+    assert "tests/drive/test_x.py::c" in judges(planted(file), tests[2:])
+
+
+def test_what_a_test_calls_is_noted_with_what_its_file_s_fixtures_call(tmp_path):
+    test = """\
+import pytest
+from reluctance.base import arrays, units
+
+@pytest.fixture(scope="module")
+def made():
+    return units.to_si(1.0, "ms")
+
+def test_one(made):
+    assert made == 1e-3
+
+def test_two(made):
+    assert units.from_si(made, "ms") == 1.0
+"""
+    (tmp_path / "test_a.py").write_text(test)
+    order = [sys.executable, "-m", "pytest", "-q", "-p", "reached", "--reached", tmp_path / "r"]
+    environment = os.environ | {"PYTHONPATH": str(TESTS / "support")}
+    subprocess.run([*order, "test_a.py"], check=True, cwd=tmp_path, env=environment)
+    one, two = recorded(tmp_path / "r")
+    to_si, from_si = (
+        ("base/units.py", inspect.unwrap(f).__code__.co_firstlineno)
+        for f in (units.to_si, units.from_si)
+    )
+    assert to_si in one.called and to_si in two.called
+    assert from_si in two.called and from_si not in one.called
