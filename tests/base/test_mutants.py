@@ -42,7 +42,7 @@ def planted(file, before="", after=""):
 def tests(tmp_path_factory):
     """What two files of tests call."""
     folder = tmp_path_factory.mktemp("reached")
-    order = [sys.executable, "-m", "pytest", "-q", "-p", "reached", "--reached", folder]
+    order = [sys.executable, "-m", "pytest", "-q", "-p", "reached", f"--reached={folder}"]
     place = {"cwd": ROOT, "env": os.environ | {"PYTHONPATH": str(TESTS / "support")}}
     laws = [f"{TESTS / 'drive' / 'test_laws.py'}"]
     subprocess.run([*order, "-m", "not long", PUMP, *laws], check=True, **place)
@@ -188,7 +188,7 @@ def test_two(made):
     assert units.from_si(made, "ms") == 1.0
 """
     (tmp_path / "test_a.py").write_text(test)
-    order = [sys.executable, "-m", "pytest", "-q", "-p", "reached", "--reached", tmp_path / "r"]
+    order = [sys.executable, "-m", "pytest", "-q", "-p", "reached", "--reached=r"]
     environment = os.environ | {"PYTHONPATH": str(TESTS / "support")}
     subprocess.run([*order, "test_a.py"], check=True, cwd=tmp_path, env=environment)
     one, two = recorded(tmp_path / "r")

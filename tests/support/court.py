@@ -199,7 +199,7 @@ class Copy:
     def record(self, folder: Path, jobs: int) -> None:
         """Runs all short tests and notes in a folder what each calls."""
         command = [sys.executable, "-m", "pytest", "-q", "--tb=no", "-m", "not long", "-n"]
-        command += [str(jobs), "--dist", "worksteal", "-p", "reached", "--reached", str(folder)]
+        command += [str(jobs), "--dist", "worksteal", "-p", "reached", f"--reached={folder}"]
         subprocess.run(command, cwd=self.place, env=self.environment, stdout=subprocess.DEVNULL)
 
     def build(self) -> bool:

@@ -1,6 +1,6 @@
 """Plugin of pytest: which functions of the package each test calls, and what the test costs.
 
-    pytest -p reached --reached FOLDER
+    pytest -p reached --reached=FOLDER
 
 Each process writes FOLDER/PID.jsonl, a line per test: its name, its processor time [s], and the
 functions, as path within the package and first line. What a fixture of a whole file calls counts
