@@ -1,10 +1,13 @@
-"""Plugin of pytest: which functions of the package each test calls, and what the test costs.
+"""Plugin of pytest: which functions of the package each test calls, and what the test costs; and
+only chosen tests.
 
     pytest -p reached --reached=FOLDER
+    pytest -p reached --chosen=FILE TESTS
 
-Each process writes FOLDER/PID.jsonl, a line per test: its name, its processor time [s], and the
-functions, as path within the package and first line. What a fixture of a whole file calls counts
-for each of its tests. Commands that a test starts are not seen.
+By the first, each process writes FOLDER/PID.jsonl, a line per test: its name, its processor time
+[s], and the functions, as path within the package and first line. What a fixture of a whole file
+calls counts for each of its tests. Commands that a test starts are not seen. By the second, tests
+whose names are no line of FILE are left out; a name that has no test is none.
 """
 
 from __future__ import annotations
@@ -27,12 +30,19 @@ PACKAGE = str(Path(reluctance.__file__).parent) + os.sep
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--reached", type=Path, help="--reached=FOLDER: what each test calls")
+    parser.addoption("--chosen", type=Path, help="--chosen=FILE: the names of tests, a line each")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     if folder := config.getoption("--reached"):
         folder.mkdir(parents=True, exist_ok=True)
         config.pluginmanager.register(Reached(folder / f"{os.getpid()}.jsonl"))
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if file := config.getoption("--chosen"):
+        chosen = set(file.read_text(encoding="utf-8").splitlines())
+        items[:] = [item for item in items if item.nodeid in chosen]
 
 
 def processor_time() -> float:
