@@ -225,7 +225,7 @@ class Copy:
         left = [name for name in what if name not in set(without)]
         if not left:
             return None
-        chosen = self.place / "chosen"
+        chosen = self.place.with_suffix(".chosen")  # not a file of the repository
         chosen.write_text("\n".join(left), encoding="utf-8")
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=short"]
         command += ["-o", f"faulthandler_timeout={LIMIT}", "-o", "faulthandler_exit_on_timeout=1"]
