@@ -93,6 +93,29 @@ def test_the_radial_force_is_that_of_the_flux_of_the_pole():
     assert amplitude[1] > amplitude[3:].max()
 
 
+def test_progress_of_a_field_rises_by_a_position_and_current_at_a_time(monkeypatch):
+    told = []
+    stressed = SimpleNamespace(
+        pole_force=lambda *_: 0.0, orders=lambda n: (np.arange(n), np.zeros(n))
+    )
+
+    def sampled(system, i, theta_e, look):
+        shape = len(i), len(theta_e)
+        for column in range(shape[1]):
+            for row in range(shape[0]):
+                look(row, column, SimpleNamespace(steps=1))
+        parts = ("coenergy", "psi", "tau", "L_inc", "psi_theta")
+        return SimpleNamespace(**dict.fromkeys(parts, np.zeros(shape)))
+
+    monkeypatch.setattr(solved_module, "stress", lambda field: stressed)
+    monkeypatch.setattr(solved_module, "sample", sampled)
+    case = geometry(map__angles=13, map__currents=6)
+    found = solved_module._solve(case, COARSE, told.append)
+    n = 13 * 7  # currents from none on
+    assert told == pytest.approx(np.arange(1, n + 1) / n)
+    assert found.steps == n
+
+
 @pytest.mark.long
 def test_the_convergence_report_has_five_points():
     points = convergence(geometry())

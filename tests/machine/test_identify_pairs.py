@@ -11,6 +11,7 @@ from test_map_cli import reluctance
 import reluctance as rl
 from reluctance import ParameterError, _core
 from reluctance.base.resources import resources
+from reluctance.machine import identify_pairs
 from reluctance.machine.coupling import Coupling, Neighbours
 from reluctance.machine.held_pulses import COLUMNS, HeldPulse, read_held_pulses
 from reluctance.machine.identify_pairs import (
@@ -153,6 +154,18 @@ def test_leads_that_are_all_moved_on_show_in_the_pairs(drive, first, tmp_path):
         return
     line = reluctance(*asked, fails="line")
     assert f"the pairs are where leg a drives phase {'abc'[first]}, and every other leg" in line
+
+
+@pytest.mark.parametrize(("left_over", "first"), [(0.99, 2), (1.01, 0)])
+def test_leads_are_moved_on_where_less_than_a_third_is_left_over(monkeypatch, left_over, first):
+    ring = Coupling(3, tuple(Neighbours(k, (k + 1) % 3, None) for k in range(3)))
+    moved = {0: 3.0, 1: 4.0, 2: left_over}
+
+    def factor(pulses, coupling, magnetics, R):
+        return SimpleNamespace(residual=moved[-coupling.pairs[0].first % 3])
+
+    monkeypatch.setattr(identify_pairs, "pair_factor", factor)
+    assert phase_of_first([], ring, None, R) == first
 
 
 def test_pairs_that_no_factor_makes_right_are_not_answered_with_one(drive, tmp_path):

@@ -316,6 +316,15 @@ def test_two_terms_are_found_again_where_one_has_no_flux():
     assert fit_two_term(table).psi_error_max < 1e-4
 
 
+@pytest.mark.parametrize("p", [-1.5, 1.0])
+def test_two_terms_are_found_again_whichever_way_each_shape_leans(p):
+    i, theta = np.linspace(0, 60, 13), np.linspace(0, np.pi, 13)
+    shapes = ((p, 0.0), (0.5, 0.0), (-0.5, 0.0))
+    found = fit_two_term(two_terms(shapes=shapes).table(i, theta))
+    assert found.psi_error_max < 1e-6 and found.L_0_H == pytest.approx(5e-3, rel=1e-4)
+    assert np.array(found.shapes) == pytest.approx(np.array(shapes), abs=1e-4)
+
+
 def test_a_machine_without_flux_where_it_is_unaligned_is_found_again():
     """Searches for inductances start from those at the ends: here from nothing."""
     i, theta = np.linspace(0, 60, 13), np.linspace(0, np.pi, 13)

@@ -324,6 +324,7 @@ def test_the_advice_on_a_unit_error_leads_to_the_right_machine(quantity, milli, 
     done = command("map", "check", path, "--N_r", 6)
     text = " ".join(done.out.split())
     assert done.code == 1 and "unit error" in text and "turns" not in text
+    assert "are the currents in" not in text  # beside the error no question
     named = [q for q, words in SUSPECT.items() if words in text]
     assert named == [quantity], text
     assert f"{1000 if not milli else '1/1000'}" in text
