@@ -93,7 +93,7 @@ def test_the_radial_force_is_that_of_the_flux_of_the_pole():
     assert amplitude[1] > amplitude[3:].max()
 
 
-def test_progress_of_a_field_rises_by_a_position_and_current_at_a_time(monkeypatch):
+def test_a_field_has_its_end_windings_and_tells_each_position_and_current(monkeypatch):
     told = []
     stressed = SimpleNamespace(
         pole_force=lambda *_: 0.0, orders=lambda n: (np.arange(n), np.zeros(n))
@@ -114,6 +114,10 @@ def test_progress_of_a_field_rises_by_a_position_and_current_at_a_time(monkeypat
     n = 13 * 7  # currents from none on
     assert told == pytest.approx(np.arange(1, n + 1) / n)
     assert found.steps == n
+    i, L_end_H = found.i[:, None] + 0 * found.theta_e, by_products_of(case).L_end_H
+    assert L_end_H > 0  # of the end windings alone, where the field is nothing
+    for name, expected in (("psi", i), ("coenergy", i**2 / 2), ("L_inc", i**0)):  # COARSE: 1e-5
+        assert getattr(found, name) == pytest.approx(L_end_H * expected, rel=1e-4), name
 
 
 @pytest.mark.long
