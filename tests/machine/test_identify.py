@@ -1,6 +1,7 @@
 """Voltage pulses become a flux table: as an oscilloscope gives them, as the firmware does."""
 
 import json
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from reluctance.machine.maps.identify import _closed
 from reluctance.machine.maps.raw import RawMap
 from reluctance.targets.commission import Wires, commission, write_pulses
 
+identifying = import_module("reluctance.machine.maps.identify")  # the package has the function
 R = 2.15
 U = 60.0  # of the bench supply [V]
 I_TOP = 5.0
@@ -265,3 +267,24 @@ def test_a_period_is_closed_where_what_is_left_of_it_is_nearest_to_one_step(step
         assert (len(ends), closed.shape) == (10 + is_closed, (3, 10 + is_closed))
         if is_closed:
             assert ends[-1] == pytest.approx(own[-1] + steps * (own[1] - own[0]))
+
+
+def test_the_spline_over_both_signs_is_odd_and_its_curvature_is_kept_even(monkeypatch):
+    """A straight line is as smooth as any, and found again. Coefficients that rise as the cube of
+    their place have a constant third difference."""
+    kept, own = [], identifying._smoothed
+
+    def smoothed(basis, penalty, row):
+        kept.append(penalty)
+        return own(basis, penalty, row)
+
+    monkeypatch.setattr(identifying, "_smoothed", smoothed)
+    s, x = np.linspace(0.01, 1.99, 150), np.linspace(0, 1.9, 60)
+    straight, wave = 0.3 * s, 0.1 + 0.05 * np.sin(9 * s)
+    for d in (straight, wave):
+        found = identifying._odd_spline(s, d, np.ones(len(s)))
+        assert found(-x) == pytest.approx(-found(x), abs=1e-12)
+        if d is straight:
+            assert found(s) == pytest.approx(d, abs=1e-6)
+    cube = np.arange(1.0, kept[0].shape[1] + 1) ** 3
+    assert kept[0] @ cube == pytest.approx(np.full(len(kept[0]), 6.0))
