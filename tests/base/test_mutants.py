@@ -35,7 +35,7 @@ def planted(file, before="", after=""):
     """A file with a fault, or as it is."""
     text = file.read_text()
     assert before in text
-    return Mutant(file, 1, before, after, text.replace(before, after, 1), (file.stem,))
+    return Mutant(file, 1, before, after, text.replace(before, after, 1), (file.stem, file.name))
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_the_same_holds_for_headers(tmp_path, tests, monkeypatch):
     one = Court(tmp_path, 1)
     assert one.killer(planted(law, "T begin =", "begin ="), tests) == ""  # does not compile
     assert "_check" in one.killer(fault, tests)
-    monkeypatch.setattr(court, "checks", lambda mutant: [])
+    monkeypatch.setattr(court, "checks", lambda *_: [])
     assert one.killer(planted(law), tests) is None
     assert "test_laws.py::" in one.killer(fault, tests)
 
@@ -170,6 +170,19 @@ def test_those_judge_that_call_what_was_changed_and_those_that_name_it(monkeypat
     ]
     monkeypatch.setattr(court, "function_at", lambda file, line: None)  # a constant of the module
     assert "tests/drive/test_x.py::c" in judges(planted(file), tests[2:])
+
+
+def test_the_checks_of_a_header_begin_with_those_that_name_it():
+    law = planted(HEADERS / "srm" / "control" / "law" / "deadbeat.hpp")
+    files = sorted((TESTS / "core").glob("*_check.cpp"))
+    name = "core/test_core.py::test_core_check_holds[{}-g++]"
+    tests = [noted(name.format(file.stem), 1.0) for file in files]
+    found = court.checks(law, [*tests, noted("drive/test_x.py::a", 1.0)])
+    assert sorted(found) == sorted(test.name for test in tests)
+    named = [file for file in files if "deadbeat" in file.read_text()]
+    assert 0 < len(named) < len(files)
+    first = {each.partition("[")[2].removesuffix("-g++]") for each in found[: len(named)]}
+    assert first == {file.stem for file in named}
 
 
 def test_what_a_test_calls_is_noted_with_what_its_file_s_fixtures_call(tmp_path):

@@ -22,7 +22,7 @@ from queue import SimpleQueue
 
 ROOT = Path(__file__).parents[2]
 PACKAGE, HEADERS, TESTS = ROOT / "python" / "reluctance", ROOT / "include", ROOT / "tests"
-CHECKS = TESTS / "core" / "test_core.py"  # of headers alone: need no core built with them
+CHECK = "test_core.py::test_core_check_holds["  # of headers alone: needs no core built with them
 MOST = 60  # processor time of the tests that call what was changed, and of the nearest, each [s]
 LIMIT = 120  # of one test, which takes 10 s at most; more is an endless loop [s]
 LEFT_OUT = (".*", "build", "out", "dist", "__pycache__", "*.so", "node_modules")
@@ -157,12 +157,12 @@ def _within(tests: Iterable[Test], seconds: float) -> list[Test]:
     return found
 
 
-def checks(mutant: Mutant) -> list[str]:
+def checks(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
     """The checks of headers by name, the nearest first."""
-    order = [file for file in nearest(mutant.names) if file.suffix == ".cpp"]
-    others = sorted(file for file in words() if file.suffix == ".cpp" and file not in order)
-    name = CHECKS.relative_to(ROOT).as_posix()
-    return [f"{name}::test_core_check_holds[g++-{file.stem}]" for file in [*order, *others]]
+    order = [file.stem for file in nearest(mutant.names) if file.suffix == ".cpp"]
+    rank = {f"{stem}-g++": n for n, stem in enumerate(order)}
+    found = [test.name for test in tests if CHECK in test.name]
+    return sorted(found, key=lambda name: rank.get(name.partition("[")[2].rstrip("]"), len(rank)))
 
 
 class Copy:
@@ -278,7 +278,7 @@ class Court:
         try:
             if mutant.file.suffix == ".py":
                 return self._killer(copy, judges(mutant, tests))
-            by_check = self._killer(copy, checks(mutant))
+            by_check = self._killer(copy, checks(mutant, tests))
             if by_check is not None:
                 return "" if NOT_COMPILED.search(copy.said) else by_check
             return self._killer(copy, judges(mutant, tests)) if copy.build() else ""

@@ -149,7 +149,7 @@ def cpp_mutant(file: Path, draw: random.Random) -> Mutant | None:
     other = [*lines]
     other[n] = lines[n][:at] + CPP_SWAPS[operator] + lines[n][at + len(operator) :]
     shown = [line.strip()[:80] for line in (lines[n], other[n])]
-    return Mutant(file, n + 1, shown[0], shown[1], "\n".join(other), (file.stem,))
+    return Mutant(file, n + 1, shown[0], shown[1], "\n".join(other), (file.stem, file.name))
 
 
 def drawn(kind: str, count: int, only: str, draw: random.Random) -> list[Mutant]:
