@@ -38,6 +38,15 @@ def planted(file, before="", after=""):
     return Mutant(file, 1, before, after, text.replace(before, after, 1), (file.stem, file.name))
 
 
+def noted(name, cost, *called):
+    return Judge(f"tests/{name}", cost, frozenset(called))
+
+
+def checks_of_headers():
+    name = "core/test_core.py::test_core_check_holds[{}-g++]"
+    return [noted(name.format(file.stem), 1.0) for file in sorted(TESTS.glob("core/*_check.cpp"))]
+
+
 @pytest.fixture(scope="module")
 def tests(tmp_path_factory):
     """What two files of tests call."""
@@ -59,14 +68,14 @@ def test_an_unchanged_file_survives_and_a_planted_fault_dies(tmp_path, tests):
 
 
 @pytest.mark.long
-def test_the_same_holds_for_headers(tmp_path, tests, monkeypatch):
+def test_the_same_holds_for_headers(tmp_path, tests):
     """Judged by a check, and by tests of the law through the core built with the header."""
     law = HEADERS / "srm" / "control" / "law" / "deadbeat.hpp"
     fault = planted(law, "(psi_ref - begin)", "(psi_ref + begin)")
-    one = Court(tmp_path, 1)
-    assert one.killer(planted(law, "T begin =", "begin ="), tests) == ""  # does not compile
-    assert "_check" in one.killer(fault, tests)
-    monkeypatch.setattr(court, "checks", lambda *_: [])
+    one, all_of_them = Court(tmp_path, 1), [*checks_of_headers(), *tests]
+    wrong = planted(law, "T begin =", "begin =")
+    assert one.killer(wrong, all_of_them) == one.killer(wrong, tests) == ""  # does not compile
+    assert "_check" in one.killer(fault, all_of_them)
     assert one.killer(planted(law), tests) is None
     assert "test_laws.py::" in one.killer(fault, tests)
 
@@ -125,10 +134,6 @@ def test_every_header_and_module_has_its_judges():
         assert names and all((TESTS / name).is_dir() for name in names), file
 
 
-def noted(name, cost, *called):
-    return Judge(f"tests/{name}", cost, frozenset(called))
-
-
 CODE = """\
 X = 1
 
@@ -175,8 +180,7 @@ def test_those_judge_that_call_what_was_changed_and_those_that_name_it(monkeypat
 def test_the_checks_of_a_header_begin_with_those_that_name_it():
     law = planted(HEADERS / "srm" / "control" / "law" / "deadbeat.hpp")
     files = sorted((TESTS / "core").glob("*_check.cpp"))
-    name = "core/test_core.py::test_core_check_holds[{}-g++]"
-    tests = [noted(name.format(file.stem), 1.0) for file in files]
+    tests = checks_of_headers()
     found = court.checks(law, [*tests, noted("drive/test_x.py::a", 1.0)])
     assert sorted(found) == sorted(test.name for test in tests)
     named = [file for file in files if "deadbeat" in file.read_text()]
