@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "any_pairs.hpp"
 #include "errors.hpp"
 #include "srm/c_api/sound.hpp"
 #include "srm/control/law/deadbeat.hpp"
@@ -80,6 +81,38 @@ double guides() {
         g.first.values.size = 72, g.mirrored = {mirrored + 1, 3};
       },
       "guide");  // a fourth set
+  return s.worst;
+}
+
+/// Angles may be zero and are less than a whole period; no phase is beside itself.
+double pairs_of_phases() {
+  static const AnyPairs any;
+  using Pairs = Coupling<double>;
+  Said<Pairs> s(any.pairs, [](const Pairs& p) { return p.fault(3); });
+  static const double from_none[] = {0, 5.3}, whole[] = {1.1, two_pi<double>}, less[] = {-1e-9, 1};
+  s.fine([](Pairs& p) { p.behind = {from_none, 2}; });
+  s.refused([](Pairs& p) { p.behind = {whole, 2}; }, "angles of the pairs");
+  s.refused([](Pairs& p) { p.behind = {less, 2}; }, "angles of the pairs");
+  static const std::uint8_t itself[] = {0, 1}, beyond[] = {1, 3};
+  for (const auto* second : {itself, beyond}) {
+    s.refused([second](Pairs& p) { p.second = {second, 2}; }, "phases of the pairs");
+  }
+  const char* sizes = "sizes of the pairs";
+  s.fine([](Pairs& p) { p.N_r = 1; });
+  s.refused([](Pairs& p) { p.N_r = 0; }, sizes);
+  for (int n : {1, 256}) s.refused([n](Pairs& p) { p.n_i = n; }, sizes);
+  for (int n : {1, 10001}) s.refused([n](Pairs& p) { p.n_phi = n; }, sizes);
+  for (int n : {0, Pairs::most_functions + 1}) s.refused([n](Pairs& p) { p.rank = n; }, sizes);
+  s.refused([](Pairs& p) { p.second.size = 1; }, sizes);
+  s.refused([](Pairs& p) { p.kind.size = 1; }, sizes);
+  s.refused([](Pairs& p) { p.behind.size = 1; }, sizes);
+  s.refused([](Pairs& p) { p.knot.size = 2; }, sizes);
+  s.refused([](Pairs& p) { --p.f.size; }, "functions of the pairs");
+  s.refused([](Pairs& p) { --p.C.size; }, "tables of the pairs");
+  static const double knots[] = {0.0, 3.7, 3.7};
+  s.refused([](Pairs& p) { p.knot = {knots, 3}; }, "currents of the pairs");
+  s.refused([](Pairs& p) { p.cells_per_rad = 0; }, "cells of the pairs");
+  s.fine([](Pairs& p) { p = Pairs{}; });  // there are none
   return s.worst;
 }
 
@@ -242,6 +275,7 @@ double laws() {
 
 int main() {
   check("guides: rows, columns, speeds, sets", guides(), 0);
+  check("pairs of phases", pairs_of_phases(), 0);
   check("parts of a plant", parts_of_a_plant(), 0);
   check("sampling, resolution, supervision", timings(), 0);
   check("protection, diagnosis, sequence", guards(), 0);
