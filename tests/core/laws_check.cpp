@@ -4,6 +4,7 @@
 #include <initializer_list>
 
 #include "srm/control/frame/speed_pi.hpp"
+#include "srm/control/guard/guarded.hpp"
 #include "srm/control/law/angles.hpp"
 #include "srm/control/law/deadbeat.hpp"
 #include "srm/control/law/ditc.hpp"
@@ -349,6 +350,25 @@ double worst_float_duty() {
   return worst;
 }
 
+/// The protection judges the speed that is measured or, where an observer follows the rotor, that
+/// of the observer.
+double judged_speed() {
+  DriveControl<PwmCurrent<LeHuy<double>, 3>> control{.law = pwm_current<double, 3>()};
+  control.frame.tracker.N_r = 4;
+  decltype(control)::State x{};
+  x.frame.tracker.omega_e = 4 * 300;
+  x.frame.tracker.near = true;
+  const Measurement<double, 3> y{.omega_m = 100, .u_dc = 240};
+  constexpr Uses none{.observer = false};
+  double worst = 0;
+  for (const bool tracked : {false, true}) {
+    control.frame.motion = tracked ? Motion::tracked : Motion::measured;
+    worst += std::fabs(judged<Uses{}>(control, x, y).omega_m - (tracked ? 300 : 100));
+    worst += std::fabs(judged<none>(control, x, y).omega_m - 100);
+  }
+  return worst;
+}
+
 }  // namespace
 
 int main() {
@@ -368,6 +388,7 @@ int main() {
   check("DITC: legs that differ from the rule table", ditc_mismatches(), 0);
   check("DITC: legs that differ from the zones", ditc_role_mismatches(), 0);
   check("deadbeat: duty, float against double", worst_float_duty(), 1e-2);
+  check("protection: the speed that is judged [rad/s]", judged_speed(), 1e-9);
   check("speed PI: overshoot after a hold against without [rad/s]", windup(), 0.5);
   check_starts<3>();
   check_starts<4>();
