@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <random>
 
+#include "any_pairs.hpp"
+#include "errors.hpp"
 #include "srm/control/frame/learning.hpp"
 #include "srm/control/law/deadbeat.hpp"
 #include "srm/machine/lehuy.hpp"
@@ -151,6 +153,62 @@ double same_orders() {
   return worst;
 }
 
+/// What the neighbours of a phase add, as sums over its pairs at the currents that are believed;
+/// its slope by a difference over the size of all currents. At the start of a stroke it is that of
+/// the first turn-on between two samples.
+double neighbours() {
+  constexpr int N = 3;
+  using Fit = StrokeFit<double>;
+  const AnyPairs any;
+  const auto machine = lehuy<double>(4, 0.67e-3, 23.62e-3, 0.15e-3, 450, 0.468);
+  const Fit fit{.drops = {},
+                .edges = {},
+                .L_u = 1e-3,
+                .i_least = 0.5,
+                .i_missing = 0.1,
+                .psi_least = 1,
+                .T_s = 20e-6,
+                .delay = 0};
+  double worst = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    Fit::State<N> x;
+    x.learned.aligned = 1.1;
+    x.learned.saturated = 0.8;
+    Fit::Neighbours<N> found{};
+    Measurement<double, N> y{.theta_e = uniform(0, turn), .u_dc = 100};
+    std::array<double, N> i{};
+    for (int k = 0; k < N; ++k) {
+      y.i[k] = trial % 3 == k ? uniform(0, 0.5) : uniform(0.6, 4);
+      i[k] = y.i[k] > 0.5 ? 1.1 / 0.8 * (y.i[k] + 0.1) : 0;
+      found.now[k] = {uniform(-1, 1), uniform(-1, 1)};
+      x.strokes[k].now.idle_level = -uniform(0, 1) * fit.T_s;
+    }
+    const auto before = found.now;
+    const auto psi = [&](int k, double size) {
+      double sum = 0;
+      for (int n = 0; n < any.pairs.n_pairs(); ++n) {
+        const int a = any.first[n], b = any.second[n];
+        if (i[a] == 0 && i[b] == 0) continue;
+        const auto m = any.pairs.at(n, size * i[a], size * i[b], y.theta_e);
+        sum += (k == a ? m.psi_first : 0) + (k == b ? m.psi_second : 0);
+      }
+      return sum;
+    };
+    fit.observe<true>(x, found, machine, any.pairs, 0.7, y);
+    for (int k = 0; k < N; ++k) {
+      const double slope = (psi(k, 1 + 1e-6) - psi(k, 1 - 1e-6)) / 2e-6;
+      const double part = -x.strokes[k].now.idle_level / fit.T_s;
+      const double start = before[k].psi + part * (psi(k, 1) - before[k].psi);
+      worst = worst_of({worst, off(found.now[k].psi, psi(k, 1)) / (1 + std::fabs(psi(k, 1))),
+                        off(found.now[k].slope, slope) / (1 + std::fabs(slope)),
+                        off(found.start[k].psi, start) / (1 + std::fabs(start)),
+                        off(found.added(k).slope, found.now[k].slope - found.start[k].slope),
+                        off(found.added(k).psi, psi(k, 1) - start)});
+    }
+  }
+  return worst;
+}
+
 }  // namespace
 
 int main() {
@@ -159,5 +217,6 @@ int main() {
   check("what no row shows does not move", unseen(), 0);
   check("seconds at each level are those of the gates", level_seconds(), 1e-9);
   check("k psi(b i): the orders of the law that knows it", same_orders(), 1e-9);
+  check("what the neighbours of a phase add", neighbours(), 1e-6);
   return failures > 0 ? 1 : 0;
 }
