@@ -38,8 +38,10 @@ SWAPS: dict[type, type] = {
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And},
     **{ast.Pow: ast.Mult, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
 }
-# Keywords: looks of a figure, the place of a warning, and the version of a result that is kept.
-NO_FAULT = ("lw", "ms", "fontsize", "alpha", "size", "frameon", "stacklevel", "algorithm")
+# Keywords: looks of a figure, the place of a warning, the version of a result that is kept, and the
+# check of zip, which no right program meets.
+LOOKS = ("lw", "ms", "fontsize", "alpha", "size", "frameon")
+NO_FAULT = (*LOOKS, "stacklevel", "algorithm", "strict")
 CPP_SWAPS = {
     **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * ", " < ": " <= ", " > ": " >= "},
     **{" <= ": " < ", " >= ": " > ", " && ": " || ", " || ": " && ", " == ": " != "},
