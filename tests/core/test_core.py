@@ -22,6 +22,7 @@ WARNINGS = (
     "-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wdouble-promotion -Wno-sign-conversion -Werror"
 )
 TARGET = "-O1 -fno-exceptions -fno-rtti"
+INDICES = "-D_GLIBCXX_ASSERTIONS"  # an index past the end of an array ends the program
 FLAGS = [*STANDARD[".cpp"], *EXACT, *TARGET.split(), *WARNINGS.split(), f"-I{ROOT / 'include'}"]
 
 every_compiler = pytest.mark.parametrize(
@@ -33,9 +34,9 @@ every_compiler = pytest.mark.parametrize(
 @pytest.mark.parametrize("source", CHECKS, ids=lambda p: p.stem)
 def test_core_check_holds(source: Path, compiler: str, tmp_path: Path) -> None:
     program, unit = tmp_path / source.stem, tmp_path / f"{source.stem}.o"
-    built = subprocess.run(  # in two steps: ccache knows the first, where it stands for g++
-        [compiler, *FLAGS, "-c", str(source), "-o", str(unit)], capture_output=True, text=True
-    )
+    command = [compiler, *FLAGS, INDICES, "-c", str(source), "-o", str(unit)]
+    # In two steps: ccache knows the first, where it stands for g++.
+    built = subprocess.run(command, capture_output=True, text=True)
     assert built.returncode == 0, built.stderr
     subprocess.run([compiler, unit, "-o", program], check=True)
     run = subprocess.run([program], capture_output=True, text=True)

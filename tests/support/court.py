@@ -208,7 +208,8 @@ class Copy:
         folder = self.place / "build"
         if not folder.exists():
             command = ["cmake", "-S", str(self.place), "-B", str(folder), "-G", "Ninja"]
-            command += ["-DCMAKE_BUILD_TYPE=Mutant", "-DCMAKE_CXX_FLAGS_MUTANT=-O1 -DNDEBUG"]
+            flags = "-O1 -DNDEBUG -D_GLIBCXX_ASSERTIONS"  # an index past the end is a fault
+            command += ["-DCMAKE_BUILD_TYPE=Mutant", f"-DCMAKE_CXX_FLAGS_MUTANT={flags}"]
             command += ["-DRELUCTANCE_TEST_MODULE=ON", f"-DPython_EXECUTABLE={sys.executable}"]
             command += [f"-Dnanobind_DIR={nanobind_folder()}"]
             subprocess.run(command, check=True, env=self.environment, stdout=subprocess.DEVNULL)
