@@ -114,7 +114,6 @@ def test_the_looks_of_a_figure_are_no_fault():
         ("ALGORITHM = 3\n", "ALGORITHMS = 3\n"),
         ("f(algorithm=1)\n", "f(algorithms=1)\n"),
         ("f(alpha=1)\n", "alpha = 1\n"),  # a figure's, and a number of the model
-        ("zip(a, b, strict=True)\n", "f(a, b, stays=True)\n"),
         ("f(size=(12, 8.5))\n", "f(size=(n, 8.5))\n"),
     ],
 )
@@ -135,6 +134,10 @@ def test_every_header_and_module_has_its_judges():
         assert names and all((TESTS / name).is_dir() for name in names), file
 
 
+NOW = (
+    "test_the_looks_of_a_figure_are_no_fault",
+    "test_a_line_belongs_to_the_innermost_function_around_it[1-None]",
+)
 CODE = """\
 X = 1
 
@@ -188,6 +191,18 @@ def test_the_checks_of_a_header_begin_with_those_that_name_it():
     assert 0 < len(named) < len(files)
     first = {each.partition("[")[2].removesuffix("-g++]") for each in found[: len(named)]}
     assert first == {file.stem for file in named}
+
+
+@pytest.mark.parametrize(
+    "name", ["plant/test_pumping_pump.py::test_gone[1]", "base/test_gone.py::test_a"]
+)
+def test_a_record_of_tests_that_are_gone_judges_nothing(name, tmp_path):
+    rows = [f'["tests/base/test_mutants.py::{each}", 1.0, []]' for each in NOW]
+    (tmp_path / "1.jsonl").write_text("\n".join(rows))
+    assert len(recorded(tmp_path)) == len(NOW)
+    (tmp_path / "2.jsonl").write_text(f'["tests/{name}", 1.0, []]')
+    with pytest.raises(ValueError, match="is gone; remove the folder"):
+        recorded(tmp_path)
 
 
 def test_what_a_test_calls_is_noted_with_what_its_file_s_fixtures_call(tmp_path):

@@ -27,6 +27,19 @@ def cache_dir(tmp_path, monkeypatch):
     monkeypatch.setenv("RELUCTANCE_CACHE", str(tmp_path / "cache"))
 
 
+def solutions(monkeypatch, module):
+    """Gets the switching programmes that a module solves, each with what it finds."""
+    solved_by = []
+
+    class Kept(SwitchingProgramme):
+        def solve(self):
+            solved_by.append((self, super().solve()))
+            return solved_by[-1][1]
+
+    monkeypatch.setattr(module, "SwitchingProgramme", Kept)
+    return solved_by
+
+
 @pytest.mark.parametrize("d", [0.2, -0.35])
 def test_one_phase_at_a_time_has_every_bound_in_closed_form(monkeypatch, d):
     """Of three phases with one always on, all switches together have 4 x 3 F edges in a second; the
@@ -120,14 +133,7 @@ def test_fluxes_return_within_each_commutation(seed):
 
 def test_volt_seconds_of_each_phase_add_up_to_nothing_over_each_commutation(monkeypatch):
     """Of three angles, over which the gains change: as a phase comes in, and as it goes out."""
-    solved_by = []
-
-    class Kept(SwitchingProgramme):
-        def solve(self):
-            solved_by.append((self, super().solve()))
-            return solved_by[-1][1]
-
-    monkeypatch.setattr(returning_flux, "SwitchingProgramme", Kept)
+    solved_by = solutions(monkeypatch, returning_flux)
     n, u_dc = 18, 100.0
     random = np.random.default_rng(4)
     flows = np.arange(n) < 9
@@ -252,14 +258,7 @@ def test_copper_of_a_deviation_is_priced_beside_the_ripple(monkeypatch):
 
 def test_flux_linkages_deviate_by_what_the_legs_give_more_than_the_profile(monkeypatch):
     """Over each interval on which a current flows, from point to point."""
-    solved_by = []
-
-    class Kept(SwitchingProgramme):
-        def solve(self):
-            solved_by.append((self, super().solve()))
-            return solved_by[-1][1]
-
-    monkeypatch.setattr(least_ripple, "SwitchingProgramme", Kept)
+    solved_by = solutions(monkeypatch, least_ripple)
     table = optimum.profile_table(POINT, 20.0, n_points=36, n_levels=2)
     h = table.theta_e[1] / (POINT.N_r * POINT.omega_m)
     flows = table.i[1] > 1e-3 * table.i[1].max()

@@ -75,10 +75,22 @@ class Test:
 
 
 def recorded(folder: Path) -> list[Test]:
-    """The tests that a folder of tests/support/reached.py has."""
+    """The tests that a folder of tests/support/reached.py has.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no test any more: it could judge nothing.
+    """
     lines = [line for file in folder.glob("*.jsonl") for line in file.read_text().splitlines()]
     rows = map(json.loads, sorted(lines))
-    return [Test(name, cost, frozenset(map(tuple, called))) for name, cost, called in rows]
+    found = [Test(name, cost, frozenset(map(tuple, called))) for name, cost, called in rows]
+    for test in found:
+        function = test.name.partition("[")[0].rpartition("::")[2]
+        said = words().get(test.file, Counter())
+        if test.file.is_relative_to(TESTS) and not said[function]:
+            raise ValueError(f"{folder} is of other tests: {test.name} is gone; remove the folder")
+    return found
 
 
 @cache
@@ -124,7 +136,8 @@ def judges(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
     """The tests of a mutant by name, file by file, the nearest first.
 
     Those that call the changed function, the cheapest first; and, of the folders that the file
-    belongs to, those of the files that name what was changed. Each list ends after MOST seconds.
+    belongs to, those of the files that name what was changed, then the cheapest. Each list ends
+    after MOST seconds.
     """
     rank = {file: n for n, file in enumerate(nearest(mutant.names))}
     own = folders(mutant.file)
@@ -143,7 +156,8 @@ def judges(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
         ]
         called.sort(key=lambda test: (test.folder not in own, test.cost))
     near = [test for test in tests if test.folder in own or (not called and test.file in rank)]
-    near.sort(key=lambda test: (place(test), test.name))
+    near = [test for test in near if CHECK not in test.name]  # see `checks`
+    near.sort(key=lambda test: (place(test), test.cost))
     chosen = {test.name: test for some in (called, near) for test in _within(some, MOST)}
     return [t.name for t in sorted(chosen.values(), key=lambda t: (place(t), t.file, t.cost))]
 

@@ -38,10 +38,8 @@ SWAPS: dict[type, type] = {
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And},
     **{ast.Pow: ast.Mult, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
 }
-# Keywords: looks of a figure, the place of a warning, the version of a result that is kept, and the
-# check of zip, which no right program meets.
-LOOKS = ("lw", "ms", "fontsize", "alpha", "size", "frameon")
-NO_FAULT = (*LOOKS, "stacklevel", "algorithm", "strict")
+# Keywords: looks of a figure, the place of a warning, and the version of a result that is kept.
+NO_FAULT = ("lw", "ms", "fontsize", "alpha", "size", "frameon", "stacklevel", "algorithm")
 CPP_SWAPS = {
     **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * ", " < ": " <= ", " > ": " >= "},
     **{" <= ": " < ", " >= ": " > ", " && ": " || ", " || ": " && ", " == ": " != "},
@@ -67,7 +65,7 @@ def changed(node: ast.AST) -> ast.AST | None:
 
 
 def no_fault(node: ast.AST) -> bool:
-    """Whether constants go to one of NO_FAULT, or one is the version that a module keeps by."""
+    """Whether this gives constants to a keyword of NO_FAULT, or ALGORITHM its version."""
     if isinstance(node, ast.keyword):
         parts = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
         return node.arg in NO_FAULT and all(isinstance(part, ast.Constant) for part in parts)

@@ -31,7 +31,8 @@ def least_copper_angles(known: Known, tau: float, room: float = ROOM) -> tuple[f
     motion.
     """
     known = replace(known, omega_m=max(known.omega_m, SLOW * full_flux_speed(known)))
-    known = chopped(known, BAND * known.i_max, brakes=False, hard=False).known  # of any torque
+    # As the pulses know it: the same for any torque.
+    known = chopped(known, BAND * known.i_max, brakes=False, hard=False).known
     aside = 180 if tau < 0 else 0
     coarse = np.arange(-60.0, 181.0, 15.0) + aside
     near = np.arange(-10.0, 11.0, 5.0)
