@@ -62,3 +62,10 @@ def drive(machine, law="angles", **control):
         "control": {"law": law, "T_s_us": 25, **control},
         "simulation": {"until_s": 0.06},
     }
+
+
+def drive_file(folder, machine, **control):
+    """A file of such a drive, of a machine that is a file."""
+    path = write(folder / "d.toml", drive({}, **control))
+    path.write_text(f'machine = "{machine}"\n' + path.read_text().replace("[machine]\n", ""))
+    return path
