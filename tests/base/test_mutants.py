@@ -81,6 +81,16 @@ def test_the_same_holds_for_headers(tmp_path, tests):
 
 
 @pytest.mark.long
+def test_a_fault_that_no_import_survives_is_seen_by_every_test(tmp_path, tests):
+    court, package = Court(tmp_path, 1), PACKAGE / "__init__.py"
+    fault = planted(package, 'name.startswith("reluctance.") and', "True or")
+    assert court.killer(fault, tests[:1]) == "what every test imports"
+    nowhere = replace(tests[0], name="tests/plant/test_nowhere.py::test_a")
+    with pytest.raises(RuntimeError, match="file or directory not found"):
+        court.killer(planted(package), [nowhere])
+
+
+@pytest.mark.long
 def test_a_test_that_fails_without_a_fault_is_left_out(tmp_path, tests, capfd):
     one, pump = Court(tmp_path, 1), PACKAGE / "plant" / "hydraulics" / "pump.py"
     for place in (one.unchanged.place, tmp_path / "0"):

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Lock
 
 ROOT = Path(__file__).parents[2]
 PACKAGE, HEADERS, TESTS = ROOT / "python" / "reluctance", ROOT / "include", ROOT / "tests"
@@ -38,6 +39,7 @@ FOLDERS = {  # of tests, by the first that a header's place begins with
     "fmi": ("targets",),
 }
 ENDED = "a test that ended the process"
+NOT_BEGUN = "what every test imports"  # the tests cannot begin
 FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+(?:\[.*?\])?)(?: - .*)?$", re.M)
 NOT_COMPILED = re.compile(r"\.[ch]pp:\d+:\d+: error: (?!.*\[-Werror)")
 
@@ -261,9 +263,7 @@ class Copy:
         found = FAILED.findall(self.said)
         if found:
             return str(found[0])
-        if running.returncode in (3, 4):
-            raise RuntimeError(f"pytest {left[:3]} ...: {self.said[-2000:]}")
-        return ENDED
+        return NOT_BEGUN if running.returncode in (3, 4) else ENDED
 
 
 @cache
@@ -281,6 +281,7 @@ class Court:
         self.free: SimpleQueue[Copy] = SimpleQueue()
         for n in range(jobs):
             self.free.put(Copy(folder / f"{n}"))
+        self.one = Lock()  # of the unchanged copy
         self.passing: dict[str, bool] = {}  # tests by name: whether they pass without a fault
 
     def killer(self, mutant: Mutant, tests: Sequence[Test]) -> str | None:
@@ -304,13 +305,17 @@ class Court:
     def _killer(self, copy: Copy, names: list[str]) -> str | None:
         while True:
             name = copy.failing(names, [n for n, passes in self.passing.items() if not passes])
-            if name is None or self._passes(name):
-                return name
+            with self.one:
+                if name == NOT_BEGUN and self.unchanged.failing(names) == NOT_BEGUN:
+                    raise RuntimeError(f"pytest {names[:3]} ...: {self.unchanged.said[-2000:]}")
+                if name is None or self._passes(name):
+                    return name
 
     def _passes(self, name: str) -> bool:
         """Whether a test passes without a fault."""
         if name not in self.passing:
-            self.passing[name] = name == ENDED or self.unchanged.failing([name]) is None
+            known = name in (ENDED, NOT_BEGUN)
+            self.passing[name] = known or self.unchanged.failing([name]) is None
             if not self.passing[name]:
                 print(f"left out: {name} fails without a fault", flush=True)
         return self.passing[name]

@@ -180,8 +180,14 @@ def main() -> None:
     shard, shards = (int(part) for part in arguments.shard.split("/"))
     print(f"seed {arguments.seed}", flush=True)
     draw = random.Random(arguments.seed)
-    rows: list[tuple[object, ...]] = []
-    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(arguments.jobs) as pool:
+    out = (arguments.out or Path(os.devnull)).open("w", newline="", buffering=1)
+    table = csv.writer(out, lineterminator="\n")
+    table.writerow(("seed", "mutant", "seen_by"))
+    with (
+        out,
+        tempfile.TemporaryDirectory() as folder,
+        ThreadPoolExecutor(arguments.jobs) as pool,
+    ):
         court = Court(Path(folder), arguments.jobs)
         reached = arguments.reached or Path(folder) / "reached"
         if not reached.exists():
@@ -197,7 +203,8 @@ def main() -> None:
             count: Counter[str] = Counter()
             for mutant, killer in zip(mutants, pool.map(killer_of, mutants), strict=True):
                 room = mutant.file.relative_to(ROOT).parent.as_posix()
-                rows.append((arguments.seed, str(mutant), "none" if killer is None else killer))
+                seen_by = "none" if killer is None else killer
+                table.writerow((arguments.seed, str(mutant), seen_by))
                 if killer == "":
                     print(f"does not compile {mutant}", flush=True)
                     continue
@@ -209,10 +216,6 @@ def main() -> None:
             print(f"{kind}: {killed.total()} of {count.total()} killed: {rooms}", flush=True)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"{used.ru_utime + used.ru_stime:.0f} s of processor time")
-    if arguments.out:
-        with arguments.out.open("w", newline="") as file:
-            table = csv.writer(file, lineterminator="\n")
-            table.writerows([("seed", "mutant", "seen_by"), *rows])
 
 
 if __name__ == "__main__":
