@@ -1,6 +1,8 @@
 """What commands tell of results that are given: of a dump, of tuned angles, of a parity."""
 
 import json
+import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,9 +10,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from command import command, refused
+from rich.console import Console
 
+from reluctance.base.key_figures import Kpis
 from reluctance.cli import export as exporting
 from reluctance.cli import replay as replaying
+from reluctance.cli.run import kpi_table
 from reluctance.explore import tuning
 from reluctance.explore.tuning.angles import Node, TunedAngles
 from reluctance.explore.tuning.goal import Goal
@@ -135,3 +140,74 @@ def test_a_look_without_a_figure_is_one_line(name: str, option: str, value: str)
     }.get(name, ())
     told = refused(name, EXAMPLES / "sharing_cubic.toml", *more, option, value)
     assert f"{option} {value} has no effect without a figure; add --plot" in told
+
+
+FIGURES = Kpis(
+    tau_mean=20.12345, tau_ref_mean=20.5, torque_ripple_pp=0.12345, torque_ripple_rms=0.0234,
+    torque_error_rms=0.0345, i_rms=45.678, i_peak=90.123, p_cu=456.78, p_dev=12.34, p_fe=23.45,
+    p_sw=34.56, p_mech=3161.2, p_in=3700.4, efficiency=0.8543, f_switch=6543.2,
+    speed_mean=50 * math.pi, speed_ripple_pp=0.00123, u_dc_min=230.12, u_dc_max=245.67,
+    i_peak_run=123.456, u_dc_peak_run=251.23, speed_peak_run=60 * math.pi, tracking=0.98765,
+    Q_mean=7.5 / 3600, p_source=3800.0, energy_residual=1.26e-7, torque_drift=0.01,
+    beyond_map=0.0456, t_trip=None, control_period=20e-6, wall_s_per_sim_s=0.01234, periods=17,
+)  # fmt: skip
+TOLD = """\
+mean torque                               20.123 N m
+mean torque reference                     20.500 N m
+torque ripple, peak to peak               12.35%
+torque ripple, rms                        2.34%
+torque error, rms                         3.45%
+switching frequency, mean per switch      6.54 kHz
+rms phase current                         45.68 A
+peak phase current                        90.12 A
+peaks of the whole run                    123.46 A, 251.2 V at the dc link
+copper loss                               456.8 W
+device conduction loss                    12.3 W
+switching loss                            34.6 W
+iron loss, estimate                       23.4 W
+mechanical power                          3161.2 W
+power from the dc link                    3700.4 W
+efficiency                                85.43%
+mean speed                                1500.00 rpm
+speed ripple, peak to peak                0.123%
+energy balance, left open                 1.3e-07
+control period                            20 us
+electrical periods evaluated              17
+wall time per simulated time              0.012
+"""
+OF_SOURCE_AND_PUMP = """\
+dc-link voltage, least to greatest        230.1 to 245.7 V
+energy from the array, of the available   98.77%
+mean flow                                 7.50 m3/h
+peak current beyond the flux map          4.6% extrapolated
+"""
+UNKNOWN = {
+    "torque ripple, rms": "-",
+    "device conduction loss": "not counted: no converter.v_switch_V",
+    "switching loss": "not counted: no converter.E_on_mJ",
+    "iron loss, estimate": "not counted: no machine.iron",
+}
+
+
+def shown_rows(figures, *, devices=True):
+    """The lines of the table between its borders, as label and value."""
+    console = Console(width=110)
+    with console.capture() as found:
+        console.print(kpi_table("rated", figures, devices=devices))
+    rows = [re.split("[│┃]", line)[1:3] for line in found.get().splitlines() if line[0] in "│┃"]
+    return {label.strip(): value.strip() for label, value in rows}
+
+
+def rows_of(text):
+    return dict(re.split(r"\s{2,}", line, maxsplit=1) for line in text.splitlines())
+
+
+def test_key_figures_are_a_table_of_labels_and_values_with_units():
+    assert shown_rows(FIGURES) == rows_of(TOLD + OF_SOURCE_AND_PUMP)
+    plain = replace(FIGURES, tracking=None, Q_mean=None, beyond_map=0.0)
+    assert list(shown_rows(plain)) == list(rows_of(TOLD))
+
+
+def test_a_figure_that_is_not_known_says_what_it_needs():
+    lacks = replace(FIGURES, torque_ripple_rms=None, p_sw=None, p_fe=None)
+    assert shown_rows(lacks, devices=False) == rows_of(TOLD + OF_SOURCE_AND_PUMP) | UNKNOWN
