@@ -178,13 +178,13 @@ def test_those_judge_that_call_what_was_changed_and_those_that_name_it(monkeypat
         noted("plant/test_costs_more.py::a", 50.0, here),
         noted("plant/test_calls_it.py::b", 8.0, here),
         noted("plant/test_names_it.py::a", 59.0, elsewhere),
-        noted("drive/test_x.py::a", 1.0, here),
-        noted("drive/test_x.py::b", 1.5, here),
+        noted("drive/test_x.py::a[1]", 1.0, here),
+        noted("drive/test_x.py::a[2]", 1.5, here),  # once more of the same
         noted("drive/test_x.py::c", 0.0, elsewhere),
     ]
     told = [name.removeprefix("tests/") for name in judges(planted(file), tests)]
     assert told == [
-        *("plant/test_names_it.py::a", "drive/test_x.py::a"),
+        *("plant/test_names_it.py::a", "drive/test_x.py::a[1]"),
         *("plant/test_calls_it.py::b", "plant/test_costs_more.py::a"),
     ]
     monkeypatch.setattr(court, "function_at", lambda file, line: None)  # a constant of the module
