@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cycler import cycler
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 import reluctance as rl
@@ -195,6 +197,9 @@ def test_a_run_on_an_array_shows_its_power_under_what_is_available():
     assert 200 < at_best.min() <= at_best.max() < 240  # seven modules of 31 V
     flow = plots.plot_flow(axes(), found)
     assert flow.lines[0].get_ydata() == pytest.approx(3600 * found.Q)
+    with rc_context({"axes.prop_cycle": cycler(color=["0.1", "0.3", "0.5", "0.7"])}):
+        grey = plots.plot_flow(axes(), found)  # its axis has the colour of its line in any style
+    assert grey.lines[0].get_color() == grey.yaxis.label.get_color() == "0.5"
     panels = plots.overview(found).axes
     assert [ax.get_ylabel() for ax in panels[:4]] == [
         "torque (N m)", "speed (rpm)", "voltage (V)", "power (W)",

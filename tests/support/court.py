@@ -137,9 +137,9 @@ def function_at(file: Path, line: int) -> int | None:
 def judges(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
     """The tests of a mutant by name, file by file, the nearest first.
 
-    Those that call the changed function: of each test function its cheapest case, then its second,
-    and so on, the cheapest first. And, of the folders that the file belongs to, those of the files
-    that name what was changed, then the cheapest. Each list ends after MOST seconds.
+    Those that call the changed function, the cheapest first; and, of the folders that the file
+    belongs to, those of the files that name what was changed, then the cheapest. Each list has a
+    case of every test function before a second of any, and ends after MOST seconds.
     """
     rank = {file: n for n, file in enumerate(nearest(mutant.names))}
     own = folders(mutant.file)
@@ -156,24 +156,24 @@ def judges(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
             for test in tests
             if any(file == path and (first is None or line == first) for file, line in test.called)
         ]
-        called = by_turns(called)
+        called.sort(key=lambda test: test.cost)
     near = [test for test in tests if test.folder in own or (not called and test.file in rank)]
     near = [test for test in near if CHECK not in test.name]  # see `checks`
     near.sort(key=lambda test: (place(test), test.cost))
-    chosen = {test.name: test for some in (called, near) for test in _within(some, MOST)}
+    chosen = {test.name: test for some in (called, near) for test in _within(by_turns(some), MOST)}
     return [t.name for t in sorted(chosen.values(), key=lambda t: (place(t), t.file, t.cost))]
 
 
 def by_turns(tests: Iterable[Test]) -> list[Test]:
-    """The cheapest case of each test function, then the second of each: cases of one see much the
-    same."""
-    cases: Counter[str] = Counter()
-    turns = []
-    for test in sorted(tests, key=lambda test: test.cost):
+    """The first case of each test function, then the second of each, and so on: the cases of one
+    see much the same."""
+    turns: Counter[str] = Counter()
+    found = []
+    for test in tests:
         function = test.name.partition("[")[0]
-        turns.append((cases[function], test))
-        cases[function] += 1
-    return [test for _, test in sorted(turns, key=lambda turn: turn[0])]
+        found.append((turns[function], test))
+        turns[function] += 1
+    return [test for _, test in sorted(found, key=lambda each: each[0])]
 
 
 def _within(tests: Iterable[Test], seconds: float) -> list[Test]:
