@@ -361,6 +361,32 @@ def test_a_figure_has_a_panel_for_each_quantity_and_the_edge_of_what_is_held(dri
     assert back[0].get_ylim() == pytest.approx((-42, 0))
 
 
+@pytest.mark.parametrize(("part", "drawn"), [(0.9e-6, False), (1.1e-6, True)])
+def test_a_kind_of_loss_below_a_millionth_of_all_has_no_panel(drive, part, drawn):
+    found = made(drive)
+    least = part * found.loss_per_torque  # all are about 5 W/(N m)
+    found = replace(found, kinds_per_torque={**found.kinds_per_torque, "p_sw_W": least})
+    assert any("switching" in ax.get_title() for ax in plots.figure(found).axes) == drawn
+
+
+def test_levels_of_an_efficiency_are_round_and_those_of_a_ripple_are_its_own(drive, monkeypatch):
+    """Of those within the values nine are taken, first and last included."""
+    chosen = []
+    monkeypatch.setattr(plots, "BoundaryNorm", lambda levels, *_, **__: chosen.append(levels))
+    found = made(drive)
+    for panel, of in (("efficiency", plots.LEVELS), ("torque_ripple_rms", plots.RIPPLES)):
+        values = plots._fine(found, panel)[2].compressed()
+        low, high = np.percentile(values, [1, 99])
+        plots._panel(plots.Figure().add_subplot(), [found], panel)
+        within = [level for level in of if low < level < high]
+        levels = chosen.pop()
+        if len(within) > 1:
+            assert set(levels) <= set(within) and len(levels) == min(len(within), 9)
+            assert (levels[0], levels[-1]) == (within[0], within[-1])
+        else:
+            assert levels == pytest.approx(np.linspace(low, high, 5)[1:-1])
+
+
 def test_what_is_drawn_is_the_map_where_the_torque_is_held(drive):
     found = made(drive)
     for panel, expected in (

@@ -69,6 +69,13 @@ def test_two_mistyped_samples_are_both_counted() -> None:
     assert found is not None and (found.i, found.more) == (200.0, 1)
 
 
+def test_the_last_current_weighs_by_what_its_cubic_leaves_open() -> None:
+    """There the cubic is continued past its samples, and noise counts six times as much."""
+    both = mistyped(mistyped(GOOD, 45, 10, 1.1), 20, 20, 1.07)
+    found = wrong_sample(both)
+    assert found is not None and found.psi == both.psi[20, 20]
+
+
 def test_a_sample_of_a_whole_period_is_found() -> None:
     whole = sampled(np.linspace(0, 450, 46), np.linspace(0, 2 * np.pi, 61)[:-1])
     assert wrong_sample(whole) is None

@@ -2,7 +2,7 @@
 torques achieved, names of clocks, samples of many rows."""
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace as Namespace
 
@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("pvlib")
 from reluctance.base.errors import ParameterError
 from reluctance.plant.hydraulics.pump import GRAVITY, RHO
-from reluctance.pumping import figures, weather, write
+from reluctance.pumping import figures, operate, weather, write
 from reluctance.pumping import loss_map as maps
 from reluctance.pumping import weather_quality as quality
 from reluctance.pumping.figures import Chain
@@ -378,3 +378,30 @@ def test_light_in_a_smaller_unit_is_asked_with_each_that_the_sun_may_have(greate
     text = weather._smaller_unit(light)
     assert [float(x) for x in re.findall(r"([\d.]+) times as much", text)] == told
     assert text == "check its unit" or text.startswith("is its unit ")
+
+
+@pytest.mark.parametrize(("step", "made"), [(60.0, False), (61.0, True), (3600.0, True)])
+def test_minutes_are_made_of_longer_means_where_they_are_asked_for(monkeypatch, step, made):
+    class System(Namespace):
+        check_voltage = staticmethod(lambda: None)
+
+    given = {name: Namespace(curve=lambda: 0, omega_max=1) for name in ("pump", "pipe")}
+    asked = Namespace(generate_minutes=True, seed=7)
+    system = System(**given, weather=asked, site="here", folder="folder")
+    monkeypatch.setattr(operate, "System", System)
+    for name in ("hydraulics", "loss_map", "drive_at_nominal", "box_of"):
+        monkeypatch.setattr(operate, name, lambda *_, **__: None)
+    monkeypatch.setattr(operate, "read_weather", lambda *_: Namespace(step=step))
+    monkeypatch.setattr(operate, "with_minutes", lambda *_, seed: Namespace(step=seed / 7))
+
+    @dataclass
+    class Found:
+        water: float
+        water_from_means: float | None = None
+
+    monkeypatch.setattr(operate, "_over", lambda system, own, *_: Found(own.step))
+    assert operate.pump(system) == (Found(1.0, step) if made else Found(step))
+    system.weather.generate_minutes = False
+    assert operate.pump(system) == Found(step)
+    system.weather.generate_minutes = True
+    assert operate.pump(system, weather=Namespace(step=900.0)) == Found(900.0)

@@ -12,6 +12,7 @@ from pvgis_file import pvgis_file
 from reluctance.base.errors import ParameterError
 from reluctance.base.schema import checked
 from reluctance.pumping.clouds import HAZE
+from reluctance.pumping.pvgis import pvgis_hours
 from reluctance.pumping.site import Site, sun_over
 from reluctance.pumping.weather_file import WeatherTable, clear_sky, read_weather, with_minutes
 
@@ -474,6 +475,19 @@ def test_a_file_of_pvgis_without_a_column_is_told_which(tmp_path, column):
     (tmp_path / "p.csv").write_text(text.replace(f",{column},", ",other,"))
     with pytest.raises(ParameterError, match=r"missing .*; download `TMY`, or `hourly data`"):
         read_weather(WeatherTable(kind="pvgis", file="p.csv", year=2019), place, tmp_path)
+
+
+@pytest.mark.parametrize("rows", [8759, 8760])
+def test_a_file_as_long_as_a_typical_year_is_one_also_where_its_years_are_in_order(tmp_path, rows):
+    """A shorter one with two years in order is a part of both."""
+    t = pd.date_range("2018-07-01", periods=rows, freq="h")
+    text = "Latitude (decimal degrees): 7.18\nLongitude (decimal degrees): 2.06\n"
+    text += "time(UTC),T2m,G(h),Gb(n),Gd(h),WS10m\n"
+    stamps = t.strftime("%Y%m%d:%H%M")
+    (tmp_path / "p.csv").write_text(text + "".join(f"{stamp},28,0,0,0,2\n" for stamp in stamps))
+    frame, place = pvgis_hours(tmp_path / "p.csv", 2026)
+    assert place == {"latitude": 7.18, "longitude": 2.06} and len(frame) == rows
+    assert [*frame.index.year.unique()] == ([2026] if rows == 8760 else [2018, 2019])
 
 
 def hours_of_two_days():
