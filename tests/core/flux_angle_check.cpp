@@ -319,6 +319,18 @@ FluxEstimate<double> found(Bench& bench, bool& off, int samples = 20000,
   return given.estimate(s, 4);
 }
 
+/// The torque that the filter counts with where no phase has a current, but readings below i_zero.
+double idle(const Coupling<double>& pairs) {
+  FluxAngle<double>::State<N> s;
+  const Measurement<double, N> y{.i = {0.9, 0.9, 0.9}, .theta_e = 1, .omega_m = 100, .u_dc = 240};
+  double worst = 0;
+  for (int j = 0; j < 10; ++j) {
+    given.step(s, Linear{}, pairs, y, [](int) { return VoltageFlux<double>{}; });
+    worst = std::fmax(worst, std::fabs(s.tau));
+  }
+  return worst;
+}
+
 /// On phases that couple, with the pairs known or not: the error of the angle [rad].
 double coupled(double way, bool known, FluxEstimate<double>& now, double& old) {
   const Mutual mutual;
@@ -403,5 +415,8 @@ int main() {
   slipped.zero = 0.6;
   found(slipped, off);
   check("a zero that is off by 34 deg is not seen", !off, 0);
+  const Mutual all;
+  check("no current, no torque", idle(none), 0);
+  check("nor where phases couple", idle(all.pairs()), 0);
   return failures;
 }

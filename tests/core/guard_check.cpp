@@ -78,7 +78,8 @@ double expectations() {
   open.i_ref = 5;
   const auto nothing = expected(open, 1.0, 0.1, 0.1, 0.2, T_s);
   return worst_of({worst, unless(held > 200 && off_ > 200 && either > 100), off(timer.least, 0.3),
-                   off(timer.most, 0.3), off(without.most, -1), off(nothing.most, -1)});
+                   off(timer.most, 0.3), off(without.least, -1), off(without.most, -1),
+                   off(nothing.least, -1), off(nothing.most, -1)});
 }
 
 /// Between which flux linkages a sample leads, and what a reading leaves of them.
