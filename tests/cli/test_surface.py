@@ -28,14 +28,16 @@ def stub(path: Path) -> str:
 
 
 def commands() -> dict[str, dict[str, str]]:
-    """Every command with its arguments and options, and what their help says."""
+    """Every command with its arguments and options, what their help says, and in brackets what an
+    option is by default."""
     found = {}
 
     def visit(command, name: str) -> None:
         parameters = {"": command.help or ""}
         for p in command.params:
             key = " ".join(p.opts) if p.param_type_name == "option" else p.metavar or p.name
-            parameters[key] = getattr(p, "help", None) or ""
+            usual = f" [{p.default}]" if p.default not in (None, False) else ""
+            parameters[key] = (getattr(p, "help", None) or "") + usual
         found[name] = parameters
         for below, inner in getattr(command, "commands", {}).items():
             visit(inner, f"{name} {below}")

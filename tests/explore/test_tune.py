@@ -73,6 +73,20 @@ def test_the_compass_finds_the_least_of_a_bowl_within_its_last_step() -> None:
     assert len(asked) == GRID**2
 
 
+@pytest.mark.parametrize("corner", [(0, 0), (0, 1), (1, 0), (1, 1)])
+def test_the_compass_stays_in_the_square_where_less_lies_outside(corner) -> None:
+    asked: list[tuple[float, float]] = []
+
+    def rank(x: float, y: float) -> float:
+        asked.append((x, y))
+        return float(np.hypot(x - (3 * corner[0] - 1), y - (3 * corner[1] - 1)))
+
+    compass(rank, lambda: len(asked) < 500)
+    assert np.min(asked) >= 0 and np.max(asked) <= 1
+    nearest = min(asked, key=lambda at: np.hypot(at[0] - corner[0], at[1] - corner[1]))
+    assert nearest == pytest.approx(corner, abs=2 * LAST_STEP)
+
+
 def test_the_compass_search_is_one_of_tune(drive: rl.Drive) -> None:
     vary = {"control.theta_on_deg": [0, 15], "control.theta_ov_deg": [25, 45]}
     options = {"until": UNTIL, "budget": 45, "method": "compass"}

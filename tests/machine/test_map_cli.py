@@ -1,6 +1,7 @@
 """From somebody's flux table to a closed loop, as typed on the command line."""
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -92,6 +93,8 @@ def test_an_inertia_in_another_unit_is_asked_about(tmp_path, monkeypatch):
         line = ("map", "import", "fe.csv", "--N_r", 6, *WINDING[:-1], value)
         told = reluctance(*line, "--out", "motor.toml", fails="line")
         assert f"--J_kgm2 {value}, need at most" in told and "1 g cm2 is 1e-7" in told
+        most, torque = map(float, re.search(r"at most (\S+): .* phase, (\S+) N m", told).groups())
+        assert most == pytest.approx(0.1 * torque, rel=0.01)  # 10 s to 1000 rpm
     assert not Path("motor.toml").exists()
 
 
