@@ -153,6 +153,54 @@ double same_orders() {
   return worst;
 }
 
+/// A law with a cost of turn-ons, which remembers what it was asked.
+struct Priced {
+  using Scalar = double;
+  static constexpr int n_phases = 3;
+  struct State {
+    Measurement<double, 3> seen;
+    double asked;
+  };
+  WithInductance<LeHuy<double>> machine;
+  double R, i_max, w_sw;
+  Command<double, 3> step(State& x, const Measurement<double, 3>& y, double tau_ref) const {
+    x = {y, tau_ref};
+    return {};
+  }
+};
+
+/// The law in the units of the believed machine, and what it is asked there: the cost of a turn-on
+/// grows by the powers that are stated, to 0.1 % each.
+double other_units() {
+  const auto believed = lehuy<double>(4, 0.67e-3, 23.62e-3, 0.15e-3, 450, 0.468);
+  double worst = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    const double k = uniform(0.8, 1.25), b = uniform(0.65, 1.55), u = uniform(0.8, 1.2);
+    const double of_torque = uniform(-1, 2), of_voltage = uniform(-1, 2), w = uniform(1, 3);
+    Learning<Priced> learning{.law = {{believed, 4, 0.0}, 0.3, 100, w},
+                              .fit = {},
+                              .pairs = {},
+                              .w_sw_torque = of_torque,
+                              .w_sw_voltage = of_voltage};
+    learning.fit.L_u = believed.L_u;
+    learning.fit.i_least = 1e9;
+    learning.fit.T_s = 20e-6;
+    Learning<Priced>::State x;
+    x.fit.learned = {.R = 1.5, .unaligned = u * k * b, .aligned = k * b, .saturated = k};
+    learning.step(x, {.i = {1, 2, 3}, .theta_e = 1, .omega_m = 50, .u_dc = 240}, 10);
+    const double price = w * std::pow(b / k, of_torque) * std::pow(1 / k, of_voltage);
+    const double apart = std::fabs(std::log(x.alike.w_sw / price));
+    const double at_most =
+        std::fabs(std::log(b / k) * of_torque) + std::fabs(std::log(k) * of_voltage);
+    worst = worst_of({worst, apart - 1e-3 * at_most, off(x.alike.R, 0.3 * 1.5 / (k * b)),
+                      off(x.alike.i_max, 100 * b), off(x.law.seen.i[2], 3 * b),
+                      off(x.law.seen.u_dc, 240 / k), off(x.law.seen.omega_m, 50),
+                      off(x.law.asked, 10 * b / k),
+                      off(x.alike.machine.L_more, believed.L_u * (u - 1) / 2)});
+  }
+  return worst;
+}
+
 /// What the neighbours of a phase add, as sums over its pairs at the currents that are believed;
 /// its slope by a difference over the size of all currents. At the start of a stroke it is that of
 /// the first turn-on between two samples.
@@ -218,5 +266,6 @@ int main() {
   check("seconds at each level are those of the gates", level_seconds(), 1e-9);
   check("k psi(b i): the orders of the law that knows it", same_orders(), 1e-9);
   check("what the neighbours of a phase add", neighbours(), 1e-6);
+  check("a law in other units", other_units(), 1e-12);
   return failures > 0 ? 1 : 0;
 }
