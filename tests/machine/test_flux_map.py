@@ -65,6 +65,11 @@ def test_a_sampled_machine_comes_back(i, n_theta):
     assert np.abs(ours - exact)[:, PSI].max() < 1e-3 * exact[:, PSI].max()
 
 
+def test_a_rotor_of_one_pole_is_one():
+    table = sampled(np.linspace(0, 150, 16), np.linspace(0, np.pi, 13))
+    assert FluxTable(1, table.i, table.theta_e, table.psi).N_r == 1
+
+
 def test_four_angles_of_a_whole_period_are_no_half_of_one():
     psi = np.outer(np.arange(4.0), [1.0, 2.0, 3.0, 2.0])
     theta_e = np.pi / 2 * np.arange(4)
