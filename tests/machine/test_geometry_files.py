@@ -46,6 +46,11 @@ REFUSED = [
         "leave 3 to a phase, need an even number, half of them N and half S, or the flux has no "
         "way back; the next poles that do are 8/6",
     ),
+    (
+        {"machine__stator_poles": 4, "machine__rotor_poles": 3, "machine__phases": 4},
+        "leave 1 to a phase, need an even number, half of them N and half S, or the flux has no "
+        "way back; the next poles that do are 4/2",
+    ),
     # Metres where millimetres are needed, one dimension at a time.
     ({"lamination__stack_length_mm": 0.05}, "stack_length_mm = 0.05, need at least 1.12, 1/50 of"),
     ({"stator__pole_height_mm": 0.016}, "[stator] pole_height_mm = 0.016, need at least the air"),

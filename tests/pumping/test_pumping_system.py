@@ -68,6 +68,13 @@ def test_a_day_and_its_system_are_shown_on_one_line(day):
     assert "\n" not in repr(day.system) and len(repr(day.system)) < 300
 
 
+def test_a_drive_is_used_for_a_tenth_more_than_its_torque_where_no_limit_is_stated(day):
+    assert day.system.with_values({"limits.tau_max_Nm": None}).tau_max == pytest.approx(
+        1.1 * day.system.drive.tau_max
+    )
+    assert day.system.with_values({"limits.tau_max_Nm": 7.0}).tau_max == 7.0
+
+
 @pytest.mark.parametrize(
     ("hour", "G", "temp", "p_mp", "u", "rpm", "Q"),
     [
