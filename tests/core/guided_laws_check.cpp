@@ -10,6 +10,7 @@
 #include "srm/control/law/ditc.hpp"
 #include "srm/control/law/finite_set_mpc.hpp"
 #include "srm/control/law/pwm_current.hpp"
+#include "srm/control/law/torque_sharing.hpp"
 #include "srm/machine/lehuy.hpp"
 #include "within.hpp"
 
@@ -393,6 +394,35 @@ double motoring() {
   return worst;
 }
 
+/// Where the shares are not feasible a phase has the guide's current; one below a quarter of the
+/// band is off.
+double follows_currents() {
+  const Guide guide;
+  const TorqueSharing<M, N> law{.machine = machine(),
+                                .sharing = {},
+                                .feasible = never_feasible(),
+                                .guide = guide.profile(),
+                                .R = R,
+                                .i_max = 60,
+                                .i_band = 0.4,
+                                .T_s = T_s};
+  int off_ = 0, on = 0;
+  const double worst = of_any([&](int n, const Y& y, double tau) {
+    FollowedCurrents<double, N> x, same;
+    if (n % 2) x.i_ref = same.i_ref = {0.2, 0, 60};
+    const auto orders = law.step(x, y, tau);
+    GuideCurrents<M, N>{law.machine, R, 60, T_s, 0}.follow(same, law.guide, y, tau);
+    double sum = 0;
+    for (int k = 0; k < N; ++k) {
+      const bool is = same.i_ref[k] > 0.1;
+      if (same.i_ref[k] > 0) (is ? on : off_) += 1;
+      sum += off(x.i_ref[k], same.i_ref[k]) + off(orders[k].i_ref, is ? same.i_ref[k] : 0);
+    }
+    return sum;
+  });
+  return worst_of({worst, unless(off_ > 20 && on > 20)});
+}
+
 }  // namespace
 
 int main() {
@@ -405,5 +435,6 @@ int main() {
   check("finite set: the least cost", least_cost(), 1e-9);
   check("finite set: feedback of the mean, lost torque", held_mean(), 1e-6);
   check("a guarded drive: whether it motors", motoring(), 0);
+  check("sharing: currents of the guide, off below a quarter", follows_currents(), 0);
   return failures == 0 ? 0 : 1;
 }

@@ -288,6 +288,16 @@ def test_a_given_value_is_asked_about_beyond_five_times_the_computed_one(given, 
         assert found[0].startswith(told)
 
 
+@pytest.mark.parametrize(("part", "asked"), [(0.999, 0), (1.001, 1)])
+def test_a_given_resistance_is_held_against_the_computed_one_at_20_degrees(part, asked):
+    """The computed one is that of the winding's temperature."""
+    warm = SimpleNamespace(
+        winding=SimpleNamespace(temperature_degC=120.0), R_ohm=5 * 2.0 * part, J_kgm2=None
+    )
+    found = [*from_geometry._far_from_computed(warm, SimpleNamespace(R_ohm=2.0 * 1.393))]
+    assert len(found) == asked and all("2 ohm at 20 degC" in line for line in found)
+
+
 def test_a_machine_whose_iron_has_no_room_behind_the_poles_is_refused():
     thin = SimpleNamespace(i=np.array([0.0, 25.0]), psi=np.array([[0.0, 0.0], [0.0632, 0.0439]]))
     with pytest.raises(rl.ParameterError, match=r"has 0\.0439 Wb aligned and 0\.0632 Wb"):
