@@ -20,6 +20,8 @@ def kpis(**values):
         ({}, None),
         ({"periods": 1}, "1 whole electrical period in the second half"),
         ({"periods": 0, "speed_mean": 0.0}, "no electrical period ends at standstill"),
+        ({"periods": 0, "speed_mean": -0.98e-3}, "no electrical period ends at standstill"),
+        ({"periods": 0, "speed_mean": 1.02e-3}, "no whole electrical period"),
         ({"periods": 0, "speed_mean": -5.0}, "no whole electrical period"),
         ({"periods": 2}, None),
         ({"torque_drift": 0.021}, "the torque has not settled (a period's mean is up to 2.1% off)"),

@@ -293,7 +293,7 @@ class Court:
         self.free: SimpleQueue[Copy] = SimpleQueue()
         for n in range(jobs):
             self.free.put(Copy(folder / f"{n}"))
-        self.one = Lock()  # of the unchanged copy
+        self.lock = Lock()  # of the unchanged copy
         self.passing: dict[str, bool] = {}  # tests by name: whether they pass without a fault
 
     def killer(self, mutant: Mutant, tests: Sequence[Test]) -> str | None:
@@ -317,7 +317,7 @@ class Court:
     def _killer(self, copy: Copy, names: list[str]) -> str | None:
         while True:
             name = copy.failing(names, [n for n, passes in self.passing.items() if not passes])
-            with self.one:
+            with self.lock:
                 if name == NOT_BEGUN and self.unchanged.failing(names) == NOT_BEGUN:
                     raise RuntimeError(f"pytest {names[:3]} ...: {self.unchanged.said[-2000:]}")
                 if name is None or self._passes(name):
