@@ -1,5 +1,6 @@
 """The tool that plants small faults: what it says of a file without a fault, and of one with."""
 
+import ast
 import inspect
 import os
 import random
@@ -40,6 +41,14 @@ def planted(file, before="", after=""):
 
 def noted(name, cost, *called):
     return Judge(f"tests/{name}", cost, frozenset(called))
+
+
+def shown(mutant):
+    """Its text without the definition of a swapped comparison."""
+    text = mutant.text
+    for moved, turned in mutants.CPP_COMPARED.values():
+        text = text.replace(mutants.CPP_SWAPPED.format(moved=moved, turned=turned), "")
+    return text
 
 
 def checks_of_headers():
@@ -106,7 +115,7 @@ def test_a_seed_draws_the_same_faults_each_in_one_line(kind, only):
     drawn = [mutants.drawn(kind, 20, only, random.Random(3)) for _ in range(2)]
     assert drawn[0] == drawn[1]
     for mutant in drawn[0]:
-        was, now = mutant.file.read_text().split("\n"), mutant.text.split("\n")
+        was, now = mutant.file.read_text().split("\n"), shown(mutant).split("\n")
         assert was != now
         assert was[: mutant.line - 1] == now[: mutant.line - 1]
 
@@ -125,6 +134,7 @@ def test_the_looks_of_a_figure_are_no_fault():
         ("f(algorithm=1)\n", "f(algorithms=1)\n"),
         ("f(alpha=1)\n", "alpha = 1\n"),  # a figure's, and a number of the model
         ("f(size=(12, 8.5))\n", "f(size=(n, 8.5))\n"),
+        ("Picture(12, 8.5)\n", "Pictures(12, 8.5)\n"),
     ],
 )
 def test_imports_for_annotations_and_versions_of_results_are_no_fault(
@@ -136,6 +146,40 @@ def test_imports_for_annotations_and_versions_of_results_are_no_fault(
     assert mutants.python_mutant(file, random.Random(1)) is None
     file.write_text(fault)
     assert mutants.python_mutant(file, random.Random(1)) is not None
+
+
+@pytest.mark.parametrize(
+    ("was", "now"),
+    [
+        *(("x < n", "x <= n"), ("x > 0", "x >= 0")),
+        *(("x < 5e-3", "x >= 0.005"), ("x >= 0.5", "x < 0.5")),  # equal only by chance
+    ],
+)
+def test_a_comparison_of_integers_moves_and_one_of_reals_turns_round(was, now):
+    node = ast.parse(was, mode="eval").body
+    assert ast.unparse(mutants.changed(node)) == now
+
+
+def test_so_does_one_in_a_header_by_the_types_that_meet_there(tmp_path):
+    """In a template, too, and beside other operators."""
+    file = tmp_path / "a.hpp"
+    code = "constexpr bool less(auto a, auto b) {\n  return a + b < b + b;\n}\n"
+    file.write_text("#pragma once\n" + code)
+    mutant = next(
+        found
+        for found in (mutants.cpp_mutant(file, random.Random(n)) for n in range(99))
+        if "swapped" in found.after
+    )
+    file.write_text(mutant.text)
+    claims = (
+        *("less(1, 1)", "!less(2, 1)", "less(0, 1)"),
+        *("less(1.0, 1.0)", "!less(0.0, 1.0)", "less(2.0, 1.0)", "!less(1, 2.0)"),
+    )
+    main = tmp_path / "a.cpp"
+    asserts = "".join(f"static_assert({claim});\n" for claim in claims)
+    main.write_text(f'#include "a.hpp"\n{asserts}')
+    command = ["g++", "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Wconversion", "-Werror"]
+    subprocess.run([*command, main], check=True)
 
 
 def test_every_header_and_module_has_its_judges():

@@ -3,11 +3,15 @@
     python tests/support/mutants.py [--seed N] [--python N] [--cpp N] [--shard K/N] [--only PART]
 
 Draws places in python/reluctance and include/srm from a seed (new and printed without one) and
-changes one operator, number, condition or statement there in a copy of the repository. The short
-tests run once without a fault, to note which functions of the package each calls. Those that call
-the changed function judge a module, the cheapest first; the checks in C++ judge a header, then the
-tests of its folders with the core built with it (tests/support/court.py). A test that fails counts
-where it passes without the fault. A change that no test fails is printed as a survivor.
+changes one operator, number, condition or statement there in a copy of the repository. A comparison
+of integers moves by its bound. One of reals turns round: two of them are equal only by chance, so
+that a moved bound has no effect.
+
+The short tests run once without a fault, to note which functions of the package each calls. Those
+that call the changed function judge a module, the cheapest first; the checks in C++ judge a header,
+then the tests of its folders with the core built with it (tests/support/court.py). A test that
+fails counts where it passes without the fault. A change that no test fails is printed as a
+survivor.
 
 Why no kept library: mutmut and cosmic-ray make and run every mutant of a package against one test
 command. Here a draw of a hundred must end in half an hour, each against the tests that reach it,
@@ -38,12 +42,48 @@ SWAPS: dict[type, type] = {
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And},
     **{ast.Pow: ast.Mult, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
 }
-# Keywords: looks of a figure, the place of a warning, and the version of a result that is kept.
-NO_FAULT = ("lw", "ms", "fontsize", "alpha", "size", "frameon", "stacklevel", "algorithm")
+TURNED: dict[type, type] = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt}
+# Keywords: looks of a figure and of text, the place of a warning, and the version of a result that
+# is kept.
+NO_FAULT = ("lw", "ms", "fontsize", "alpha", "size", "frameon", "flush", "indent", "stacklevel")
+NO_FAULT = (*NO_FAULT, "algorithm")
 CPP_SWAPS = {
-    **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * ", " < ": " <= ", " > ": " >= "},
-    **{" <= ": " < ", " >= ": " > ", " && ": " || ", " || ": " && ", " == ": " != "},
+    **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * "},
+    **{" && ": " || ", " || ": " && ", " == ": " != "},
 }
+CPP_COMPARED = {  # with its bound moved, and turned round
+    **{" < ": (" <= ", " >= "), " > ": (" >= ", " <= ")},
+    **{" <= ": (" < ", " > "), " >= ": (" > ", " < ")},
+}
+# `a <mutant::swapped> b` binds as `a < b` does, and finds out which of the two is meant.
+CPP_SWAPPED = """
+#include <concepts>
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wsign-compare"
+namespace mutant {{
+struct Swapped {{}};
+inline constexpr Swapped swapped{{}};
+template <class A>
+struct Left {{
+  A a;
+}};
+template <class A>
+constexpr Left<A> operator<(A a, Swapped) {{
+  return {{a}};
+}}
+template <class A, class B>
+constexpr auto operator>(Left<A> left, B b) {{
+  if constexpr (std::integral<A> && std::integral<B>) {{
+    return left.a{moved}b;
+  }} else {{
+    return left.a{turned}b;
+  }}
+}}
+}}
+#pragma GCC diagnostic pop
+#pragma GCC diagnostic ignored "-Wmissing-template-keyword"
+"""
 
 
 def changed(node: ast.AST) -> ast.AST | None:
@@ -51,7 +91,8 @@ def changed(node: ast.AST) -> ast.AST | None:
     if isinstance(node, ast.BinOp | ast.BoolOp) and type(node.op) in SWAPS:
         return _with(node, op=SWAPS[type(node.op)]())
     if isinstance(node, ast.Compare) and type(node.ops[0]) in SWAPS:
-        return _with(node, ops=[SWAPS[type(node.ops[0])](), *node.ops[1:]])
+        swaps = SWAPS | TURNED if _real(node.comparators[0]) else SWAPS
+        return _with(node, ops=[swaps[type(node.ops[0])](), *node.ops[1:]])
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
         value = node.value
         return ast.Constant(value * 1.05 or 1.0 if isinstance(value, float) else value + 1)
@@ -64,8 +105,15 @@ def changed(node: ast.AST) -> ast.AST | None:
     return None
 
 
+def _real(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, float)
+
+
 def no_fault(node: ast.AST) -> bool:
-    """Whether this gives constants to a keyword of NO_FAULT, or ALGORITHM its version."""
+    """Whether this gives constants to a keyword of NO_FAULT, a figure its size, or ALGORITHM its
+    version."""
+    if isinstance(node, ast.Call) and ast.unparse(node.func) == "Picture":
+        return all(isinstance(part, ast.Constant) for part in node.args)
     if isinstance(node, ast.keyword):
         parts = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
         return node.arg in NO_FAULT and all(isinstance(part, ast.Constant) for part in parts)
@@ -136,20 +184,27 @@ def offered(tree: ast.Module) -> list[str]:
 
 def cpp_mutant(file: Path, draw: random.Random) -> Mutant | None:
     """A swapped operator in a header's code."""
+    operators = [*CPP_SWAPS, *CPP_COMPARED]
     lines = file.read_text(encoding="utf-8").split("\n")
     found = [
         (n, place.start(), place.group())
         for n, line in enumerate(lines)
         if not line.lstrip().startswith(("//", "#", "template", "static_assert"))
-        for place in re.finditer("|".join(map(re.escape, CPP_SWAPS)), line.split("//")[0])
+        for place in re.finditer("|".join(map(re.escape, operators)), line.split("//")[0])
     ]
     if not found:
         return None
     n, at, operator = draw.choice(found)
+    swapped = CPP_SWAPS.get(operator, " <mutant::swapped> ")
     other = [*lines]
-    other[n] = lines[n][:at] + CPP_SWAPS[operator] + lines[n][at + len(operator) :]
+    other[n] = lines[n][:at] + swapped + lines[n][at + len(operator) :]
     shown = [line.strip()[:80] for line in (lines[n], other[n])]
-    return Mutant(file, n + 1, shown[0], shown[1], "\n".join(other), (file.stem, file.name))
+    text = "\n".join(other)
+    if operator in CPP_COMPARED:
+        moved, turned = CPP_COMPARED[operator]
+        begin = "#pragma once\n"
+        text = text.replace(begin, begin + CPP_SWAPPED.format(moved=moved, turned=turned), 1)
+    return Mutant(file, n + 1, shown[0], shown[1], text, (file.stem, file.name))
 
 
 def drawn(kind: str, count: int, only: str, draw: random.Random) -> list[Mutant]:

@@ -410,8 +410,8 @@ class DriveUnit final : public Unit {
 
   Outcome write_orders(std::size_t first, const double* values, std::size_t count) {
     std::vector<double> row(names_[SRM_ORDER].size());
-    double* last = write_columns(orders_.command, row.data());
-    if (control_->supervised()) *last = double(orders_.at_once);
+    double* end = write_columns(orders_.command, row.data());
+    if (control_->supervised()) *end = double(orders_.at_once);
     std::copy_n(values, count, row.begin() + std::ptrdiff_t(first));
     std::vector<Number> places;
     Orders<N> given = orders_;
