@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "coil.hpp"
 #include "srm/control/frame/dead_time_compensation.hpp"
 #include "srm/control/part/modulator.hpp"
 #include "srm/sim/simulation.hpp"
@@ -11,16 +12,7 @@ using namespace srm;
 
 namespace {
 
-constexpr double L = 10e-3, u_dc = 200, T_s = 50e-6, dead = 2e-6;  // [H], [V], [s], [s]
-
-struct Coil {
-  using Scalar = double;
-  int N_r = 4;
-  Magnetics<double> at(double i, double) const {
-    return {.psi = L * i, .W_c = L * i * i / 2, .tau = 0, .L_inc = L, .psi_theta = 0};
-  }
-  Jet<double> jet(double i, double) const { return {.psi = L * i, .L_inc = L}; }
-};
+constexpr double L = Coil{}.L, u_dc = 200, T_s = 50e-6, dead = 2e-6;  // [H], [V], [s], [s]
 
 struct Outcome {
   double i = 0, i_min = 1e300;  // at the end; least after the first half [A]

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "coil.hpp"
 #include "errors.hpp"
 #include "srm/control/guard/diagnosis.hpp"
 #include "srm/sim/gates.hpp"
@@ -20,13 +21,7 @@ using Known = Diagnosis<double>;
 using State = Known::State<N>;
 using Guard = Protection<double>::State<N>;
 
-struct Coil {
-  using Scalar = double;
-  int N_r = 4;
-  Magnetics<double> at(double i, double) const {
-    return {.psi = L * i, .W_c = L * i * i / 2, .tau = 0, .L_inc = L, .psi_theta = 0};
-  }
-};
+constexpr Coil coil{.L = L};
 
 Protection<double> protection(int delay = 0, double i_error = 0) {
   return {
@@ -61,7 +56,7 @@ Known::Phase after(const Known& d, const PhaseCommand<double>& order, double i0,
   d.remember(x, p, Command<double, N>{order, hold<double>(down), hold<double>(down)});
   x.phase[0].any = from;
   x.u_dc = u_dc - 10;  // the mean over the sample counts
-  d.finds(x, guard, p, Coil{}, {.i = {i1, 0, 0}, .theta_e = 1, .omega_m = 0, .u_dc = u_dc + 10});
+  d.finds(x, guard, p, coil, {.i = {i1, 0, 0}, .theta_e = 1, .omega_m = 0, .u_dc = u_dc + 10});
   return x.phase[0];
 }
 
@@ -194,8 +189,7 @@ double counts() {
     d.remember(x, p,
                Command<double, N>{regulate(10.0, 1.0, still), regulate(0.0, 1.0, still),
                                   regulate(0.0, 1.0, still)});
-    d.finds(x, guard, p, Coil{},
-            {.i = {guard.i[0], 0, 0}, .theta_e = 1, .omega_m = 0, .u_dc = u_dc});
+    d.finds(x, guard, p, coil, {.i = {guard.i[0], 0, 0}, .theta_e = 1, .omega_m = 0, .u_dc = u_dc});
     worst = worst_of(
         {worst, off(x.phase[0].left, 0.5 + (above ? 0 : T_s * u_dc)), off(x.phase[0].age, 8)});
   }
@@ -218,7 +212,7 @@ double delays() {
       d.remember(x, p, Command<double, N>{order, hold<double>(down), hold<double>(down)});
       x.phase[0].any = {1, 1};
       x.u_dc = u_dc;
-      d.finds(x, guard, p, Coil{}, {.i = {10, 0, 0}, .theta_e = 1, .omega_m = 0, .u_dc = u_dc});
+      d.finds(x, guard, p, coil, {.i = {10, 0, 0}, .theta_e = 1, .omega_m = 0, .u_dc = u_dc});
       if (sample < 2) continue;
       const bool full = (sample % 2 == 0) == (delay == 0);
       worst = worst_of(
@@ -317,13 +311,13 @@ double tellings() {
     guard.has_last = true;
     y.unlike = unlike;
     const Measurement<double, N> m{.theta_e = 1, .u_dc = u_dc};
-    const bool found = d.finds(y, guard, p, Coil{}, m);
+    const bool found = d.finds(y, guard, p, coil, m);
     worst = worst_of({worst, unless(found == (unlike >= 0) && guard.latched == found),
                       unless(!found || (guard.fault.status == Status::phase_unlike &&
                                         guard.fault.phase == unlike)),
-                      unless(!d.tries(y, p, Coil{}, m, orders))});
+                      unless(!d.tries(y, p, coil, m, orders))});
     y.trial = PhaseTrial<double>::begun<N>(1);
-    worst = worst_of({worst, unless(d.tries(y, p, Coil{}, m, orders))});
+    worst = worst_of({worst, unless(d.tries(y, p, coil, m, orders))});
   }
   // Too much current in two phases that contradict a sound drive is that of two exchanged ones.
   for (int without = 0; without < 6; ++without) {
@@ -373,7 +367,7 @@ double always_within(bool exact) {
     for (int sample = 0; sample < 200; ++sample) {
       u_true = exact ? 1 : 1 + 0.009 * any(random);
       const Measurement<double, N> y{.i = {shown, 0, 0}, .theta_e = 1, .omega_m = 0, .u_dc = u_dc};
-      d.finds(x, guard, p, Coil{}, y);
+      d.finds(x, guard, p, coil, y);
       const Known::Span& s = x.phase[0].any;
       outside = worst_of({outside, s.least - psi, psi - s.most});
       if (s.least > 0) widest = std::fmax(widest, s.most - s.least);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 
+#include "coil.hpp"
 #include "errors.hpp"
 #include "srm/sim/simulation.hpp"
 #include "within.hpp"
@@ -15,34 +16,6 @@ constexpr int N = 3;
 constexpr double T_s = 50e-6;
 constexpr Leg down = Leg::demagnetize, still = Leg::freewheel, up = Leg::magnetize;
 
-/// An inductance over the angle, without saturation.
-struct Coil {
-  using Scalar = double;
-  static constexpr double L = 10e-3;
-  int N_r = 4;
-  double part = 0;  // by which it varies over the angle
-  Magnetics<double> at(double i, double theta_e) const {
-    const Jet<double> m = jet(i, theta_e);
-    return {.psi = m.psi,
-            .W_c = m.psi * i / 2,
-            .tau = m.tau,
-            .L_inc = m.L_inc,
-            .psi_theta = m.psi_theta};
-  }
-  Jet<double> jet(double i, double theta_e) const {
-    const double L_now = L * (1 - part * std::cos(theta_e)),
-                 slope = L * part * N_r * std::sin(theta_e);
-    const double bend = L * part * N_r * N_r * std::cos(theta_e);
-    return {.psi = L_now * i,
-            .tau = i * i / 2 * slope,
-            .L_inc = L_now,
-            .psi_theta = i * slope,
-            .tau_theta = i * i / 2 * bend,
-            .L_i = 0,
-            .L_theta = slope,
-            .psi_theta_2 = i * bend};
-  }
-};
 using Run = Simulation<Coil, N>;
 
 /// Comparators in windows, timers and open comparators in turns.
@@ -222,7 +195,7 @@ double faulty(std::vector<BrokenPart> faults, const std::function<PhaseCommand<d
 /// From i_0 towards u/R with the time constant L/R.
 double relaxed(double i_0, double u, double resistance, double t) {
   const double end = u / resistance;
-  return end + (i_0 - end) * std::exp(-t * resistance / Coil::L);
+  return end + (i_0 - end) * std::exp(-t * resistance / Coil{}.L);
 }
 
 /// Full voltage for ten samples, then all of it reversed. Two devices make 0.2 ohm.
@@ -242,10 +215,10 @@ double faults() {
     const double rise = relaxed(0, k * 200, R + k * 0.2, std::fmin(t, t_1));
     if (t <= t_1) return rise;
     // Reversed: until the terminals carry none, i = G 200; then through the short alone.
-    const double least = 200 * G, end = -k * 200 / (R + k * 0.2), rate = (R + k * 0.2) / Coil::L;
+    const double least = 200 * G, end = -k * 200 / (R + k * 0.2), rate = (R + k * 0.2) / Coil{}.L;
     const double t_2 = std::log((rise - end) / (least - end)) / rate;
     if (t - t_1 < t_2) return relaxed(rise, -k * 200, R + k * 0.2, t - t_1);
-    return least * std::exp(-(t - t_1 - t_2) * (R + 1 / G) / Coil::L);
+    return least * std::exp(-(t - t_1 - t_2) * (R + 1 / G) / Coil{}.L);
   };
   worst = worst_of({worst, faulty(
                                {{.kind = Broken::turns_shorted, .value = s, .R = R_f}}, magnetized,
@@ -319,7 +292,7 @@ double link() {
   Run run(plant, 0, {.T_s = T_s}, controller, constant(0), 0, {10e-6, {50, 100}, -1});
   Rows waveforms(columns_of(Waveform<N>{}), 10), periods(columns_of(Period<N>{}), 10);
   double worst = 0;
-  const double omega = 1 / std::sqrt(Coil::L * 100e-6);
+  const double omega = 1 / std::sqrt(Coil{}.L * 100e-6);
   for (double t = 1e-4; t < 3e-3; t += 1e-4) {
     run.advance(t, waveforms, periods);
     const bool rings = t * omega < turn / 4;  // the winding and the capacitor, until it is empty
