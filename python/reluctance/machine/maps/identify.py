@@ -207,7 +207,8 @@ def _odd_spline(s: Array, d: Array, weight: Array) -> BSpline:
 
 def _smoothed(basis: Array, penalty: Array, row: Array) -> Array:
     """x that minimises |basis x - row|^2 + w |penalty x|^2, with the w that predicts left-out
-    samples best (generalised cross-validation, as in repair.py).
+    samples best: generalised cross-validation (G. Golub, M. Heath, G. Wahba, Technometrics 21(2),
+    1979).
 
     In the coordinates where both forms are diagonal every w costs a few additions: a map has
     hundreds of these problems.

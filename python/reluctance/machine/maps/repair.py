@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 from reluctance.machine.maps.surface import angle_cells, rise_problem, rising
 from reluctance.machine.maps.table import Array, FluxTable, fold
 
-SMOOTHING = np.logspace(-12, 6, 73)  # candidates of the cross-validation
+SMOOTHING = np.logspace(-12, 6, 73)  # candidates
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ def repair_map(table: FluxTable) -> Repair:
     """Smooth the random part of flux and make flux rise with current.
 
     Over the angle each current row becomes a penalised cubic spline (P. Eilers, B. Marx,
-    Statistical Science 11(2), 1996), over the current a monotone one (`surface.rising`);
-    generalised cross-validation chooses both weights, so that a clean table stays as it is.
+    Statistical Science 11(2), 1996), over the current a monotone one (`surface.rising`). Both have
+    the weights under which the table is most likely, so that a clean one stays as it is.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def repair_map(table: FluxTable) -> Repair:
     weight = 1 / (flux.mean(axis=1) + 0.05 * flux.max())  # noise grows with flux, down to a floor
     basis, penalty = _even_basis(half.theta_e)
     rows = (flux * weight[:, None]).T
-    smooth = basis @ penalised(basis, penalty, rows, cross_validated(basis, penalty, rows))
+    smooth = basis @ penalised(basis, penalty, rows, likeliest(basis, penalty, rows))
     psi = np.vstack([np.zeros((1, len(half.theta_e))), smooth.T / weight[:, None]])
 
     psi = _rising_flux(half.i, psi, weight)
@@ -85,18 +85,24 @@ def penalised(basis: Array, penalty: Array, rows: Array, smoothing: float) -> Ar
     return solution
 
 
-def cross_validated(basis: Array, penalty: Array, rows: Array) -> float:
-    """Smoothing that predicts left-out samples best: least |residual|^2/(n - degrees of freedom)^2.
+def likeliest(basis: Array, penalty: Array, rows: Array) -> float:
+    """Smoothing under which `rows` are most likely, where noise and |penalty x| are both random:
+    restricted maximum likelihood, pooled over the columns of `rows`.
 
-    G. Golub, M. Heath, G. Wahba, Technometrics 21(2), 1979; pooled over the columns of `rows`.
+    All currents of a clamped angle share its error, so that the columns of a map tell little more
+    than one. Of so few samples, cross-validation now and then takes all noise for signal, and the
+    likelihood does not (P. Reiss, T. Ogden, J. R. Stat. Soc. B 71(2), 2009; S. Wood, 73(1), 2011).
     """
+    rank = np.linalg.matrix_rank(penalty)
+    free = len(basis) - (basis.shape[1] - rank)
     scores = []
     for smoothing in SMOOTHING:
+        x = penalised(basis, penalty, rows, smoothing)
+        cost = ((rows - basis @ x) ** 2).sum() + smoothing * ((penalty @ x) ** 2).sum()
         matrix = np.vstack([basis, np.sqrt(smoothing) * penalty])
-        hat = basis @ np.linalg.pinv(matrix)[:, : len(basis)]
-        residual = rows - hat @ rows
-        free = len(basis) - np.trace(hat)
-        scores.append(np.sum(residual**2) / free**2 if free > 0.5 else np.inf)
+        diagonal = np.abs(np.diag(np.linalg.qr(matrix, mode="r")))
+        evidence = np.log(diagonal).sum() - rank / 2 * np.log(smoothing)
+        scores.append(free / 2 * np.log(cost + np.finfo(np.float64).tiny) + evidence)
     return float(SMOOTHING[int(np.argmin(scores))])
 
 
@@ -108,7 +114,7 @@ def _rising_flux(i: Array, psi: Array, weight: Array) -> Array:
     for values in (psi.mean(axis=1, keepdims=True), psi):
         design, penalty = rise_problem(i, knots, level=level)
         rows = psi[1:] * weight[:, None]
-        smoothing = cross_validated(design * weight[:, None], penalty, rows)
+        smoothing = likeliest(design * weight[:, None], penalty, rows)
         fitted = rising(i, values, knots, weight=weight, level=level, smoothing=smoothing)
         level = np.maximum.accumulate(fitted.c[::-1].max(axis=1))[::-1] / fitted.c.max()
     flux: Array = fitted.antiderivative()(i)
@@ -116,9 +122,9 @@ def _rising_flux(i: Array, psi: Array, weight: Array) -> Array:
 
 
 def _even_basis(theta_e: Array) -> tuple[Array, Array]:
-    """Even cubic splines by their values at equal angles: matrix to theta_e, third differences."""
+    """Even cubic splines by their values at equal angles: matrix to theta_e, fourth differences."""
     n = angle_cells(theta_e, np.pi)
     nodes = np.linspace(0, np.pi, n + 1)
     basis = CubicSpline(nodes, np.eye(n + 1), bc_type="clamped")(theta_e)
     mirrored = np.eye(n + 1)[[2, 1, *range(n + 1), n - 1, n - 2]]
-    return basis, np.diff(mirrored, 3, axis=0)
+    return basis, np.diff(mirrored, 4, axis=0)
