@@ -31,7 +31,7 @@ from reluctance.drive.tables.faults import Faults
 from reluctance.drive.tables.supervision import Supervision
 from reluctance.explore.efficiency_map.locked import at, length, rising
 
-ALGORITHM = 6  # raised when the same drive gives other numbers
+ALGORITHM = 7  # raised when the same drive gives other numbers
 SHAPE = (5, 9, 5)  # voltages, speeds, torques
 HELD = 0.97  # of the last torque asked for: from here on the drive holds it
 LEAST_TORQUE = 0.05  # of the greatest: the first of the torques
@@ -147,7 +147,8 @@ def set_up(drive: Drive, omega: float, tau_max: float) -> SetUp:
 
     def made(tau: float) -> SetUp:
         point = at(drive, u_dc=drive.converter.u_dc_V, omega=omega, tau=tau, tau_max=tau)
-        law = point.law(replace(point.known(), motors=False))  # a pump's speed is not held
+        # A pump's speed is not held, but controlled.
+        law = point.law(replace(point.known(), motors=False, reference="speed"))
         return SetUp(drive, None if isinstance(drive.control, OwnLaw) else law, tau)
 
     try:
