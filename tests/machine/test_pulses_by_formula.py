@@ -176,7 +176,21 @@ def test_the_likeliest_weight_is_that_of_the_density_of_what_no_straight_line_te
         variance = contrasts.T @ (np.eye(40) + of_x) @ contrasts
         fit = np.trace(seen.T @ np.linalg.solve(variance, seen))
         scores.append(38 * np.log(fit) + np.linalg.slogdet(variance)[1])
-    assert likeliest(basis, penalty, rows) == SMOOTHING[int(np.argmin(scores))]
+    assert likeliest(basis, penalty, rows)[1] == SMOOTHING[int(np.argmin(scores))]
+
+
+def test_of_two_penalties_the_one_is_likelier_whose_values_are_straight_where_the_row_is():
+    """Both let only a constant pass: values that are mirrored at the ends."""
+    n = np.arange(20)
+    mirrored = np.eye(20)[[2, 1, *n, 18, 17]]
+    noise = 1e-3 * np.random.default_rng(5).normal(size=20)
+    kinked, bent = np.clip(n - 7.0, 0, 6), np.cos(n * np.pi / 19)
+    for row, best in ((kinked + noise, 0), (bent + noise, 1)):
+        found = [
+            likeliest(np.eye(20), np.diff(mirrored, order, axis=0), row[:, None])[0]
+            for order in (2, 4)
+        ]
+        assert int(np.argmax(found)) == best
 
 
 @pytest.mark.parametrize("seed", range(8))

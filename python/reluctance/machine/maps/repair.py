@@ -42,8 +42,9 @@ def repair_map(table: FluxTable) -> Repair:
     """Smooth the random part of flux and make flux rise with current.
 
     Over the angle each current row becomes a penalised cubic spline (P. Eilers, B. Marx,
-    Statistical Science 11(2), 1996), over the current a monotone one (`surface.rising`). Both have
-    the weights under which the table is most likely, so that a clean one stays as it is.
+    Statistical Science 11(2), 1996), over the current a monotone one (`surface.rising`). Weights
+    and order of the penalties are those under which the table is most likely, so that a clean one
+    stays as it is.
 
     Parameters
     ----------
@@ -56,9 +57,11 @@ def repair_map(table: FluxTable) -> Repair:
     half = fold(table)
     flux = half.psi[1:]
     weight = 1 / (flux.mean(axis=1) + 0.05 * flux.max())  # noise grows with flux, down to a floor
-    basis, penalty = _even_basis(half.theta_e)
     rows = (flux * weight[:, None]).T
-    smooth = basis @ penalised(basis, penalty, rows, likeliest(basis, penalty, rows))
+    basis, penalties = _even_basis(half.theta_e)
+    found = [(*likeliest(basis, penalty, rows), penalty) for penalty in penalties]
+    _, smoothing, penalty = max(found, key=lambda each: each[0])
+    smooth = basis @ penalised(basis, penalty, rows, smoothing)
     psi = np.vstack([np.zeros((1, len(half.theta_e))), smooth.T / weight[:, None]])
 
     psi = _rising_flux(half.i, psi, weight)
@@ -85,25 +88,28 @@ def penalised(basis: Array, penalty: Array, rows: Array, smoothing: float) -> Ar
     return solution
 
 
-def likeliest(basis: Array, penalty: Array, rows: Array) -> float:
-    """Smoothing under which `rows` are most likely, where noise and |penalty x| are both random:
-    restricted maximum likelihood, pooled over the columns of `rows`.
+def likeliest(basis: Array, penalty: Array, rows: Array) -> tuple[float, float]:
+    """Log-likelihood, and the smoothing under which `rows` are most likely, where noise and
+    penalty x are both random: restricted maximum likelihood, as of one column.
 
     All currents of a clamped angle share its error, so that the columns of a map tell little more
     than one. Of so few samples, cross-validation now and then takes all noise for signal, and the
     likelihood does not (P. Reiss, T. Ogden, J. R. Stat. Soc. B 71(2), 2009; S. Wood, 73(1), 2011).
+    Penalties that let the same x pass may be compared.
     """
-    rank = np.linalg.matrix_rank(penalty)
-    free = len(basis) - (basis.shape[1] - rank)
-    scores = []
+    stretches = np.linalg.svd(penalty, compute_uv=False)
+    stretches = stretches[stretches > 1e-9 * stretches[0]]
+    free = len(basis) - (basis.shape[1] - len(stretches))
+    found = []
     for smoothing in SMOOTHING:
         x = penalised(basis, penalty, rows, smoothing)
         cost = ((rows - basis @ x) ** 2).sum() + smoothing * ((penalty @ x) ** 2).sum()
         matrix = np.vstack([basis, np.sqrt(smoothing) * penalty])
         diagonal = np.abs(np.diag(np.linalg.qr(matrix, mode="r")))
-        evidence = np.log(diagonal).sum() - rank / 2 * np.log(smoothing)
-        scores.append(free / 2 * np.log(cost + np.finfo(np.float64).tiny) + evidence)
-    return float(SMOOTHING[int(np.argmin(scores))])
+        prior = np.log(np.sqrt(smoothing) * stretches).sum() - np.log(diagonal).sum()
+        found.append(prior - free / 2 * np.log(cost + np.finfo(np.float64).tiny))
+    best = int(np.argmax(found))
+    return float(found[best]), float(SMOOTHING[best])
 
 
 def _rising_flux(i: Array, psi: Array, weight: Array) -> Array:
@@ -114,17 +120,18 @@ def _rising_flux(i: Array, psi: Array, weight: Array) -> Array:
     for values in (psi.mean(axis=1, keepdims=True), psi):
         design, penalty = rise_problem(i, knots, level=level)
         rows = psi[1:] * weight[:, None]
-        smoothing = likeliest(design * weight[:, None], penalty, rows)
+        _, smoothing = likeliest(design * weight[:, None], penalty, rows)
         fitted = rising(i, values, knots, weight=weight, level=level, smoothing=smoothing)
         level = np.maximum.accumulate(fitted.c[::-1].max(axis=1))[::-1] / fitted.c.max()
     flux: Array = fitted.antiderivative()(i)
     return flux
 
 
-def _even_basis(theta_e: Array) -> tuple[Array, Array]:
-    """Even cubic splines by their values at equal angles: matrix to theta_e, fourth differences."""
+def _even_basis(theta_e: Array) -> tuple[Array, list[Array]]:
+    """Even cubic splines by their values at equal angles: matrix to theta_e, and differences that
+    are small where the values are straight, curve evenly, or bend evenly."""
     n = angle_cells(theta_e, np.pi)
     nodes = np.linspace(0, np.pi, n + 1)
     basis = CubicSpline(nodes, np.eye(n + 1), bc_type="clamped")(theta_e)
     mirrored = np.eye(n + 1)[[2, 1, *range(n + 1), n - 1, n - 2]]
-    return basis, np.diff(mirrored, 4, axis=0)
+    return basis, [np.diff(mirrored, order, axis=0) for order in (2, 3, 4)]
