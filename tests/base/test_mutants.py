@@ -233,6 +233,8 @@ def test_those_judge_that_call_what_was_changed_and_those_that_name_it(monkeypat
     ]
     monkeypatch.setattr(court, "function_at", lambda file, line: None)  # a constant of the module
     assert "tests/drive/test_x.py::c" in judges(planted(file), tests[2:])
+    declared = noted("cli/test_surface.py::a", 1.0)
+    assert declared.name in judges(planted(file), [*tests, declared])
 
 
 def test_the_checks_of_a_header_begin_with_those_that_name_it():

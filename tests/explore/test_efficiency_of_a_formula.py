@@ -157,6 +157,14 @@ def test_a_cycle_takes_the_integral_along_straight_lines_of_speed_and_torque(dri
     assert alone.E_braked == 0 and alone.held < both["held_part_of_time"]
 
 
+@pytest.mark.parametrize(("tau", "braking"), [(0.0, 0), (0.5, 0), (20.0, 0), (-0.5, 1), (-20.0, 1)])
+def test_each_torque_is_of_the_map_of_its_direction(drive, tau, braking):
+    """No torque is of the one that motors."""
+    cycle = Cycle(np.array([0.0, 10.0]), np.full(2, 100.0), np.full(2, tau))
+    assert driven(cycle, made(drive)).held == 1 - braking
+    assert driven(cycle, made(drive), made(drive, -1.0)).held == 1
+
+
 def test_a_ramp_through_zero_torque_shares_its_energy_by_the_straight_line(drive):
     """From 30 to -30 N m at 100 rad/s in 10 s: 30*100/2*5 = 7500 J to the shaft and from it."""
     ramp = Cycle(np.array([0.0, 10.0]), np.full(2, 100.0), np.array([30.0, -30.0]))

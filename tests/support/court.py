@@ -25,6 +25,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGE, HEADERS, TESTS = ROOT / "python" / "reluctance", ROOT / "include", ROOT / "tests"
 CHECK = "test_core.py::test_core_check_holds["  # of headers alone: needs no core built with them
 MOST = 60  # processor time of the tests that call what was changed, and of the nearest, each [s]
+SURFACE = "tests/cli/test_surface.py::"  # reads what is declared outside of functions
 LIMIT = 120  # of one test, which takes 10 s at most; more is an endless loop [s]
 LEFT_OUT = (".*", "build", "out", "dist", "__pycache__", "*.so", "node_modules")
 FOLDERS = {  # of tests, by the first that a header's place begins with
@@ -137,9 +138,10 @@ def function_at(file: Path, line: int) -> int | None:
 def judges(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
     """The tests of a mutant by name, file by file, the nearest first.
 
-    Those that call the changed function, the cheapest first; and, of the folders that the file
-    belongs to, those of the files that name what was changed, then the cheapest. Each list has a
-    case of every test function before a second of any, and ends after MOST seconds.
+    Those that call the changed function, the cheapest first, or read what is declared outside of
+    all; and, of the folders that the file belongs to, those of the files that name what was
+    changed, then the cheapest. Each list has a case of every test function before a second of any,
+    and ends after MOST seconds.
     """
     rank = {file: n for n, file in enumerate(nearest(mutant.names))}
     own = folders(mutant.file)
@@ -155,6 +157,7 @@ def judges(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
             test
             for test in tests
             if any(file == path and (first is None or line == first) for file, line in test.called)
+            or (first is None and test.name.startswith(SURFACE))
         ]
         called.sort(key=lambda test: test.cost)
     near = [test for test in tests if test.folder in own or (not called and test.file in rank)]

@@ -95,6 +95,24 @@ def test_seeds_repeat_an_episode_and_differ():
     assert episode(3).tobytes() == episode(3).tobytes() != episode(4).tobytes()
 
 
+def test_seeds_repeat_the_episodes_of_many_drives_and_without_one_others_follow():
+    env = gymnasium.make_vec(
+        "reluctance/Torque-v0",
+        num_envs=2,
+        vectorization_mode="vector_entry_point",
+        randomise={"plant.R": (0.2, 5.0)},
+    )
+
+    def begun(seed):
+        env.reset(seed=seed)
+        actions = np.ones_like(env.action_space.sample())
+        return np.array([env.step(actions)[0] for _ in range(5)]).tobytes()
+
+    first, after = begun(3), begun(None)
+    assert begun(3) == first == begun([3, 4]) != after
+    assert begun(None) == after
+
+
 def play(env, choose, steps):
     """Currents of a run: (steps, n_phases), and rewards."""
     seen, _ = env.reset(seed=5)

@@ -287,7 +287,7 @@ def _check_coil(g: Geometry) -> None:
             f"{w.coil_to_bore_mm:g}; make the coil narrower or move it outwards"
         )
     if (top**2 + far**2) ** 0.5 > s.r_slot_s:
-        most = (s.r_slot_s**2 - far**2) ** 0.5 - coil.r_inner if far < s.r_slot_s else 0.0
+        most = max(s.r_slot_s**2 - far**2, 0.0) ** 0.5 - coil.r_inner
         raise ValueError(
             f"winding.coil_height_mm = {w.coil_height_mm:g} does not fit the slot: need at most "
             f"{max(most, 0) / MM:.4g}; lower it or raise stator.pole_height_mm"
