@@ -95,6 +95,11 @@ def test_a_torque_that_jumps_is_found_with_the_last_current_before_and_the_first
     for (below, above), place in ((first, 99), (second, 199)):
         assert below == place < above <= place + 3
     assert _jumps(tau, i, float(tau[150])) == [first]  # none above the greatest torque
+    edges = 0.01 * i**2
+    for place in (50, 53, 247):  # the second is clear of the first, the third ends with the curve
+        edges[place:] *= 1.1
+    edges[249:] *= 1.1
+    assert _jumps(edges, i, 1000.0) == [(49, 51), (52, 54), (246, 249)]
     for grows, found in ((1.019, 0), (1.021, 1)):
         step = 0.01 * i**2
         step[100:] *= grows

@@ -127,6 +127,7 @@ def test_braking_returns_what_its_losses_leave(cubic) -> None:  # type: ignore[n
         ((10, 4, 20, 8), 0.5),
         ((4, 10, 20, 8), None),  # both sides feed the losses
         ((4, 10, 8, 20), None),
+        ((4, 3, 8, 8), None),  # all that was drawn came back
     ],
 )
 def test_a_cycle_has_an_efficiency_where_the_link_gives_and_the_shaft_gets(

@@ -297,6 +297,12 @@ def test_a_drawing_has_the_steel_and_a_coil_of_each_phase_in_millimetres(odd):
     assert len(by_colour) == 3  # phases, each with as much copper
     coil = [v / np.mean([*by_colour.values()]) for v in by_colour.values()]
     assert coil == pytest.approx([1, 1, 1], rel=1e-3)
+    still = draw(system, Figure().add_subplot(), alpha=0.0)
+    drawn = [
+        [path.vertices.tolist() for part in of.collections for path in part.get_paths()]
+        for of in (ax, still)
+    ]
+    assert drawn[0] == drawn[1]
     low, high = ax.dataLim.min, ax.dataLim.max
     assert [*low, *high] == pytest.approx([-65, -65, 65, 65], rel=1e-2)
     assert ax.get_aspect() == 1 and ax.get_xlabel() == "x [mm]"

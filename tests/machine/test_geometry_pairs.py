@@ -231,6 +231,15 @@ def test_a_table_has_the_fewest_functions_that_leave_less_of_the_torque_than_all
     assert pair_table(samples, N_r).rank == 2 and pair_table(samples, N_r, rank=9).rank == 7
 
 
+def test_functions_of_a_table_are_the_same_in_any_unit_of_its_energy():
+    samples = Formula().samples()
+    one, other = (
+        pair_table(replace(samples, energy=factor * samples.energy), N_r, rank=2).samples().tau
+        for factor in (1.0, 1e3)
+    )
+    assert other == pytest.approx(one, rel=1e-9, abs=1e-9 * np.abs(one).max())
+
+
 def test_slopes_over_the_current_cease_within_half_of_the_last_one():
     """Their bend falls in two straight lines, at whose ends are the last knots."""
     table = pair_table(Formula().samples(), N_r, tolerance=1e-9)

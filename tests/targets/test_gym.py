@@ -95,6 +95,12 @@ def test_seeds_repeat_an_episode_and_differ():
     assert episode(3).tobytes() == episode(3).tobytes() != episode(4).tobytes()
 
 
+def test_many_drives_may_be_one():
+    assert rg.DriveVectorEnv(1).num_envs == 1
+    with pytest.raises(ParameterError, match="num_envs = 0, need >= 1"):
+        rg.DriveVectorEnv(0)
+
+
 def test_seeds_repeat_the_episodes_of_many_drives_and_without_one_others_follow():
     env = gymnasium.make_vec(
         "reluctance/Torque-v0",

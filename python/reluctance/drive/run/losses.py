@@ -84,7 +84,7 @@ def loops(change: FloatArray, weight: FloatArray) -> list[tuple[float, float]]:
         while len(swings) >= 3 and swings[-2].span <= min(swings[-3].span, swings[-1].span):
             last, minor, before = swings.pop(), swings.pop(), swings.pop()
             back, rest = last.split(minor.span)
-            found.append((minor.span, minor.weight + back.weight))
+            found.append((minor.span, minor.weight + back))
             swings.append(before.joined(rest))
     return found + [(swing.span, swing.weight) for swing in swings]
 
@@ -103,13 +103,12 @@ class _Swing:
     def weight(self) -> float:
         return float(self.cumulated[-1])
 
-    def split(self, at: float) -> "tuple[_Swing, _Swing]":
-        """The piece up to this change, and the rest."""
+    def split(self, at: float) -> "tuple[float, _Swing]":
+        """The weight of the piece up to this change, and the rest."""
         part = float(np.interp(at, self.level, self.cumulated))
         n = int(np.searchsorted(self.level, at, side="right"))
-        back = _Swing(np.array([0.0, at]), np.array([0.0, part]))
         level = np.concatenate([[0.0], self.level[n:] - at])
-        return back, _Swing(level, np.concatenate([[0.0], self.cumulated[n:] - part]))
+        return part, _Swing(level, np.concatenate([[0.0], self.cumulated[n:] - part]))
 
     def joined(self, other: "_Swing") -> "_Swing":
         level = np.concatenate([self.level, self.span + other.level[1:]])
