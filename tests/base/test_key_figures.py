@@ -5,7 +5,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from reluctance.base.key_figures import Kpis, definite, shown
+from reluctance.base.key_figures import Kpis, definite, shown, start_included
 
 
 def kpis(**values):
@@ -46,6 +46,10 @@ def test_each_remark_stands_where_it_holds(values, told):
     remarks = kpis(**values).remarks()
     assert len(remarks) == (told is not None)
     assert told is None or told in remarks[0]
+
+
+def test_figures_that_are_not_there_include_no_start():
+    assert start_included(float("nan"), float("nan")) == ""
 
 
 def test_a_drive_that_is_asked_for_a_course_need_not_settle():

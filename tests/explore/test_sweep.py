@@ -31,6 +31,7 @@ from reluctance.explore.sweeps.vary import grid, parsed, samples
 
 SUPPORT = Path(__file__).parents[1] / "support"
 EXAMPLES = SUPPORT.parents[1] / "examples"
+CUBIC = EXAMPLES / "sharing_cubic.toml"
 KILLS = int(os.environ.get("RELUCTANCE_KILLS", "4"))  # 50 in a proof by hand
 QUICK = {"control.i_band_A": [0.5, 1.0, 2.0]}
 
@@ -421,6 +422,32 @@ def test_the_command_prints_what_was_run(tmp_path: Path) -> None:
         "sweep", DRIVE, "--vary", "control.i_band_A=-1", "--out", tmp_path / "s.db"
     )
     assert "--trust" in refused("sweep", DRIVE, "--vary", "control.law=python:a.py:B")
+
+
+@pytest.mark.parametrize(
+    ("speeds", "told"),
+    [
+        ("3000,6000", []),
+        ("60,3000,120", ["run longer (--until); so it is at 2 of 3 points, the first: "]),
+        ("0,60", ["standstill: the figures are over all", "no whole electrical period"]),
+    ],
+)
+def test_figures_that_include_the_start_are_told_once_for_each_reason(
+    speeds: str, told: list[str]
+) -> None:
+    line = ("sweep", CUBIC, "--set", "converter.u_dc_V=600", "--until", 0.03)
+    done = command(*line, "--vary", f"load.speed_rpm={speeds}", "--json")
+    lines = [x for x in done.error.splitlines() if "start" in x]
+    assert len(lines) == len(told)
+    assert all(part in line for part, line in zip(told, lines, strict=True))
+
+
+def test_a_tuning_tells_points_that_include_the_start_though_others_do_not() -> None:
+    line = ("tune", CUBIC, "--vary", "control.i_band_A=1:2", "--minimise", "i_rms", "--budget", 2)
+    line = (*line, "--until", 0.03)
+    points = ("--at", "load.speed_rpm=3000", "--at", "load.speed_rpm=60")
+    assert "so it is at 2 of 2 points" in command(*line, *points).out
+    assert "so it is" not in command(*line, *points[:2]).out
 
 
 def test_no_number_of_the_table_is_cut_on_a_narrow_terminal() -> None:

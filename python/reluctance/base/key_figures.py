@@ -151,17 +151,8 @@ class Kpis:
         """What a reader of these figures must know, each on one line; steady: whether the drive was
         asked for a constant, so that its torque should have settled; sound: whether it has neither
         faults nor parts that differ from what its control knows."""
-        found = []
-        if self.periods < 2 and abs(self.speed_mean) < STANDSTILL:
-            found.append(
-                "no electrical period ends at standstill: the figures are over all of the run, its "
-                "start included"
-            )
-        elif self.periods < 2:
-            found.append(
-                f"{self.periods or 'no'} whole electrical period in the second half of the run: "
-                "the figures include its start; run longer (--until)"
-            )
+        begun = start_included(self.periods, self.speed_mean)
+        found = [begun] if begun else []
         drift = self.torque_drift or 0.0
         if steady and self.periods >= 2 and drift > DRIFTS:
             found.append(
@@ -189,6 +180,22 @@ class Kpis:
             for key, value in self.with_units().items()
         )
         return f"<table>{rows}</table>"
+
+
+def start_included(periods: float, speed_mean: float) -> str:
+    """Why figures over so many electrical periods include the start of their run, at a mean speed
+    [rad/s]; empty where they do not, or are not there (NaN)."""
+    if not periods < 2:
+        return ""
+    if abs(speed_mean) < STANDSTILL:
+        return (
+            "no electrical period ends at standstill: the figures are over all of the run, its "
+            "start included"
+        )
+    return (
+        f"{int(periods) or 'no'} whole electrical period in the second half of the run: the "
+        "figures include its start; run longer (--until)"
+    )
 
 
 def definite(value: float | None) -> float:

@@ -1,6 +1,7 @@
 """`reluctance sweep`: a drive over grids, lists and samples of its values."""
 
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -81,7 +82,7 @@ def sweep(
     from reluctance.cli.progress import progress_bar
     from reluctance.drive.laws.own_code import refuse_untrusted
     from reluctance.explore.sweeps.store import ENDINGS
-    from reluctance.explore.sweeps.swept import figure_name
+    from reluctance.explore.sweeps.swept import figure_name, start_of
     from reluctance.explore.sweeps.vary import parsed
 
     values = dict(parsed(text) for text in vary)
@@ -118,7 +119,9 @@ def sweep(
 
         with look(style, width):
             save_plot(found, plot, names, kind)
+    points = [found.point(n) for n in range(len(found))]
     notes = tripped(found) + without_effect(drive, found)
+    notes += with_start([({name: x[name] for name in found.values}, start_of(x)) for x in points])
     if found.failed:
         notes.insert(0, f"{found.failed} of them failed; the first: {found.reason()}")
     if as_json:
@@ -169,6 +172,24 @@ def without_effect(drive: Drive, found: Sweep) -> list[str]:
         f"{len(unused)} of {len(points)} points do not use their {SHARING}, since voltage or "
         "current do not suffice for it: the law follows the profile of the limit there "
         f"(docs/control/voltage.md); the first: {values}"
+    ]
+
+
+def with_start(rows: Sequence[tuple[Mapping[str, object], str]]) -> list[str]:
+    """Notes where figures include the start of their run, one for each reason.
+
+    Parameters
+    ----------
+    rows : of each point its values, and why its figures include the start; empty where not.
+    """
+    found: dict[str, list[str]] = {}
+    for values, why in rows:
+        shown = ", ".join(f"{name} = {value}" for name, value in values.items())
+        found.setdefault(why, []).append(shown)
+    return [
+        f"{why}; so it is at {len(points)} of {len(rows)} points, the first: {points[0]}"
+        for why, points in found.items()
+        if why
     ]
 
 

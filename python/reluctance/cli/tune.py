@@ -76,6 +76,7 @@ def tune(
     from reluctance.base.files import TABLES, check_ending
     from reluctance.base.unedited import check_unedited
     from reluctance.cli.progress import progress_bar
+    from reluctance.cli.sweep import with_start
     from reluctance.cli.tune_over import tune_over
     from reluctance.drive.laws.own_code import refuse_untrusted
     from reluctance.drive.load import load
@@ -141,6 +142,7 @@ def tune(
         )
     if (t_trip := found.best.figures.get("t_trip_s", float("nan"))) == t_trip:
         notes.append(f"this drive trips at {t_trip:.4g} s, and its figures mean little")
+    notes += with_start([(trial.values, trial.start) for trial in found.tried])
     if as_json:
         tell_notes(notes, as_json=True)
         figures = {k: None if v != v else v for k, v in found.best.figures.items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
-from reluctance.base.key_figures import Kpis
+from reluctance.base.key_figures import Kpis, start_included
 from reluctance.base.schema import did_you_mean
+from reluctance.base.units import to_si
 
 
 @dataclass(frozen=True, repr=False)
@@ -83,6 +84,12 @@ def figure_name(name: str) -> str:
         if name in (border, figure.name):
             return border
     raise ParameterError(f"no key figure `{name}`{did_you_mean(name, known)}")
+
+
+def start_of(point: Mapping[str, Any]) -> str:
+    """Why the figures of a point include the start of its run; empty where they do not, or where
+    there are none."""
+    return start_included(point["periods"], to_si(point["speed_mean_rpm"], "rpm"))
 
 
 def column_of(values: Sequence[Any]) -> NDArray[Any]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from reluctance.drive.drive import Drive
 from reluctance.explore.sweeps.sweep import swept
+from reluctance.explore.sweeps.swept import start_of
 from reluctance.explore.sweeps.vary import whole
 from reluctance.explore.tuning.goal import WRONG, Goal
 
@@ -27,6 +28,7 @@ class Trial:
     worth: float  # less is better; NaN where it has no figure
     misses: tuple[float, ...]  # of the bounds, see Goal.misses
     why: str  # why it has no figures
+    start: str = ""  # why figures of it include the start of a run
 
     @property
     def kept(self) -> bool:
@@ -127,4 +129,6 @@ class Trials:
     def _trial(self, values: Values, points: list[dict[str, Any]], why: str) -> Trial:
         names = [name for name in points[0] if name not in values and name not in self.points[0]]
         figures = {name: float(np.mean([point[name] for point in points])) for name in names}
-        return Trial(values, figures, self.goal.worth(points), tuple(self.goal.misses(points)), why)
+        start = next(filter(None, map(start_of, points)), "")
+        worth, misses = self.goal.worth(points), tuple(self.goal.misses(points))
+        return Trial(values, figures, worth, misses, why, start)
