@@ -171,9 +171,13 @@ def test_a_point_does_not_depend_on_the_others_of_the_grid(tmp_path: Path) -> No
 
 def test_axes_that_cannot_be_meant_are_one_line() -> None:
     drive = rl.load(CUBIC)
-    for axes in ({"tau": [0.0, 5.0]}, {"tau": [-5.0, 5.0]}, {"omega": [0.0, 9.0]}, {"tau": [5.0]}):
-        with pytest.raises(rl.ParameterError, match="need at least two different ones of one sign"):
+    for axes in ({"tau": [0.0, 5.0]}, {"tau": [-5.0, 5.0]}, {"tau": [5.0]}):
+        with pytest.raises(rl.ParameterError, match="at least two different ones, of one sign"):
             efficiency(drive, **axes)  # type: ignore[arg-type]
+    for omega in ([9.0], [-9.0, 9.0], [-9.0, -5.0], [0.0, 9.0]):
+        with pytest.raises(rl.ParameterError, match="at least two different ones, all > 0") as told:
+            efficiency(drive, omega=omega)
+        assert ("turns backwards" in str(told.value)) == (min(omega) < 0)
     line = refused("efficiency", CUBIC, "--speed", "0:1000:3")
     assert "speeds 0, 500, 1000 rpm, need" in line and "at standstill" in line
     assert "torques 0, 20 N m, need" in refused("efficiency", CUBIC, "--torque", "0,20")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
+from reluctance.base.errors import Note
 from reluctance.explore.comparison import comparison
 from reluctance.explore.efficiency_map import map as maps
 from reluctance.explore.sweeps.sweep import Sweep
@@ -137,8 +138,16 @@ def test_a_map_is_of_speeds_above_none_and_of_a_drive_that_runs(monkeypatch):
     monkeypatch.setattr(maps, "swept", lambda *_, **__: failed)
     with pytest.raises(rl.ParameterError, match="runs at no point of the map: too weak"):
         maps.efficiency(drive, omega=[50.0, 100.0], tau=[1.0, 2.0])
-    with pytest.raises(rl.ParameterError, match="speeds from -1000 rpm, need > 0"):
-        maps.efficiency(drive, omega=[-1000 * np.pi / 30, -2000 * np.pi / 30], tau=[1.0, 2.0])
+    still = drive.with_values({"load.speed_rpm": 0})
+    with pytest.raises(rl.ParameterError, match=r"the drive stands still.*--speed"):
+        maps.efficiency(still, tau=[1.0, 2.0])
+
+
+def test_the_map_of_a_drive_that_turns_backwards_is_over_positive_speeds_and_told():
+    drive = rl.load(EXAMPLES / "sharing_cubic.toml", ["load.speed_rpm=-900"])
+    with pytest.warns(Note, match="works at -900 rpm; .*positive where it motors"):
+        speeds = maps._usual_speeds(drive)
+    assert speeds == pytest.approx(np.linspace(180, 1800, 10) * np.pi / 30)
 
 
 # A comparison, a sweep, a tuning.

@@ -14,11 +14,15 @@ def efficiency(
     drive_file: DriveFile,
     speed: Annotated[
         str | None,
-        typer.Option(metavar="FROM:TO:COUNT", help="Speeds in rpm, or a list as 500,1000."),
+        typer.Option(
+            metavar="FROM:TO:COUNT", help="Speeds in rpm, all > 0, or a list as 500,1000."
+        ),
     ] = None,
     torque: Annotated[
         str | None,
-        typer.Option(metavar="FROM:TO:COUNT", help="Torques in N m; negative: braking."),
+        typer.Option(
+            metavar="FROM:TO:COUNT", help="Torques in N m; positive: motoring, negative: braking."
+        ),
     ] = None,
     u_dc: Annotated[
         float | None, typer.Option("--u-dc", metavar="VOLTS", help="Instead of the drive's.")

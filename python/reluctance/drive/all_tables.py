@@ -241,11 +241,16 @@ class Tables:
         return float(np.max(np.abs(self.reference.course[1])))
 
     @property
-    def omega_nominal(self) -> float:
+    def omega_asked(self) -> float:
         """The speed that the drive works at: held, or the greatest asked for [rad/s]."""
         asked = self.reference.kind in ("speed", "pv")
         speeds = self.reference.course if asked else self.load.omega
-        return float(np.max(np.abs(speeds[1])))
+        return float(max(speeds[1], key=abs))
+
+    @property
+    def omega_nominal(self) -> float:
+        """The same without its sign [rad/s]."""
+        return abs(self.omega_asked)
 
 
 TABLES: dict[str, type[Section]] = {  # but [machine] and [control], of which there are several

@@ -7,6 +7,7 @@ of the power itself is ten times worse (`reluctance.pumping.loss_map`).
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reluctance.base.arrays import FloatArray
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import Note, ParameterError
 from reluctance.base.units import from_si, to_si
 from reluctance.drive.drive import Drive, check_drive
 from reluctance.explore.efficiency_map.locked import at, length, rising
@@ -31,6 +32,10 @@ FIGURES = ("torque_ripple_pp", "torque_ripple_rms", "i_rms_A", "i_peak_A", "f_sw
 HELD = 0.97  # of the torque asked for: from here on the drive holds it
 SPEEDS, TORQUES = 10, 8  # of a map where none are given
 SLOWEST, LEAST = 0.1, 0.05  # first speed and torque of those, over the greatest
+SYMMETRY = (
+    "a drive that turns backwards has by symmetry the map of positive speeds with the other sign "
+    "of torque: positive where it motors, negative where it brakes (--torque)"
+)
 
 
 @dataclass(frozen=True)
@@ -163,22 +168,12 @@ def efficiency(
             "[control] fixes its current and cannot follow a torque; take another law, or leave "
             "i_ref_A out"
         )
-    most_speed = 2 * drive.omega_nominal
-    speeds = (
-        np.linspace(SLOWEST, 1, SPEEDS) * most_speed
-        if omega is None
-        else _axis("speeds", omega, "rpm")
-    )
+    speeds = _usual_speeds(drive) if omega is None else _axis("speeds", omega, "rpm")
     torques = (
         np.linspace(LEAST, 1, TORQUES) * drive.tau_max
         if tau is None
         else _axis("torques", tau, "Nm")
     )
-    if speeds[0] <= 0:
-        raise ParameterError(
-            f"speeds from {from_si(float(speeds[0]), 'rpm'):g} rpm, need > 0: at standstill no "
-            "period ends"
-        )
     u = drive.converter.u_dc_V if u_dc is None else float(u_dc)
     # The tables of a law reach to the drive's own greatest torque, or to the torque of the point
     # where that is more: what a point gives does not depend on the others of the grid.
@@ -219,19 +214,37 @@ def _check_holds(made: EfficiencyMap) -> None:
         )
 
 
+def _usual_speeds(drive: Drive) -> FloatArray:
+    """Up to twice the speed that a drive works at [rad/s]; a Note where it turns backwards."""
+    rpm = from_si(drive.omega_asked, "rpm")
+    if rpm == 0:
+        raise ParameterError(
+            "the drive stands still, where no electrical period ends; give the speeds of the map "
+            "(--speed), all > 0"
+        )
+    if rpm < 0:
+        warnings.warn(f"the drive works at {rpm:.5g} rpm; {SYMMETRY}", Note, stacklevel=3)
+    return np.linspace(SLOWEST, 1, SPEEDS) * 2 * drive.omega_nominal
+
+
 def _axis(name: str, values: Sequence[float] | FloatArray, unit: str) -> FloatArray:
     axis = np.asarray(values, dtype=np.float64)
     axis = axis[np.argsort(np.abs(axis), kind="stable")] if axis.ndim == 1 else axis
     sizes = np.abs(axis)
-    one_sign = axis.size and (np.all(axis > 0) or np.all(axis < 0))
+    speeds = unit == "rpm"
+    one_sign = axis.size and (np.all(axis > 0) or (not speeds and np.all(axis < 0)))
     if axis.ndim != 1 or axis.size < 2 or not one_sign or np.any(np.diff(sizes) <= 0):
         given = [f"{from_si(float(x), unit):g}" for x in axis.ravel()]
         shown = ", ".join(given if len(given) < 9 else [*given[:4], "...", *given[-2:]])
-        words = "rpm" if unit == "rpm" else "N m"
-        why = " (at standstill no electrical period ends)" if unit == "rpm" and 0 in axis else ""
+        needed = "all > 0" if speeds else "of one sign and none of them 0"
+        why = ""
+        if speeds and np.any(axis < 0):
+            why = f"; {SYMMETRY}"
+        elif speeds and 0 in axis:
+            why = " (at standstill no electrical period ends)"
         raise ParameterError(
-            f"{name} {shown or 'none'} {words}, need at least two different ones of one sign and "
-            f"none of them 0{why}"
+            f"{name} {shown or 'none'} {'rpm' if speeds else 'N m'}, need at least two different "
+            f"ones, {needed}{why}"
         )
     return axis
 
