@@ -14,6 +14,7 @@ from needs import needs
 
 import reluctance
 from reluctance.base.toolchain import EXACT, STANDARD, build
+from reluctance.base.units import UNITS
 
 FLAGS = ("-O1", "-fvisibility=hidden", "-Iinclude")
 ROOT = Path(__file__).parents[2]
@@ -131,6 +132,15 @@ MOST = {  # files that an addition may cost
 
 def files(patch: str) -> list[str]:
     return re.findall(r"^\+\+\+ b/(\S+)", patch, re.M)
+
+
+def test_the_page_lists_every_suffix_of_a_unit() -> None:
+    converted, _, kept = PAGE.partition("converted to SI are ")[2].partition("The suffixes ")
+    for text, ours in (
+        (converted, {unit for unit, (a, b) in UNITS.items() if (a, b) != (1, 1)}),
+        (kept.partition(" leave ")[0], {unit for unit, ab in UNITS.items() if ab == (1, 1)}),
+    ):
+        assert set(re.findall(r"`(\w+)`", text)) == ours
 
 
 def test_every_addition_is_shown() -> None:

@@ -103,6 +103,8 @@ def test_a_law_that_cannot_be_made_is_one_line(mine: Path, file: str, law: str, 
 def test_an_unknown_number_is_told_with_the_nearest(mine: Path) -> None:
     with pytest.raises(rl.ParameterError, match=r"takes no `levl`; did you mean `level`"):
         rl.load(mine, ["control.levl_A=3"], trust=True)
+    with pytest.raises(rl.ParameterError, match=r"`VpA` is no known unit .*; give `level`, in SI$"):
+        rl.load(mine, ["control.level_VpA=3"], trust=True)
 
 
 def test_an_argument_with_a_unit_is_told_the_name_that_arrives(mine: Path) -> None:

@@ -14,12 +14,12 @@ from pydantic import ConfigDict
 from reluctance import _core
 from reluctance.base.errors import ParameterError
 from reluctance.base.extension import core_fingerprint
-from reluctance.base.schema import did_you_mean
-from reluctance.base.units import si_once
+from reluctance.base.units import name_and_unit, si_once
 from reluctance.drive.laws.own_code import (
     CodeName,
     below,
     check_numbers,
+    meant,
     module_of,
     of_the_user,
     own_code,
@@ -50,17 +50,17 @@ class CompiledLaw(Control):
         given = {"T_s": self.T_s} | si_once(self.model_extra or {})
         check_numbers(self.model_extra or {}, texts=False)
         own = [name for name in given if name != "T_s"]
-        for name in own:
+        for key in self.model_extra or {}:
+            name, _ = name_and_unit(key)
             if name not in wanted:
-                raise ParameterError(
-                    f"[control] {code.name} has no field `{name}`{did_you_mean(name, wanted)}"
-                )
+                hint = meant(key, name, wanted, "field")
+                raise ParameterError(f"[control] {code.name} has no field `{name}`{hint}")
         values = {name: getattr(known, name) for name in KNOWN} | given
         for name in wanted:
             if name not in values:
                 raise ParameterError(
-                    f"missing key `{name}` in [control]: {code.name} has this field; the key ends "
-                    "in its unit"
+                    f"missing key `{name}` in [control]: {code.name} has this field; give `{name}` "
+                    "in SI, or with a known unit as its suffix (docs/extending.md)"
                 )
         try:
             made: _core.Law = make(

@@ -19,7 +19,7 @@ from typing import Annotated
 from reluctance.base.errors import Note, ParameterError
 from reluctance.base.extension import load_extension
 from reluctance.base.files import is_file
-from reluctance.base.schema import NamesFile, number_hint
+from reluctance.base.schema import NamesFile, did_you_mean, number_hint
 
 PYTHON, CPP = "python:", "cpp:"
 NOT_OF_THE_USER = ("<frozen", "site-packages", str(Path(__file__).parents[2]))  # code, by its path
@@ -158,6 +158,23 @@ def check_numbers(given: Mapping[str, object], *, texts: bool) -> None:
         numbers = value if isinstance(value, list | tuple) else [value]
         if any(isinstance(x, float) and not isfinite(x) for x in numbers):
             raise ParameterError(f"[control] {key} = {value}, need finite numbers")
+
+
+def meant(key: str, name: str, wanted: Iterable[str], what: str) -> str:
+    """The ending of an error about a key of [control] that a law does not take.
+
+    Parameters
+    ----------
+    name : that the key is without its unit.
+    wanted, what : names that the law takes, and what they are names of.
+    """
+    names = list(wanted)
+    own, _, suffix = name.rpartition("_")
+    if key in names:
+        return f", which `{key}` becomes, in SI; name the {what} `{name}`"
+    if own in names:
+        return f", and `{suffix}` is no known unit (docs/extending.md); give `{own}`, in SI"
+    return did_you_mean(name, names)
 
 
 def below(header: str) -> str:

@@ -19,6 +19,7 @@ from reluctance.base.units import si_once
 from reluctance.drive.laws.own_code import (
     CodeName,
     check_numbers,
+    meant,
     module_of,
     of_the_user,
     own_code,
@@ -98,9 +99,7 @@ class OwnLaw(Control):
         for key, name in zip(self.model_extra or {}, numbers, strict=True):
             if name in wanted or any(p.kind is p.VAR_KEYWORD for p in wanted.values()):
                 continue
-            hint = did_you_mean(name, wanted)
-            if key in wanted:
-                hint = f", which `{key}` becomes, in SI; name the argument of its __init__ `{name}`"
+            hint = meant(key, name, wanted, "argument of its __init__")
             raise ParameterError(f"[control] {kind.__name__} takes no `{name}`{hint}")
         try:
             return kind(**numbers)
