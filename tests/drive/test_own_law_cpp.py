@@ -122,6 +122,7 @@ def test_compiled_law_needs_trust(drive_file: Path) -> None:
     ("overrides", "text"),
     [
         (["control.theta_off_deg="], r"missing key `theta_off` in \[control\]"),
+        (["control.i_max_A=500"], r"i_max_A = 500, need <= \[machine\] i_max_A = 150; lower"),
         (["control.theta_off_deg="], r"give `theta_off` in SI, or with a known unit as its suffix"),
         (["control.theta_off_grad=3"], "and `grad` is no known unit .*; give `theta_off`, in SI$"),
         (["control.theta_of_deg=3"], "has no field `theta_of`; did you mean `theta_off`"),

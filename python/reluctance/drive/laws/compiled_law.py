@@ -70,6 +70,11 @@ class CompiledLaw(Control):
             told = of_the_user(fault).partition(" The following")[0]
             given_text = ", ".join(f"{name} = {given[name]!r}" for name in own)
             raise ParameterError(f"[control] {code.name} with {given_text}: {told}") from fault
+        if given.get("i_max", 0.0) > known.i_max:
+            raise ParameterError(
+                f"[control] i_max_A = {given['i_max']:g}, need <= [machine] i_max_A = "
+                f"{known.i_max:g}; lower one or raise the other"
+            )
         return made
 
     @property
