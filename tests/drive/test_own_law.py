@@ -144,12 +144,18 @@ def test_dead_time_is_compensated_for_an_own_law() -> None:
 @pytest.mark.parametrize(
     ("answer", "text"),
     [
-        ("None", r"^Wrong\.step returned None, need a list of 3 Order"),
-        ("[rl.Order()]", r"^Wrong\.step returned 1 orders, need a list of 3 Order"),
-        ("[1, 2, 3]", r"^Wrong\.step returned 1 for a phase, need a list of 3 Order"),
+        ("None", r"^Wrong\.step at test_own_law\.py:\d+ returned None, need a list of 3 Order"),
+        (
+            "[rl.Order()]",
+            r"^Wrong\.step at test_own_law\.py:\d+ returned 1 orders, need a list of 3 Order",
+        ),
+        (
+            "[1, 2, 3]",
+            r"^Wrong\.step at test_own_law\.py:\d+ returned 1 for a phase, need a list of 3 Order",
+        ),
         (
             "[rl.Order.regulate(float('nan'), 1.0)] * 3",
-            r"^Wrong\.step returned .*need finite numbers",
+            r"^Wrong\.step at test_own_law\.py:\d+ returned .*need finite numbers",
         ),
         ("[rl.Order.regulate(1.0, -1.0)] * 3", "i_band >= 0"),
         (

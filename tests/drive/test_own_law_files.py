@@ -100,6 +100,15 @@ def test_a_law_that_cannot_be_made_is_one_line(mine: Path, file: str, law: str, 
     assert "\n" not in str(fault.value)
 
 
+def test_a_wrong_return_value_is_told_with_the_line_of_the_step(mine: Path) -> None:
+    law = "import reluctance as rl\nclass Mine(rl.Law):\n    def step(self, y, tau_ref):\n"
+    (mine.parent / "mine.py").write_text(law + "        return [rl.Order.regulate(1, -1)] * 3\n")
+    with pytest.raises(
+        rl.ParameterError, match=r"^Mine\.step at mine\.py:3 returned an Order with"
+    ):
+        rl.simulate(rl.load(mine, trust=True), until=1e-3)
+
+
 def test_an_unknown_number_is_told_with_the_nearest(mine: Path) -> None:
     with pytest.raises(rl.ParameterError, match=r"takes no `levl`; did you mean `level`"):
         rl.load(mine, ["control.levl_A=3"], trust=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from pydantic import ConfigDict
@@ -129,8 +130,14 @@ def core_of(law: Law, known: Known) -> _core.Law:
         except (Exception, SystemExit) as fault:
             raise ParameterError(f"{name}.step failed with {of_the_user(fault)}") from fault
 
-    step.__name__ = f"{name}.step"  # as the core tells what it returned
+    step.__name__ = f"{name}.step{_place(law.step)}"  # as the core tells what it returned
     return _core.python_law(known.n_phases, step)
+
+
+def _place(function: object) -> str:
+    """Where a function begins, for a line of text; empty where that is not known."""
+    code = getattr(function, "__code__", None)
+    return f" at {Path(code.co_filename).name}:{code.co_firstlineno}" if code else ""
 
 
 def law_class(law: str) -> type[Law]:
