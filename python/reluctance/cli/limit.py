@@ -37,7 +37,10 @@ def limit(
     ] = None,
     envelope: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Ripple-free torque over speed; endings as --out."),
+        typer.Option(
+            metavar="FILE",
+            help="Torque without ripple from standstill to twice the speed; endings as --out.",
+        ),
     ] = None,
     plot: Plot = None,
     width: Width = None,
