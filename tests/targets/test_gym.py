@@ -95,6 +95,16 @@ def test_seeds_repeat_an_episode_and_differ():
     assert episode(3).tobytes() == episode(3).tobytes() != episode(4).tobytes()
 
 
+@pytest.mark.parametrize("part", [1.0, 0.5])
+def test_speed_and_voltage_are_seen_in_parts_of_those_of_the_drive(part):
+    """At the speed of the drive file, which is held."""
+    drive = rl.load(EXAMPLES / "sharing_cubic.toml")
+    env = rg.DriveEnv(drive, action="duties", randomise={"plant.source.u_dc.value_0": (part, part)})
+    seen = dict(zip([each.name for each in observed(env.episodes)], env.reset()[0], strict=True))
+    assert seen["omega_m"] == pytest.approx(1, rel=1e-6)
+    assert seen["u_dc"] == pytest.approx(part, rel=1e-6)
+
+
 def test_many_drives_may_be_one():
     assert rg.DriveVectorEnv(1).num_envs == 1
     with pytest.raises(ParameterError, match="num_envs = 0, need >= 1"):
