@@ -1,12 +1,14 @@
 """Pulses whose integrals are formulae: of a constant inductance, of straight ramps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from reluctance import ParameterError
 from reluctance.machine.maps import FluxTable, repair_map
-from reluctance.machine.maps.identify import _at, _closing, _positions, _smoothed
-from reluctance.machine.maps.pulses import Pulse, Trace, _known, read_pulses, trace
+from reluctance.machine.maps.identify import _at, _closing, _positions, _smoothed, identify
+from reluctance.machine.maps.pulses import Pulse, Recording, Trace, _known, read_pulses, trace
 from reluctance.machine.maps.repair import SMOOTHING, likeliest, penalised
 
 DT, U, L, R = 1e-4, 50.0, 0.02, 1.5
@@ -84,6 +86,20 @@ def test_a_reversed_current_is_refused_whatever_its_offset(offset):
     one = pulse()
     with pytest.raises(ParameterError, match="check the column of the current and its polarity"):
         trace(Pulse(0, one.t, one.u, offset - one.i, False))
+
+
+@pytest.mark.parametrize(("rest", "told"), [(2, 4), (4, 4), (5, 0)])
+def test_offsets_that_are_left_in_for_want_of_rows_at_rest_are_told(rest, told):
+    """One of the two pulses of each angle has few rows before it."""
+    pulses = []
+    for angle in (0.0, 15.0, 30.0, 45.0):
+        for n in (rest, 20):
+            one = pulse(rest=n, offset=0.01, mean=True)
+            pulses.append(replace(one, angle=angle, i=one.i * (1 - angle / 90)))
+    assert [trace(one).rested for one in pulses[:2]] == [not told, True]
+    notes = identify(Recording(tuple(pulses), "deg", None), N_r=4, R=R).table.notes
+    (note,) = [note for note in notes if "at rest before them" in note] or [""]
+    assert note.startswith(f"{told} of 8 pulses have fewer than 5 rows at rest" if told else "")
 
 
 def test_a_current_that_does_not_leave_its_noise_is_refused():

@@ -15,7 +15,7 @@ from scipy.linalg import eigh
 
 from reluctance.base.errors import ParameterError
 from reluctance.machine.maps.conventions import settled
-from reluctance.machine.maps.pulses import Recording, Trace, trace
+from reluctance.machine.maps.pulses import REST_ROWS, Recording, Trace, trace
 from reluctance.machine.maps.raw import RawMap
 from reluctance.machine.maps.repair import SMOOTHING, repair_map
 from reluctance.machine.maps.table import Array, FluxTable
@@ -126,7 +126,15 @@ def identify(
             "t_ms, u_mV, i_mA"
         )
     smooth = repair_map(table)
-    notes = (*table.notes, *smooth.notes, *([doubt] if doubt else []))
+    short = [t for traces in groups for t in traces if not t.rested]
+    noted = [doubt] if doubt else []
+    if short:
+        noted.append(
+            f"{len(short)} of {len(recording.pulses)} pulses have fewer than {REST_ROWS + 1} rows "
+            "at rest before them: the offsets of their voltage and current are left in; record "
+            "more rows before each"
+        )
+    notes = (*table.notes, *smooth.notes, *noted)
     return Identified(
         table=replace(smooth.table, notes=notes),
         R_closing=R_closing,

@@ -67,6 +67,7 @@ class Trace:
     volt_seconds: Array  # [Wb]
     charge: Array  # [A s]
     noise: float  # of the current, rms [A]
+    rested: bool = True  # long enough before it for the offsets of u and i
 
 
 def read_pulses(
@@ -113,7 +114,8 @@ def read_pulses(
 
 
 def trace(pulse: Pulse) -> Trace:
-    """Integrals over a pulse, by the trapezoid rule; offsets are the means before it.
+    """Integrals over a pulse, by the trapezoid rule; offsets are the means before it, where enough
+    rows are at rest.
 
     Raises
     ------
@@ -147,6 +149,7 @@ def trace(pulse: Pulse) -> Trace:
         volt_seconds=np.cumsum(dt * middle),
         charge=np.cumsum(dt * (i[1:] + i[:-1]) / 2),
         noise=noise,
+        rested=offsets,
     )
 
 
