@@ -3,6 +3,7 @@
 import re
 from dataclasses import fields, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -210,7 +211,24 @@ def table_of_sizes(*rows):
     """(modules, head, kWp, tank, water, loss of load)"""
     names = "array.n_series pipe.H_static_m array_kWp tank.volume_m3 water_m3"
     names += " loss_of_load_probability"
-    return pd.DataFrame(rows, columns=names.split()).assign(why="")
+    table = pd.DataFrame(rows, columns=names.split()).assign(why="")
+    table.attrs["days"] = 365.0
+    return table
+
+
+@pytest.mark.parametrize(
+    ("kind", "days", "light"),
+    [
+        *(("clear", 3.0, "under a clear sky"), ("clear", 365.0, "under a clear sky")),
+        *(("csv", 3.0, "in 3 days"), ("csv", 359.0, "in 359 days"), ("csv", 365.0, None)),
+    ],
+)
+def test_a_size_for_less_than_a_year_of_weather_has_no_margin(village, kind, days, light):
+    table = table_of_sizes((5, 35, 2.0, 40, 65, 0.0))
+    table.attrs["days"] = days
+    system = SimpleNamespace(weather=SimpleNamespace(kind=kind), pipe=village.pipe)
+    told = smallest(table, 0, 0.02, system)[1:]
+    assert [line.partition(":")[0] for line in told] == ([light] if light else [])
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ FIGURES = (
     "demand_m3"
 ).split()
 FEWEST = 4  # strings in parallel: a smaller array is varied from 1 to these
+A_YEAR = 360  # fewer days of weather lack a season [d]
 Values = dict[str, Sequence[float]]
 
 
@@ -47,7 +48,7 @@ def sizes(
         system.table_of(name)
         if not len(several):
             raise ParameterError(f"{name}: need at least one value")
-    rows = []
+    rows, days = [], 0.0
     light: list[str] = []
     longest: dict[Limit, tuple[float, str]] = {}
     combinations = list(product(*values.values()))
@@ -65,6 +66,7 @@ def sizes(
             for limit, hours in at_limits(found).items():
                 longest[limit] = max(longest.get(limit, (0.0, "")), (hours, size))
             figures = with_units(found)
+            days = figures["days"] or 0.0
             row |= {name: figures[name] for name in FIGURES} | {"why": ""}
         except ParameterError as fault:
             row |= {name: np.nan for name in FIGURES} | {"water_m3": 0.0, "why": str(fault)}
@@ -73,6 +75,7 @@ def sizes(
     if all(row["why"] for row in rows):
         raise ParameterError(f"none of the {len(rows)} sizes works: {rows[0]['why']}")
     table = pd.DataFrame(rows).dropna(axis="columns", how="all")  # no demand: no loss of load
+    table.attrs["days"] = days
     table.attrs["notes"] = [
         *dict.fromkeys(light),
         *(f"{h:.1f} h with {size} at {REMEDIES[limit]}" for limit, (h, size) in longest.items()),
@@ -117,7 +120,7 @@ def without_own(table: pd.DataFrame, system: System) -> list[str]:
 
 
 def smallest(table: pd.DataFrame, row: int | None, llp: float, system: System) -> list[str]:
-    """What `meets` found, as a sentence; on a clear sky, what it does not know."""
+    """What `meets` found, as a sentence; and what a clear sky or a part of a year leaves open."""
     if strange := without_own(table, system):
         return [
             f"no size is chosen: {name} is a value of the site, and the system's own "
@@ -135,11 +138,13 @@ def smallest(table: pd.DataFrame, row: int | None, llp: float, system: System) -
         f"* smallest array that loses at most {llp:.1%} of the demand: {what}, "
         f"{number(chosen['array_kWp'])} kWp, {number(chosen['water_m3'])} m3"
     )
-    if system.weather.kind != "clear":
+    days = table.attrs["days"]
+    if system.weather.kind != "clear" and days >= A_YEAR:
         return [told]
+    light = "under a clear sky" if system.weather.kind == "clear" else f"in {days:.3g} days"
     return [
         told,
-        "under a clear sky: it has no margin for cloudy days; take a larger one, and check it with "
+        f"{light}: it has no margin for cloudy days; take a larger one, and check it with "
         "a typical year ([weather] file)",
     ]
 
