@@ -417,7 +417,9 @@ OWN = ["control.theta_on_deg=10", "control.theta_off_deg=150"]
         ([], {"motors": True}, 40.0, 10.0, True),
         ([], {"brakes": True}, 50.0, 30.0, False),
         ([], {"brakes": True}, 10.0, 40.0, True),
-        ([], {}, 10.0, 40.0, True),  # a speed loop: one direction is enough
+        ([], {"reference": "speed"}, 10.0, 40.0, True),  # one direction is enough
+        ([], {"reference": "pv"}, 10.0, 40.0, False),  # a pump motors
+        ([], {"reference": "pv"}, 40.0, 10.0, True),
         ([], {}, 39.0, 39.0, False),
         (OWN, {}, 39.0, 90.0, False),  # angles of one's own must motor
         (OWN, {}, 40.0, 10.0, True),
@@ -438,6 +440,12 @@ def test_the_direction_of_all_references_must_have_its_torque(
         law.currents(of, windows)
     assert "angles 10 to 150 deg give a mean torque of at most" in str(told.value)
     assert "at i_max_A = 150 and 1500 rpm, need 40;" in str(told.value)
+
+
+def test_a_torque_that_neither_direction_gives_is_told_by_the_one_that_is_asked() -> None:
+    of = replace(known(), motors=True, brakes=False, tau_max=60.0, tau_working=40.0)
+    with pytest.raises(rl.ParameterError, match=r"of at most 30 N m at .* need 40;"):
+        angles().currents(of, (able(30.0), able(50.0)))
 
 
 def test_the_working_torque_alone_is_asked_of_its_direction() -> None:

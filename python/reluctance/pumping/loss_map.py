@@ -147,8 +147,8 @@ def set_up(drive: Drive, omega: float, tau_max: float) -> SetUp:
 
     def made(tau: float) -> SetUp:
         point = at(drive, u_dc=drive.converter.u_dc_V, omega=omega, tau=tau, tau_max=tau)
-        # A pump's speed is not held, but controlled.
-        law = point.law(replace(point.known(), motors=False, reference="speed"))
+        # The speed of a pump is not held, and it motors.
+        law = point.law(replace(point.known(), motors=False, reference="pv"))
         return SetUp(drive, None if isinstance(drive.control, OwnLaw) else law, tau)
 
     try:

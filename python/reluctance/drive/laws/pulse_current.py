@@ -75,14 +75,14 @@ class PulseCurrent(ConductionAngles):
         ------
         ParameterError
             If the window of the direction in which all references are does not give the greatest
-            of them at i_max, or none gives tau_max. Those of a speed loop are of motoring: its load
-            takes no energy back. Angles of one's own must motor.
+            of them at i_max, or none gives tau_max. A pump on an array motors. Angles of one's own
+            must motor.
         """
         if not self.follows_torque:
             return None
         motors, brakes = windows
         able = [motors, brakes] if self.theta_on_deg is None else [motors]
-        drives = known.motors or known.reference in ("speed", "pv")
+        drives = known.motors or known.reference == "pv"
         asked = [motors] if drives else able[-1:] if known.brakes else able
         self._give(known, asked, known.tau_working)
         self._give(known, able, known.tau_max)
