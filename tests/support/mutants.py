@@ -45,8 +45,7 @@ SWAPS: dict[type, type] = {
 TURNED: dict[type, type] = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt}
 # Keywords: looks of a figure and of text, the place of a warning, and the version of a result that
 # is kept.
-NO_FAULT = ("lw", "ms", "fontsize", "alpha", "size", "frameon", "flush", "indent", "stacklevel")
-NO_FAULT = (*NO_FAULT, "algorithm")
+NO_FAULT = "lw ms fontsize alpha size frameon flush indent stacklevel algorithm".split()
 CPP_SWAPS = {
     **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * "},
     **{" && ": " || ", " || ": " && ", " == ": " != "},
