@@ -1,5 +1,7 @@
 """What a figure becomes: a page with every line, a style's colours, texts within their axes."""
 
+import math
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -29,7 +31,6 @@ def test_a_page_has_the_lines_of_each_panel_with_their_names_steps_and_limits():
     first.plot([1, 2, 3], [1, 0, 1], drawstyle="steps-post", label="stepped")
     first.plot([2.0], [3.0], "o", color="#445566", label="dot")
     first.plot([1, 3], [9, 9], label="_unnamed")
-    first.axhline(7.0)
     first.set(xlabel="time (ms)", ylabel="current (A)", title="phase a", xlim=(0, 4))
     second.plot([1, 100], [1, 1000])
     second.set(xscale="log", yscale="log", xlim=(0.5, 200))
@@ -59,6 +60,35 @@ def test_a_page_has_the_lines_of_each_panel_with_their_names_steps_and_limits():
     html = interactive.page("mine & yours", figure, below="<p>under</p>")
     assert "mine &amp; yours" in html and "<p>under</p>" in html
     assert "http://" not in html.split("</head>")[1]  # it needs no network
+
+
+def test_a_page_has_lines_across_and_annotations_and_its_legend_covers_no_curve():
+    figure = Figure()
+    ax = figure.subplots()
+    ax.plot([1, 3], [4, 6], label="torque")
+    ax.axvline(2.0, color="#ff0000", ls=":", label="fault")
+    ax.axhline(5.0, color="#0000ff")
+    ax.annotate(
+        "open_wire", (2.0, 0.5), xycoords=("data", "axes fraction"), rotation=90, ha="right",
+        va="center", color="#ff0000", bbox={"fc": "white"},
+    )  # fmt: skip
+    ax.annotate("peak", (3, 6), (2, 1), textcoords="offset points")
+    ax.annotate("far away", (3, 6), (1.1, 0.5), textcoords="axes fraction")
+    ax.annotate("corner", (0, 1), xycoords="axes fraction")
+    panel = interactive._panel(ax, {})
+    spans = {type(r.glyph).__name__: r for r in panel.renderers}
+    upright, level = spans["VSpan"], spans["HSpan"]
+    assert upright.glyph.line_color == "#ff0000" and [*upright.data_source.data["x"]] == [2.0]
+    assert level.glyph.line_color == "#0000ff" and [*level.data_source.data["y"]] == [5.0]
+    assert upright.name == "fault" and upright.glyph.line_dash == "dotted"
+    fault, peak = (label for label in panel.center if type(label).__name__ == "Label")
+    assert (fault.text, fault.x, fault.y_units) == ("open_wire", 2.0, "screen")
+    assert fault.y == panel.frame_height / 2 and fault.text_color == "#ff0000"
+    assert fault.angle == pytest.approx(math.pi / 2) and fault.background_fill_color == "white"
+    assert (fault.text_align, fault.text_baseline) == ("center", "bottom")  # left of its line
+    assert (peak.text, peak.x, peak.y, peak.y_units) == ("peak", 3, 6, "data")
+    assert (peak.x_offset, peak.y_offset, peak.angle) == (2, 1, 0)
+    assert panel.above[-1] is panel.legend[0] and panel.legend[0] not in panel.center
 
 
 def test_a_colour_is_that_of_the_style_and_as_light_in_a_grey_one():

@@ -1,12 +1,13 @@
 """A Matplotlib figure as one self-contained page: every line with zoom, pan and the value under the
 pointer.
 
-Lines are taken over with their names, colours and steps; filled areas and texts are not. The page
-needs no other file and no network.
+Lines are taken over with their names, colours and steps, those across all of the axes too, and so
+are annotations; filled areas and other texts are not. The page needs no other file and no network.
 """
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import Any
 
@@ -16,12 +17,18 @@ from matplotlib.category import StrCategoryLocator
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
 from matplotlib.ticker import FixedLocator
 from numpy.typing import NDArray
 
 from reluctance.base.html_page import html_page
 
 MOST_POINTS = 20_000  # of a line; longer ones keep the extremes of as many intervals
+FRAME = 280  # height of what the axes enclose [px]
+ALONG = {"left": "left", "center": "center", "right": "right"}
+ALONG |= {"bottom": "left", "baseline": "left", "top": "right"}  # of a text that runs upwards
+ACROSS = {"bottom": "bottom", "baseline": "alphabetic", "center": "middle", "top": "top"}
+ACROSS |= {"left": "top", "right": "bottom"}  # of a text that runs upwards
 DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dotdash", "None": "solid"}
 
 
@@ -69,19 +76,27 @@ def _panel(ax: Axes, shared: dict[Any, Any]) -> Any:
         y_range=range_of(ax.get_ylim()),
         tools="pan,wheel_zoom,box_zoom,reset,save",
         active_scroll="wheel_zoom",
-        height=360,
+        frame_height=FRAME,
         min_width=300,
     )
     drawn.x_range = shared.setdefault((x_label, *ax.get_xlim()), drawn.x_range)
     for line in ax.get_lines():
         if line.get_transform() == ax.transData:
             _draw(drawn, line)
+        elif line.get_transform() == ax.get_xaxis_transform():
+            drawn.vspan(x=line.get_xdata()[:1], **_look(line))
+        elif line.get_transform() == ax.get_yaxis_transform():
+            drawn.hspan(y=line.get_ydata()[:1], **_look(line))
+    for text in ax.texts:
+        if isinstance(text, Annotation):
+            _name(drawn, text)
     tooltips = [("", "$name"), (x_label or "x", "$x{0.0000}"), (y_label or "y", "$y{0.0000}")]
     drawn.add_tools(HoverTool(tooltips=tooltips))
     if drawn.legend:
         drawn.legend.click_policy = "hide"
         drawn.legend.label_text_font_size = "8pt"
-        drawn.legend.background_fill_alpha = 0.6
+        drawn.legend.ncols = 4
+        drawn.add_layout(drawn.legend[0], "above")  # within the axes it would cover curves
     _named_ticks(drawn, ax)
     return drawn
 
@@ -89,17 +104,59 @@ def _panel(ax: Axes, shared: dict[Any, Any]) -> Any:
 def _draw(drawn: Any, line: Line2D) -> None:
     x, y = (np.asarray(line.get_data(orig=False)[k], float) for k in (0, 1))  # names as numbers
     x, y = thinned(x, y)
-    name = str(line.get_label())
-    named = {} if name.startswith("_") else {"legend_label": name}
-    color = to_hex(line.get_color())
-    look = {"name": "" if name.startswith("_") else name, "line_color": color, **named}
+    look = _look(line)
     if line.get_linestyle() != "None" and len(x) > 1:
-        dash = DASHES.get(str(line.get_linestyle()), "solid")
         draw = drawn.step if line.get_drawstyle() == "steps-post" else drawn.line
         mode = {"mode": "after"} if line.get_drawstyle() == "steps-post" else {}
-        draw(x, y, line_width=max(1.2, line.get_linewidth()), line_dash=dash, **mode, **look)
+        draw(x, y, **mode, **look)
     if line.get_marker() not in ("None", "", None):
-        drawn.scatter(x, y, size=7, fill_color=color, **look)
+        del look["line_dash"], look["line_width"]
+        drawn.scatter(x, y, size=7, fill_color=look["line_color"], **look)
+
+
+def _look(line: Line2D) -> dict[str, Any]:
+    name = str(line.get_label())
+    named = {"name": ""} if name.startswith("_") else {"name": name, "legend_label": name}
+    return {
+        "line_color": to_hex(line.get_color()),
+        "line_dash": DASHES.get(str(line.get_linestyle()), "solid"),
+        "line_width": max(1.2, line.get_linewidth()),
+        **named,
+    }
+
+
+def _name(drawn: Any, text: Annotation) -> None:
+    """An annotation, at a point of the curves or at a part of the height. Another place is left."""
+    from bokeh.models import Label
+
+    coords = text.xycoords
+    across, up = (coords, coords) if isinstance(coords, str) else coords
+    if across != "data" or up not in ("data", "axes fraction"):
+        return
+    moved = text.anncoords == "offset points"
+    if not moved and text.anncoords != coords:
+        return
+    x, y = (float(value) for value in text.xy)
+    dx, dy = text.xyann if moved else (0.0, 0.0)
+    along = [text.get_ha(), text.get_va()]
+    if text.get_rotation() == 90:
+        along.reverse()
+    drawn.add_layout(
+        Label(
+            x=x,
+            y=y if up == "data" else y * FRAME,
+            y_units="data" if up == "data" else "screen",
+            x_offset=dx,
+            y_offset=dy,
+            text=text.get_text(),
+            angle=math.radians(text.get_rotation()),
+            text_align=ALONG[along[0]],
+            text_baseline=ACROSS[along[1]],
+            text_color=to_hex(text.get_color()),
+            text_font_size="8pt",
+            background_fill_color=None if text.get_bbox_patch() is None else "white",
+        )
+    )
 
 
 def thinned(
