@@ -671,6 +671,7 @@ def test_operating_points_of_the_array_lie_apart_by_whether_water_flows(found):
     ax = plots.plot_array(axes(), found)
     on, light = s.omega > 0, s.poa_effective > 5
     drawn = lines(ax)
+    assert "at a limit the drive draws less" in ax.get_title()
     assert (light & ~on).any() and on.any()
     for name, kept in (("no flow", light & ~on), ("pumping", on)):
         assert drawn[name][0] == pytest.approx(s.u[kept])

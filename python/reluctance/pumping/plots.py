@@ -22,7 +22,8 @@ IRRADIANCES = (200.0, 400.0, 600.0, 800.0, 1000.0)  # of the curves [W/m^2]
 
 
 def plot_array(ax: Axes, found: Pumped) -> Axes:
-    """Current-voltage curves at the cell temperatures met, and where the array was operated."""
+    """Current-voltage curves at the cell temperatures met, and the points of all the power that the
+    array has at its operating voltage. Where the drive is at a limit it draws less."""
     s, array = found.samples, found.system.array
     light = s.poa_effective > 5
     slope, base = np.polyfit(s.poa_effective[light], s.temp_cell[light], 1)
@@ -43,7 +44,7 @@ def plot_array(ax: Axes, found: Pumped) -> Axes:
     ax.plot(*_thin(s.u[light & ~on], s.i[light & ~on]), ".", ms=2, color=ORANGE, label="no flow")
     ax.plot(*_thin(s.u[on], s.i[on]), ".", ms=2, color=BLUE, label="pumping")
     ax.set(
-        title="array: operating points on its curves",
+        title="array: points of all its power; at a limit the drive draws less",
         xlabel="voltage (V)",
         ylabel="current (A)",
         ylim=(0, None),
