@@ -239,14 +239,17 @@ def test_an_energy_loop_is_drawn_over_the_curves_of_the_machine(run):
 
 def test_a_run_that_ends_before_the_drive_runs_or_after_it_has_tripped_is_told():
     early = [Event(0.0, "off"), Event(0.1, "precharge")]
-    (told,) = unready(early)
+    (told,) = unready(early, 0.15)
     assert "ends in `precharge`, which began at 0.1 s" in told
     ran = [*early, Event(0.2, "run")]
     fault = [*ran, Event(0.3, "fault", 8, "dead (status 8)")]
     again = [*fault, Event(0.35, "run")]
-    assert unready(ran) == unready(fault) == unready(None) == unready([]) == []
-    assert unready([*ran, Event(0.4, "off")]) == []
-    (told,) = unready([*early, Event(0.15, "off")])
+    for entered in (ran, fault, None, [], [*ran, Event(0.39, "off")]):
+        assert unready(entered, 0.4) == []
+    for entered in (ran, fault, [*ran, Event(0.3, "off")]):
+        (told,) = unready(entered, 0.39)
+        assert told.startswith("the drive reaches `run` at 0.2 s, within the half")
+    (told,) = unready([*early, Event(0.15, "off")], 0.2)
     assert told.endswith("it was disabled before; set clear_s later, or restart_s")
     assert trip(ran, 1.0) is None and trip(None, 1.0) is None and tripped(None) == []
     assert trip(fault, 1.0) == 0.3 and "trips at 0.3 s" in tripped(0.3)[0]

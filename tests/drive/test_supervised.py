@@ -167,6 +167,14 @@ def test_many_drives_have_their_states_too(drive):
     assert figures.tau_mean == rl.simulate(drive, record=None).kpis.tau_mean
 
 
+def test_a_start_within_the_half_that_is_evaluated_is_the_only_note():
+    """Its torque has not settled and is below its reference, which then says nothing of the law."""
+    sets = ("--set", "supervision.enable_s=0", "--until", "0.1")
+    notes = [line for line in command("run", FILE, *sets).out.splitlines() if "note: " in line]
+    (told,) = notes
+    assert "the drive reaches `run` at 0.0701 s, within the half that is evaluated" in told
+
+
 def test_the_command_prints_the_states(tmp_path):
     sets = [f"--set={key}={value}" for key, value in UP.items()]
     sets += ["--set=supervision.fault=hardware_trip", "--set=supervision.fault_s=0.1"]

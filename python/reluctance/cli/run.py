@@ -111,6 +111,9 @@ def run(
         with look(style, width):
             plots.save_plot(result, plot)
     steady = is_steady(drive)
+    unbegun = unready(result.events, end)
+    idle = [*unbegun, *tripped(result.kpis.t_trip)]  # for a part of what is evaluated
+    handed = [] if idle else handed_over(drive, result.kpis)  # a mean with pauses is no point
     notes = [
         *undiagnosed(drive),
         *never_planted(drive, end),
@@ -118,11 +121,10 @@ def run(
         *coarse_current(drive),
         *(aliased(drive, record_us) if plot or energy_loop else ()),
         *refused_by_firmware(drive),
-        *unready(result.events),
-        *(tripped(result.kpis.t_trip) or unmet(drive, result.kpis)),
+        *(idle or unmet(drive, result.kpis)),
         *exceeded(drive, result.kpis),
-        *(folded_back(drive, result.kpis) or handed_over(drive, result.kpis) if steady else ()),
-        *(drained(drive, result.kpis, result.periods) if steady else ()),
+        *(folded_back(drive, result.kpis) or handed if steady else ()),
+        *(drained(drive, result.kpis, result.periods) if steady and not unbegun else ()),
         *left(result),
         *crowded(result.periods),
     ]

@@ -37,9 +37,16 @@ def events(controller: _core.Controller) -> list[Event] | None:
     return None if rows is None else [_event(row) for row in rows.tolist()]
 
 
-def unready(entered: list[Event] | None) -> list[str]:
-    """On one line, where a run ends before the drive has run."""
-    if not entered or entered[-1].mode not in MODES[:4] or any(e.mode == "run" for e in entered):
+def unready(entered: list[Event] | None, end: float) -> list[str]:
+    """On one line, where a run that ends then [s] ends before the drive has run, or the drive first
+    runs within the second half of it."""
+    first = next((event.t for event in entered or [] if event.mode == "run"), None)
+    if first is not None and first > end / 2:
+        return [
+            f"the drive reaches `run` at {first:.3g} s, within the half that is evaluated: the "
+            "figures include its start; run longer (--until)"
+        ]
+    if not entered or entered[-1].mode not in MODES[:4] or first is not None:
         return []
     last = entered[-1]
     if last.mode == "off" and len(entered) > 1:
