@@ -41,6 +41,11 @@ def test_an_option_that_is_no_number_is_answered_with_the_number(value):
     assert told and command("run", RATED, "--until", told[1]).code == 0, line
 
 
+def test_an_option_with_two_names_is_told_by_the_one_of_the_pages():
+    line = refused("map", "identify", "x.csv", "--R_ohm", "0,45")
+    assert "--R_ohm = '0,45', need a number; write a decimal point, as in 0.45" in line
+
+
 def test_a_whole_number_is_asked_for_where_one_is_needed():
     line = refused("emulate", ".", "spin", "--drive", RATED, "--angles", "3.5")
     assert "--angles = '3.5', need a whole number" in line

@@ -46,7 +46,8 @@ def _wrong_value(fault: Any) -> str:
         return ""
     from reluctance.base.schema import of_option  # for mistakes only
 
-    return of_option(cause, max(option.opts, key=len), UNITS.get(option.metavar, ""))
+    name = next((opt for opt in option.opts if opt.startswith("--")), option.opts[0])
+    return of_option(cause, name, UNITS.get(option.metavar, ""))
 
 
 def _who_has_it(fault: Any) -> str:
