@@ -143,6 +143,7 @@ def test_three_commands_from_pulses_to_a_simulated_drive(tmp_path):
         ("t_s,u_V,amps,theta_m_deg", [(0, 0, 0, 0)] * 9, {}, "no column for i"),
         ("t_s,u_V,i_A", [(n, n > 4, n, 0) for n in range(9)], {"angles": [1, 2]}, "2 angles for 1"),
         ("t_s,u_V,i_A,theta_m_deg", [(n, "x", 0, 0) for n in range(9)], {}, "`x` is not a number"),
+        ("t_s,u_V,i_A,theta_m_deg", [(0, "0001,5,0,0,2,30", 0)] * 9, {}, "commas stand in its num"),
         ("t_s,u_V,i_A,theta_m_deg", [(n, "nan", 0, 0) for n in range(9)], {}, "not a finite"),
     ],
 )
@@ -163,6 +164,9 @@ def test_a_bad_recording_is_refused_in_one_line(head, rows, options, said, tmp_p
         (lambda rows: rows[60:], {}, "begins with its voltage on"),
         (lambda rows: rows, {"R": -1.0}, "need the resistance"),
         (lambda rows: rows, {"R": 9.0}, "not with R_ohm = 9"),
+        (lambda rows: rows * (1, 1, 1e3), {}, "check the units of current, voltage and resist"),
+        (lambda rows: rows * (1, 1e-3, 1), {}, "check the units of current, voltage and resist"),
+        (lambda rows: rows, {"R": 1e3 * R}, "check the units of current, voltage and resist"),
         (lambda rows: rows, {"i_max": 50.0}, "not every angle reached"),
         (lambda rows: rows * (1e3, 1, 1), {}, "Wb, need 0.0001 to 50 .* units of time"),
     ],

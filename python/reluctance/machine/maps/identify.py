@@ -31,6 +31,7 @@ NEAR = 0.1  # of the top: samples nearer to a level than this tell its flux link
 FEWEST = 3  # of them
 R_DISAGREES = 0.05  # between the resistance that closes the pulses and the given one: a note
 R_REFUSED = 0.5  # likewise: one of the two is wrong
+NEAR_1000 = (500.0, 2000.0)  # times the other: the unit of a column is wrong
 
 
 @dataclass(frozen=True)
@@ -111,9 +112,16 @@ def identify(
     R_closing = _closing([t for traces in groups for t in traces])
     doubt = ""
     if R_closing is not None and abs(R_closing - R) > R_DISAGREES * R:
+        apart = max(R, R_closing) / max(min(R, R_closing), 1e-12)
+        check = "the resistance, the voltage's offset, and the drops of the devices"
+        if NEAR_1000[0] < apart < NEAR_1000[1]:
+            check = (
+                "the units of current, voltage and resistance, which are a factor of some 1000 "
+                "apart: a column names its own, as i_mA, u_mV"
+            )
         doubt = (
             f"rising and falling currents agree with {R_closing:.4g} ohm, not with R_ohm = {R:g}: "
-            "check the resistance, the voltage's offset, and the drops of the devices"
+            f"check {check}"
         )
         if abs(R_closing - R) > R_REFUSED * max(R, R_closing):  # before it bends the flux linkage
             raise ParameterError(doubt)

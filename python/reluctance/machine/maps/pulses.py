@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from reluctance.base.columns import refuse_parted
 from reluctance.base.errors import ParameterError
 from reluctance.base.reading import is_number, numbers, read_text, reading
 from reluctance.machine.maps.cells import any_rows
@@ -163,6 +164,9 @@ def _read(
     first, head, found = _table(rows, {q: n for q, n in names.items() if q in needed}, needed)
     if first >= len(rows):
         raise ParameterError("the file has no rows below the names of its columns; record it again")
+    begin = rows[first : first + MOST_HEAD]
+    if not any("." in cell for row in begin for cell in row):  # a scope's settings stand beside
+        refuse_parted([head, *begin])
     values = {q: numbers(rows[first:], c, head[c]) for q, (c, _) in found.items()}
     u = found["u"][1].factor * values["u"]
     i = _amperes(head[found["i"][0]], found["i"][1].factor, probe) * values["i"]
