@@ -7,6 +7,7 @@ eta_b x (2 - x), x = Q/Q_b, so that P_1 = rho g H_1 Q_b / (eta_b (2 - x)) is fin
 points of the maker's curve in a CSV file, joined by monotone cubics.
 """
 
+import re
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -347,6 +348,7 @@ COLUMNS = {
 }
 
 
+PRESSURES = {"pa": 1.0, "mbar": 1e2, "kpa": 1e3, "psi": 6894.757, "bar": 1e5, "mpa": 1e6}  # [Pa]
 UNITS = {"m3ph": "m3/h", "w": "W"}  # as people write them
 MOST_HEAD = 20  # lines above the names of the columns, as of the pump's type
 
@@ -363,10 +365,25 @@ def _from_names(rows: list[list[str]]) -> list[list[str]]:
     return rows
 
 
+def _recognised(names: list[str]) -> dict[str, tuple[str, float]]:
+    """`recognised`, with what makes a head of a pressure."""
+    try:
+        return recognised(names, COLUMNS)
+    except ParameterError as fault:
+        unit = re.search(r"has the unit `(.*?)`", str(fault))
+        if unit is None or unit[1] not in PRESSURES:
+            raise
+        metres = PRESSURES[unit[1]] / (RHO * GRAVITY)
+        raise ParameterError(
+            f"{fault}; `p` is the shaft power, and a pressure is a head: multiply its numbers by "
+            f"{metres:.4g} and name it `H [m]`"
+        ) from None
+
+
 def _columns(path: Path) -> dict[str, FloatArray]:
     with reading(path, "a pump curve"):
         names, *rows = _from_names(read_rows(path))
-        known = recognised(names, COLUMNS)
+        known = _recognised(names)
         if not {"Q_m3ph", "H_m"} <= set(known) or not {"eta", "p_shaft_W"} & set(known):
             raise ParameterError(
                 f"columns {', '.join(names)}; need Q_m3ph, H_m and eta or p_shaft_W, or with units "
