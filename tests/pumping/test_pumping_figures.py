@@ -412,6 +412,19 @@ def test_why_there_is_no_water_follows_from_what_limits(dry, limit, reach, told)
         assert f"the machine gives {most:.3g} N m there at {u:.0f} V; take more modules" in line
 
 
+@pytest.mark.parametrize(("part", "asked"), [(0.19, True), (0.21, False)])
+def test_a_pump_far_beyond_the_array_is_asked_for_the_unit_of_its_flows(dry, part, asked):
+    """By the water power of its best point: rho g Q H."""
+    given = {"H_0_m": 40.0, "Q_b_m3ph": 360.0, "H_b_m": 30.0, "eta_b": 0.7}  # 0.1 m3/s
+    own = Pump(n_ref_rpm=1450, **given)
+    best = 998.2 * 9.80665 * 0.1 * 30
+    samples = replace(dry.samples, p_mp=part * best / dry.samples.p_mp.max() * dry.samples.p_mp)
+    large = replace(dry, samples=samples, system=replace(dry.system, pump=own))
+    (line,) = (line for line in remarks(large) if line.startswith("no water: "))
+    assert line.endswith("check the unit of its flows, Q_m3ph; 1000 l/min are 60 m3/h") == asked
+    assert not asked or f"best point has {best:.3g} W in the water" in line
+
+
 def test_a_law_that_does_not_reach_the_torque_is_told_with_the_torque_to_set(found):
     reach = 0.8 * found.system.tau_max
     (line,) = (

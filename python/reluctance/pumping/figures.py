@@ -26,6 +26,7 @@ REMEDIES = {
     "or a control law that reaches more",
     Limit.well: "the yield of the well; power is left unused, see [pipe] well_yield_m3ph",
 }
+FAR_BEYOND = 5.0  # times the array's power in the water of a pump: its flows may be litres
 MOST_DAYS = 60.0  # of its demand in a tank: more may be litres
 LONG = 600.0  # intervals from here on hide clouds [s]
 TROPICS, FLAT = 5.0, 5.0  # up to this latitude, or this tilt, the azimuth matters little [deg]
@@ -181,7 +182,7 @@ def remarks(found: Pumped) -> list[str]:
     if found.losses.tau_set_up < found.system.tau_max:
         told.append(_of_the_set_up(found))
     if not found.water:
-        told.append(f"no water: {_why_none(found)}")
+        told.append(f"no water: {_why_none(found)}{_of_the_flows(found)}")
     told += [*_of_the_tank(found.system), *_of_the_demand(found), *_of_the_hours(found.system)]
     told += _of_the_tilt(found.system)
     if found.storage is not None and found.system.tank.start_m3 is not None:
@@ -328,6 +329,20 @@ def _why_none(found: Pumped) -> str:
     return (
         f"the voltage is too low: {need}, and the machine gives {reach:.3g} N m there at "
         f"{highest:.0f} V; take more modules in series"
+    )
+
+
+def _of_the_flows(found: Pumped) -> str:
+    """A pump so large for the array that its flows may be in litres."""
+    curve = found.system.pump.curve()
+    Q = np.linspace(0.0, curve.Q_end, 401)
+    water = RHO * GRAVITY * Q * curve.head_1(Q)
+    best = float(water[np.argmax(water / curve.power_1(Q))])
+    if best <= FAR_BEYOND * found.samples.p_mp.max():
+        return ""
+    return (
+        f"; the pump's best point has {best:.3g} W in the water: check the unit of its flows, "
+        "Q_m3ph; 1000 l/min are 60 m3/h"
     )
 
 
