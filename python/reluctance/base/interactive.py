@@ -25,9 +25,14 @@ from reluctance.base.html_page import html_page
 
 MOST_POINTS = 20_000  # of a line; longer ones keep the extremes of as many intervals
 FRAME = 280  # height of what the axes enclose [px]
-ALONG = {"left": "left", "center": "center", "right": "right"}
+ALONG: dict[str, Any] = {"left": "left", "center": "center", "right": "right"}
 ALONG |= {"bottom": "left", "baseline": "left", "top": "right"}  # of a text that runs upwards
-ACROSS = {"bottom": "bottom", "baseline": "alphabetic", "center": "middle", "top": "top"}
+ACROSS: dict[str, Any] = {
+    "bottom": "bottom",
+    "baseline": "alphabetic",
+    "center": "middle",
+    "top": "top",
+}
 ACROSS |= {"left": "top", "right": "bottom"}  # of a text that runs upwards
 DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dotdash", "None": "solid"}
 
@@ -84,9 +89,9 @@ def _panel(ax: Axes, shared: dict[Any, Any]) -> Any:
         if line.get_transform() == ax.transData:
             _draw(drawn, line)
         elif line.get_transform() == ax.get_xaxis_transform():
-            drawn.vspan(x=line.get_xdata()[:1], **_look(line))
+            drawn.vspan(x=np.asarray(line.get_xdata())[:1], **_look(line))
         elif line.get_transform() == ax.get_yaxis_transform():
-            drawn.hspan(y=line.get_ydata()[:1], **_look(line))
+            drawn.hspan(y=np.asarray(line.get_ydata())[:1], **_look(line))
     for text in ax.texts:
         if isinstance(text, Annotation):
             _name(drawn, text)
@@ -125,9 +130,9 @@ def _look(line: Line2D) -> dict[str, Any]:
     }
 
 
-def _name(drawn: Any, text: Annotation) -> None:
-    """An annotation, at a point of the curves or at a part of the height. Another place is left."""
-    from bokeh.models import Label
+def _name(drawn: Any, text: Any) -> None:
+    """An Annotation, at a point of the curves or at a part of the height. Another place is left."""
+    from bokeh.models.annotations import Label
 
     coords = text.xycoords
     across, up = (coords, coords) if isinstance(coords, str) else coords

@@ -341,7 +341,7 @@ def _of_the_flows(found: Pumped) -> str:
     if best <= FAR_BEYOND * found.samples.p_mp.max():
         return ""
     return (
-        f"; the pump's best point has {best:.3g} W in the water: check the unit of its flows, "
+        f"; the pump's best point has {best:.0f} W in the water: check the unit of its flows, "
         "Q_m3ph; 1000 l/min are 60 m3/h"
     )
 
