@@ -112,7 +112,7 @@ def run(
             plots.save_plot(result, plot)
     steady = is_steady(drive)
     unbegun = unready(result.events, end)
-    idle = [*unbegun, *tripped(result.kpis.t_trip)]  # for a part of what is evaluated
+    idle = tripped(result.kpis.t_trip) or unbegun  # for a part of what is evaluated
     handed = [] if idle else handed_over(drive, result.kpis)  # a mean with pauses is no point
     notes = [
         *undiagnosed(drive),
