@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import court
 import mutants
+import numpy as np
 import pytest
 from court import (
     HEADERS,
@@ -46,7 +47,7 @@ def noted(name, cost, *called):
 def shown(mutant):
     """Its text without the definition of a swapped comparison."""
     text = mutant.text
-    for moved, turned in mutants.CPP_COMPARED.values():
+    for moved, turned in mutants.COMPARED.values():
         text = text.replace(mutants.CPP_SWAPPED.format(moved=moved, turned=turned), "")
     return text
 
@@ -149,15 +150,19 @@ def test_imports_for_annotations_and_versions_of_results_are_no_fault(
 
 
 @pytest.mark.parametrize(
-    ("was", "now"),
+    ("was", "a", "b", "now"),
     [
-        *(("x < n", "x <= n"), ("x > 0", "x >= 0")),
-        *(("x < 5e-3", "x >= 0.005"), ("x >= 0.5", "x < 0.5")),  # equal only by chance
+        *(("a < b", 2, 2, True), ("a < b", 3, 2, False), ("a > b", 2, 2, True)),
+        *(("a <= b", 2, 2, False), ("a >= b", 2, 2, False), ("a < b < 5", 2, 2, True)),
+        *(("a < b", 3.0, 2, True), ("a < b", 1, 2.0, False), ("a >= b", 2.0, 1.0, False)),
+        *(("a > b", np.array([1.0]), 2, True), ("a > b", np.array([2]), 2, True)),
+        *(("a <= b", {1}, {1, 2}, True), ("a <= b", {1}, {1}, False), ("a < b", "a", "a", True)),
     ],
 )
-def test_a_comparison_of_integers_moves_and_one_of_reals_turns_round(was, now):
+def test_a_comparison_moves_and_one_of_reals_turns_round(was, a, b, now):
     node = ast.parse(was, mode="eval").body
-    assert ast.unparse(mutants.changed(node)) == now
+    fault = ast.unparse(ast.fix_missing_locations(mutants.changed(node)))
+    assert eval(fault, {"a": a, "b": b}) == now
 
 
 def test_so_does_one_in_a_header_by_the_types_that_meet_there(tmp_path):
@@ -210,7 +215,7 @@ def test_a_line_belongs_to_the_innermost_function_around_it(line, first, tmp_pat
 
 
 def test_those_judge_that_call_what_was_changed_and_those_that_name_it(monkeypatch):
-    """Of all folders the first, of its own the second; each up to its time."""
+    """Of all folders the first, of its own the second, for which little time is left."""
     file = PACKAGE / "plant" / "hydraulics" / "pump.py"
     names = ("names_it", "calls_it", "costs_more", "long")
     at = {name: ROOT / "tests" / "plant" / f"test_{name}.py" for name in names}
@@ -221,7 +226,8 @@ def test_those_judge_that_call_what_was_changed_and_those_that_name_it(monkeypat
         noted("plant/test_long.py::a", 61.0, here),
         noted("plant/test_costs_more.py::a", 50.0, here),
         noted("plant/test_calls_it.py::b", 8.0, here),
-        noted("plant/test_names_it.py::a", 59.0, elsewhere),
+        noted("plant/test_names_it.py::a", 0.75, elsewhere),
+        noted("plant/test_names_it.py::b", 2.0, elsewhere),
         noted("drive/test_x.py::a[1]", 1.0, here),
         noted("drive/test_x.py::a[2]", 1.5, here),  # once more of the same
         noted("drive/test_x.py::c", 0.0, elsewhere),

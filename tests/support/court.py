@@ -24,7 +24,7 @@ from threading import Lock
 ROOT = Path(__file__).parents[2]
 PACKAGE, HEADERS, TESTS = ROOT / "python" / "reluctance", ROOT / "include", ROOT / "tests"
 CHECK = "test_core.py::test_core_check_holds["  # of headers alone: needs no core built with them
-MOST = 60  # processor time of the tests that call what was changed, and of the nearest, each [s]
+MOST = 60  # processor time of the tests that judge a change [s]
 SURFACE = "tests/cli/test_surface.py::"  # reads what is declared outside of functions
 LIMIT = 120  # of one test, which takes 10 s at most; more is an endless loop [s]
 LEFT_OUT = (".*", "build", "out", "dist", "__pycache__", "*.so", "node_modules")
@@ -140,8 +140,9 @@ def judges(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
 
     Those that call the changed function, the cheapest first, or read what is declared outside of
     all; and, of the folders that the file belongs to, those of the files that name what was
-    changed, then the cheapest. Each list has a case of every test function before a second of any,
-    and ends after MOST seconds.
+    changed, then the cheapest. Each list has a case of every test function before a second of any.
+    They end after MOST seconds, of which those that call the function take what they need first:
+    of 112 faults of modules, four were seen only by others.
     """
     rank = {file: n for n, file in enumerate(nearest(mutant.names))}
     own = folders(mutant.file)
@@ -163,8 +164,9 @@ def judges(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
     near = [test for test in tests if test.folder in own or (not called and test.file in rank)]
     near = [test for test in near if CHECK not in test.name]  # see `checks`
     near.sort(key=lambda test: (place(test), test.cost))
-    chosen = {test.name: test for some in (called, near) for test in _within(by_turns(some), MOST)}
-    return [t.name for t in sorted(chosen.values(), key=lambda t: (place(t), t.file, t.cost))]
+    in_turn = {test.name: test for test in (*by_turns(called), *by_turns(near))}
+    chosen = _within(in_turn.values(), MOST)
+    return [t.name for t in sorted(chosen, key=lambda t: (place(t), t.file, t.cost))]
 
 
 def by_turns(tests: Iterable[Test]) -> list[Test]:

@@ -4,8 +4,8 @@
 
 Draws places in python/reluctance and include/srm from a seed (new and printed without one) and
 changes one operator, number, condition or statement there in a copy of the repository. A comparison
-of integers moves by its bound. One of reals turns round: two of them are equal only by chance, so
-that a moved bound has no effect.
+moves by its bound. One of reals turns round: two of them are equal only by chance, so that a moved
+bound has no effect. What is compared decides which of both, in Python as it runs.
 
 The short tests run once without a fault, to note which functions of the package each calls. Those
 that call the changed function judge a module, the cheapest first; the checks in C++ judge a header,
@@ -42,17 +42,21 @@ SWAPS: dict[type, type] = {
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And},
     **{ast.Pow: ast.Mult, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
 }
-TURNED: dict[type, type] = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt}
+SYMBOLS: dict[type, str] = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+COMPARED = {  # with its bound moved, and turned round
+    **{"<": ("<=", ">="), ">": (">=", "<="), "<=": ("<", ">"), ">=": (">", "<")},
+}
+# A comparison whose operands tell whether it moves or turns round.
+SWAPPED = (
+    "(lambda a, b: a {turned} b if 'f' in "
+    "[__import__('numpy').asarray(x).dtype.kind for x in (a, b)] else a {moved} b)"
+)
 # Keywords: looks of a figure and of text, the place of a warning, and the version of a result that
 # is kept.
 NO_FAULT = "lw ms fontsize alpha size frameon flush indent stacklevel algorithm".split()
 CPP_SWAPS = {
     **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * "},
     **{" && ": " || ", " || ": " && ", " == ": " != "},
-}
-CPP_COMPARED = {  # with its bound moved, and turned round
-    **{" < ": (" <= ", " >= "), " > ": (" >= ", " <= ")},
-    **{" <= ": (" < ", " > "), " >= ": (" > ", " < ")},
 }
 # `a <mutant::swapped> b` binds as `a < b` does, and finds out which of the two is meant.
 CPP_SWAPPED = """
@@ -74,9 +78,9 @@ constexpr Left<A> operator<(A a, Swapped) {{
 template <class A, class B>
 constexpr auto operator>(Left<A> left, B b) {{
   if constexpr (std::integral<A> && std::integral<B>) {{
-    return left.a{moved}b;
+    return left.a {moved} b;
   }} else {{
-    return left.a{turned}b;
+    return left.a {turned} b;
   }}
 }}
 }}
@@ -90,8 +94,12 @@ def changed(node: ast.AST) -> ast.AST | None:
     if isinstance(node, ast.BinOp | ast.BoolOp) and type(node.op) in SWAPS:
         return _with(node, op=SWAPS[type(node.op)]())
     if isinstance(node, ast.Compare) and type(node.ops[0]) in SWAPS:
-        swaps = SWAPS | TURNED if _real(node.comparators[0]) else SWAPS
-        return _with(node, ops=[swaps[type(node.ops[0])](), *node.ops[1:]])
+        symbol = SYMBOLS.get(type(node.ops[0]))
+        if symbol is not None and len(node.ops) == 1:
+            moved, turned = COMPARED[symbol]
+            compare = ast.parse(SWAPPED.format(moved=moved, turned=turned), mode="eval").body
+            return ast.Call(compare, [node.left, *node.comparators], [])
+        return _with(node, ops=[SWAPS[type(node.ops[0])](), *node.ops[1:]])
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
         value = node.value
         return ast.Constant(value * 1.05 or 1.0 if isinstance(value, float) else value + 1)
@@ -102,10 +110,6 @@ def changed(node: ast.AST) -> ast.AST | None:
     if isinstance(node, ast.Raise):
         return ast.Pass()
     return None
-
-
-def _real(node: ast.expr) -> bool:
-    return isinstance(node, ast.Constant) and isinstance(node.value, float)
 
 
 def no_fault(node: ast.AST) -> bool:
@@ -170,7 +174,8 @@ def python_mutant(file: Path, draw: random.Random) -> Mutant | None:
     text = "".join([*lines[:first], head, after, tail, *lines[last + 1 :]])
     at = file.relative_to(PACKAGE).with_suffix("")
     where = (*(name.strip("_") for name in names), at.name, ".".join(at.parts), *offered(tree))
-    short = [" ".join(part.split())[:70] for part in (before, after)]
+    shown = (before, re.sub(r"\(lambda a, b: a .*? for x in .*? b\)\(", "swapped(", after))
+    short = [" ".join(part.split())[:70] for part in shown]
     return Mutant(file, node.lineno, short[0], short[1], text, where)
 
 
@@ -183,7 +188,7 @@ def offered(tree: ast.Module) -> list[str]:
 
 def cpp_mutant(file: Path, draw: random.Random) -> Mutant | None:
     """A swapped operator in a header's code."""
-    operators = [*CPP_SWAPS, *CPP_COMPARED]
+    operators = [*CPP_SWAPS, *(f" {operator} " for operator in COMPARED)]
     lines = file.read_text(encoding="utf-8").split("\n")
     found = [
         (n, place.start(), place.group())
@@ -199,8 +204,8 @@ def cpp_mutant(file: Path, draw: random.Random) -> Mutant | None:
     other[n] = lines[n][:at] + swapped + lines[n][at + len(operator) :]
     shown = [line.strip()[:80] for line in (lines[n], other[n])]
     text = "\n".join(other)
-    if operator in CPP_COMPARED:
-        moved, turned = CPP_COMPARED[operator]
+    if operator.strip() in COMPARED:
+        moved, turned = COMPARED[operator.strip()]
         begin = "#pragma once\n"
         text = text.replace(begin, begin + CPP_SWAPPED.format(moved=moved, turned=turned), 1)
     return Mutant(file, n + 1, shown[0], shown[1], text, (file.stem, file.name))
