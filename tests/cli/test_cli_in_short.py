@@ -1,6 +1,8 @@
 """What commands print of findings that are given: nothing is simulated, solved or compiled."""
 
+import io
 import json
+import sys
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace as Namespace
@@ -189,6 +191,24 @@ def test_a_log_has_lines_of_where_the_work_is(monkeypatch, capsys):
         "working: 25 % after 20 s",
         "working: 100 % after 30 s",
     ]
+
+
+def test_what_a_command_shows_while_it_works_never_mixes_with_its_answer(monkeypatch):
+    """It goes to the terminal of the errors, also where the answer goes to a file."""
+
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    terminal, file = Terminal(), io.StringIO()
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(sys, "stdout", file)
+    with bars.working("building"):
+        pass
+    with bars.progress_bar("solving", 2.0) as told:
+        told(1.0)
+    assert "building" in terminal.getvalue() and file.getvalue() == ""
 
 
 # export

@@ -72,3 +72,16 @@ def test_a_rotor_that_is_held_at_standstill_never_reaches_an_angle(zero):
     result = rl.simulate(drive, until=0.002, record=1e-4)
     assert result.t[-1] == 0.002 and (result.theta_m == result.theta_m[0]).all()
     assert result.kpis.periods == 0
+
+
+@pytest.mark.parametrize("name", ["sharing_cubic", "edge_mpc_mcu"])
+@pytest.mark.parametrize("until", [1e-4, 2.37e-4])
+def test_the_end_of_a_run_is_within_its_extremes(name, until):
+    """While the currents rise, the last instant has the greatest."""
+    result = rl.simulate(rl.load(EXAMPLES / f"{name}.toml"), until=until, record=1e-6)
+    last = result.periods.between(len(result.periods["t"]) - 1, len(result.periods["t"]))
+    greatest = pytest.approx(result.i[:, -1].max(), rel=1e-12)
+    assert result.i.max() == greatest == result.kpis.i_peak_run
+    assert last["tau_max"][0] >= result.tau[-1] >= last["tau_min"][0]
+    assert last["omega_min"][0] <= result.omega_m[-1] <= last["omega_max"][0]
+    assert last["u_min"][0] <= result.u_dc[-1] <= last["u_max"][0]

@@ -122,6 +122,14 @@ def test_names_with_units_hold_the_same_figures(limit):
     assert repr(limit).endswith(shown)
 
 
+def test_a_step_longer_than_was_looked_at_has_no_time(limit):
+    """Neither as JSON, which knows no infinity, nor in words."""
+    never = replace(limit, step=replace(limit.step, time=np.array([0.001, np.inf])))
+    figures = never.with_units()
+    assert figures["torque_step_mean_ms"] is figures["torque_step_longest_ms"] is None
+    assert dict(text.rows(never))["at the worst angle"] == "over 20 ms, or never"
+
+
 ENVELOPE = Envelope(
     np.array([0.0, 100.0, 300.0]), np.array([50.0, 48.0, 30.0]), *np.arange(9.0).reshape(3, 3)
 )

@@ -48,13 +48,15 @@ Waveform<N> waveform(const Plant<M, N>& plant, const SimulationState<N>& now) {
 template <Motor M, int N>
 Period<N> period(const Plant<M, N>& plant, const SimulationState<N>& now) {
   const State<N>& x = now.x();
+  Extremes extremes = now.extremes;
+  extremes.include(waveform(plant, now));
   return {.t = now.t,
           .theta_m = x.theta_m,
           .omega_m = x.omega_m,
           .W_f = field_energy(plant, x),
           .W_dc = stored(plant.source, x.u_dc),
           .switchings = now.switchings,
-          .extremes = now.extremes,
+          .extremes = extremes,
           .integrals = now.sums};
 }
 

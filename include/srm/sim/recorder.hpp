@@ -92,6 +92,18 @@ struct Extremes {
     u_max = max(u_max, x.u_dc);
   }
 
+  /// An instant, as a step that ends there leaves it out.
+  template <int N>
+  void include(const Waveform<N>& row) {
+    tau_min = min(tau_min, row.tau);
+    tau_max = max(tau_max, row.tau);
+    omega_min = min(omega_min, row.omega_m);
+    omega_max = max(omega_max, row.omega_m);
+    u_min = min(u_min, row.u_dc);
+    u_max = max(u_max, row.u_dc);
+    for (const double i : row.i) i_peak = max(i_peak, i);
+  }
+
   /// The torque from a to b in a time h.
   void include_torque(const Moving& a, const Moving& b, double h) {
     span(tau_min, tau_max, a, b, h);

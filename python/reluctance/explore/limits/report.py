@@ -66,8 +66,8 @@ class Limit:
         }
         if self.step is not None:
             figures |= {
-                "torque_step_mean_ms": self.step.mean * 1e3,
-                "torque_step_longest_ms": self.step.longest * 1e3,
+                "torque_step_mean_ms": _known_ms(self.step.mean),
+                "torque_step_longest_ms": _known_ms(self.step.longest),
             }
         if floor is not None:
             figures |= {
@@ -79,6 +79,11 @@ class Limit:
                 "ripple_pulse_width_rms_Nm": floor.pulse_width_rms,
             }
         return figures
+
+
+def _known_ms(time: float) -> float | None:
+    """None where it is infinite: longer than was looked at."""
+    return time * 1e3 if np.isfinite(time) else None
 
 
 def limit(

@@ -1,7 +1,10 @@
 """A limit in words: labels and values for the command line, and what they rest on."""
 
+from math import isfinite
+
 from reluctance.base.units import from_si
 from reluctance.explore.limits.report import Limit
+from reluctance.machine.optimum.torque_step import LONGEST
 
 PROFILE = (
     "Constraints hold at the grid points to 1e-6. Optima are the best known: a local solver, "
@@ -38,8 +41,8 @@ def rows(limit: Limit) -> list[tuple[str, str]]:
     if limit.step is not None:
         to = f"least time from zero to {limit.step.share:.0%} of the torque"
         lines += [
-            (f"{to}, mean over the angle", f"{limit.step.mean * 1e3:.3f} ms"),
-            ("at the worst angle", f"{limit.step.longest * 1e3:.3f} ms"),
+            (f"{to}, mean over the angle", _time(limit.step.mean)),
+            ("at the worst angle", _time(limit.step.longest)),
         ]
     if floor is not None and tau_ref > 0:
         lines += [
@@ -51,6 +54,10 @@ def rows(limit: Limit) -> list[tuple[str, str]]:
             ("rms, independent pulse width", f"{floor.pulse_width_rms / tau_ref:.3%}"),
         ]
     return lines
+
+
+def _time(time: float) -> str:
+    return f"{time * 1e3:.3f} ms" if isfinite(time) else f"over {LONGEST * 1e3:g} ms, or never"
 
 
 PAIRS = (

@@ -23,6 +23,7 @@ from reluctance.machine.optimum.profile import Profile
 
 TAU, L_INC, PSI_THETA = 2, 3, 4  # columns of `_core.magnetics`
 N_ANGLES = 60  # of an electrical period
+LONGEST = 0.02  # time looked at, where none is given [s]
 DT = 2e-6  # of the integration [s]: 1 us moves the times of the tests by less than 0.2 us
 
 
@@ -52,7 +53,7 @@ def fastest_torque_step(
     start: Profile | None = None,
     share: float = 0.95,
     n_angles: int = N_ANGLES,
-    t_end: float = 0.02,
+    t_end: float = LONGEST,
 ) -> TorqueStep:
     """The least time to a torque of tau_ref at held speed.
 
