@@ -76,12 +76,15 @@ def test_a_dump_that_differs_is_told_and_ends_with_2(monkeypatch, tmp_path):
     assert "holds no samples" in line
 
 
+GOAL = Goal("p_cu_W", False, ())
+
+
 def test_tuned_angles_are_a_table_with_the_notes_below(monkeypatch, tmp_path):
     nodes = (
         Node(1000.0, 10.0, -12.345, 140.0, {"p_cu_W": 123.456}, ""),
         Node(2000.0, 10.0, -20.0, 150.04, {}, "out of reach"),
     )
-    found = TunedAngles("mine", Goal("p_cu_W", False, ()), nodes, tried=12, ran=9)
+    found = TunedAngles("mine", GOAL, nodes, tried=12, ran=9)
     asked = {}
 
     def tuned(drive, over, minimise, **given):
@@ -106,6 +109,16 @@ def test_tuned_angles_are_a_table_with_the_notes_below(monkeypatch, tmp_path):
     assert "2000 rpm, 10 N m: out of reach" in text and "1000 rpm, 10 N m:" not in text
     told = json.loads(command(*line, "--minimise", "p_cu", "--json").out)
     assert (told["goal"], told["trials"], len(told["nodes"])) == ("least p_cu_W", 12, 2)
+
+
+def test_a_torque_of_the_file_is_not_in_the_way_of_a_table_of_angles(monkeypatch):
+    """Which has torques of its own; the tuning of one point refuses what cannot be reached."""
+    monkeypatch.setattr(tuning, "tune_angles", lambda *_, **__: TunedAngles("", GOAL, (), 0, 0))
+    line = ("tune", EXAMPLES / "paper_rated.toml", "--set", "control.law=angles")
+    far = ("--set", "reference.tau_Nm=4000", "--minimise", "p_cu")
+    axes = ("--over", "speed_rpm=1000,2000", "--over", "torque_Nm=10,20")
+    assert command(*line, *far, *axes, "--json").code == 0
+    assert "4000" in refused(*line, *far, "--vary", "control.theta_on_deg=0:10")
 
 
 @pytest.mark.parametrize("different", [0, 3])

@@ -145,7 +145,11 @@ REFUSED = {
     "no row for 3000 rpm and 45 N m, need a full grid": lambda t: t[: t.rindex("3000,")],
     "speed_rpm = -500, need > 0": lambda t: t.replace("\n500,", "\n-500,"),
     "torque_Nm = -5, need > 0": lambda t: t.replace("500,5,", "500,-5,"),
-    "theta_on_deg = -200, need from -180": lambda t: t.replace("500,5,-10,", "500,5,-200,"),
+    "theta_on_deg = -180.5, need from -180": lambda t: t.replace("500,5,-10,", "500,5,-180.5,"),
+    "theta_on_deg = 180, need from -180": lambda t: t.replace("500,5,-10,150", "500,5,180,200"),
+    "theta_off_deg = 181, need above": lambda t: t.replace("500,5,-10,150", "500,5,-180,181"),
+    "theta_off_deg = 361, need above": lambda t: t.replace("500,5,-10,150", "500,5,10,361"),
+    "theta_off_deg = -10, need above": lambda t: t.replace("500,5,-10,150", "500,5,-10,-10"),
     "theta_off_deg = -20, need above": lambda t: t.replace("500,5,-10,150", "500,5,-10,-20"),
     "data row 1, theta_on_deg: `early` is not a number": lambda t: t.replace(
         "500,5,-10,150", "500,5,early,150"
@@ -164,6 +168,15 @@ def test_a_file_that_cannot_be_meant_is_one_line(message: str, tmp_path: Path) -
     with pytest.raises(rl.ParameterError) as told:
         rl.load(RATED, [*ANGLES, f"control.angle_table={file}"])
     assert message in str(told.value) and "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("angles", [(-180, 180), (179.9, 360), (0, 360), (-180, -179.9)])
+def test_angles_at_the_ends_of_what_can_be_meant_are_taken(angles, tmp_path: Path) -> None:
+    file = write(tmp_path / "a.csv", lambda *_: angles)
+    table = read_angle_table(file)
+    assert np.degrees([table.theta_on, table.theta_off]).reshape(2, -1).T == pytest.approx(
+        np.array([angles] * 9)
+    )
 
 
 @pytest.mark.parametrize(

@@ -218,6 +218,8 @@ def test_a_control_is_offered_where_single_numbers_follow_it(monkeypatch, plant,
         **({"control.g": [1, 2, 3]} if law == "numbers" else {}),
     }
     assert controls.offered(Valued(2), Control("k", "", "", lambda value: [2])) is None
+    two = controls.offered(Valued(2), Control("k", "", "", lambda value: [2, 1], off_design))
+    assert two is not None and two["values"] == [1, 2]
 
 
 def test_a_drive_without_a_torque_has_no_limit_to_show(monkeypatch):
