@@ -62,6 +62,14 @@ def test_a_page_has_the_lines_of_each_panel_with_their_names_steps_and_limits():
     assert "http://" not in html.split("</head>")[1]  # it needs no network
 
 
+def test_the_signs_of_a_formula_in_a_name_are_only_signs():
+    figure = Picture(8, 6)
+    figure.subplots().plot([1, 2])
+    figure.suptitle(r"drive$\nothing$.toml")
+    assert picture.drawn(figure, ".png").startswith(b"\x89PNG")
+    assert not figure._suptitle.get_parse_math()
+
+
 def test_a_page_has_lines_across_and_annotations_and_its_legend_covers_no_curve():
     figure = Figure()
     ax = figure.subplots()

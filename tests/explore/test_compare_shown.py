@@ -215,7 +215,6 @@ def test_figures_show_error_over_frequency_over_current_and_over_the_angle(
         360,
     )
     assert "5 kHz per switch" in drawn.get_suptitle()
-    assert not drawn._suptitle.get_parse_math()  # a name may have signs of a formula
 
 
 def test_a_law_whose_error_is_above_a_fifth_is_not_drawn(found: Comparison) -> None:

@@ -68,6 +68,10 @@ class Picture(Figure):
         size = min(8.0, mpl.rcParams["font.size"])
         self.legend(*self._below, ncols=columns, loc="outside lower center", fontsize=size)
 
+    def suptitle(self, t: str, **options: Any) -> Text:
+        """As Matplotlib does; the signs of a formula in a name are only signs."""
+        return super().suptitle(t, **{"parse_math": False} | options)
+
     def savefig(self, fname: Any, **options: Any) -> None:
         """As Matplotlib does, with TrueType fonts and with all labels inside."""
         self._stack_narrow_panels()

@@ -313,7 +313,7 @@ def _plot(file: Path, table: "FluxTable", out: Path) -> None:
     maps.plot_torque(machine, table, axes=corners[1])
     maps.plot_inductance(machine, axes=corners[2])
     maps.plot_coenergy(machine, axes=corners[3])
-    figure.suptitle(file.name, parse_math=False)
+    figure.suptitle(file.name)
     save_figure(figure, out, title=file.name)
 
 

@@ -209,7 +209,7 @@ def overview(result: Record, *, last_periods: float = 2.0) -> Figure:
         plot(ax, result.since(start)).set_title(shown, loc="left")
         ax.set_xlim(start * per_second(result), end * per_second(result))
         ax.ticklabel_format(axis="x", useOffset=False)
-    figure.suptitle(result.drive.name, parse_math=False)
+    figure.suptitle(result.drive.name)
     return figure
 
 

@@ -114,7 +114,7 @@ def figure(found: Comparison) -> Figure:
         title += (
             f"\nnot drawn, not possible or error above {GREATEST_ERROR:g} %: {', '.join(left_out)}"
         )
-    made.suptitle(title, parse_math=False)
+    made.suptitle(title)
     n = len(_shown(found))
     if made.one_column:
         made.set_size_inches(made.get_size_inches()[0], 2 * COLUMN_PANEL + n * COLUMN_TRACE)

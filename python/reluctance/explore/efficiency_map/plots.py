@@ -84,7 +84,7 @@ def figure(
     handles, names = axes[0].get_legend_handles_labels()
     once = dict(zip(names, handles, strict=True))
     drawn.legend_below(once.values(), once.keys())
-    drawn.suptitle(f"{found.drive.name}, {found.u_dc:g} V", parse_math=False)
+    drawn.suptitle(f"{found.drive.name}, {found.u_dc:g} V")
     return drawn
 
 

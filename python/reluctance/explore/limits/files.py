@@ -132,7 +132,6 @@ def figure(limit: Limit, envelope: Envelope) -> Figure:
     drawn.suptitle(
         f"{limit.drive.name}: minimum copper loss {what}, {best.tau_ref:.4g} N m at "
         f"{from_si(best.omega_m, 'rpm'):.5g} rpm, {best.u_dc:g} V",
-        parse_math=False,
     )
     return drawn
 

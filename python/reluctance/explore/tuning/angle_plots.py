@@ -35,7 +35,7 @@ def figure(found: TunedAngles) -> Figure:
             ax.plot(*np.transpose(missed), "x", color="C3", label="missed, see the note")
             ax.legend(fontsize=7)
         ax.set(xlabel="speed (rpm)", ylabel="torque (N m)", title=title)
-    drawn.suptitle(f"{found.name}: {found.goal}", fontsize=10, parse_math=False)
+    drawn.suptitle(f"{found.name}: {found.goal}", fontsize=10)
     return drawn
 
 

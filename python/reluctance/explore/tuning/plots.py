@@ -47,7 +47,7 @@ def figure(found: Tuned) -> Figure:
     for ax in (trials, trade):
         ax.set_ylim(low - 0.05 * (high - low or 1), high + 0.1 * (high - low or 1))
         ax.legend(fontsize=7)
-    drawn.suptitle(f"{found.drive.name}: {goal}", fontsize=10, parse_math=False)
+    drawn.suptitle(f"{found.drive.name}: {goal}", fontsize=10)
     return drawn
 
 

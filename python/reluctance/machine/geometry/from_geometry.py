@@ -130,7 +130,7 @@ class FromGeometry:
         from reluctance.machine.geometry.draw import draw  # Matplotlib: half of the start-up
 
         system = system_of(self.geometry)
-        axes.set_title(self.name)
+        axes.set_title(self.name, parse_math=False)
         return draw(system, axes, alpha=rotor_angle(system, np.radians(theta_e_deg)))
 
     def draw_field(

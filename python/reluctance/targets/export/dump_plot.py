@@ -49,7 +49,7 @@ def dump_figure(replayed: Replayed, name: str) -> Figure:
             replayed.cause, (0.0, 1.0), xycoords=("data", "axes fraction"), color="tab:red",
             fontsize=8, ha="right", va="bottom",
         )  # fmt: skip
-    figure.suptitle(name, parse_math=False)
+    figure.suptitle(name)
     return figure
 
 
