@@ -134,6 +134,7 @@ def test_the_looks_of_a_figure_are_no_fault():
         ("ALGORITHM = 3\n", "ALGORITHMS = 3\n"),
         ("f(algorithm=1)\n", "f(algorithms=1)\n"),
         ("f(alpha=1)\n", "alpha = 1\n"),  # a figure's, and a number of the model
+        ("zip(a, b, strict=True)\n", "json(a, b, strictly=True)\n"),
         ("f(size=(12, 8.5))\n", "f(size=(n, 8.5))\n"),
         ("Picture(12, 8.5)\n", "Pictures(12, 8.5)\n"),
     ],

@@ -51,9 +51,9 @@ SWAPPED = (
     "(lambda a, b: a {turned} b if 'f' in "
     "[__import__('numpy').asarray(x).dtype.kind for x in (a, b)] else a {moved} b)"
 )
-# Keywords: looks of a figure and of text, the place of a warning, and the version of a result that
-# is kept.
-NO_FAULT = "lw ms fontsize alpha size frameon flush indent stacklevel algorithm".split()
+# Keywords: looks of a figure and of text, the place of a warning, the version of a result that is
+# kept, and what zip asserts of its callers.
+NO_FAULT = "lw ms fontsize alpha size frameon flush indent stacklevel algorithm strict".split()
 CPP_SWAPS = {
     **{" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * "},
     **{" && ": " || ", " || ": " && ", " == ": " != "},
