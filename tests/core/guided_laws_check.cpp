@@ -332,6 +332,42 @@ double least_cost() {
   });
 }
 
+/// Over more samples than one: torque and guide are straight lines to the end of the last.
+double whole_horizon() {
+  const Guide guide;
+  const double w_psi = 4e3, feedback = 0;
+  FiniteSetMpc<M, N> law = finite_set(guide, w_psi, feedback);
+  law.horizon = 3;
+  return of_any([&](int n, const Y& y, double tau) {
+    FiniteSetMpc<M, N>::State x;
+    std::array<int, N> last;
+    for (int k = 0; k < N; ++k) {
+      last[k] = (n + k) % 3 - 1;
+      x.ordered[k] = hold<double>(static_cast<Leg>(last[k]));
+    }
+    Memory<double, N> none;
+    const Prediction<M, N> prediction{
+        machine(),  guide.profile().at(10, y.omega_m, u_dc), R, law.T_s, 0, 3 * law.T_s,
+        u_dc * 1e-7};
+    LegSearch<double, N> search{.phases = prediction.at(y, tau, none),
+                                .tau_ref = 10,
+                                .u_dc = u_dc,
+                                .R = R,
+                                .i_max = 45,
+                                .T_s = law.T_s,
+                                .t_end = law.t_end,
+                                .w_psi = w_psi,
+                                .w_i = 0.01,
+                                .w_sw = 1e-6,
+                                .horizon = 3};
+    const auto best = search.best(last);
+    const auto c = law.step(x, y, tau);
+    double wrong = 0;
+    for (int k = 0; k < N; ++k) wrong += off(c[k].leg[0], static_cast<Leg>(best.level[k]));
+    return wrong;
+  });
+}
+
 /// Where feedback holds the mean it asks for a tenth more at most, and for all that the guide has;
 /// where the torque is lost for four turns each phase follows its guide, as long as it takes.
 double held_mean() {
@@ -433,6 +469,7 @@ int main() {
   check("DITC: how early a phase is turned on", turn_on(), 1e-12);
   check("PWM current: voltages and their integral", pwm_current(), 1e-9);
   check("finite set: the least cost", least_cost(), 1e-9);
+  check("finite set: over three samples", whole_horizon(), 0);
   check("finite set: feedback of the mean, lost torque", held_mean(), 1e-6);
   check("a guarded drive: whether it motors", motoring(), 0);
   check("sharing: currents of the guide, off below a quarter", follows_currents(), 0);
