@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ from rich.console import Console
 
 from reluctance.base.key_figures import Kpis
 from reluctance.cli import export as exporting
+from reluctance.cli import progress
 from reluctance.cli import replay as replaying
 from reluctance.cli.run import kpi_table
 from reluctance.explore import tuning
@@ -89,16 +91,24 @@ def test_tuned_angles_are_a_table_with_the_notes_below(monkeypatch, tmp_path):
 
     def tuned(drive, over, minimise, **given):
         asked.update(given, over=over, minimise=minimise)
+        given["progress"](1.0)
         return found
 
     monkeypatch.setattr(tuning, "tune_angles", tuned)
+    shares = []
+
+    @contextmanager
+    def bar(title, total):
+        yield lambda reached: shares.append(reached / total)
+
+    monkeypatch.setattr(progress, "progress_bar", bar)
     axes = ("--over", "speed_rpm=1000,2000", "--over", "torque_Nm=10,20")
     line = ("tune", EXAMPLES / "paper_rated.toml", "--set", "control.law=angles", *axes)
     out = tmp_path / "a.csv"
     done = command(*line, "--minimise", "p_cu", "--out", out)
     assert done.code == 0, done.error
     assert asked["over"] == {"speed_rpm": [1000, 2000], "torque_Nm": [10, 20]}
-    assert asked["minimise"] == "p_cu" and asked["maximise"] is None
+    assert asked["minimise"] == "p_cu" and asked["maximise"] is None and shares == [1.0]
     text = done.out
     assert text.startswith("least p_cu_W: 12 trials, 9 runs made now\n") and str(out) in text
     rows = [row.split("│") for row in text.splitlines() if row.startswith("│")]
