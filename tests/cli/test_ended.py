@@ -4,6 +4,7 @@ import io
 import multiprocessing
 import os
 import signal
+import subprocess
 import sys
 import warnings
 from types import SimpleNamespace
@@ -30,6 +31,16 @@ def test_a_value_within_a_fiftieth_of_an_end_of_its_range_is_noted(ends, value, 
         assert f"a.b = {value:g} is at the end of its range 2:12; " in line
     assert not at_the_end({"a.b": 2.0}, {"a.b": ("low", "high")})
     assert not at_the_end({"a.b": 2.0}, {"a.b": (2.0, 4.0, 6.0)})
+
+
+def test_the_program_itself_tells_a_mistake_in_one_line():
+    """Of ours, and of the options."""
+    for words, need in ((["run", "nowhere.toml"], "nowhere.toml"), (["run", "--pot"], "--pot")):
+        done = subprocess.run(
+            [sys.executable, "-m", "reluctance.cli", *words], capture_output=True, text=True
+        )
+        (line,) = done.stderr.splitlines()
+        assert (done.returncode, done.stdout) == (2, "") and need in line
 
 
 class Full(io.RawIOBase):

@@ -9,8 +9,9 @@ from command import command, refused
 from geometries import COARSE, changed, geometry, write
 from matplotlib.figure import Figure
 
+import reluctance as rl
 from reluctance.base.files import read_toml
-from reluctance.machine.geometry import draw, from_geometry
+from reluctance.machine.geometry import draw, from_geometry, write_geometry
 from reluctance.machine.geometry import solved as solved_module
 from reluctance.machine.geometry.mesh import Grid
 from reluctance.machine.geometry.samples import rotor_angle
@@ -53,6 +54,15 @@ def test_a_convergence_that_fails_is_an_error(tmp_path, monkeypatch):
     line = refused("machine", "from-geometry", path, "--out", out, "--convergence")
     assert "need at most 5 %: this map is not to be used" in line
     assert not out.exists()
+
+
+def test_a_map_that_cannot_be_used_is_not_written(tmp_path, monkeypatch):
+    bad = SimpleNamespace(verdict="poor", reasons=["flux linkage falls"])
+    monkeypatch.setattr(write_geometry, "check_map", lambda table: bad)
+    solution = SimpleNamespace(table=lambda N_r: None)
+    with pytest.raises(rl.ParameterError, match=r"17 angles x 10 currents .*flux linkage falls"):
+        write_geometry.write_machine(geometry(), solution, tmp_path / "m.toml", made_of="g.toml")
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_machine_file_that_was_edited_is_not_overwritten(tmp_path, monkeypatch):
