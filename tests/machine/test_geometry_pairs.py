@@ -155,6 +155,20 @@ def test_both_phases_of_a_pair_mirror_each_other(name):
     assert other[2:] == pytest.approx(one[:1:-1], abs=1e-5 * scale[2:].max())
 
 
+@pytest.mark.parametrize(("m", "a", "b"), [(0, 3, 3), (2, 4, 1), (6, 0, 2)])
+def test_samples_of_a_pair_are_what_both_phases_have_less_each_alone(m, a, b):
+    """At angles from the middle of both; by three fields, each from nothing."""
+    system, _, pole, samples = coarse("12/8 NN")
+    found = both(system, pole, samples.phi[m], samples.i[a], samples.i[b])
+    names = ("energy", "tau", "psi_first", "psi_second")
+    sampled = np.array([getattr(samples, name)[m, a, b] for name in names])
+    scales = np.array([np.abs(getattr(samples, name)).max() for name in names])
+    assert found / scales == pytest.approx(sampled / scales, abs=1e-4)
+    if m == 0:  # each mirrors the other
+        assert abs(sampled[1]) < 1e-4 * scales[1]
+        assert sampled[2] == pytest.approx(sampled[3], rel=1e-4)
+
+
 def test_torque_and_flux_linkages_are_derivatives_of_one_coenergy():
     table = pair_table(coarse("12/8 NN")[3], 8, rank=3)
     phi, a, b, h = 0.7, 6.5, 11.0, 1e-4
