@@ -234,3 +234,28 @@ def test_causes_act_on_what_their_name_says_and_end(board):
         assert getattr(there, name) is not usual
         cause(there, False)
         assert getattr(there, name) is usual
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("turned", [1, -1])
+@pytest.mark.parametrize(("zero", "found_deg"), [(0.3, 10.0), (0.1, -20.0), (6.2, 40.0), (5, -5)])
+def test_an_alignment_of_corrected_angles_corrects_them_further(direction, turned, zero, found_deg):
+    """What has been shown less the zero that was found, in the direction that was found."""
+    before = Wiring((0, 1, 2), (0, 1, 2), (1, 1, 1), turned, zero)
+    after = before.with_angle(direction, found_deg, (0, 1, 2))
+    assert (after.leg, after.channel, after.sign) == (before.leg, before.channel, before.sign)
+    assert 0 <= after.zero < 2 * np.pi
+    counted = np.array([0.0, 1.0, 4.0])
+    shown = before.direction * counted - before.zero
+    right = direction * (shown - np.radians(found_deg))
+    assert np.cos(after.direction * counted - after.zero - right) == pytest.approx(1.0)
+
+
+def test_legs_in_another_order_take_their_sensors_along():
+    before = Wiring((2, 0, 1), (1, 2, 0), (1, -1, 1), -1, 0.4)
+    after = before.with_angle(0, 77.0, (1, 2, 0))  # phase 1 stands where phase 2 belongs, ...
+    assert (after.leg, after.channel, after.sign) == ((1, 2, 0), (0, 1, 2), (1, 1, -1))
+    assert (after.direction, after.zero) == (-1, 0.4)
+    read = before.with_sensors((2, 0, 1), (-1, 1, 1))
+    assert (read.channel, read.sign) == ((0, 1, 2), (-1, 1, -1))
+    assert (read.leg, read.direction, read.zero) == (before.leg, before.direction, before.zero)
