@@ -2,6 +2,7 @@
 
 import contextlib
 import http.client
+import json
 import shutil
 import subprocess
 import sys
@@ -44,6 +45,22 @@ def test_the_curves_behind_the_energy_loop_are_flux_linkages():
     assert psi[0] == pytest.approx(machine.L_u_H * i, rel=1e-4)
     assert np.all(np.diff(psi, axis=0)[:, 1:] > 0)
     assert np.all(psi[-1, 1:] < machine.L_a_H * i[1:])
+
+
+def test_the_page_has_a_file_of_each_drive_that_keeps_every_point_and_a_list(monkeypatch, tmp_path):
+    def content(drive, *, record):
+        return f"{drive.control.law} {record:g}".encode()
+
+    monkeypatch.setattr(write, "blob", content)
+    monkeypatch.setattr(write, "STARTS", STARTS[:2])
+    monkeypatch.setattr(write, "about", lambda start, drive: {"name": start.name})
+    names = [start.name for start in STARTS[:2]]
+    files = write.write_data(tmp_path)
+    assert [file.name for file in files] == ["drives.json", *(f"{name}.srm" for name in names)]
+    assert json.loads(files[0].read_text()) == [{"name": name} for name in names]
+    assert [file.read_text() for file in files[1:]] == [
+        f"{start.drive().control.law} 0" for start in STARTS[:2]
+    ]
 
 
 def test_values_of_a_control_lie_around_the_given_one_and_hold_it():
