@@ -40,9 +40,12 @@ def test_a_damaged_file_is_refused_on_one_line(path: Path) -> None:
     [RecursionError("deep"), MemoryError(), KeyError("x"), StopIteration(), OSError(5, "broken")],
 )
 def test_whatever_a_reader_raises_is_an_error_of_the_file(fault: Exception) -> None:
-    with pytest.raises(rl.ParameterError, match=r"x\.csv") as told, reading(Path("x.csv"), "a map"):
+    path = Path("x.csv")
+    with pytest.raises(rl.ParameterError, match=r"x\.csv") as told, reading(path, "a map"):
         raise fault
-    assert "\n" not in str(told.value)
+    with pytest.raises(rl.ParameterError) as helped, reading(path, "a map", "export it as CSV"):
+        raise fault
+    assert str(helped.value) == f"{told.value}; export it as CSV" and "\n" not in str(told.value)
 
 
 @pytest.mark.parametrize("text", ["nan", "inf", "-inf", "1e999", "1e300", "9" * 5000])
