@@ -217,6 +217,35 @@ def test_figures_show_error_over_frequency_over_current_and_over_the_angle(
     assert "5 kHz per switch" in drawn.get_suptitle()
 
 
+@pytest.mark.parametrize(
+    ("points", "levels"),
+    [
+        ([0.5], [0.5]),
+        ([0.2, 0.8], [0.2, 0.8]),
+        ([0.5, 0.5], [0.48, 0.52]),
+        ([0.5, 0.5, 0.9], [0.48, 0.52, 0.9]),
+        ([0.51, 0.5, 0.52], [0.51, 0.47, 0.55]),
+        ([0.0, 0.0, 0.0], [0.0, 0.04, 0.08]),
+        ([1.0, 1.0], [0.96, 1.0]),
+    ],
+)
+def test_names_stand_level_with_their_points_or_as_near_as_the_others_let_them(
+    points, levels, found: Comparison
+) -> None:
+    """Twenty-fifths of the height apart, and all beside the axes."""
+    ax = drawing.figure(made(found)).axes[0]
+    ax.set(xscale="linear", yscale="linear", xlim=(0, 1), ylim=(0, 1))
+    entry = found.entries[0]
+    before = len(ax.texts)
+    drawing._label(ax, found, [(0.3, y, entry) for y in points])
+    texts = [text for text in ax.texts[before:] if isinstance(text, Annotation)]
+    shown = {round(text.xy[1], 9): [] for text in texts}
+    for text in texts:
+        shown[round(text.xy[1], 9)].append(text.xyann[1])
+    wanted = {y: sorted(h for h, p in zip(levels, points, strict=True) if p == y) for y in points}
+    assert shown == {y: pytest.approx(heights) for y, heights in wanted.items()}
+
+
 def test_a_law_whose_error_is_above_a_fifth_is_not_drawn(found: Comparison) -> None:
     shown = made(found)
     first, second = shown.entries

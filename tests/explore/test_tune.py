@@ -445,6 +445,7 @@ def test_a_table_of_angles_is_drawn_and_written_node_by_node(tmp_path: Path) -> 
     assert [ax.get_title() for ax in (on, off, copper)] == [
         "turn-on angle (deg el.)", "turn-off angle (deg el.)", "copper loss (W)",
     ]  # fmt: skip
+    assert len({ax.get_position().y0 for ax in (on, off, copper)}) == 1  # side by side
     over = on.collections[0].get_array().reshape(2, 3).tolist()  # torque upwards, speed across
     assert over == [[-10, -20, -30]] * 2
     assert off.collections[0].get_array().reshape(2, 3).tolist() == [[110] * 3, [160] * 3]
