@@ -58,6 +58,37 @@ def test_a_half_period_that_is_nearly_one_is_stretched_to_it():
             settled(raw(HALF * end / 180, over(np.radians(HALF))))
 
 
+@pytest.mark.parametrize("n", [37, 100, 120, 181, 360, 721])
+@pytest.mark.parametrize("zero", [0, 180, 7.3])
+def test_the_last_of_many_angles_of_a_whole_period_is_no_second_first_one(n, zero):
+    """However near: a file has as many angles as the period, or one more."""
+    open_end = np.arange(n) * 360 / n + zero
+    found = settled(raw(open_end))
+    assert len(found.theta_e) == n and found.period_error == 0
+    assert found.psi == pytest.approx(over(found.theta_e), abs=1e-6)
+    closed = settled(raw(np.append(open_end, 360 + zero)))
+    assert len(closed.theta_e) == n
+    assert closed.psi == pytest.approx(found.psi, abs=1e-6)
+
+
+@pytest.mark.parametrize("n", [101, 181, 361])
+@pytest.mark.parametrize("past", [False, True])
+@pytest.mark.parametrize("ends", [slice(0, -1), slice(1, None), slice(1, -1)])
+def test_an_end_of_a_half_period_that_is_a_sample_away_follows_from_symmetry(n, past, ends):
+    """A stretched table would have the torque of another angle."""
+    degrees = np.linspace(0, 180, n)[ends] + 180 * past
+    tau = np.outer(CURRENTS**2, np.sin(np.radians(degrees)))
+    if 180 - np.ptp(degrees) > 1.8:
+        with pytest.raises(ParameterError, match="deg el"):
+            settled(raw(degrees, tau=tau))
+        return
+    found = settled(raw(degrees, tau=tau))
+    assert found.theta_e == pytest.approx(np.linspace(0, np.pi, n))
+    assert found.psi == pytest.approx(over(found.theta_e), abs=1e-7)
+    assert found.tau == pytest.approx(np.outer(CURRENTS**2, np.sin(found.theta_e)), abs=1e-5)
+    assert any("those at its ends by symmetry" in note for note in found.notes)
+
+
 @pytest.mark.parametrize(("off", "exact"), [(0.0, True), (0.99e-6, True), (1.03e-6, False)])
 @pytest.mark.parametrize("degrees", [HALF, WHOLE, WHOLE[:-1]], ids=["half", "whole", "open"])
 def test_angles_that_are_even_up_to_rounding_are_exactly_even(degrees, off, exact):

@@ -135,22 +135,45 @@ def zero_of(theta_e: Array, psi: Array, reading: Reading, notes: list[str]) -> s
 def half_period(
     theta_e: Array, psi: Array, tau: Array | None, notes: list[str]
 ) -> tuple[Array, Array, Array | None]:
-    """A half period from unaligned to aligned: mirrored where the file has the other half."""
+    """A half period from unaligned to aligned: mirrored where the file has the other half.
+
+    An end that is a sample away follows from the symmetry about it; angles that miss a half period
+    by less are stretched to it.
+    """
     start = float(theta_e[0]) % (2 * np.pi)
     close = MATCH * np.pi
-    if min(start, 2 * np.pi - start) < close:
-        theta_e = theta_e - theta_e[0]
-    elif abs(start - np.pi) < close:
-        theta_e = (theta_e[-1] - theta_e)[::-1]
-        psi = psi[:, ::-1]
+    if abs(start - np.pi) < close:
+        theta_e, psi = 2 * np.pi - (theta_e - theta_e[0] + start)[::-1], psi[:, ::-1]
         tau = None if tau is None else -tau[:, ::-1]
         notes.append("half period past alignment mirrored")
-    else:
+    elif min(start, 2 * np.pi - start) >= close:
         raise ParameterError(
             f"the half period starts at {np.degrees(start):.0f} deg el., need 0 or 180; sample "
             "from unaligned to aligned"
         )
-    return _snapped(theta_e * (np.pi / theta_e[-1]), np.pi), psi, tau
+    first = float(np.angle(np.exp(1j * theta_e[0])))
+    theta_e = theta_e - theta_e[0]
+    missing = np.pi - theta_e[-1]
+    if missing < _half_step(theta_e):
+        return _snapped(theta_e * (np.pi / theta_e[-1]), np.pi), psi, tau
+    theta_e = theta_e + (min(first, missing) if first > _half_step(theta_e) else 0.0)
+    even = np.linspace(0, np.pi, round(np.pi / float(np.median(np.diff(theta_e)))) + 1)
+    low, high = np.degrees(theta_e[[0, -1]])
+    notes.append(
+        f"angles from {low:.4g} to {high:.4g} deg el. of a half period: {len(even)} even angles, "
+        "those at its ends by symmetry"
+    )
+    twice = (theta_e > 1e-6) & (theta_e < np.pi - 1e-6)  # on both sides
+    around = np.append(theta_e, 2 * np.pi - theta_e[twice][::-1])
+    psi = _periodic(around, np.hstack([psi, psi[:, twice][:, ::-1]]))(even)
+    if tau is not None:
+        tau = _periodic(around, np.hstack([tau, -tau[:, twice][:, ::-1]]))(even)
+    return even, psi, tau
+
+
+def _half_step(theta_e: Array) -> float:
+    """Of the smaller of the two steps at the ends: less is missing by rounding only."""
+    return float(min(theta_e[1] - theta_e[0], theta_e[-1] - theta_e[-2])) / 2
 
 
 def whole_period(
@@ -159,7 +182,7 @@ def whole_period(
     """A whole period from 0, without 2 pi; where both ends are given, their mean and difference.
     Where no sample is at 0, a periodic spline gives the values at as many even angles."""
     error = 0.0
-    if abs(theta_e[-1] - theta_e[0] - 2 * np.pi) < 2 * MATCH * np.pi:
+    if theta_e[0] + 2 * np.pi - theta_e[-1] < _half_step(theta_e):
         error = float(np.abs(psi[:, -1] - psi[:, 0]).max() / np.abs(psi).max())
         theta_e = theta_e[:-1]
         psi = np.hstack([(psi[:, :1] + psi[:, -1:]) / 2, psi[:, 1:-1]])
