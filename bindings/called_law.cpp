@@ -73,6 +73,18 @@ AnyLaw python_law(int n_phases, nb::callable function) {
   });
 }
 
+/// A pulse of a mean voltage.
+Order pwm(double duty, double T_s, double centre) {
+  const auto needs = [](const char* name, double value, const char* what) {
+    throw std::invalid_argument(std::string(name) + " = " + nb::repr(nb::float_(value)).c_str() +
+                                ", need " + what);
+  };
+  if (duty != duty) needs("duty", duty, "a number");
+  if (!(T_s > 0)) needs("T_s", T_s, "the control period in seconds");
+  if (!(centre >= 0 && centre <= 1)) needs("centre", centre, "a fraction of the sample, 0 to 1");
+  return srm::modulate(duty, T_s, centre);
+}
+
 std::string text_of(const Order& order) {
   std::string text = "Order(";
   srm::fields_of(order, [&](auto... field) {
@@ -117,10 +129,9 @@ void bind_called_law(nb::module_& m) {
       .def_static("pulse", &srm::pulse<double>, nb::arg("outside"), nb::arg("inside"),
                   nb::arg("start"), nb::arg("end"),
                   "`inside` between two instants of the sample [s], `outside` before and after.")
-      .def_static("pwm", &srm::modulate<double>, nb::arg("duty"), nb::arg("T_s"),
-                  nb::arg("centre") = 0.5,
-                  "A pulse of the mean voltage duty u_dc, duty in [-1, 1], centred at this "
-                  "fraction of the sample T_s [s].")
+      .def_static("pwm", &pwm, nb::arg("duty"), nb::arg("T_s"), nb::arg("centre") = 0.5,
+                  "A pulse of the mean voltage duty u_dc, held within -u_dc and u_dc, centred at "
+                  "this fraction of the sample T_s [s].")
       .def_static("regulate", &srm::regulate<double>, nb::arg("i_ref"), nb::arg("i_band"),
                   nb::arg("chop") = srm::Leg::freewheel,
                   "The hysteresis comparator holds the current at i_ref +- i_band [A]; above the "

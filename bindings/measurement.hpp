@@ -26,6 +26,10 @@ struct Measurement {
 
   /// Electrical angle of phase k.
   double angle(int k) const {
+    if (k < 0 || k >= int(i.size())) {
+      throw std::out_of_range("phase " + std::to_string(k) + ", need 0 to " +
+                              std::to_string(i.size() - 1));
+    }
     const double strokes = double(k) / double(i.size());
     return srm::wrap(theta_e - strokes * srm::two_pi<double>);
   }

@@ -334,7 +334,7 @@ class Order:
     @staticmethod
     def pwm(duty: float, T_s: float, centre: float = 0.5) -> Order:
         """
-        A pulse of the mean voltage duty u_dc, duty in [-1, 1], centred at this fraction of the sample T_s [s].
+        A pulse of the mean voltage duty u_dc, held within -u_dc and u_dc, centred at this fraction of the sample T_s [s].
         """
 
     @staticmethod

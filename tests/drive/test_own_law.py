@@ -240,3 +240,32 @@ def test_sharing_written_in_python_is_the_core_s_sharing() -> None:
     assert own.kpis.tau_mean == pytest.approx(core.kpis.tau_mean, rel=1e-3)
     assert own.kpis.f_switch == pytest.approx(core.kpis.f_switch, rel=0.02)
     assert own.kpis.torque_error_rms == pytest.approx(core.kpis.torque_error_rms, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("duty", "T_s", "centre", "need"),
+    [
+        (np.nan, 2e-5, 0.5, "duty = nan, need a number"),
+        (0.5, 0.0, 0.5, "T_s = 0.0, need the control period in seconds"),
+        (0.5, np.nan, 0.5, "T_s = nan, need the control period"),
+        (0.5, 2e-5, 5.0, "centre = 5.0, need a fraction of the sample, 0 to 1"),
+        (0.5, 2e-5, -0.1, "centre = -0.1, need a fraction"),
+    ],
+)
+def test_a_pulse_that_cannot_be_meant_is_refused(
+    duty: float, T_s: float, centre: float, need: str
+) -> None:
+    with pytest.raises(ValueError, match=need):
+        rl.Order.pwm(duty, T_s, centre)
+    assert repr(rl.Order.pwm(2.0, 2e-5)) == repr(rl.Order.pwm(1.0, 2e-5))  # held there
+
+
+def test_a_measurement_has_the_phases_that_it_has() -> None:
+    y = rl.Measurement(i=[0.0] * 4, theta_e=1.0, omega_m=0.0, u_dc=240.0)
+    turn = 2 * np.pi
+    assert [y.angle(k) for k in range(4)] == pytest.approx(
+        [(1 - k * turn / 4) % turn for k in range(4)]
+    )
+    for k in (4, -1, 100):
+        with pytest.raises(IndexError, match=f"phase {k}, need 0 to 3"):
+            y.angle(k)

@@ -155,6 +155,27 @@ def test_a_fault_from_the_end_of_a_run_on_is_told(rated):
     assert never_planted(drive, 0.31) == []
 
 
+@pytest.mark.parametrize(
+    ("end", "keys"),
+    [
+        (0.06, []),
+        (0.05, ["restart_s"]),
+        (0.04, ["clear_s", "restart_s"]),
+        (0.02, ["fault_s", "gone_s", "clear_s", "restart_s"]),
+        (0.01, ["enable_s", "fault_s", "gone_s", "clear_s", "restart_s"]),
+    ],
+)
+def test_an_event_of_the_states_from_the_end_of_a_run_on_is_told(end, keys, rated):
+    at = {"enable_s": 0.01, "fault_s": 0.02, "gone_s": 0.03, "clear_s": 0.04, "restart_s": 0.05}
+    events = {"supervision.fault": "over_current"} | {f"supervision.{k}": at[k] for k in at}
+    drive = rated.with_values(events)
+    assert never_planted(drive, end) == [
+        f"[supervision] {key} = {at[key]:g} is not before the end of the run at {end:g} s: it does "
+        "not come; run longer (--until), or set it earlier"
+        for key in keys
+    ]
+
+
 def test_a_course_that_changes_once_after_the_end_of_a_run_is_told(rated):
     course = {"reference.tau_Nm": None, "reference.t_s": [0.0, 0.3], "reference.values": [5.0, 8.0]}
     drive = rated.with_values(course)

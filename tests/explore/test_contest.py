@@ -186,7 +186,7 @@ def test_contenders_are_named_once_and_all_where_none_is():
     with pytest.raises(rl.ParameterError, match="`dits` is unknown; did you mean `ditc`"):
         chosen(["dits"])
     own = contender(f"python:{RATED.parent / 'own_law' / 'own_law.py'}:RestOfTorque")
-    assert own.label == "RestOfTorque" and own.free in (CARRIER, CURRENT_BAND)
+    assert own.label == "own_law.py:RestOfTorque" and own.free in (CARRIER, CURRENT_BAND)
 
 
 def tuner(point, tried=(), budget=0):

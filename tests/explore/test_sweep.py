@@ -27,7 +27,7 @@ from reluctance.explore.sweeps.fingerprint import fingerprint
 from reluctance.explore.sweeps.pareto import front
 from reluctance.explore.sweeps.store import MARK, Row, Store
 from reluctance.explore.sweeps.swept import figure_name
-from reluctance.explore.sweeps.vary import grid, parsed, samples
+from reluctance.explore.sweeps.vary import grid, is_range, parsed, samples
 
 SUPPORT = Path(__file__).parents[1] / "support"
 EXAMPLES = SUPPORT.parents[1] / "examples"
@@ -323,7 +323,9 @@ def test_no_scheduler_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 def test_values_on_the_command_line() -> None:
     assert parsed("a.b=0:60:4") == ("a.b", [0, 20, 40, 60])
     assert parsed("a.b=0:1:3") == ("a.b", [0.0, 0.5, 1.0])
-    assert parsed("a.b=5:20") == ("a.b", [5, 20])
+    assert parsed("a.b=5:20") == ("a.b", [5, 20]) and is_range("a.b=5:20")
+    listed = ("a.b=5:20:2", "a.b=5,20", "machine=a:b", "control.law=python:A.py", "a.b=1")
+    assert not any(map(is_range, listed))
     assert parsed("a.b=1,2.5,5") == ("a.b", [1, 2.5, 5])
     assert parsed("a.b=[[1, 2], [3]]") == ("a.b", [[1, 2], [3]])
     assert parsed("machine=paper_6_4,m.toml") == ("machine", ["paper_6_4", "m.toml"])

@@ -83,7 +83,7 @@ def sweep(
     from reluctance.drive.laws.own_code import refuse_untrusted
     from reluctance.explore.sweeps.store import ENDINGS
     from reluctance.explore.sweeps.swept import figure_name, start_of
-    from reluctance.explore.sweeps.vary import parsed
+    from reluctance.explore.sweeps.vary import is_range, parsed
 
     values = dict(parsed(text) for text in vary)
     names = [figure_name(name.strip()) for name in figure.split(",")] if figure else None
@@ -121,6 +121,13 @@ def sweep(
             save_plot(found, plot, names, kind)
     points = [found.point(n) for n in range(len(found))]
     notes = tripped(found) + without_effect(drive, found)
+    if sobol is None and random is None:
+        notes += [
+            f"--vary {text} has no COUNT: without --sobol and --random these are its two ends; "
+            f"{text}:13 would be 13 values"
+            for text in vary
+            if is_range(text)
+        ]
     notes += with_start([({name: x[name] for name in found.values}, start_of(x)) for x in points])
     if found.failed:
         notes.insert(0, f"{found.failed} of them failed; the first: {found.reason()}")

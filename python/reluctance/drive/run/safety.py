@@ -157,15 +157,24 @@ def coarse_current(drive: Drive) -> list[str]:
 
 
 def never_planted(drive: Drive, end: float) -> list[str]:
-    """The faults and courses of a drive that come after the end of a run [s], each on one line."""
-    return [
-        f"[faults.{n}] t_s = {fault.t_s:g} is not before the end of the run at {end:g} s: "
-        f"{fault} does not come; run longer (--until), or set it earlier"
+    """The faults, the events of its states and the courses of a drive that come after the end of a
+    run [s], each on one line."""
+    late = f"is not before the end of the run at {end:g} s"
+    remedy = "run longer (--until), or set it earlier"
+    faults = [
+        f"[faults.{n}] t_s = {fault.t_s:g} {late}: {fault} does not come; {remedy}"
         for n, fault in enumerate(drive.faults.each)
         if fault.t_s >= end
-    ] + [
+    ]
+    events = [
+        f"[supervision] {key} = {at:g} {late}: it does not come; {remedy}"
+        for key in ("enable_s", "fault_s", "gone_s", "clear_s", "restart_s")
+        if (at := getattr(drive.supervision, key)) is not None and at >= end
+    ]
+    courses = [
         f"the course of [{name}] goes on to {course.t_s[-1]:g} s, the run ends at {end:g} s: run "
         "longer (--until), or check the unit of t_s: it is in seconds"
         for name, course in (("reference", drive.reference), ("load", drive.load))
         if len(course.t_s) > 1 and course.t_s[1] > end
     ]
+    return faults + events + courses

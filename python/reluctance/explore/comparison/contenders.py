@@ -28,8 +28,11 @@ class Contender(Variant):
 
     @property
     def label(self) -> str:
-        """The name where space is short: of a law of one's own, the class."""
-        return own_code(self.name).name if names_code(self.name) else self.name
+        """The name where space is short: of a law of one's own, its file and its class."""
+        if not names_code(self.name):
+            return self.name
+        code = own_code(self.name)
+        return f"{code.file.name}:{code.name}"
 
     def range(self, drive: Drive, f_target: float) -> tuple[float, float]:
         """Least and greatest value of the free parameter for a drive, in the units of its key."""

@@ -33,13 +33,23 @@ def parsed(text: str) -> tuple[str, list[Any]]:
     name, equals, given = (part.strip() for part in text.partition("="))
     if not equals or not given or not name:
         raise ParameterError(f"--vary {text}: need {FORM}")
-    names_a_file = name.rpartition(".")[2] in ("machine", "law")  # which may have a colon
-    if ":" in given and not names_a_file:
+    if ":" in given and not _names_a_file(name):
         return name, _range(text, given.split(":"))
     value = toml_value(given)
     if isinstance(value, list):
         return name, value
     return name, [toml_value(part.strip()) for part in given.split(",")]
+
+
+def is_range(text: str) -> bool:
+    """Whether a text for `parsed` is the ends of a range for samples."""
+    name, _, given = text.partition("=")
+    return given.count(":") == 1 and not _names_a_file(name.strip())
+
+
+def _names_a_file(name: str) -> bool:
+    """Values of such a key may have a colon."""
+    return name.rpartition(".")[2] in ("machine", "law")
 
 
 def _range(text: str, parts: list[str]) -> list[Any]:
