@@ -1,5 +1,6 @@
 """A limit in words, tables and figures: what is shown of one whose numbers are given."""
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -128,6 +129,28 @@ def test_a_step_longer_than_was_looked_at_has_no_time(limit):
     figures = never.with_units()
     assert figures["torque_step_mean_ms"] is figures["torque_step_longest_ms"] is None
     assert dict(text.rows(never))["at the worst angle"] == "over 20 ms, or never"
+
+
+@pytest.mark.parametrize(
+    ("finer", "noted"), [(10.0, False), (9.81, False), (9.79, True), (10.21, True)]
+)
+def test_a_greatest_torque_that_depends_on_the_grid_is_noted(finer, noted, monkeypatch, limit):
+    asked = []
+
+    def envelope(point, speeds, *, n_points, direction, progress=None):
+        asked.append((n_points, direction))
+        return replace(ENVELOPE, tau_max=np.array([10.0 if len(asked) == 1 else finer]))
+
+    monkeypatch.setattr(reported, "torque_speed_envelope", envelope)
+    monkeypatch.setattr(reported, "best_profile", lambda *_, **__: limit.least_copper)
+    monkeypatch.setattr(reported, "step_of", lambda *_, **__: None)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        found = reported.limit(limit.drive, tau_ref=-5.0)
+    assert found.tau_max == 10.0 and asked == [(180, -1), (360, -1)]
+    assert bool(told) == noted
+    if noted:
+        assert f"10 N m at 180 angles, {finer:.4g} N m at 360" in str(told[0].message)
 
 
 ENVELOPE = Envelope(
@@ -259,14 +282,15 @@ def test_what_is_searched_is_asked_for_at_the_point_of_the_drive(drive, monkeypa
     found = of(tau_ref=20.0)
     assert (found.least_copper, found.tau_max) == ("profile", 44.0)
     assert (found.floor, found.step) == (None, "step")
-    best, border, step = asked
+    border, finer, best, step = asked
     assert best == ("best_profile", (point, 20.0), {"n_points": 180})
     assert border[1][0] == drive.at(0.0) and border[1][1].tolist() == [SPEED]
     assert border[2] == {"n_points": 180, "direction": 1, "progress": None}
+    assert finer[2] == border[2] | {"n_points": 360}
     assert step == ("fastest_torque_step", (point, 20.0), {"start": None})
     found = of(tau_ref=-20.0, switching_frequency=20e3)
     assert found.floor == "floor" and asked[1][2]["direction"] == -1
-    smooth, floor = asked[2:4]
+    smooth, floor = asked[3:5]
     assert smooth[2] == {"n_points": 180, "norm": "rms", "smoothing": 1e-3}
     assert floor == ("ripple_floor", (point, "profile"), {"switching_frequency": 20e3})
     assert of(tau_ref=0.0).step is None

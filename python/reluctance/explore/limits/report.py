@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from reluctance.base.arrays import FloatArray
+from reluctance.base.errors import Note
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive, check_drive
 from reluctance.drive.plausible import corner_speed
@@ -20,6 +22,7 @@ from reluctance.machine.optimum.torque_step import TorqueStep, fastest_torque_st
 
 POINTS_PER_PHASE = 60  # grid points of a period for each phase
 FLOOR_SMOOTHING = 1e-3  # of the profile whose voltages the ripple floor needs [rad^2]
+GRID_MATTERS = 0.02  # of the greatest ripple-free torque, by twice the points
 SPEEDS = 13  # points of an envelope, standstill included
 
 
@@ -106,15 +109,31 @@ def limit(
     ------
     ParameterError : the drive asks for no torque and none is given, or what is asked cannot be
         meant; see `check_point`.
+
+    Notes
+    -----
+    A Note tells where twice the grid points give another greatest ripple-free torque.
     """
     check_drive(drive, "limit")
     tau_ref, omega_m = operating_point(drive, tau_ref=tau_ref, omega_m=omega_m)
     check_point(drive, tau_ref=tau_ref, omega_m=omega_m, switching_frequency=switching_frequency)
+    tau_max, finer = (
+        float(_envelope(drive, np.array([omega_m]), tau_ref, finer=n).tau_max[0]) for n in (1, 2)
+    )
+    if abs(finer - tau_max) > GRID_MATTERS * abs(tau_max):
+        warnings.warn(
+            f"the greatest ripple-free torque depends on the grid: {tau_max:.4g} N m at "
+            f"{_points(drive)} angles, {finer:.4g} N m at {2 * _points(drive)}; the flux map has a "
+            "kink over the angle or the speed leaves little, and how much torque is left is known "
+            "no better",
+            Note,
+            stacklevel=2,
+        )
     F = switching_frequency
     return Limit(
         drive=drive,
         least_copper=best_profile(drive.at(omega_m), tau_ref, n_points=_points(drive)),
-        tau_max=float(_envelope(drive, np.array([omega_m]), tau_ref).tau_max[0]),
+        tau_max=tau_max,
         floor=None
         if F is None
         else floor_of(drive, tau_ref=tau_ref, omega_m=omega_m, switching_frequency=F),
@@ -172,11 +191,13 @@ def _envelope(
     speeds: FloatArray,
     tau_ref: float,
     progress: Callable[[float], None] | None = None,
+    *,
+    finer: int = 1,
 ) -> Envelope:
     return torque_speed_envelope(
         drive.at(0.0),
         speeds,
-        n_points=_points(drive),
+        n_points=finer * _points(drive),
         direction=-1 if tau_ref < 0 else 1,
         progress=progress,
     )
