@@ -29,6 +29,23 @@ def test_at_the_corner_speed_the_voltage_brings_the_flux_to_alignment_in_half_a_
     assert most_speed(battery) == pytest.approx(2 * most_speed(found))
 
 
+def test_iron_loss_of_the_full_flux_at_the_corner_speed_is_a_part_of_the_power_there():
+    """Of a sinusoid of half the swing, by Steinmetz's formula; from 0.01 % to all of it."""
+    found = drive(name="five_phases_losses")
+    m, u_dc = found.machine, found.converter.u_dc_V
+    omega, iron = corner_speed(m, u_dc), m.iron
+    swing = float(m.psi(m.i_max_A, np.pi) - m.psi(m.i_max_A, 0.0))
+    f, power = m.N_r * omega / (2 * np.pi), m.greatest_torque * omega
+    loss = (f / iron.f_ref_Hz) ** iron.alpha * (swing / 2 / iron.psi_ref_Wb) ** iron.beta
+    for part in (1.01e-4, 0.99):
+        drive(f"machine.iron.p_ref_W={part * power / loss!r}", name="five_phases_losses")
+    for part in (0.99e-4, 1.01):
+        with pytest.raises(rl.ParameterError, match=r"need 0\.01% to 100% of it; check the units"):
+            drive(f"machine.iron.p_ref_W={part * power / loss!r}", name="five_phases_losses")
+    with pytest.raises(rl.ParameterError, match="B_ref x turns in series x pole area"):
+        drive(f"machine.iron.psi_ref_Wb={iron.psi_ref_Wb / 120}", name="five_phases_losses")
+
+
 def ends():
     """What is set, its greatest value, and the words of the refusal."""
     m = drive().machine

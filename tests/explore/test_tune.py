@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from command import command, refused
 
 import reluctance as rl
+from reluctance.base.errors import Note
 from reluctance.base.schema import field_of
 from reluctance.cli.tune import tune as cli_tune
 from reluctance.explore.tuning import Trial, angle_plots, angles, plots, tune
@@ -55,6 +57,37 @@ def test_it_is_the_same_however_often_and_never_above_its_budget(drive: rl.Drive
     assert first.best.rank == min(t.rank for t in first.tried)
     half = min((t for t in first.tried[:15]), key=lambda t: t.rank)
     assert first.best.rank <= half.rank  # the refinement loses nothing
+
+
+def test_the_drive_itself_is_tried_where_its_values_are_in_the_ranges(drive: rl.Drive) -> None:
+    """With its own figures; what is left to the law, or out of range, cannot be."""
+    own = drive.control.i_band_A
+    found = tune(drive, BAND, "torque_error_rms", until=UNTIL, budget=4)
+    assert found.tried[0].values == {"control.i_band_A": own}
+    kpis = rl.simulate(drive, until=UNTIL, record=None).kpis
+    assert found.tried[0].figures["torque_error_rms"] == pytest.approx(kpis.torque_error_rms)
+    goal = Goal("torque_error_rms", False, ())
+    for vary in (
+        {"control.i_band_A": [own + 0.1, 3.0]},
+        {"control.i_band_A": [0.1, own - 0.1]},
+        {"control.i_band_A": [own, 3.0], "control.tau_max_Nm": [10, 60]},
+        {"control.sharing": ["linear", "sine"]},
+        {"faults.0.gain": [0.7, 1.3]},
+    ):
+        assert Trials(drive, goal, vary=vary).given() == []
+    both = {"control.i_band_A": [own, 3.0], "control.sharing": ["linear", drive.control.sharing]}
+    assert Trials(drive, goal, vary=both).given() == [
+        {"control.i_band_A": own, "control.sharing": drive.control.sharing}
+    ]
+
+
+def test_a_drive_that_is_better_as_it_is_given_is_noted(drive: rl.Drive) -> None:
+    worse = {"control.i_band_A": [2.0, 3.0]}
+    with pytest.warns(Note, match="as given is better than the best of 2 trials: torque_error_rms"):
+        tune(drive, worse, "torque_error_rms", until=UNTIL, budget=2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        tune(drive, worse, maximise="torque_error_rms", until=UNTIL, budget=2)
 
 
 def test_the_compass_finds_the_least_of_a_bowl_within_its_last_step() -> None:

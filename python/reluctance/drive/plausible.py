@@ -24,6 +24,11 @@ FEWEST_SAMPLES = 1.0  # of the controller in an electrical period
 MOST_TORQUE = 1e4  # on the shaft, over the greatest torque of the machine
 
 
+# Iron loss of the full flux at the corner speed, over the greatest mechanical power there. Machines
+# have 0.2 to 20 %; the flux of a pole for the flux linkage is a number a thousand times off.
+LEAST_IRON, MOST_IRON = 1e-4, 1.0
+
+
 def corner_speed(machine: MachineFile, u_dc: float) -> float:
     """Speed at which u_dc moves the flux linkage of i_max to alignment in half a period [rad/s]."""
     unaligned, aligned = _fluxes(machine.magnetics, machine.i_max_A)
@@ -59,6 +64,7 @@ def check_plausible(drive: Tables) -> None:
     check_steps(drive, drive.simulation.until_s)
     _voltages(drive)
     _speeds(drive)
+    _iron(drive)
     most = MOST_TORQUE * drive.machine.greatest_torque
     for tau in drive.load.tau_0[1]:
         if abs(tau) > most:
@@ -143,4 +149,23 @@ def _speeds(drive: Tables) -> None:
         raise ParameterError(
             f"[control] T_s_us = {drive.control.T_s_us:g}, need at most {1e6 / f_e:.4g}: an "
             f"electrical period at {from_si(drive.omega_nominal, 'rpm'):g} rpm"
+        )
+
+
+def _iron(drive: Tables) -> None:
+    machine, iron = drive.machine, drive.machine.iron
+    if iron is None:
+        return
+    omega = corner_speed(machine, drive.converter.u_dc_V)
+    unaligned, aligned = _fluxes(machine.magnetics, machine.i_max_A)
+    flux, f = (aligned - unaligned) / 2, machine.N_r * omega / (2 * np.pi)
+    loss = iron.p_ref_W * (f / iron.f_ref_Hz) ** iron.alpha * (flux / iron.psi_ref_Wb) ** iron.beta
+    power = machine.greatest_torque * omega
+    if not LEAST_IRON * power <= loss <= MOST_IRON * power:
+        raise ParameterError(
+            f"[machine.iron] p_ref_W = {iron.p_ref_W:g} at psi_ref_Wb = {iron.psi_ref_Wb:g}, "
+            f"f_ref_Hz = {iron.f_ref_Hz:g} makes {loss:.3g} W of the full flux, {flux:.3g} Wb, at "
+            f"{from_si(omega, 'rpm'):.4g} rpm, where the shaft has {power:.4g} W, need "
+            f"{LEAST_IRON:.2%} to {MOST_IRON:.0%} of it; check the units: W of the whole machine, "
+            "Hz, and psi_ref_Wb of a phase = B_ref x turns in series x pole area"
         )

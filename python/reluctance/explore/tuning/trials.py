@@ -92,6 +92,30 @@ class Trials:
                 self.progress(len(self.tried) / self.budget)
         return [self._known[key] for v in wanted if (key := tuple(v.values())) in self._known]
 
+    def given(self) -> list[Values]:
+        """The values of the drive itself; none where one is left to its law, or out of range."""
+        values: Values = {}
+        for name, ends in self.vary.items():
+            section, *inner = name.split(".")
+            value: Any = self.drive.sections().get(section)
+            for part in inner:
+                value = getattr(value, part, None)
+            if name in self.ranges:
+                fits = isinstance(value, int | float) and min(ends) <= value <= max(ends)
+            else:
+                fits = value in ends
+            if not fits:
+                return []
+            values[name] = value
+        return [values]
+
+    def as_given(self) -> Trial:
+        """The drive itself, whatever its law chooses, at the operating points."""
+        same = {"simulation.until_s": self.drive.simulation.until_s}
+        drive, goal, points = self.drive, self.goal, self.points
+        alone = Trials(drive, goal, points=points, until=self.until, out=self.out, jobs=self.jobs)
+        return alone.run([same])[0]
+
     def best(self) -> Trial:
         return min(self.tried, key=lambda trial: trial.rank)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any, Literal
 import reluctance.explore.tuning.compass as compass
 import reluctance.explore.tuning.optuna_search as optuna_search
 import reluctance.explore.tuning.search as search
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import Note, ParameterError
 from reluctance.drive.drive import Drive, check_drive
 from reluctance.explore.sweeps.result import Sweep
 from reluctance.explore.sweeps.swept import figure_name
@@ -134,7 +135,7 @@ def tune(
     elif method == "compass":
         compass.search(trials)
     else:
-        search.search(trials)
+        search.search(trials, trials.given())
     best = trials.best()
     if best.worth != best.worth:
         reason = next(
@@ -143,4 +144,13 @@ def tune(
             "counted, or a run too short (--until)",
         )
         raise ParameterError(f"none of the {len(trials.tried)} trials works: {reason}")
+    as_given = trials.as_given()
+    if as_given.rank < best.rank:
+        warnings.warn(
+            f"the drive as given is better than the best of {len(trials.tried)} trials: {figure} = "
+            f"{as_given.figures[figure]:.4g} against {best.figures[figure]:.4g}; raise the budget "
+            "(--budget), or narrow the ranges around its values",
+            Note,
+            stacklevel=2,
+        )
     return Tuned(drive.with_values(best.values), goal, best, tuple(trials.tried), trials.ran)
