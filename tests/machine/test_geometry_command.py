@@ -33,7 +33,8 @@ def test_a_given_resistance_holds_at_20_degrees_and_is_what_the_command_prints(
             warnings.simplefilter("always")
             done = command("machine", "from-geometry", path, "--out", out)
         assert done.code == 0, done.error
-        assert f"R = {R:g} ohm as given" in done.out and f"J = {J:g} kg m2 as given" in done.out
+        run = f"R = {R:g} ohm as given at 20 degC, {R * 1.2751:.4g} ohm at 90 degC in the run"
+        assert run in done.out and f"J = {J:g} kg m2 as given" in done.out
         assert [note for note in far if note in str([w.message for w in told])] == far
         assert len(told) == len(far)
         machine = read_toml(out)["machine"]

@@ -70,7 +70,7 @@ class Coils(Section):
     parallel_paths: int = Field(1, gt=0)
     polarity: str | None = Field(None, pattern="^[NS]+$")  # of poles 1, 2, ...; None: by sectors
     slot_fill: float = Field(0.4, gt=0, le=0.8)  # copper over the area of the coil sides
-    temperature_degC: float = Field(20.0, gt=-200)
+    temperature_degC: float = Field(20.0, gt=-200, le=300)
     end_winding: Literal["auto"] | float = "auto"  # inductance of a phase [mH]
     coil_width_mm: float | None = Field(None, gt=0)  # None: half of the slot
     coil_height_mm: float | None = Field(None, gt=0)

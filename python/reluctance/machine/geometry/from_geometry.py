@@ -102,7 +102,10 @@ class FromGeometry:
         warm = f"{g.winding.temperature_degC:g} degC"
         R = f"R = {f['R_ohm']:.4g} ohm at {warm}"
         if g.R_ohm is not None:
-            R = f"R = {g.R_ohm:g} ohm as given (computed: {s.R_ohm:.4g} ohm at {warm})"
+            T = g.winding.temperature_degC if g.temp_w_degC is None else g.temp_w_degC
+            run = g.R_ohm * (1 + COPPER_COEFFICIENT * (T - 20.0))
+            R = f"R = {g.R_ohm:g} ohm as given at 20 degC, {run:.4g} ohm at {T:g} degC in the run "
+            R += f"(computed: {s.R_ohm:.4g} ohm at {warm})"
         J = f"J = {f['J_kgm2']:.3g} kg m2"
         if g.J_kgm2 is not None:
             J = f"J = {g.J_kgm2:g} kg m2 as given (computed: {s.J_kgm2:.3g} kg m2)"
