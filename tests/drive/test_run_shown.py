@@ -85,7 +85,10 @@ def test_key_figures_are_those_of_the_waveforms_of_whole_periods(run):
 
 @pytest.mark.parametrize(
     ("p_mech", "p_in", "efficiency"),
-    [(8, 10, 0.8), (-10, -8, 0.8), (-1, 2, None), (1, -2, None), (0, 5, None), (-5, 0, None)],
+    [
+        *((8, 10, 0.8), (-10, -8, 0.8), (-1, 2, None), (1, -2, None), (0, 5, None), (-5, 0, None)),
+        *((10, 8, None), (-8, -10, None), (8, 8, 1.0)),  # what was stored feeds them
+    ],
 )
 def test_efficiency_is_of_the_way_that_the_power_takes(p_mech, p_in, efficiency):
     assert figures._efficiency(p_mech, p_in) == efficiency

@@ -52,7 +52,7 @@ class Kpis:
         Power from the dc link, p_fe and p_sw included [W]; negative when it flows back.
     efficiency : float or None
         p_mech/p_in when motoring, p_in/p_mech when power flows back to the dc link [1]; None when
-        both sides feed the losses.
+        both sides feed the losses, or what was stored before does.
     f_switch : float
         Turn-ons per switch per second, mean over all switches [Hz].
     speed_mean : float

@@ -139,10 +139,11 @@ def evaluated(rows: Rows, N_r: int) -> tuple[Rows, int]:
 
 
 def _efficiency(p_mech: float, p_in: float) -> float | None:
-    """Of the way that the power takes; None where both sides feed the losses."""
-    if p_mech > 0 and p_in > 0:
+    """Of the way that the power takes; None where both sides feed the losses, or what was stored
+    before does, so that more comes out than goes in."""
+    if 0 < p_mech <= p_in:
         return p_mech / p_in
-    return p_in / p_mech if p_mech < 0 and p_in < 0 else None
+    return p_in / p_mech if p_mech <= p_in < 0 else None
 
 
 def _ratio(part: float, whole: float | None) -> float | None:
