@@ -170,7 +170,7 @@ def test_example_law_comes_near_linear_sharing_at_equal_switching_frequency(tmp_
     record = as_json(found)["controls"][1]
     assert (record["control"], record["met"]) == (LAW, True)
     assert "`own_law.py:RestOfTorque`" in markdown(found)
-    assert any(line.startswith("RestOfTorque") for line in plain(found))
+    assert any(line.startswith("own_law.py:RestOfTorque") for line in plain(found))
     assert all(path.stat().st_size > 0 for path in write(found, tmp_path))
 
 

@@ -83,24 +83,21 @@ struct Extremes {
     for (int k = 0; k < N; ++k) include(a.i[k], b.i[k], h);
   }
 
-  /// Speed and voltage while they are held.
-  template <int N>
-  void include(const State<N>& x) {
-    omega_min = min(omega_min, x.omega_m);
-    omega_max = max(omega_max, x.omega_m);
-    u_min = min(u_min, x.u_dc);
-    u_max = max(u_max, x.u_dc);
+  /// Speed and voltage of an instant.
+  template <class S>
+  void include_held(const S& at) {
+    omega_min = min(omega_min, at.omega_m);
+    omega_max = max(omega_max, at.omega_m);
+    u_min = min(u_min, at.u_dc);
+    u_max = max(u_max, at.u_dc);
   }
 
   /// An instant, as a step that ends there leaves it out.
   template <int N>
   void include(const Waveform<N>& row) {
+    include_held(row);
     tau_min = min(tau_min, row.tau);
     tau_max = max(tau_max, row.tau);
-    omega_min = min(omega_min, row.omega_m);
-    omega_max = max(omega_max, row.omega_m);
-    u_min = min(u_min, row.u_dc);
-    u_max = max(u_max, row.u_dc);
     for (const double i : row.i) i_peak = max(i_peak, i);
   }
 

@@ -665,7 +665,7 @@ class Simulation {
       look_ahead();
       // Never at standstill, whichever sign its zero has.
       now_.t_angle = now_.t + std::abs(now_.theta_next - x.theta_m) / std::abs(x.omega_m);
-      now_.extremes.include(x);
+      now_.extremes.include_held(x);
     }
     t_limit = std::min(t_limit, now_.t_angle);
     double t = std::min(t_limit, now_.t + resolution_.dt_max);

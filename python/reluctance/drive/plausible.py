@@ -24,8 +24,9 @@ FEWEST_SAMPLES = 1.0  # of the controller in an electrical period
 MOST_TORQUE = 1e4  # on the shaft, over the greatest torque of the machine
 
 
-# Iron loss of the full flux at the corner speed, over the greatest mechanical power there. Machines
-# have 0.2 to 20 %; the flux of a pole for the flux linkage is a number a thousand times off.
+# Iron loss of the full flux at the corner speed, over the greatest mechanical power there: about a
+# hundredth of, and a hundred times, that of examples/five_phases_losses.toml. The flux of a pole in
+# place of the flux linkage, or kHz in place of Hz, makes it a thousand times too large.
 LEAST_IRON, MOST_IRON = 1e-4, 1.0
 
 

@@ -124,8 +124,7 @@ def limit(
         warnings.warn(
             f"the greatest ripple-free torque depends on the grid: {tau_max:.4g} N m at "
             f"{_points(drive)} angles, {finer:.4g} N m at {2 * _points(drive)}; the flux map has a "
-            "kink over the angle or the speed leaves little, and how much torque is left is known "
-            "no better",
+            "kink over the angle, or the speed leaves little torque: take neither as exact",
             Note,
             stacklevel=2,
         )
