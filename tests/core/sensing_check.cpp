@@ -293,8 +293,8 @@ double extremes() {
       worst_of({off(e.tau_min, 4), off(e.tau_max, 5), off(e.omega_min, -5), off(e.omega_max, -4),
                 off(e.u_min, 7), off(e.u_max, 7), off(e.i_peak, 5)});
   Extremes held;
-  held.include(State<2>{.i = {}, .omega_m = 3, .theta_m = 0, .u_dc = 8});
-  held.include(State<2>{.i = {}, .omega_m = 4, .theta_m = 0, .u_dc = 6});
+  held.include_held(State<2>{.i = {}, .omega_m = 3, .theta_m = 0, .u_dc = 8});
+  held.include_held(State<2>{.i = {}, .omega_m = 4, .theta_m = 0, .u_dc = 6});
   held.include_torque(parabola(3), parabola(4), 1);
   held.include(Moving{9, 1}, Moving{12, 1}, 1);
   worst = worst_of({worst, off(held.omega_min, 3), off(held.omega_max, 4), off(held.u_min, 6),
