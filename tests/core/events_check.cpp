@@ -79,17 +79,27 @@ double part(double a, double b, double least) {
 double difference(const Period<N>& a, const Period<N>& b) {
   const Integrals<N>&p = a.integrals, &q = b.integrals;
   const Extremes &e = a.extremes, &f = b.extremes;
-  double worst =
-      worst_of({1e3 * off(a.t, b.t), off(a.theta_m, b.theta_m), part(a.W_f, b.W_f, 1e-2),
-                off(a.switchings.turn_ons, b.switchings.turn_ons),
-                part(a.switchings.S_on, b.switchings.S_on, 1),
-                part(a.switchings.S_off, b.switchings.S_off, 1), part(p.E_dc, q.E_dc, 1e-2),
-                part(p.E_source, q.E_source, 1e-2), part(p.E_winding, q.E_winding, 1e-2),
-                part(p.E_mech, q.E_mech, 1e-2), part(p.tau, q.tau, 1e-2),
-                part(p.tau_squared, q.tau_squared, 1e-1), part(p.tau_ref, q.tau_ref, 1e-2),
-                part(p.error_squared, q.error_squared, 1e-1),
-                part(p.i_squared[1], q.i_squared[1], 1e-2), off(e.omega_min, f.omega_min),
-                off(e.omega_max, f.omega_max), off(e.u_min, f.u_min), off(e.u_max, f.u_max)});
+  double worst = worst_of({1e3 * off(a.t, b.t),
+                           off(a.theta_m, b.theta_m),
+                           part(a.W_f, b.W_f, 1e-2),
+                           off(a.switchings.turn_ons, b.switchings.turn_ons),
+                           part(a.switchings.S_on, b.switchings.S_on, 1),
+                           part(a.switchings.S_off, b.switchings.S_off, 1),
+                           part(p.E_dc, q.E_dc, 1e-2),
+                           part(p.E_source, q.E_source, 1e-2),
+                           part(p.E_winding, q.E_winding, 1e-2),
+                           part(p.E_mech, q.E_mech, 1e-2),
+                           part(p.tau, q.tau, 1e-2),
+                           part(p.tau_squared, q.tau_squared, 1e-1),
+                           part(p.tau_ref, q.tau_ref, 1e-2),
+                           part(p.error_squared, q.error_squared, 1e-1),
+                           part(p.i_squared[1], q.i_squared[1], 1e-2),
+                           part(p.i_cap, q.i_cap, 1e-2),
+                           part(p.i_cap_squared, q.i_cap_squared, 1e-1),
+                           off(e.omega_min, f.omega_min),
+                           off(e.omega_max, f.omega_max),
+                           off(e.u_min, f.u_min),
+                           off(e.u_max, f.u_max)});
   // Which points of a torque and a current count as extremes depends on where steps end.
   return worst_of({worst, 1e-3 * part(e.tau_max, f.tau_max, 1),
                    1e-3 * part(e.tau_min, f.tau_min, 1), 1e-2 * part(e.i_peak, f.i_peak, 1)});

@@ -154,7 +154,8 @@ double rates_of_a_source(const Source& source, double u, const Moving& i_dc, Mom
     const double rate = ((on.*of).now - (back.*of).now) / (2 * dt);
     return std::fabs((here.*of).rate - rate) / (1 + std::fabs(rate));
   };
-  return worst_of({miss(&Feed::du_dc), miss(&Feed::i), miss(&Feed::p), miss(&Feed::p_loss)});
+  return worst_of({miss(&Feed::du_dc), miss(&Feed::i), miss(&Feed::i_cap), miss(&Feed::p),
+                   miss(&Feed::p_loss)});
 }
 
 /// C du/dt = (E - u)/R - i_dc; a rectifier blocks above E.
@@ -169,8 +170,9 @@ double batteries() {
       b.one_way = one_way;
       const double i = one_way && u > 180 ? 0 : (180 - u) / 0.5;
       const Feed f = feed(b, u, {7, 2000}, m);
-      worst = worst_of({worst, off(f.du_dc.now * 2e-3, i - 7), off(f.i.now, i),
-                        off(f.p.now, 180 * i), off(f.p_loss.now, 0.5 * i * i)});
+      worst =
+          worst_of({worst, off(f.du_dc.now * 2e-3, i - 7), off(f.i.now, i), off(f.i_cap.now, i - 7),
+                    off(f.p.now, 180 * i), off(f.p_loss.now, 0.5 * i * i)});
       if (u != 180) worst = worst_of({worst, rates_of_a_source(b, u, {7, 2000}, m)});
       // At E itself a rectifier begins to feed where the voltage falls.
       if (u == 180) worst = worst_of({worst, off(f.i.rate * 0.5, 200 + 7 / 2e-3)});
@@ -185,8 +187,8 @@ double stiff_links() {
   const Feed f = feed(link, 180, {7, 2000}, {0.4, 0.3});
   return worst_of({off(start(link), 100), off(stored(link, 30), 0), off(next_change(link, 0.5), 1),
                    off(forced(link, 42, 0.25), 150), off(forced(link, 42, 1), 50),
-                   off(f.du_dc.now, 200), off(f.p.now, 180 * 7), off(f.p_loss.now, 0),
-                   rates_of_a_source(link, 180, {7, 2000}, {0.4, 0.3})});
+                   off(f.du_dc.now, 200), off(f.i_cap.now, -7), off(f.p.now, 180 * 7),
+                   off(f.p_loss.now, 0), rates_of_a_source(link, 180, {7, 2000}, {0.4, 0.3})});
 }
 
 PvArray array() {
@@ -237,8 +239,8 @@ double arrays() {
     const double i = std::fmax(pv.current(u + 0.8, 800, 22.5), 0);
     const Feed f = feed(pv, u, {2, 300}, m);
     worst = worst_of({worst, off(f.du_dc.now * 1e-3, i - 2), off(f.i.now, i),
-                      off(f.p.now, (u + 0.8) * i), off(f.p_loss.now, 0.8 * i),
-                      rates_of_a_source(pv, u, {2, 300}, m)});
+                      off(f.i_cap.now, i - 2), off(f.p.now, (u + 0.8) * i),
+                      off(f.p_loss.now, 0.8 * i), rates_of_a_source(pv, u, {2, 300}, m)});
   }
   return unless(pv.current(260.8, 800, 22.5) < 0) + worst;
 }

@@ -248,8 +248,9 @@ double within_a_step() {
   s.start.tau = {cubic(0), slope(0)};
   s.end.tau = {cubic(h), slope(h)};
   for (double t = 0; t <= h; t += h / 8) {
-    worst = worst_of({worst, off(s.flux(t0 + t), psi(t, 0)), off(s.torque(t0 + t).now, cubic(t)),
-                      off(s.torque(t0 + t).rate, slope(t)) / 100});
+    const Moving tau = s.within(t0 + t, &PhasePoint::tau);
+    worst = worst_of({worst, off(s.flux(t0 + t), psi(t, 0)), off(tau.now, cubic(t)),
+                      off(tau.rate, slope(t)) / 100});
   }
   // The current is the one that has the flux linkage at the angle of then.
   s.start.i.now = 20;

@@ -309,11 +309,14 @@ double energies_from(Bench& b, const State<N>& x) {
   const double link = stored(b.plant.source, end.x.u_dc) - stored(b.plant.source, x.u_dc);
   const double work = 0.01 / 2 * (std::pow(end.x.omega_m, 2) - std::pow(x.omega_m, 2)) +
                       3 * (end.x.theta_m - x.theta_m) + 100 * h * h * x.omega_m;
+  const double charge = std::get<Battery>(b.plant.source).C * (end.x.u_dc - x.u_dc);
   const double i_mean = q.E_source / 240 / h;
   return worst_of({part(q.E_winding - copper - q.E_mech, field, 1e-2),
                    part(q.E_source - q.E_loss - q.E_dc, link, 1e-2), part(q.E_mech, work, 1e-2),
                    part(q.E_loss, 0.4 * i_mean * i_mean * h, 1e-2) * 1e-4,
                    part(q.tau * q.tau / h, q.tau_squared, 1e-2) * 1e-4, off(q.tau_ref, 5 * h),
+                   part(q.i_cap, charge, 1e-3),
+                   part(q.i_cap * q.i_cap / h, q.i_cap_squared, 1e-2) * 1e-4,
                    part(q.error_squared, q.tau_squared - 10 * q.tau + 25 * h, 1e-6)});
 }
 

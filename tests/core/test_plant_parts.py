@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import reluctance as rl
+from reluctance.drive.run.kpis import evaluated
 from reluctance.explore.limits.point import operating_point
 from reluctance.targets.export.package import firmware
 
@@ -44,6 +45,28 @@ def test_the_capacitor_takes_the_ripple_of_the_bridge() -> None:
         k = rl.simulate(drive.with_values({"source.C_uF": C_uF}), until=0.5, record=None).kpis
         ripple.append(k.u_dc_max - k.u_dc_min)
     assert ripple[0] / ripple[1] == pytest.approx(10, rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["paper_rated", "voltage_sag", "load_step"])
+def test_the_capacitor_of_a_held_link_carries_all_but_the_mean(name: str) -> None:
+    """Phases apart, a voltage that falls, a shaft that turns: from the waveforms, by the legs."""
+    result = rl.simulate(rl.load(EXAMPLES / f"{name}.toml"), until=0.02, record=2.5e-7)
+    rows, _ = evaluated(result.periods, result.drive.machine.N_r)
+    start, end = rows["t"][[0, -1]]
+    inside = (result.t >= start) & (result.t <= end)
+    i_dc = (result.leg * result.i).sum(axis=0)[inside]
+    assert result.kpis.i_cap_rms == pytest.approx(i_dc.std(), rel=2e-3)
+    assert result.kpis.i_cap_rms > 0.5 * i_dc.mean()
+
+
+def test_the_capacitor_current_is_that_of_its_voltage() -> None:
+    """C du/dt, from the recorded voltage, over whole periods."""
+    result = rl.simulate(rl.load(EXAMPLES / "battery.toml"), until=0.02, record=5e-7)
+    rows, _ = evaluated(result.periods, result.drive.machine.N_r)
+    inside = (result.t >= rows["t"][0]) & (result.t <= rows["t"][-1])
+    C = result.drive.source.C_uF * 1e-6
+    i_cap = C * np.diff(result.u_dc[inside]) / np.diff(result.t[inside])
+    assert result.kpis.i_cap_rms == pytest.approx(np.sqrt((i_cap**2).mean()), rel=5e-3)
 
 
 def test_a_rectifier_takes_nothing_back() -> None:

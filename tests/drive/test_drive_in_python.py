@@ -84,6 +84,13 @@ def test_a_table_of_another_kind_is_refused() -> None:
         made(converter=240)
 
 
+@pytest.mark.parametrize("overrides", ["source.kind=stiff", {"source.kind": "stiff"}])
+def test_one_override_without_a_list_is_answered_with_the_list(overrides: object) -> None:
+    with pytest.raises(rl.ParameterError) as fault:
+        rl.load(EXAMPLES[0], overrides)  # type: ignore[arg-type]
+    assert f"need a list of texts as in [{str(overrides)!r}]" in str(fault.value)
+
+
 def test_flux_linkage_and_torque_are_derivatives_of_the_co_energy() -> None:
     """psi = dW/di, tau = N_r dW/dtheta_e, at points drawn from a seed, by central differences."""
     seed = random.randrange(2**32)

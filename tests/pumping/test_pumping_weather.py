@@ -405,7 +405,7 @@ def test_weather_in_a_wrong_zone_is_refused_on_one_line(tmp_path, zone):
         ({**TMY3, "temp_air_degC": 30.0}, "temp_air_degC has no effect with kind = 'tmy3'"),
         ({**CLEAR, "file": "x.csv"}, "file has no effect with kind = 'clear'"),
         ({**TMY3, "days": 3}, "days has no effect"),
-        ({**TMY3, "year": 2024}, "29 February"),
+        ({**TMY3, "year": 2024}, "29 February, which a typical year has not; take 2023"),
         ({**TMY3, "file": "pvlib:none.csv"}, "no such file"),
         ({"kind": "epw", "file": "pvlib:723170TYA.CSV"}, "set [weather] kind = 'tmy3'"),
         ({"kind": "tmy3", "file": "pvlib:12839.tm2"}, "cannot be read as a TMY3 file"),

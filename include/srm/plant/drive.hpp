@@ -143,7 +143,7 @@ void rates(const Plant<M, N>& p, const State<N>& x, const std::type_identity_t<J
     r.i_dc += leaked(p, circuit, {x.u_dc, feed(p.source, x.u_dc, i_dc, now).du_dc.now}, r.i);
   }
   r.source = feed(p.source, x.u_dc, r.i_dc, now);
-  if (circuit.shorted) r.source.du_dc = 0;
+  if (circuit.shorted) r.source.du_dc = r.source.i_cap = {};
   r.u_dc = {x.u_dc, r.source.du_dc.now};
   for (int k = 0; k < N; ++k) {
     if (!circuit.flows[k]) continue;

@@ -67,7 +67,7 @@ struct PvArray {
     const double i_now = blocks ? 0 : array.i;
     const double du = (i_now - i_dc.now) / C;
     const Moving i = blocks ? Moving{} : Moving{i_now, array.slope * du + weather_rate(u, m)};
-    return {1 / C * (i - i_dc), i, Moving{u + v_block, du} * i, v_block * i};
+    return {1 / C * (i - i_dc), i, i - i_dc, Moving{u + v_block, du} * i, v_block * i};
   }
   double stored(double u) const { return C * u * u / 2; }
   double next(double t) const {

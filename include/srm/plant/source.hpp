@@ -12,7 +12,8 @@
 
 namespace srm {
 
-/// A dc link that holds its voltage whatever it is asked for; the voltage may follow a course.
+/// A dc link that holds its voltage whatever it is asked for; the voltage may follow a course. The
+/// source gives the mean of i_dc, the capacitor what is left.
 struct StiffSource {
   static constexpr const char* about = "A dc link that holds its voltage [V].";
   Course u_dc;  // [V]
@@ -21,7 +22,7 @@ struct StiffSource {
   double start() const { return u_dc.at(0); }
   Feed feed(double u, const Moving& i_dc, Moment m) const {
     const double du = u_dc.rate(m.start);
-    return {du, i_dc, Moving{u, du} * i_dc, 0};
+    return {du, i_dc, -i_dc, Moving{u, du} * i_dc, 0};
   }
   double stored(double) const { return 0; }
   double next(double t) const { return u_dc.next(t); }
@@ -46,7 +47,7 @@ struct Battery {
     const double i_now = blocks ? 0 : (e.now - u) / R;
     const double du = (i_now - i_dc.now) / C;
     const Moving i = blocks ? Moving{} : Moving{i_now, (e.rate - du) / R};
-    return {1 / C * (i - i_dc), i, e * i, R * i * i};
+    return {1 / C * (i - i_dc), i, i - i_dc, e * i, R * i * i};
   }
   double stored(double u) const { return C * u * u / 2; }
   double next(double t) const { return E.next(t); }

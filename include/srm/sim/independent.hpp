@@ -36,13 +36,13 @@ struct PhaseStep {
   double t0{}, t1{};      // [s]
   double h_fine = 1e300;  // what a step may be, from the ones before [s]
   PhasePoint start, end;
-  Moving tau;  // torque now
-  Guard met;   // at its end; direction 0: nothing
+  Moving tau, i;  // torque and current now
+  Guard met;      // at its end; direction 0: nothing
 
-  /// Torque within the step, by the polynomial of the integrals.
-  Moving torque(double t) const {
+  /// Torque or current within the step, by the polynomial of the integrals.
+  Moving within(double t, Moving PhasePoint::*of) const {
     const double h = t1 - t0, x = (t - t0) / h;
-    const Cubic y(start.tau, end.tau, h);
+    const Cubic y(start.*of, end.*of, h);
     return {y.at(x), y.slope(x) / h};
   }
 
@@ -62,12 +62,12 @@ struct PhaseStep {
   /// Current within the step, at the electrical angle theta_e of that time.
   template <class M>
   double current(double t, const M& machine, double theta_e) const {
-    double i = start.i.now + (t - t0) / (t1 - t0) * (end.i.now - start.i.now);
+    double there = start.i.now + (t - t0) / (t1 - t0) * (end.i.now - start.i.now);
     for (int round = 0; round < 3; ++round) {
-      const auto m = machine.at(max(i, 0.0), theta_e);
-      i += (flux(t) - m.psi) / m.L_inc;
+      const auto m = machine.at(max(there, 0.0), theta_e);
+      there += (flux(t) - m.psi) / m.L_inc;
     }
-    return max(i, 0.0);
+    return max(there, 0.0);
   }
 };
 

@@ -627,6 +627,7 @@ class Simulation {
       phase.start.i.now = x.i[k];
       rate(phase.start, g);
       phase.tau = phase.start.tau;
+      phase.i = phase.start.i;
     }
     const double theta_e = electrical_angle(plant_, theta_m, k);
     advance_phase(plant_.machine, g, theta_e, k, span(k), resolution_.scale.i, t_end, now_.h_most,
@@ -680,14 +681,18 @@ class Simulation {
     x.theta_m = arrived ? now_.theta_next : x.theta_m + h * x.omega_m;
     now_.t = t;
     now_.prepared = false;
-    Moving tau0, tau1;
+    Moving tau0, tau1, i0, i1;
     for (int k = 0; k < N; ++k) {
       PhaseStep& phase = now_.phase_steps[k];
       const bool ended = phase.t1 == t;
       if (phase.active) {
         tau0 += phase.tau;
-        phase.tau = ended ? phase.end.tau : phase.torque(t);
+        phase.tau = ended ? phase.end.tau : phase.within(t, &PhasePoint::tau);
         tau1 += phase.tau;
+        const double level = now_.circuit.paths.phase[k].level;
+        i0 += level * phase.i;
+        phase.i = ended ? phase.end.i : phase.within(t, &PhasePoint::i);
+        i1 += level * phase.i;
         if (ended) finish(k, x);
       }
       if (ended) {
@@ -696,6 +701,7 @@ class Simulation {
       }
     }
     now_.extremes.include_torque(tau0, tau1, h);
+    add_capacitor(now_.sums, -i0, -i1, h);
     now_.sums.E_mech += x.omega_m * add_torque(now_.sums, tau0, tau1, now_.tau_ref, h);
     if (arrived) {
       act_on({Guard::angle});

@@ -29,9 +29,11 @@ struct Integrals {
   double tau_ref{};                   // [N m s]
   double error_squared{};             // of (tau - tau_ref) [N^2 m^2 s]
   std::array<double, N> i_squared{};  // [A^2 s]
+  double i_cap{};                     // into the capacitor of the dc link [A s]
+  double i_cap_squared{};             // [A^2 s]
   double three_on{};                  // time with three phases on or more, where they couple [s]
   SRM_FIELDS(E_source, E_loss, E_dc, E_winding, E_mech, tau, tau_squared, tau_ref, error_squared,
-             i_squared, three_on)
+             i_squared, i_cap, i_cap_squared, three_on)
 };
 
 /// Adds what the torque does in a step of length h; returns its integral.
@@ -47,6 +49,13 @@ double add_torque(Integrals<N>& q, const Moving& tau0, const Moving& tau1, doubl
   return tau;
 }
 
+/// Adds what the capacitor of the dc link takes in a step of length h.
+template <int N>
+void add_capacitor(Integrals<N>& q, const Moving& i0, const Moving& i1, double h) {
+  q.i_cap += integral(i0, i1, h);
+  q.i_cap_squared += integral_of_square(i0, i1, h);
+}
+
 /// Adds a step of length h from rates r0 to r1; R: of a phase.
 template <int N>
 void add(Integrals<N>& q, const Rates<N>& r0, const Rates<N>& r1, double R, double tau_ref,
@@ -56,6 +65,7 @@ void add(Integrals<N>& q, const Rates<N>& r0, const Rates<N>& r1, double R, doub
   q.E_dc += integral(r0.u_dc * r0.i_dc, r1.u_dc * r1.i_dc, h);
   q.E_mech += integral(r0.tau * r0.omega_m, r1.tau * r1.omega_m, h);
   add_torque(q, r0.tau, r1.tau, tau_ref, h);
+  add_capacitor(q, r0.source.i_cap, r1.source.i_cap, h);
   for (int k = 0; k < N; ++k) {
     const Moving &i0 = r0.i[k], &i1 = r1.i[k];
     if (i1.now == 0 && i0.now == 0) continue;

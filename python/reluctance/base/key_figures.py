@@ -63,6 +63,9 @@ class Kpis:
         Least dc-link voltage [V].
     u_dc_max : float
         Greatest dc-link voltage [V].
+    i_cap_rms : float
+        Rms current of the dc-link capacitor [A]; where the link holds its voltage, of what the
+        bridge draws less its mean, which the source gives.
     i_peak_run : float
         Greatest current of any phase over the whole run, its start and every braking included:
         what the parts must stand [A].
@@ -115,6 +118,7 @@ class Kpis:
     speed_ripple_pp: float | None = unit("")
     u_dc_min: float = unit("V")
     u_dc_max: float = unit("V")
+    i_cap_rms: float = unit("A")
     i_peak_run: float = unit("A")
     u_dc_peak_run: float = unit("V")
     speed_peak_run: float = unit("rpm")

@@ -227,6 +227,7 @@ def kpi_table(name: str, kpis: Kpis, *, devices: bool) -> Table:
         ("rms phase current", f"{k.i_rms:.2f} A"),
         ("peak phase current", f"{k.i_peak:.2f} A"),
         ("peaks of the whole run", f"{k.i_peak_run:.2f} A, {k.u_dc_peak_run:.1f} V at the dc link"),
+        ("rms current of the dc-link capacitor", f"{k.i_cap_rms:.2f} A"),
         ("copper loss", f"{k.p_cu:.1f} W"),
         ("device conduction loss", loss(k.p_dev if devices else None, "converter.v_switch_V")),
         ("switching loss", loss(k.p_sw, "converter.E_on_mJ")),
@@ -242,10 +243,11 @@ def kpi_table(name: str, kpis: Kpis, *, devices: bool) -> Table:
         ("wall time per simulated time", f"{k.wall_s_per_sim_s:.3f}"),
     ):
         table.add_row(label, value)
-    if kpis.tracking is not None:
+    if k.u_dc_min < k.u_dc_max:
         table.add_row(
             "dc-link voltage, least to greatest", f"{k.u_dc_min:.1f} to {k.u_dc_max:.1f} V"
         )
+    if kpis.tracking is not None:
         table.add_row("energy from the array, of the available", f"{kpis.tracking:.2%}")
     if kpis.Q_mean is not None:
         table.add_row("mean flow", f"{from_si(kpis.Q_mean, 'm3ph'):.2f} m3/h")

@@ -27,7 +27,6 @@ from reluctance.pumping.weather_quality import doubts
 
 NEAR_DEG = 1.0  # a file from farther away is for another place
 SOLAR_CONSTANT = 1367.0  # direct light is never more: near the horizon an estimate may be [W/m^2]
-NO_LEAP = "year = {year} has a 29 February, which a typical year has not; take {before}"
 A_LEAP_YEAR = 2024  # that a file with a 29 February is shown in
 BYTES_OF_HEAD = 20_000
 A_YEAR = 364.9  # days; one hour may be missing
@@ -76,7 +75,7 @@ class WeatherTable(Section):
         for key in sorted(wrong):
             raise ValueError(f"{key} has no effect with kind = {self.kind!r}; remove it")
         if self.kind in ("tmy3", "pvgis") and pd.Timestamp(self.year, 1, 1).is_leap_year:
-            raise ValueError(NO_LEAP.format(year=self.year, before=self.year - 1))
+            raise ValueError(_one_day_more(self.year))
         return self
 
 
@@ -197,7 +196,7 @@ def _epw(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
             f"{path} has a 29 February, [weather] year = {year} has none; take {A_LEAP_YEAR}"
         )
     if pd.Timestamp(year, 1, 1).is_leap_year and not leap:
-        raise ParameterError("[weather] " + NO_LEAP.format(year=year, before=year - 1))
+        raise ParameterError("[weather] " + _one_day_more(year))
     parts = frame.groupby(frame.index).cumcount().to_numpy()  # within the hour
     t = frame.index.map(lambda hour: hour.replace(year=year))
     frame = frame[[*COLUMNS]]
@@ -205,6 +204,11 @@ def _epw(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:
     frame.index = t + (parts + 0.5) * step
     frame.attrs |= {"shift": -0.5 * step, "clock": OF_ITS_HEAD}  # each record is named by its end
     return frame
+
+
+def _one_day_more(year: int) -> str:
+    """That a leap year is asked for of a file of a typical year."""
+    return f"year = {year} has a 29 February, which a typical year has not; take {year - 1}"
 
 
 def _csv(path: Path, table: WeatherTable, site: Site) -> pd.DataFrame:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from reluctance import _core
@@ -45,7 +47,6 @@ def kpis(
     mean = {name: window.rise(name) / duration for name in MEANS}
     tau_mean = mean["tau"]
     tau_ref = mean["tau_ref"] if drive.control.follows_torque else None
-    variance = max(mean["tau_squared"] - tau_mean**2, 0.0)
     squared = window.phases("i_squared")[:, -1] - window.phases("i_squared")[:, 0]
     E_cu = float(machine.R * squared.sum())
     E_winding, E_mech, E_dc = (window.rise(name) for name in ("E_winding", "E_mech", "E_dc"))
@@ -66,7 +67,7 @@ def kpis(
         tau_mean=tau_mean,
         tau_ref_mean=tau_ref,
         torque_ripple_pp=_ratio(tau_span, tau_mean),
-        torque_ripple_rms=_ratio(float(np.sqrt(variance)), tau_mean),
+        torque_ripple_rms=_ratio(_deviation(mean["tau_squared"], tau_mean), tau_mean),
         torque_error_rms=_ratio(float(np.sqrt(mean["error_squared"])), tau_ref),
         i_rms=float(np.sqrt(squared.max() / duration)),
         i_peak=i_peak,
@@ -82,6 +83,7 @@ def kpis(
         speed_ripple_pp=_ratio(omega_span, mean["theta_m"]),
         u_dc_min=float(inside["u_min"].min()),
         u_dc_max=float(inside["u_max"].max()),
+        i_cap_rms=_deviation(mean["i_cap_squared"], mean["i_cap"]),
         i_peak_run=float(run["i_peak"].max()),
         u_dc_peak_run=float(run["u_max"].max()),
         speed_peak_run=float(max(run["omega_max"].max(), -run["omega_min"].min())),
@@ -100,7 +102,7 @@ def kpis(
 
 MEANS = (
     *("tau", "tau_ref", "tau_squared", "error_squared", "S_on", "S_off", "turn_ons"),
-    *("E_source", "E_dc", "E_mech", "theta_m"),
+    *("E_source", "E_dc", "E_mech", "theta_m", "i_cap", "i_cap_squared"),
 )
 
 
@@ -144,6 +146,11 @@ def _efficiency(p_mech: float, p_in: float) -> float | None:
     if 0 < p_mech <= p_in:
         return p_mech / p_in
     return p_in / p_mech if p_mech <= p_in < 0 else None
+
+
+def _deviation(squared: float, mean: float) -> float:
+    """Rms deviation from the mean, of a quantity whose mean square this is."""
+    return math.sqrt(max(squared - mean**2, 0.0))
 
 
 def _ratio(part: float, whole: float | None) -> float | None:

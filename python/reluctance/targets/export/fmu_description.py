@@ -17,6 +17,7 @@ UNITS: dict[str, dict[str, int]] = {  # exponents of SI base units
     "N.m": {"kg": 1, "m": 2, "s": -2},
     "N.m.s": {"kg": 1, "m": 2, "s": -1},
     "N2.m2.s": {"kg": 2, "m": 4, "s": -3},
+    "A.s": {"A": 1, "s": 1},
     "A2.s": {"A": 2, "s": 1},
     "J": {"kg": 1, "m": 2, "s": -2},
     "kg.m2": {"kg": 1, "m": 2},

@@ -83,6 +83,8 @@ MEANINGS = {
     "E_source": ("J", "energy from the source"),
     "E_loss": ("J", "energy lost between source and dc link"),
     "E_dc": ("J", "energy from the dc link"),
+    "i_cap": ("A.s", "charge into the dc-link capacitor"),
+    "i_cap_squared": ("A2.s", "integral of the squared current of the dc-link capacitor"),
     "E_winding": ("J", "energy into the windings"),
     "E_mech": ("J", "mechanical energy"),
     "W_f": ("J", "field energy"),
