@@ -232,6 +232,20 @@ def test_without_parquet_support_one_line_says_what_to_install(tmp_path, monkeyp
     assert not [*tmp_path.iterdir()]
 
 
+def test_a_file_that_is_not_there_is_answered_with_the_one_that_was_meant(tmp_path):
+    (tmp_path / "mine.toml").write_text("a = 1\n")
+    (tmp_path / "ditc.toml").mkdir()  # is there, and no file
+
+    def told(name: str) -> str:
+        with pytest.raises(ParameterError) as fault:
+            files.read_toml(tmp_path / name)
+        return str(fault.value)
+
+    assert told("mine").endswith(f"; did you mean {tmp_path}/mine.toml?")
+    assert "`reluctance examples deadbeat --copy .` copies" in told("deadbeat.toml")
+    assert ";" not in told("nothing.toml") and ";" not in told("ditc.toml")
+
+
 def test_the_remedy_of_an_edited_file_needs_its_content(tmp_path):
     with pytest.raises(
         ParameterError, match=r"cannot read .*none: No such file .*; choose another"

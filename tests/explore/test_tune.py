@@ -217,8 +217,10 @@ def test_the_command_writes_the_tuned_drive(tmp_path: Path) -> None:
     tuned = rl.load(tmp_path / "t.toml")
     assert tuned.control.i_band_A == told["values"]["control.i_band_A"]  # type: ignore[attr-defined]
     assert told["kept"] and told["trials"] <= 12
-    done = command(*line, *rest)
+    done = command(*line, *rest, *out)
     assert "12 trials" in done.out and done.code == 0
+    assert done.out.split()[-3:] == [str(path) for path in out[1::2]]
+    assert not command(*line, *rest).out.rstrip().endswith("None")
 
 
 def test_bounds_that_no_trial_keeps_are_told_with_exit_code_1(tmp_path: Path) -> None:

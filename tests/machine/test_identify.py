@@ -111,6 +111,7 @@ def test_three_commands_from_pulses_to_a_simulated_drive(tmp_path):
     write_pulses(pulses, found, drive)
     told = reluctance("map", "identify", pulses, "--R_ohm", 3, "--N_r", 4, "--out", table)
     assert "38 pulses at 19 angles" in told
+    assert "rising and falling currents agree with" in told and "ohm; given 3\n" in told
     assert "next: reluctance map import" in told
     winding = ("--N_s", 6, "--R_ohm", 3, "--J_kgm2", 0.031, "--angle_kind", "electrical")
     reluctance("map", "import", table, "--N_r", 4, *winding, "--out", motor)

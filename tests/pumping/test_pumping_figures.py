@@ -357,6 +357,19 @@ def dry(found):
     return replace(found, samples=replace(found.samples, Q=nothing), storage=None)
 
 
+@pytest.mark.parametrize(("part", "told"), [(0.97, 1), (0.99, 0)])
+def test_a_link_below_the_voltages_of_the_loss_map_is_told(dry, part, told):
+    """Of the half of the day with a pump that turns; at a standstill its voltage does not matter."""
+    least = dry.losses.u_dc[0]
+    omega = np.where(np.arange(len(dry.t)) % 2, 100.0, 0.0)
+    samples = replace(dry.samples, omega=omega, u_dc=np.full(len(dry.t), part * least))
+    said = [line for line in remarks(replace(dry, samples=samples)) if "the loss map ends" in line]
+    hours = (omega > 0).sum() * dry.step / 3600
+    assert said == [
+        f"{hours:.1f} h below {least:g} V, where the loss map ends: its edge is used"
+    ] * bool(told)
+
+
 @pytest.mark.parametrize(("given", "told"), [(1.04, 0), (1.2, 1)])
 def test_a_law_that_gives_more_than_its_limit_is_told_where_it_is_at_it(dry, given, told):
     losses = replace(dry.losses, given=np.full_like(dry.losses.given, given))
