@@ -359,7 +359,7 @@ def dry(found):
 
 @pytest.mark.parametrize(("part", "told"), [(0.97, 1), (0.99, 0)])
 def test_a_link_below_the_voltages_of_the_loss_map_is_told(dry, part, told):
-    """Of the half of the day with a pump that turns; at a standstill its voltage does not matter."""
+    """Of the half of the day in which the pump turns; at standstill its voltage says nothing."""
     least = dry.losses.u_dc[0]
     omega = np.where(np.arange(len(dry.t)) % 2, 100.0, 0.0)
     samples = replace(dry.samples, omega=omega, u_dc=np.full(len(dry.t), part * least))
