@@ -111,10 +111,22 @@ def test_a_length_in_another_unit_is_asked_for_or_refused(name, unit, size):
 def test_lengths_that_machines_have_are_not_asked_for():
     for data in (GOOD, *map(read_toml, GEOMETRIES)):
         assert questions(geometry_of(flattened(data), "[machine]")) == []
-    small = {name: 0.1 for name in LENGTHS} | {"stator__outer_diameter_mm": 0.1}
-    tenth = {n: f * GOOD[n.split("__")[0]][n.split("__")[1]] for n, f in small.items()}
-    (line,) = questions(geometry(**tenth))
+    (line,) = questions(geometry(**all_lengths(0.1)))
     assert line.endswith("are all lengths in millimetres?")
+
+
+def test_lengths_of_no_machine_are_refused_before_what_follows_from_them():
+    """As in metres, whose first consequence would be a current."""
+    with pytest.raises(rl.ParameterError, match="need at least 5; check the units of all lengths"):
+        geometry(**all_lengths(1e-3))
+    assert geometry(**all_lengths(5.001 / GOOD["stator"]["outer_diameter_mm"])) is not None
+
+
+def all_lengths(factor):
+    names = [*LENGTHS, "stator__outer_diameter_mm"]
+    parts = [name.split("__") for name in names]
+    sizes = [factor * GOOD[section][key] for section, key in parts]
+    return dict(zip(names, sizes, strict=True)) | {"map__current_max_A": 1e-3}
 
 
 @pytest.mark.parametrize(("side", "height"), [("stator", 27.0), ("rotor", 21.0)])

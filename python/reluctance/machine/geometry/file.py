@@ -24,6 +24,7 @@ GAP_FIELD_MOST = 32.0  # [T]
 IRON_FIELD_MOST = 2e5  # [A/m]
 LEAST_GAP = 1 / 2000  # of the bore diameter: 0.5 mm at a metre, half of what is built
 ROUNDING = 1e-8  # of a limit that a message names with its digits
+LEAST_OUTER = 5.0  # no stamped lamination is smaller [mm]
 LEAST_STACK = 1 / 50  # of the bore diameter; machines have 0.3 to 3
 LEAST_ARC = 0.1  # of a pole pitch; machines have 0.3 to 0.55
 MOST_PHASES = 6
@@ -220,6 +221,11 @@ def _check_sizes(g: Geometry) -> None:
         raise ValueError(
             f"stator.outer_diameter_mm = {g.stator.outer_diameter_mm:g}, need more than "
             f"bore_diameter_mm = {bore:g}; check the units of both (millimetres)"
+        )
+    if g.stator.outer_diameter_mm < LEAST_OUTER:
+        raise ValueError(
+            f"stator.outer_diameter_mm = {g.stator.outer_diameter_mm:g}, need at least "
+            f"{LEAST_OUTER:g}; check the units of all lengths (millimetres)"
         )
     if s.r_slot_s >= s.r_out - CLEARANCE:
         raise ValueError(
