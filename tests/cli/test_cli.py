@@ -75,7 +75,7 @@ def test_every_format_holds_the_same_waveforms(tmp_path):
         assert done.returncode == 0, done.stderr
         tables[ending] = reader(path)
     csv = tables["csv"]
-    for name in ("t_s", "theta_m_rad", "speed_rpm", "u_dc_V", "tau_Nm"):
+    for name in ("t_s", "theta_m_deg", "speed_rpm", "u_dc_V", "tau_Nm"):
         assert name in csv
     for phase in "abc":
         for name in (f"i_{phase}_A", f"u_{phase}_V", f"psi_{phase}_Wb", f"tau_{phase}_Nm"):

@@ -149,7 +149,9 @@ def test_dataframe_has_the_columns_of_a_file_or_says_what_is_missing(result: rl.
         with pytest.raises(rl.ParameterError, match="pip install pandas"):
             result.to_dataframe()
     else:
-        assert list(result.to_dataframe())[:3] == ["t_s", "theta_m_rad", "speed_rpm"]
+        table = result.to_dataframe()
+        assert list(table)[:3] == ["t_s", "theta_m_deg", "speed_rpm"]
+        assert table["theta_m_deg"].to_numpy() == pytest.approx(np.degrees(result.theta_m))
 
 
 @pytest.mark.parametrize(

@@ -117,7 +117,7 @@ class Record:
         """The waveforms under their border names, each of shape (n,)."""
         table = {
             "t_s": self.t,
-            "theta_m_rad": self.theta_m,
+            "theta_m_deg": from_si(self.theta_m, "deg"),
             "speed_rpm": from_si(self.omega_m, "rpm"),
             "u_dc_V": self.u_dc,
             "tau_Nm": self.tau,
