@@ -90,6 +90,16 @@ Until found(std::mt19937& random, double speed, double jump) {
   return until;
 }
 
+/// Samples until an angle that jumps with the first judgement is found.
+int first_found() {
+  Held held;
+  constexpr int first = (2 * Advance<double>::parts + 1) * block;
+  for (int n = 1; n < watched; ++n) {
+    if (held.contradicts(n < first ? 0 : 1)) return n;
+  }
+  return watched;
+}
+
 }  // namespace
 
 int main() {
@@ -102,6 +112,8 @@ int main() {
         found(random, beyond / tau, 0).most, samples + block);
   check("an angle that jumps is found within a block [samples]", found(random, 0, beyond).most,
         block);
+  check("the first angle is judged when all before it are kept [samples]",
+        first_found() - (2 * Advance<double>::parts + 1) * block, 0);
   check("a change that a rotor can make is found in no run [samples left]",
         watched - found(random, 0.98 * advance.bend / tau, 0).least, 0);
   return failures > 0;

@@ -102,6 +102,7 @@ struct Bench {
   Request<float> ask{.enable = true};
   Command<float, 3> orders{};
   Outputs out{};
+  int wrongly_bridged = 0;  // [samples]
 
   /// Samples until the state is reached, at most 20; each with a new command where one comes.
   int until(Mode mode, bool commands = true, float u_dc = 120) {
@@ -110,6 +111,9 @@ struct Bench {
     for (int n = 1; n <= 20; ++n) {
       ask.sequence += commands;
       out = drive.step(x, y, ask, orders);
+      const Mode now = out.mode;
+      const bool charged = now == Mode::calibrate || now == Mode::ready || now == Mode::run;
+      wrongly_bridged += out.precharged != charged;
       if (out.mode == mode) return n;
     }
     return 99;
@@ -165,5 +169,6 @@ int main() {
   b.ask.tripped = true;
   check("a hardware trip is a fault", std::abs(b.until(Mode::fault) - 1), 0);
   check("of its own name", b.drive.fault(b.x).status != Status::hardware_trip, 0);
+  check("the resistor is bridged while the dc link is charged", b.wrongly_bridged, 0);
   return failures != 0;
 }
