@@ -254,13 +254,16 @@ def main() -> None:
         tests = recorded(reached)
         print(f"{len(tests)} tests of {sum(test.cost for test in tests):.0f} s", flush=True)
         killer_of = partial(court.killer, tests=tests)
-        for kind in ("python", "cpp"):
-            mutants = drawn(kind, getattr(arguments, kind), arguments.only, draw)[
-                shard - 1 :: shards
-            ]
+        mutants = {
+            kind: drawn(kind, getattr(arguments, kind), arguments.only, draw)[shard - 1 :: shards]
+            for kind in ("python", "cpp")
+        }
+        # Those that take longest begin first, so that no processor waits at the end.
+        killers = {kind: pool.map(killer_of, mutants[kind]) for kind in ("cpp", "python")}
+        for kind, judged in killers.items():
             killed: Counter[str] = Counter()
             count: Counter[str] = Counter()
-            for mutant, killer in zip(mutants, pool.map(killer_of, mutants), strict=True):
+            for mutant, killer in zip(mutants[kind], judged, strict=True):
                 room = mutant.file.relative_to(ROOT).parent.as_posix()
                 seen_by = "none" if killer is None else killer
                 table.writerow((arguments.seed, str(mutant), seen_by))

@@ -149,6 +149,19 @@ struct StrokeFit {
     }
   }
 
+  /// The rows, and three that weigh little: the resistance is as believed, and the shape of the
+  /// map.
+  template <int N>
+  static constexpr NormalEquations<T> with_belief(const State<N>& x) {
+    const Learned<T>& p = x.learned;
+    NormalEquations<T> all = x.sums;
+    const T w = sqrt(belief * x.sums.trace());
+    all.add({w, T(0), T(0), T(0)}, w * (T(1) - p.R));
+    all.add({T(0), w, -w, T(0)}, w * (p.aligned - p.unaligned));
+    all.add({T(0), T(0), -w, w}, w * (p.aligned - p.saturated));
+    return all;
+  }
+
  private:
   /// What a reading says [A].
   constexpr T current(T shown) const { return shown > i_least ? shown + i_missing : T(0); }
@@ -220,19 +233,6 @@ struct StrokeFit {
     x.sums.take(s.sums, keep);
     move(x);
     return true;
-  }
-
-  /// The rows, and three that weigh little: the resistance is as believed, and the shape of the
-  /// map.
-  template <int N>
-  static constexpr NormalEquations<T> with_belief(const State<N>& x) {
-    const Learned<T>& p = x.learned;
-    NormalEquations<T> all = x.sums;
-    const T w = sqrt(belief * x.sums.trace());
-    all.add({w, T(0), T(0), T(0)}, w * (T(1) - p.R));
-    all.add({T(0), w, -w, T(0)}, w * (p.aligned - p.unaligned));
-    all.add({T(0), T(0), -w, w}, w * (p.aligned - p.saturated));
-    return all;
   }
 
   /// Towards the solution.
