@@ -22,15 +22,16 @@ export function figures(rows, names, drive) {
     tau_mean: tau,
     tau_ref_mean: tau_ref,
     torque_ripple_pp: ratio(most("tau_max") - least("tau_min"), tau),
-    torque_ripple_rms: ratio(Math.sqrt(Math.max(mean("tau_squared") - tau * tau, 0)), tau),
+    torque_ripple_rms: ratio(deviation(mean("tau_squared"), tau), tau),
     torque_error_rms: ratio(Math.sqrt(error), tau_ref),
     i_rms: Math.sqrt(Math.max(...squared) / duration),
     i_peak: most("i_peak"),
+    i_cap_rms: deviation(mean("i_cap_squared"), mean("i_cap")),
     p_cu,
     p_dev: Math.abs(lost) > 1e-10 * Math.abs(rise("E_dc")) ? lost / duration : 0,  // else rounding
     p_mech,
     p_in,
-    efficiency: p_mech > 0 && p_in > 0 ? p_mech / p_in : p_mech < 0 && p_in < 0 ? p_in / p_mech : null,
+    efficiency: efficiency(p_mech, p_in),
     f_switch: mean("turn_ons") / (2 * drive.n_phases),
     speed_mean: omega,
     beyond_map: Math.max(0, 1 - drive.i_known / most("i_peak")),
@@ -56,6 +57,15 @@ function evaluated(rows, of, N_r) {
   const [a, b] = [ends[0], ends[ends.length - 1]];
   if (ends.length < 2 || Math.abs(turns(b) - turns(a)) < 0.5) return [rows, 0];
   return [rows.slice(rows.indexOf(a), rows.indexOf(b) + 1), ends.length - 1];
+}
+
+function efficiency(p_mech, p_in) {
+  if (p_mech > 0 && p_mech <= p_in) return p_mech / p_in;
+  return p_mech <= p_in && p_in < 0 ? p_in / p_mech : null;
+}
+
+function deviation(squared, mean) {
+  return Math.sqrt(Math.max(squared - mean * mean, 0));
 }
 
 function ratio(part, whole) {

@@ -50,6 +50,7 @@ const ROWS = [
   ["f_switch", "Switching frequency", v => `${(v / 1e3).toFixed(2)} kHz`],
   ["i_rms", "Rms phase current", number("A", 2), limit => limit.i_rms_A],
   ["i_peak", "Peak phase current", number("A", 2), limit => limit.i_peak_A],
+  ["i_cap_rms", "Rms dc-link capacitor current", number("A", 2)],
   ["p_cu", "Copper loss", number("W", 1), limit => limit.p_cu_W],
   ["p_dev", "Device conduction loss", number("W", 1)],
   ["p_mech", "Mechanical power", number("W", 1)],

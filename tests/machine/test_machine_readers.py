@@ -12,7 +12,7 @@ from reluctance import ParameterError
 from reluctance.machine.geometry.from_geometry import FromGeometry
 from reluctance.machine.library import flattened, machine_table
 from reluctance.machine.maps import FluxTable
-from reluctance.machine.maps.cells import any_rows, cells, sheet_rows, text_rows
+from reluctance.machine.maps.cells import any_rows, cells, text_rows
 from reluctance.machine.maps.mat_file import read_arrays
 from reluctance.machine.maps.units import suspects
 
@@ -128,44 +128,6 @@ def test_rows_of_text_are_those_below_comments_with_the_names_of_the_last_commen
             text_rows(fault)
     with pytest.raises(ParameterError, match="no data; export it again"):
         any_rows("# x\n \n")
-
-
-def test_a_sheet_is_its_filled_rows_and_columns(tmp_path):
-    openpyxl = pytest.importorskip("openpyxl")
-    book = openpyxl.Workbook()
-    sheet = book.active
-    cells = ((5, 2, 1.5), (5, 4, 0), (6, 2, 2), (6, 4, 1))
-    for row, column, value in ((2, 2, "i_A"), (2, 4, " psi_Wb "), *cells):
-        sheet.cell(row, column, value)
-    book.create_sheet("other").cell(1, 1, "not this")
-    book.save(tmp_path / "a.xlsx")
-    assert sheet_rows(tmp_path / "a.xlsx") == [["i_A", "psi_Wb"], ["1.5", "0"], ["2", "1"]]
-    book = openpyxl.Workbook()
-    for text in ("notes", "of three", "lines"):
-        book.active.append([text])  # a column is no table
-    book.save(tmp_path / "b.xlsx")
-    with pytest.raises(ParameterError, match="no sheet has a table"):
-        sheet_rows(tmp_path / "b.xlsx")
-    book = openpyxl.Workbook()
-    book.active.cell(1, 1001, 5)
-    book.save(tmp_path / "c.xlsx")
-    with pytest.raises(ParameterError, match="cells beyond 200000 rows or 1000 columns"):
-        sheet_rows(tmp_path / "c.xlsx")
-
-
-def test_a_formula_whose_value_the_file_lacks_is_told_with_its_cell(tmp_path):
-    """As a script writes it."""
-    openpyxl = pytest.importorskip("openpyxl")
-    book = openpyxl.Workbook()
-    book.active.title = "flux"
-    for row in (["i_A", "theta_m_deg", "psi_Wb"], [1, 0, 0.1], [2, 0, "=0.1*A3"], [3, 0, None]):
-        book.active.append(row)
-    book.save(tmp_path / "a.xlsx")
-    with pytest.raises(ParameterError, match="cell C3 of sheet `flux` is a formula without its"):
-        sheet_rows(tmp_path / "a.xlsx")
-    book.active["C3"] = 0.2
-    book.save(tmp_path / "a.xlsx")
-    assert sheet_rows(tmp_path / "a.xlsx")[-1] == ["3", "0", ""]
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from reluctance.base.arrays import FloatArray
 from reluctance.base.columns import point_hint, refuse_parted, with_points
 from reluctance.base.errors import Note, ParameterError, named
 from reluctance.base.files import note_input
+from reluctance.base.sheet import below_titles, sheet_rows
 
 MOST_BYTES = 50_000_000  # of a table of numbers as text
 MOST = 1e15  # of a number in a file, either sign: no column of a drive comes near
@@ -86,15 +87,17 @@ def read_text(path: Path, *, most_bytes: int = MOST_BYTES) -> str:
 
 
 def read_rows(path: Path, *, most_bytes: int = MOST_BYTES) -> list[list[str]]:
-    """The rows of a CSV file, its cells without blanks around them; without empty lines and lines
-    that begin with #. Commas, semicolons, tabs or, between numbers, blanks stand between the cells;
-    a decimal comma is a point where it cannot be one of those.
+    """The rows of a CSV file or an .xlsx sheet, its cells without blanks around them; without empty
+    lines and lines that begin with #. In text, commas, semicolons, tabs or, between numbers, blanks
+    stand between the cells; a decimal comma is a point where it cannot be one of those.
 
     Raises
     ------
     ParameterError
         If there are none, and as `read_text`.
     """
+    if path.suffix.lower() == ".xlsx":
+        return sheet_rows(path, without_comments)
     text = read_text(path, most_bytes=most_bytes).splitlines()
     lines = [line for line in text if line.strip() and not line.startswith("#")]
     if not lines:
@@ -112,6 +115,11 @@ def read_rows(path: Path, *, most_bytes: int = MOST_BYTES) -> list[list[str]]:
         first = next((k for k, row in enumerate(rows) if all(map(is_number, row))), 0)
         refuse_parted(rows[max(first - 1, 0) :])
     return rows
+
+
+def without_comments(rows: list[list[str]]) -> list[list[str]]:
+    """The rows of a sheet below its titles that do not begin with #."""
+    return below_titles([row for row in rows if not row[0].startswith("#")])
 
 
 def is_number(cell: str) -> bool:

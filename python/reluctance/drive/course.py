@@ -1,4 +1,4 @@
-"""A course over time from a CSV file: a torque, a speed or a head of a drive file."""
+"""A course over time from a file: a torque, a speed or a head of a drive file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def read_course(path: Path, key: str) -> tuple[list[float], list[float]]:
     ParameterError
         If the file cannot be read as columns `t_s` and `key`, or two columns without names.
     """
-    with reading(path, f"columns t_s and {key}", f"{key} takes a number or a CSV file"):
+    with reading(path, f"columns t_s and {key}", f"{key} takes a number, or a CSV or .xlsx file"):
         rows = read_rows(path)
         places = 0, 1
         if not is_number(rows[0][0]):

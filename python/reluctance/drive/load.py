@@ -119,7 +119,7 @@ COURSES = (
 
 
 def _settle_courses(data: dict[str, Any], folder: Path) -> None:
-    """A constant that names a CSV file becomes the course over time in it: columns t_s and the
+    """A constant that names a file becomes the course over time in it: columns t_s and the
     key, or two columns without names."""
     for section, key in COURSES:
         table = data.get(section)
@@ -127,7 +127,7 @@ def _settle_courses(data: dict[str, Any], folder: Path) -> None:
         if not isinstance(table, dict) or not isinstance(file, str):
             continue
         path = folder / file if is_file(folder / file) else Path(file)
-        if file.lower().endswith(".csv") or is_file(path):
+        if file.lower().endswith((".csv", ".xlsx")) or is_file(path):
             if beside := [name for name in ("t_s", "values") if name in table]:
                 undone = " ".join(f"--set {section}.{name}=" for name in beside)
                 raise ParameterError(

@@ -63,7 +63,7 @@ class Driven:
 
 
 def read_cycle(path: str | Path) -> Cycle:
-    """A cycle from a CSV file with the columns t_s, speed_rpm and tau_Nm, in any order.
+    """A cycle from a CSV or .xlsx file with the columns t_s, speed_rpm and tau_Nm, in any order.
 
     Raises
     ------

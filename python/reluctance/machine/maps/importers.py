@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.reading import MOST, is_number, numbers, read_text, reading
-from reluctance.machine.maps.cells import sheet_rows, text_rows, with_units
+from reluctance.base.sheet import sheet_rows
+from reluctance.machine.maps.cells import map_rows, text_rows, with_units
 from reluctance.machine.maps.conventions import EXCHANGED, is_inverse, settled
 from reluctance.machine.maps.mat_file import passed_over, read_arrays
 from reluctance.machine.maps.raw import Column, RawMap, chosen
@@ -141,7 +142,7 @@ def _read(path: Path, names: dict[str, str], *, torque: bool = False) -> RawMap:
     if suffix == ".mat":
         return _read_mat(path, names)
     if suffix == ".xlsx":
-        return _from_rows(sheet_rows(path), names, torque=torque)
+        return _from_rows(sheet_rows(path, map_rows), names, torque=torque)
     text = read_text(path, most_bytes=MAX_BYTES)
     if suffix == ".json":
         return _read_json(text, names)
