@@ -164,7 +164,7 @@ def test_a_source_that_is_too_weak_is_told_while_the_capacitor_gives(tmp_path: P
     assert "note: the capacitor of the dc link gives " in done.error
     low, high = figures["u_dc_min_V"], figures["u_dc_max_V"]
     assert high - low > 10 and f"({low:.4g} to {high:.4g} V)" in done.error
-    stiff = command("run", file, "--until", "0.1", "--set", "source.R_ohm=0.1").out
+    stiff = command("run", file, "--until", "0.1", "--set", "source.R_ohm=0.1").error
     assert "capacitor" not in stiff
 
 
