@@ -73,6 +73,17 @@ def drive(*faults, theta_deg=5.0, source=None, **values):
     return base.with_values({"faults": list(faults)})
 
 
+@pytest.mark.parametrize("gain", [1.0, 0.8])
+def test_a_comparator_holds_the_current_that_its_channel_shows(gain):
+    base = rl.load(EXAMPLES / "hysteresis_200A.toml")
+    channel = Fault(kind="sensor_gain", phase="b", gain=gain, t_s=0.0)
+    broken = rl.simulate(base.with_values({"faults": [channel]}), record=1e-5)
+    top = 200 + base.control.i_band_A
+    assert broken.i.max(axis=1) == pytest.approx([top, top / gain, top], abs=0.5)
+    if gain == 1.0:
+        assert np.array_equal(broken.i, rl.simulate(base, record=1e-5).i)
+
+
 ACCURATE = {"rtol": 1e-9, "atol": 1e-9, "method": "DOP853"}
 HEALTHY = {UP: 1, FREE: 0, DOWN: -1}
 
