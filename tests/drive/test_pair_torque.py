@@ -67,6 +67,24 @@ def test_the_law_is_asked_for_the_rest(file):
     assert 0 < cut < 100
 
 
+@pytest.mark.parametrize(
+    ("example", "by_itself"),
+    [
+        ("pwm_current", False),
+        ("sharing_cubic", True),
+        ("deadbeat", True),
+        ("ditc", True),
+        ("finite_set_mpc", True),
+        ("paper_rated", True),
+        ("edge_mpc_mcu", True),
+    ],
+)
+def test_the_pairs_are_known_once_to_the_law_or_to_the_controller(tmp_path, example, by_itself):
+    given = rl.load(on_the_coupled_machine(tmp_path, example), WORKING)
+    assert given.pairs_known
+    assert (given.pairs(given.known()) is None) == by_itself
+
+
 def test_zero_stays_zero_and_the_key_turns_it_off(file):
     given = rl.load(file, WORKING)
     i = [9.0, 11.0, 0.0]
