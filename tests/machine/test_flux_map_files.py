@@ -200,6 +200,8 @@ BAD_FILES = {
     "twice.csv": (b"i_A,theta_deg,psi_Wb\n0,0,0\n0,0,0\n", "appears 2 times"),
     "unit.csv": (b"i_A,theta_deg,psi_lb\n0,0,0\n0,0,0\n", "unknown part `lb`"),
     "short.csv": (b"1,2\n3,4\n", "2 x 2, need a grid"),
+    "narrow.csv": (b"0,45\n0,0\n10,0.1\n20,0.2\n", "4 x 2, need a grid"),
+    "low.csv": (b",0,45,90\n0,0,0,0\n", "2 x 4, need a grid"),
     "binary.csv": (b"\xff\xfe\x00\x01\x80", "not text"),
     "zip.mat": (b"PK\x03\x04rest", "zip archive.*unpack"),
     "new.mat": (b"\x89HDF\r\n\x1a\n....", "v7.3.*-v7"),

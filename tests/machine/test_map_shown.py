@@ -179,6 +179,11 @@ def test_torque_of_the_table_stands_at_the_currents_that_it_has(machine):
     # In steps of 10 A it has 450 A, and not 45, 112.5, 225 and 337.5 A.
     assert dots.get_ydata() == pytest.approx(GOOD.tau[45])
     assert dots.get_xdata() == pytest.approx(np.linspace(0, 180, 31))
+    # Within a thousandth of the last current.
+    for off, count in ((0.44, 1), (0.46, 0)):
+        near = replace(GOOD, i=np.where(GOOD.i > 440, GOOD.i - off, GOOD.i))
+        drawn = plot_torque(machine, near, axes=Figure().add_subplot())
+        assert sum(line.get_linestyle() == "None" for line in drawn.lines) == count
 
 
 def test_the_surface_of_a_fine_table_goes_through_its_samples():
