@@ -12,7 +12,7 @@ import reluctance as rl
 from reluctance import ParameterError, _core
 from reluctance.machine.maps import identify, read_pulses, surface
 from reluctance.machine.maps.conventions import settled
-from reluctance.machine.maps.identify import _closed
+from reluctance.machine.maps.identify import _closed, _positions
 from reluctance.machine.maps.raw import RawMap
 from reluctance.targets.commission import Wires, commission, write_pulses
 
@@ -99,6 +99,15 @@ def test_units_and_names_of_columns_do_not_matter(captures, tmp_path):
     named = write(tmp_path / "a.csv", scaled, "TIME,CH1,CH2,pos")
     again = identify(read_pulses([named], names=names), N_r=6, R=R).table.psi
     np.testing.assert_allclose(again, psi, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize(("off", "positions"), [(0.44, [90.11, 135]), (0.46, [90, 90.46, 135])])
+def test_pulses_of_one_clamped_position_are_told_by_the_range_of_angles(off, positions):
+    """Within a hundredth of it, wherever it begins: here 45 deg, with one pulse in four off."""
+    at = {90.0: ["a", "b", "c"], 90.0 + off: ["d"], 135.0: ["e"]}
+    angles, groups = _positions(at)
+    assert angles == pytest.approx(positions)
+    assert [pulse for group in groups for pulse in group] == ["a", "b", "c", "d", "e"]
 
 
 def test_three_commands_from_pulses_to_a_simulated_drive(tmp_path):
