@@ -232,8 +232,10 @@ def test_the_loop_area_is_the_work_of_the_phase(name, record):
 
 def test_the_loop_needs_a_period_and_waveforms(tmp_path):
     drive = rl.load(HALF)
+    period = 60 / drive.load.speed_rpm / drive.machine.N_r
     with pytest.raises(rl.ParameterError, match="one whole electrical period"):
-        energy_loops(rl.simulate(drive, until=0.005))
+        energy_loops(rl.simulate(drive, until=0.9 * period))
+    assert len(energy_loops(rl.simulate(drive, until=period))) == 3
     with pytest.raises(rl.ParameterError, match="no waveforms"):
         energy_loops(rl.simulate(drive, until=0.03, record=None))
     with pytest.raises(rl.ParameterError, match="need one of"):
