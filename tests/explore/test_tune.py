@@ -217,6 +217,7 @@ def test_the_command_writes_the_tuned_drive(tmp_path: Path) -> None:
     tuned = rl.load(tmp_path / "t.toml")
     assert tuned.control.i_band_A == told["values"]["control.i_band_A"]  # type: ignore[attr-defined]
     assert told["kept"] and told["trials"] <= 12
+    assert told["figures"]["t_trip_s"] is None and told["figures"]["torque_error_rms"] > 0
     done = command(*line, *rest, *out)
     assert "12 trials" in done.out and done.code == 0
     assert done.out.split()[-3:] == [str(path) for path in out[1::2]]

@@ -96,6 +96,15 @@ def test_a_corner_of_the_flux_is_no_row_of_another_run(at, step):
         assert f"row at {np.degrees(theta[n]):g} deg el." in wrong.reasons[0]
 
 
+@pytest.mark.parametrize("seed", [2, 3, 4, 5])
+def test_a_row_stands_out_of_noise_alike_in_any_size_of_machine(seed):
+    """0.3 % of noise, in which the farthest row is off by about as much."""
+    noise = 0.003 * GOOD.psi.max() * np.random.default_rng(seed).standard_normal(GOOD.psi.shape)
+    psi = np.where(GOOD.i[:, None] > 0, GOOD.psi + noise, 0.0)
+    found = [check_map(replace(GOOD, psi=k * psi, tau=None)).row_error for k in (0.01, 1, 100)]
+    assert found == pytest.approx([found[1]] * 3) and 0.001 < found[1] < 0.01
+
+
 def test_one_current_scaled_by_three_percent_is_refused():
     report = check_map(scaled_current(GOOD, 20, 1.03))
     assert report.verdict == "refused"
