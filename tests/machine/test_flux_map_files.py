@@ -10,6 +10,7 @@ from test_flux_map import sampled
 from reluctance.base.errors import ParameterError
 from reluctance.machine.maps import FluxTable, read_map, surface, write_map
 from reluctance.machine.maps.conventions import settled
+from reluctance.machine.maps.importers import _read
 from reluctance.machine.maps.raw import RawMap
 
 I = np.linspace(0, 150, 16)  # noqa: E741
@@ -79,6 +80,19 @@ def test_every_orientation_gives_the_identical_machine(tmp_path):
         assert np.abs(ours - theirs).max(axis=0) == pytest.approx(
             0, abs=1e-8 * np.abs(theirs).max()
         ), path.name
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_a_square_map_is_turned_by_its_line_without_flux(tmp_path, size):
+    """As many currents as angles, written the other way round, with rounding at 0 A."""
+    i, theta = np.linspace(0, 10, 11), np.linspace(0, 180, 11)
+    psi = size * np.outer(np.tanh(i / 5), 1.1 - np.cos(np.radians(theta)))
+    for low, turned in ((5e-7, True), (2e-6, False)):
+        psi[0] = low * psi.max()
+        content = dict(N_r=4, i_A=list(i), theta_e_deg=list(theta), psi_Wb=psi.T.tolist())
+        (tmp_path / "m.json").write_text(json.dumps(content))
+        raw = _read(tmp_path / "m.json", {})
+        assert np.array_equal(raw.psi, psi if turned else psi.T)
 
 
 def test_what_is_inferred_is_said(tmp_path):

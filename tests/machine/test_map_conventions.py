@@ -89,6 +89,16 @@ def test_an_end_of_a_half_period_that_is_a_sample_away_follows_from_symmetry(n, 
     assert any("those at its ends by symmetry" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_what_lacks_at_an_end_is_held_against_the_finer_of_both_ends(turned):
+    """1.5 deg are a sample of their own where such steps lead there, though others have 6 deg."""
+    degrees = np.append(np.arange(0.0, 90, 6), np.arange(90, 179, 1.5))
+    degrees = (180 - degrees)[::-1] if turned else degrees
+    found = settled(raw(degrees))
+    assert any("those at its ends by symmetry" in note for note in found.notes)
+    assert found.psi == pytest.approx(over(found.theta_e), abs=1e-4)
+
+
 @pytest.mark.parametrize(("off", "exact"), [(0.0, True), (0.99e-6, True), (1.03e-6, False)])
 @pytest.mark.parametrize("degrees", [HALF, WHOLE, WHOLE[:-1]], ids=["half", "whole", "open"])
 def test_angles_that_are_even_up_to_rounding_are_exactly_even(degrees, off, exact):

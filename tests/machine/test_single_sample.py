@@ -69,6 +69,16 @@ def test_two_mistyped_samples_are_both_counted() -> None:
     assert found is not None and (found.i, found.more) == (200.0, 1)
 
 
+@pytest.mark.parametrize(("apart", "more"), [(2, 0), (3, 1)])
+@pytest.mark.parametrize("way", [(1, 0), (0, 1), (-1, 0), (0, -1)])
+def test_a_sample_beyond_the_cubics_of_another_is_counted(
+    way: tuple[int, int], apart: int, more: int
+) -> None:
+    other = mistyped(GOOD, 20 + apart * way[0], 15 + apart * way[1], 1.07)
+    found = wrong_sample(mistyped(other, 20, 15, 1.08))
+    assert found is not None and (found.i, found.more) == (200.0, more)
+
+
 def test_the_last_current_weighs_by_what_its_cubic_leaves_open() -> None:
     """There the cubic is continued past its samples, and noise counts six times as much."""
     both = mistyped(mistyped(GOOD, 45, 10, 1.1), 20, 20, 1.07)

@@ -147,12 +147,13 @@ class PairTable:
         value, slope, bend = (np.asarray(spline(i, p)) for p in range(3))
         middle = -slope / (past[0] - i) - bend / 2  # so that the slope ceases with the bend
         pieces = []
-        for end, until in zip(past, (middle, 0 * bend), strict=True):
+        none = np.zeros_like(value)
+        for end, until in zip(past, (middle, none), strict=True):
             h, rate = end - i, (until - bend) / (end - i)
             pieces.append(np.stack([rate / 6, bend / 2, slope, value]))
             value = value + h * (slope + h * (bend / 2 + h * rate / 6))
             slope, bend, i = slope + h * (bend + until) / 2, until, end
-        pieces.append(np.stack([0 * value, 0 * value, 0 * value, value]))
+        pieces.append(np.stack([none, none, none, value]))
         c = np.concatenate([spline.c, np.stack(pieces, axis=1)], axis=1)
         ends = np.concatenate([self.knots, [2 * self.knots[-1]]])  # the last piece goes on
         return PPoly.construct_fast(c, ends, axis=1)
