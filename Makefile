@@ -103,7 +103,7 @@ wasm:
 # laws and machine models with three phases; with four, what the page has.
 # Less is written out in place, and no loop is: slower than `make wasm`, for a page that loads at
 # once.
-STUDIO_KINDS := -fno-vectorize -fno-slp-vectorize -fno-unroll-loops -mllvm -inline-threshold=75 \
+STUDIO_KINDS := -fno-vectorize -fno-slp-vectorize -fno-unroll-loops -mllvm -inline-threshold=60 \
   -DSRM_PHASES=3,4 -DSRM_PRECISIONS=double '-DSRM_TOGETHER(law,machine,phases)=( \
   !law.ends_with("OfPairs") && (phases == 3 || \
   (machine == "LeHuy" && (law == "TorqueSharing" || law == "Ditc"))))' \

@@ -174,7 +174,7 @@ def _from_rows(rows: list[list[str]], names: dict[str, str], *, torque: bool) ->
     return RawMap(rows=body[:, 0], columns=columns, psi=body[:, 1:])
 
 
-def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool = False) -> RawMap:
+def _long(rows: list[list[str]], names: dict[str, str], *, torque: bool) -> RawMap:
     """The grid behind rows of samples in any order."""
     head = rows[0]
     value = "tau" if torque else "psi"
