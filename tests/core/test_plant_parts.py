@@ -69,6 +69,29 @@ def test_the_capacitor_current_is_that_of_its_voltage() -> None:
     assert result.kpis.i_cap_rms == pytest.approx(np.sqrt((i_cap**2).mean()), rel=5e-3)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_small_capacitor_on_a_stiff_battery_settles_within_a_step(seed: int) -> None:
+    """Time constants down to a hundredth of the longest step: by the default step as by a short
+    one. The explicit rule for the voltage would grow without bound."""
+    draw = np.random.default_rng(seed)
+    values = {
+        "source.kind": "battery",
+        "source.R_ohm": float(np.exp(draw.uniform(np.log(0.005), np.log(0.05)))),
+        "source.C_uF": float(np.exp(draw.uniform(np.log(120), np.log(2000)))),
+        "load.speed_rpm": float(draw.uniform(500, 2500)),
+    }
+    law = ["sharing_cubic", "pwm_current", "deadbeat"][seed % 3]
+    drive = rl.load(EXAMPLES / f"{law}.toml").with_values(values)
+    default, fine = (
+        rl.simulate(drive.with_values({"simulation.dt_max_us": dt}), until=0.02, record=None).kpis
+        for dt in (20.0, 0.5)
+    )
+    assert default.i_cap_rms == pytest.approx(fine.i_cap_rms, rel=5e-3)
+    assert default.u_dc_min == pytest.approx(fine.u_dc_min, rel=1e-3)
+    assert default.u_dc_max == pytest.approx(fine.u_dc_max, rel=1e-3)
+    assert default.energy_residual is not None and default.energy_residual < 1e-5
+
+
 def test_a_rectifier_takes_nothing_back() -> None:
     """Braking into a one-way source charges the capacitor: 1/2 C (u^2 - E^2) is what came back."""
     braking = rl.load(
@@ -80,6 +103,25 @@ def test_a_rectifier_takes_nothing_back() -> None:
     assert result.kpis.u_dc_max > 245
     stored = 0.5 * 20e-3 * (result.kpis.u_dc_max**2 - 240**2)
     assert -rise("E_dc") == pytest.approx(stored - rise("E_source") + rise("E_loss"), rel=0.02)
+
+
+@pytest.mark.parametrize("end", [0.01, 0.02, 0.03])
+@pytest.mark.parametrize("chop", ["soft", "hard"])
+def test_a_torque_that_ramps_to_zero_ends_the_chopping(end: float, chop: str) -> None:
+    """At the end the course leaves a rounding of its torque, and the comparator a band of it."""
+    values = {
+        "control.law": "angles",
+        "control.chop": chop,
+        "control.tau_max_Nm": 12.0,
+        "converter.bridge": "asymmetric",
+        "converter.v_diode_V": 0.8,
+        "reference.tau_Nm": None,
+        "reference.t_s": [0.0, end, 0.05],
+        "reference.values": [5.0, 0.0, 0.0],
+    }
+    drive = rl.load(EXAMPLES / "shared_switch.toml").with_values(values)
+    result = rl.simulate(drive, until=end + 0.005)
+    assert np.all(result.i[:, -1] == 0) and np.all(result.leg[:, -1] == -1)
 
 
 def test_a_sagging_link_slows_the_rise_of_a_current() -> None:

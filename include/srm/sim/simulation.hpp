@@ -294,7 +294,10 @@ class Simulation {
     now_.t_sample = sampling_.T_s * static_cast<double>(++now_.samples);
     bool windows = false;
     for (int k = 0; k < N; ++k) {
-      windows = windows || command()[k].gate == Gate::window;
+      // A course that has come to zero may leave a rounding of it: no comparator regulates that.
+      PhaseCommand<double>& order = now_.gates.command[k];
+      if (order.i_ref < no_current_part * resolution_.scale.i) order.i_ref = 0;
+      windows = windows || order.gate == Gate::window;
       follow_window(k);
     }
     if (windows || now_.windows) now_.turns = 0;

@@ -170,10 +170,11 @@ std::array<double, N> corrections(const Instant<N>& start, const Instant<N>& end
   return d;
 }
 
-/// Takes what Hermite's rule says of a trial at the end of a step of length h.
+/// Takes what Hermite's rule says of a trial at the end of a step of length h; returns what that
+/// changes the dc-link voltage by.
 template <Machine M, int N>
-void close(const Plant<M, N>& p, const Instant<N>& start, Instant<N>& end, const StepStart<N>& s,
-           double h) {
+double close(const Plant<M, N>& p, const Instant<N>& start, Instant<N>& end, const StepStart<N>& s,
+             double h) {
   const Rates<N>& r0 = start.rates;
   Rates<N>& r1 = end.rates;
   if (p.shaft.rotation == Rotation::turning) {  // the load at the speed that the torque makes
@@ -192,6 +193,7 @@ void close(const Plant<M, N>& p, const Instant<N>& start, Instant<N>& end, const
     r1.v[k].now += s.circuit.paths.phase[k].level * du;
     end.jets[k].psi = start.jets[k].psi + integral(r0.v[k], r1.v[k], h);
   }
+  return du;
 }
 
 }  // namespace srm
