@@ -11,7 +11,9 @@ from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
 from reluctance.base.reading import is_number, read_rows
 from reluctance.base.sheet import sheet_rows
+from reluctance.drive.course import read_course
 from reluctance.drive.laws.angle_table import read_angle_table
+from reluctance.explore.efficiency_map.cycle import read_cycle
 from reluctance.machine.geometry.steel_file import read_curve
 
 ROOT = Path(__file__).parents[2]
@@ -101,3 +103,31 @@ def test_a_formula_whose_value_the_file_lacks_is_told_with_its_cell(tmp_path: Pa
     book.active["C3"] = 0.2
     book.save(tmp_path / "a.xlsx")
     assert sheet_rows(tmp_path / "a.xlsx")[-1] == ["3", "0", ""]
+
+
+def test_a_hidden_sheet_is_none(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    book.active.sheet_state = "hidden"
+    shown = book.create_sheet("shown")
+    for sheet, value in ((book.active, 3), (shown, 8)):
+        for row in (["t_s", "tau_Nm"], [0, value], [1, value]):
+            sheet.append(row)
+    book.save(tmp_path / "a.xlsx")
+    assert read_rows(tmp_path / "a.xlsx")[1:] == [["0", "8"], ["1", "8"]]
+
+
+@pytest.mark.parametrize(
+    ("read", "head"),
+    [
+        (lambda path: read_course(path, "tau_Nm"), "t_s,tau_Nm,tau_Nm"),
+        (read_cycle, "t_s,speed_rpm,speed_rpm,tau_Nm"),
+        (read_angle_table, "speed_rpm,torque_Nm,theta_on_deg,theta_off_deg,theta_on_deg"),
+    ],
+)
+def test_a_column_that_stands_there_twice_is_refused(tmp_path: Path, read, head) -> None:
+    twice = max(head.split(","), key=head.split(",").count)
+    (tmp_path / "a.csv").write_text(
+        "\n".join([head, *["1,2,3,4,5"[: 2 * head.count(",") + 1]] * 4])
+    )
+    with pytest.raises(ParameterError, match=f"column `{twice}` stands there 2 times; keep one"):
+        read(tmp_path / "a.csv")

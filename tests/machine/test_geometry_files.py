@@ -9,6 +9,7 @@ import pytest
 from command import refused
 from ends import SIZES, fault_of, numbers
 from geometries import COARSE, GEOMETRIES, GOOD, changed, geometry, write
+from scipy.constants import mu_0
 
 import reluctance as rl
 from reluctance.base.files import read_toml
@@ -19,7 +20,7 @@ from reluctance.machine.geometry.file import Coils, Geometry, Lamination, MapGri
 from reluctance.machine.geometry.geometry_machine import geometry_of
 from reluctance.machine.geometry.proportions import questions
 from reluctance.machine.geometry.solved import by_products_of
-from reluctance.machine.geometry.steel_file import grade
+from reluctance.machine.geometry.steel_file import grade, read_curve
 from reluctance.machine.library import flattened
 
 REFUSED = [
@@ -192,6 +193,40 @@ def test_a_curve_that_is_none_gets_one_line(tmp_path, points, text):
     (tmp_path / "bh.csv").write_text("\n".join(f"{h},{b}" for h, b in points) + "\n")
     path = write(tmp_path / "g.toml", changed(lamination__steel="bh.csv"))
     assert text in refused("machine", "from-geometry", path, "--out", tmp_path / "m.toml")
+
+
+@pytest.mark.parametrize(
+    ("head", "columns"),
+    [
+        ("H [A/m],B [T]", (H, B)),
+        ("B_T,H_A_per_m", (B, H)),
+        ("No,H [kA/m],mu_r,B [mT]", (range(len(H)), H / 1e3, 0 * H, 1e3 * B)),
+        ("H (A/cm),B (kG)", (H / 100, 10 * B)),
+        ("B [G],H [Oe]", (1e4 * B, H * 4 * np.pi / 1000)),
+        ("H [A/m],J [T]", (H, B - mu_0 * H)),
+        ("J [T],B [T],H [A/m]", (B - mu_0 * H, B, H)),
+    ],
+)
+def test_a_curve_is_read_in_the_units_that_its_columns_name(tmp_path, head, columns):
+    rows = [",".join(f"{x:.12g}" for x in row) for row in zip(*columns, strict=True)]
+    (tmp_path / "bh.csv").write_text("\n".join([head, *rows]) + "\n")
+    for found, right in zip(read_curve(tmp_path / "bh.csv"), (H, B), strict=True):
+        assert found == pytest.approx(right, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("head", "told"),
+    [
+        ("H [A/m],B [T],H [A/m],B [T]", "`H [A/m]` and `H [A/m]` are both H; remove one"),
+        ("H [mOe],B [T],a,b", "has the unit `moe`, need a/m or ka/m"),
+    ],
+)
+def test_columns_of_a_curve_that_cannot_be_told_apart_are_refused(tmp_path, head, told):
+    rows = [f"{h},{b},{h},{b}" for h, b in zip(H, B, strict=True)]
+    (tmp_path / "bh.csv").write_text("\n".join([head, *rows]) + "\n")
+    with pytest.raises(rl.ParameterError) as fault:
+        read_curve(tmp_path / "bh.csv")
+    assert told in str(fault.value)
 
 
 def test_a_saturation_below_the_curve_gets_one_line(tmp_path):

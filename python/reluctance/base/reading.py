@@ -122,6 +122,19 @@ def without_comments(rows: list[list[str]]) -> list[list[str]]:
     return below_titles([row for row in rows if not row[0].startswith("#")])
 
 
+def place_of(names: Sequence[str], name: str) -> int:
+    """Where a column stands, from 0.
+
+    Raises
+    ------
+    ParameterError
+        If it stands there twice. That it is missing, the caller has asked.
+    """
+    if names.count(name) > 1:
+        raise ParameterError(f"column `{name}` stands there {names.count(name)} times; keep one")
+    return names.index(name)
+
+
 def is_number(cell: str) -> bool:
     """True of a cell that is a number, finite or not; the head of a column is none."""
     try:

@@ -22,7 +22,7 @@ def below_titles(rows: list[list[str]]) -> list[list[str]]:
 def sheet_rows(
     path: Path, table: Callable[[list[list[str]]], list[list[str]]] = below_titles
 ) -> list[list[str]]:
-    """Rows of the first sheet of an .xlsx file that has a table, without empty ones.
+    """Rows of the first visible sheet of an .xlsx file that has a table, without empty ones.
 
     Parameters
     ----------
@@ -49,13 +49,14 @@ def sheet_rows(
             "MB; put the table alone on a sheet, or save it as CSV"
         )
     with closing(load_workbook(path, read_only=True, data_only=True)) as book:
-        for sheet in book.worksheets:
+        shown = [sheet for sheet in book.worksheets if sheet.sheet_state == "visible"]
+        for sheet in shown:
             found = table(_filled_rows(sheet))
             width = max(map(len, found), default=0)
             found = [row + [""] * (width - len(row)) for row in found]
             filled = [n for n in range(width) if any(row[n] for row in found)]
             if len(found) >= LEAST_ROWS and len(filled) > 1:
-                if sheet.title != book.worksheets[0].title:
+                if sheet.title != shown[0].title:
                     told = f"{path}: sheet `{sheet.title}` is read, the first one with a table"
                     warnings.warn(told, Note, stacklevel=2)
                 if not all(row[n] for row in found for n in filled):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.reading import is_number, numbers, read_rows, reading
+from reluctance.base.reading import is_number, numbers, place_of, read_rows, reading
 
 MOST_POINTS = 100_000  # of a course: a run looks them up at each step
 
@@ -25,7 +25,7 @@ def read_course(path: Path, key: str) -> tuple[list[float], list[float]]:
             head, rows = rows[0], rows[1:]
             if "t_s" not in head or key not in head:
                 raise ParameterError(f"columns {', '.join(head)}; need t_s and {key}")
-            places = head.index("t_s"), head.index(key)
+            places = place_of(head, "t_s"), place_of(head, key)
         if not 1 <= len(rows) <= MOST_POINTS:
             raise ParameterError(
                 f"{len(rows)} rows of t_s and {key}, need 1 to {MOST_POINTS}; keep every n-th row: "

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.reading import numbers, read_rows, reading
+from reluctance.base.reading import numbers, place_of, read_rows, reading
 from reluctance.machine.coupling import LETTERS
 from reluctance.machine.maps.pulses import FEWEST_ROWS, MAX_BYTES
 from reluctance.machine.maps.table import Array
@@ -64,8 +64,10 @@ def _read(table: list[list[str]], n_phases: int) -> list[HeldPulse]:
         raise ParameterError(
             "there are no rows below the names; record the pulses beside a held phase"
         )
-    t, i, theta, u_held, i_held = (numbers(rows, names.index(name), name) for name in COLUMNS[:-1])
-    pairs = [row[names.index(COLUMNS[-1])] for row in rows]
+    t, i, theta, u_held, i_held = (
+        numbers(rows, place_of(names, name), name) for name in COLUMNS[:-1]
+    )
+    pairs = [row[place_of(names, COLUMNS[-1])] for row in rows]
     phases = {pair: _phases(pair, n_phases) for pair in dict.fromkeys(pairs)}
     other = np.array([a != b for a, b in pairwise(pairs)], dtype=bool)
     ends = np.flatnonzero((np.diff(t) <= 0) | (np.diff(theta) != 0) | other) + 1

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.reading import numbers, read_rows, reading
+from reluctance.base.reading import numbers, place_of, read_rows, reading
 from reluctance.machine.coupling import LETTERS, Coupling, Neighbours
 from reluctance.machine.maps.pairs import Array, PairSamples, PairTable, pair_table, reasons
 
@@ -61,7 +61,7 @@ def read_pairs(path: Path, *, N_r: int, n_phases: int) -> Coupling:
                 f"column {[*missing, COLUMNS[0]][0]} is missing; need {', '.join(COLUMNS)} in the "
                 "first line, and rows"
             )
-        places = [names.index(name) for name in COLUMNS]
+        places = [place_of(names, name) for name in COLUMNS]
         return _coupling([[row[k] for k in places] for row in rows], N_r, n_phases)
 
 

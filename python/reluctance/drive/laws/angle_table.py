@@ -10,7 +10,7 @@ import numpy as np
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
 from reluctance.base.key_figures import Kpis
-from reluctance.base.reading import numbers, read_rows, reading
+from reluctance.base.reading import numbers, place_of, read_rows, reading
 from reluctance.base.schema import did_you_mean
 from reluctance.base.units import to_si
 
@@ -87,7 +87,7 @@ def _rows(path: Path) -> list[list[float]]:
                 )
         if not rows:
             raise ParameterError(f"{path} has no rows")
-        columns = [numbers(rows, names.index(name), name) for name in COLUMNS]
+        columns = [numbers(rows, place_of(names, name), name) for name in COLUMNS]
         found: list[list[float]] = np.stack(columns, axis=1).tolist()
         return found
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
-from reluctance.base.reading import numbers, read_rows, reading
+from reluctance.base.reading import numbers, place_of, read_rows, reading
 from reluctance.base.units import name_and_unit, to_si
 from reluctance.explore.efficiency_map.map import EfficiencyMap
 
@@ -77,7 +77,7 @@ def read_cycle(path: str | Path) -> Cycle:
             if name not in header:
                 raise ParameterError(f"{path} has no column `{name}`, need {', '.join(COLUMNS)}")
         columns = [
-            to_si(numbers(rows, header.index(name), name), name_and_unit(name)[1])
+            to_si(numbers(rows, place_of(header, name), name), name_and_unit(name)[1])
             for name in COLUMNS
         ]
     t, omega, tau = columns

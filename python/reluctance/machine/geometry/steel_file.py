@@ -20,6 +20,7 @@ from typing import Annotated
 import numpy as np
 from scipy.constants import mu_0
 
+from reluctance.base.columns import Quantity, recognised
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import is_file
 from reluctance.base.reading import is_number, numbers, read_rows, reading
@@ -40,6 +41,16 @@ H_LAST = 200_000.0  # where the curve of a grade ends [A/m]
 B_ENOUGH = 1.8  # a curve that reaches it shows its own saturation [T]
 MOST_B, MOST_J = 3.5, 2.45  # beyond every soft magnetic steel; iron with cobalt has J of 2.4 T [T]
 LEAST_POINTS = 6
+TESLA = {"t": 1.0, "mt": 1e-3, "kg": 0.1, "g": 1e-4, "gauss": 1e-4}
+OERSTED = 1000 / (4 * np.pi)  # [A/m]
+COLUMNS = {
+    "H": Quantity(
+        ("h", "h_a_per_m", "field", "field_strength"),
+        {"a/m": 1.0, "ka/m": 1e3, "a/cm": 100.0, "oe": OERSTED, "koe": 1e3 * OERSTED},
+    ),
+    "B": Quantity(("b", "induction", "flux_density"), TESLA),
+    "J": Quantity(("j", "polarisation", "polarization"), TESLA),
+}
 
 
 class NamesSteel(NamesFile):
@@ -101,8 +112,8 @@ def grade(name: str) -> tuple[Array, Array]:
 
 
 def read_curve(path: Path) -> tuple[Array, Array]:
-    """H and B of a file with two columns, H in A/m and B in T; names in a first row may change
-    their order.
+    """H [A/m] and B [T], each (n,) rising from 0, of a file with two columns in these units. Names
+    in a first row, as `H [kA/m]` and `J [T]`, may change order, unit and quantity: B = J + mu_0 H.
 
     Raises
     ------
@@ -111,17 +122,25 @@ def read_curve(path: Path) -> tuple[Array, Array]:
     """
     with reading(path, "a B-H curve", "need two columns of text, H in A/m and B in T"):
         rows = read_rows(path)
-        heads = [cell.lower() for cell in rows[0]]
+        heads = rows[0]
         named = not all(is_number(cell) for cell in heads)
+        known = recognised(heads, COLUMNS) if named else {}
         rows = rows[named:]
         if len(rows) < LEAST_POINTS:
             raise ParameterError(
                 f"need two columns of at least {LEAST_POINTS} numbers, H in A/m and B in T"
             )
-        points = np.stack([numbers(rows, k, f"column {k + 1}") for k in (0, 1)])
-    if named and heads[0].startswith("b"):
-        points = points[::-1]
-    H, B = points
+        if "H" in known and len(known) > 1:
+            columns = {
+                quantity: factor * numbers(rows, heads.index(name), name)
+                for quantity, (name, factor) in known.items()
+            }
+            H = columns["H"]
+            B = columns["B"] if "B" in known else columns["J"] + mu_0 * H
+        else:
+            H, B = (numbers(rows, k, f"column {k + 1}") for k in (0, 1))
+            if named and heads[0].lower().startswith("b"):
+                H, B = B, H
     if B.max() > MOST_B and H.max() <= MOST_B:
         raise ParameterError(
             f"{path}: H ends at {H.max():g} and B at {B.max():g}: the columns are swapped; put H "

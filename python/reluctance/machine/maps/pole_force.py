@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import RectBivariateSpline
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.reading import numbers, read_rows, reading
+from reluctance.base.reading import numbers, place_of, read_rows, reading
 
 Array = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ def read_pole_force(path: Path) -> PoleForce:
             raise ParameterError(
                 f"need numbers in the columns {', '.join(COLUMNS)}, named in the first line"
             )
-        i, angle, force = (numbers(rows, names.index(name), name) for name in COLUMNS)
+        i, angle, force = (numbers(rows, place_of(names, name), name) for name in COLUMNS)
     currents, angles = np.unique(i), np.unique(angle)
     nodes = np.meshgrid(currents, angles, indexing="ij")
     whole = len(rows) == nodes[0].size > 0 and all(
