@@ -42,6 +42,7 @@ SWAPS: dict[type, type] = {
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And},
     **{ast.Pow: ast.Mult, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
 }
+SLACK = 1e-6  # numbers of this size and less
 SYMBOLS: dict[type, str] = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
 COMPARED = {  # with its bound moved, and turned round
     **{"<": ("<=", ">="), ">": (">=", "<="), "<=": ("<", ">"), ">=": (">", "<")},
@@ -101,8 +102,7 @@ def changed(node: ast.AST) -> ast.AST | None:
             return ast.Call(compare, [node.left, *node.comparators], [])
         return _with(node, ops=[SWAPS[type(node.ops[0])](), *node.ops[1:]])
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        value = node.value
-        return ast.Constant(value * 1.05 or 1.0 if isinstance(value, float) else value + 1)
+        return ast.Constant(_moved(node.value))
     if isinstance(node, ast.Constant) and isinstance(node.value, bool):
         return ast.Constant(not node.value)
     if isinstance(node, ast.If | ast.IfExp):
@@ -110,6 +110,14 @@ def changed(node: ast.AST) -> ast.AST | None:
     if isinstance(node, ast.Raise):
         return ast.Pass()
     return None
+
+
+def _moved(value: float) -> float:
+    """A number of the code with a fault: 5 % more. A slack grows a thousandfold, as 5 % of one is
+    no fault."""
+    if isinstance(value, int):
+        return value + 1
+    return value * (1e3 if abs(value) <= SLACK else 1.05) or 1.0
 
 
 def no_fault(node: ast.AST) -> bool:

@@ -14,10 +14,10 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 import threading
 from collections import defaultdict
 from collections.abc import Iterator
+from cProfile import Profile
 from pathlib import Path
 from types import CodeType, FrameType
 
@@ -55,6 +55,7 @@ class Reached:
 
     def __init__(self, file: Path) -> None:
         self.file = file
+        self.profile = Profile(subcalls=False, builtins=False)
         self.entered: set[CodeType] = set()
         self.of_file: dict[Path, set[CodeType]] = defaultdict(set)
 
@@ -68,27 +69,36 @@ class Reached:
     ) -> Iterator[None]:
         if fixturedef.scope != "module":
             return (yield)
-        before, self.entered = self.entered, set()
+        before = self.taken()
         found = yield
+        self.entered = self.taken()
         self.of_file[request.path] |= self.entered
         self.entered |= before
         return found
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        self.entered = set()
         start = processor_time()
         threading.setprofile(self.see)
-        sys.setprofile(self.see)
+        self.profile.enable()
         try:
             return (yield)
         finally:
-            sys.setprofile(None)
+            self.profile.disable()
             threading.setprofile(None)
             self.write(item, processor_time() - start)
 
+    def taken(self) -> set[CodeType]:
+        """The code objects that were entered since the last time."""
+        seen = self.entered | {
+            e.code for e in self.profile.getstats() if isinstance(e.code, CodeType)
+        }
+        self.profile.clear()
+        self.entered = set()
+        return seen
+
     def write(self, item: pytest.Item, cost: float) -> None:
-        seen = self.entered | self.of_file[item.path]
+        seen = self.taken() | self.of_file[item.path]
         own = [code for code in seen if code.co_filename.startswith(PACKAGE)]
         places = sorted({(c.co_filename.removeprefix(PACKAGE), c.co_firstlineno) for c in own})
         line = json.dumps([item.nodeid, round(cost, 3), places])
