@@ -11,7 +11,8 @@ from reluctance.base.key_figures import Kpis, definite, shown, start_included
 def kpis(**values):
     """A drive that holds its reference, settled, over ten periods."""
     usual = dict.fromkeys((f.name for f in fields(Kpis)), 1.0)
-    return Kpis(**usual | {"periods": 10, "torque_drift": 0.0, "speed_mean": 100.0} | values)
+    held = {"periods": 10, "torque_drift": 0.0, "speed_mean": 100.0, "energy_residual": 1e-7}
+    return Kpis(**usual | held | values)
 
 
 @pytest.mark.parametrize(
@@ -40,6 +41,9 @@ def kpis(**values):
         ({"tau_mean": 0.5, "periods": 1}, "1 whole electrical period"),
         ({"tau_mean": 0.5, "tau_ref_mean": None}, None),
         ({"tau_mean": 0.5, "tau_ref_mean": 0.0}, None),
+        ({"energy_residual": 1.02e-3}, "leaves 0.001 of the energy supplied open"),
+        ({"energy_residual": 0.98e-3}, None),
+        ({"energy_residual": None}, None),
     ],
 )
 def test_each_remark_stands_where_it_holds(values, told):

@@ -9,6 +9,7 @@ from reluctance.base.units import from_si
 
 STANDSTILL = 1e-3  # [rad/s]
 NOT_HELD = 0.05  # deviation of the mean torque from its reference that is worth a remark
+LEFT_OPEN = 1e-3  # of the energy supplied; the examples leave 1e-7 open at most
 DRIFTS = 0.02  # of the mean torque, by a period: above, the drive has not settled
 
 
@@ -175,6 +176,11 @@ class Kpis:
             else:
                 why = "the law, its sensors or its model are wrong for this point"
             found.append(f"the torque reference is not held ({held:.0%} of it); {why}")
+        if (self.energy_residual or 0.0) > LEFT_OPEN:
+            found.append(
+                f"the energy balance leaves {self.energy_residual:.2g} of the energy supplied open: "
+                "the integration is not accurate here; lower [simulation] dt_max_us"
+            )
         return found
 
     def _repr_html_(self) -> str:
