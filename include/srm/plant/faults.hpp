@@ -113,6 +113,7 @@ struct Condition {
   std::array<BrokenPhase, N> phase;
   std::array<int, N> channel;  // whose current each channel shows
   Line rotor;                  // of the angle, mechanical [rad]
+  bool sound = true;           // nothing is broken
   bool leaks = false;          // current flows past a winding
   bool crossed = false;        // a comparator watches another winding than its own
 
@@ -124,6 +125,7 @@ struct Condition {
   void add(const BrokenPart& part, double R_winding, double kept) {
     BrokenPhase& p = phase[part.phase];
     const double s = part.value;
+    sound = false;
     switch (part.kind) {
       case Broken::open_wire:
         p.open = true;

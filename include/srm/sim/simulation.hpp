@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include "srm/sim/broken.hpp"
-#include "srm/sim/opening.hpp"
 #include "srm/sim/present_rows.hpp"
 #include "srm/sim/sampling.hpp"
-#include "srm/sim/simulation_state.hpp"
+#include "srm/sim/step_start.hpp"
+#include "srm/sim/switching.hpp"
+#include "srm/sim/threshold.hpp"
 
 namespace srm {
 
@@ -157,7 +157,7 @@ class Simulation {
     how(plant_, reference_);
     pieces_.assign(plant_.coupling.n_pairs(), {});
     now_.circuit.paths = paths(plant_, now_.legs);
-    if (!sound()) connect_all();
+    if (!sound()) connect_all(plant_, now_, small_current());
     now_.t_course = now_.t;
     now_.rated = false;
   }
@@ -219,7 +219,7 @@ class Simulation {
     now_.condition.complete();
     now_.circuit.leak = {};
     now_.circuit.leaks = now_.condition.leaks;
-    connect_all();
+    connect_all(plant_, now_, small_current());
     follow_channels();
     now_.turns = 0;
   }
@@ -296,7 +296,7 @@ class Simulation {
     for (int k = 0; k < N; ++k) {
       // A course that has come to zero may leave a rounding of it: no comparator regulates that.
       PhaseCommand<double>& order = now_.gates.command[k];
-      if (order.i_ref < no_current_part * resolution_.scale.i) order.i_ref = 0;
+      if (order.i_ref < zero_current_part * resolution_.scale.i) order.i_ref = 0;
       windows = windows || order.gate == Gate::window;
       follow_window(k);
     }
@@ -314,74 +314,12 @@ class Simulation {
     follow(k);
   }
 
-  void follow(int k) { now_.gates.follow(k, now_.t, compared_current(k), t_dead_); }
-
-  /// What the comparator of winding k is shown.
-  double compared_current(int k) const {
-    if (sound()) return x().i[k];
-    const BrokenPhase& is = now_.condition.phase[k];
-    return now_.compared[is.ordered].at(x().i[is.watched]);
-  }
+  void follow(int k) { now_.gates.follow(k, now_.t, compared_current(now_, k), t_dead_); }
 
   /// The switches do what they can by now, and the bridge makes of it what the windings see.
-  void settle() {
-    std::visit([&](const auto& bridge) { settle(bridge); }, plant_.bridge);
-  }
-
-  template <class B>
-  void settle(const B& bridge) {
-    if (!now_.gates.settle(now_.t)) return;
-    const AllLegs<N> legs = bridge.legs(now_.gates.levels());
-    bridge.count(now_.switchings, now_.legs, legs, x().u_dc, x().i);
-    now_.legs = legs;
-    now_.circuit.paths = with_windings(bridge.paths(legs), plant_.R);
-    now_.rated = false;
-  }
-
-  template <PhaseByPhase B>
-  void settle(const B& bridge) {
-    for (int k = 0; k < N; ++k) settle(bridge, k);
-  }
-
-  template <PhaseByPhase B>
-  void settle(const B& bridge, int k) {
-    if (now_.gates.settle(k, now_.t)) connect(bridge, k);
-  }
-
-  /// What the switches of winding k make of its circuit.
-  template <PhaseByPhase B>
-  void connect(const B& bridge, int k) {
-    const BrokenPhase& is = now_.condition.phase[k];
-    const Leg leg = is.leg(now_.gates.switches[k].leg);
-    bridge.count(now_.switchings, now_.legs[k], leg, x().u_dc, x().i[k]);
-    now_.legs[k] = leg;
-    Path& path = now_.circuit.paths.phase[k];
-    path = bridge.path(leg);
-    path.R += is.R_contact;
-    if (is.open) path = {0, arc_part * x().u_dc, 0};
-    path.R += plant_.R;
-    now_.rated = false;
-    if (now_.circuit.leaks) divide(plant_, now_, k, small_current());
-  }
+  void settle() { srm::settle(plant_, now_, small_current()); }
 
   double small_current() const { return 1e-9 * resolution_.scale.i; }
-
-  void connect_all() {
-    const auto each = [&]<class B>(const B& bridge) {
-      if constexpr (PhaseByPhase<B>) {
-        for (int k = 0; k < N; ++k) connect(bridge, k);
-      }
-    };
-    std::visit(each, plant_.bridge);
-  }
-
-  /// Of phase k, where the phases are independent.
-  void settle(int k) {
-    const auto one = [&]<class B>(const B& bridge) {
-      if constexpr (PhaseByPhase<B>) settle(bridge, k);
-    };
-    std::visit(one, plant_.bridge);
-  }
 
   int direction() const { return now_.direction(); }
 
@@ -405,112 +343,6 @@ class Simulation {
     now_.turns = direction();
   }
 
-  /// The currents of winding k between which no comparator acts.
-  Span compared_span(int k) const {
-    if (sound()) return awaited(command()[k], now_.gates.gate[k]);
-    const int g = now_.condition.watcher(k);
-    const Line shows = now_.compared[now_.condition.phase[g].ordered];
-    if (!(shows.slope > 0)) return {};
-    const Span s = awaited(command()[g], now_.gates.gate[g]);
-    return {shows.inverse(s.below), shows.inverse(s.above)};
-  }
-
-  /// The currents between which nothing happens to phase k.
-  Span span(int k) const {
-    Span s = compared_span(k);
-    const bool diodes = now_.legs[k] != Leg::magnetize || plant_.coupling.any();
-    // Rounding may take the current of a phase that has just opened below zero: that is no event.
-    const double blocks = x().i[k] > 0 ? 0 : -no_current_part * resolution_.scale.i;
-    if (diodes) s.below = std::max(s.below, blocks);
-    if (now_.circuit.leak[k].G > 0 && now_.legs[k] != Leg::magnetize) {
-      s.below = std::max(s.below, blocks_at(plant_, now_, k));
-    }
-    const auto meet = [&](double last) {
-      const double gap = last - x().i[k];
-      if (gap > kink_part * last) s.above = std::min(s.above, last);
-      if (-gap > kink_part * last) s.below = std::max(s.below, last);
-    };
-    // The inductance has a kink there.
-    if constexpr (requires { i_last(plant_.machine); }) meet(i_last(plant_.machine));
-    if (plant_.coupling.any()) meet(i_last(plant_.coupling));
-    return s;
-  }
-
-  /// Phase k begins to carry current, with its magnetics, or ceases to.
-  void flow(int k) {
-    const bool flows = !now_.circuit.flows[k];
-    now_.circuit.flows[k] = flows;
-    if (flows) {
-      const double theta_e = electrical_angle(plant_, x().theta_m, k);
-      now_.phase_steps[k].end.m = at().jets[k] = plant_.machine.jet(x().i[k], theta_e);
-      if (plant_.coupling.any()) join(k);
-    }
-    now_.rated = false;
-  }
-
-  /// The magnetics of all phases once more, now that phase k flows. The flux linkages of the others
-  /// stay what they were integrated to: a phase without current adds nothing to them.
-  void join(int k) {
-    const Jets<N> before = at().jets;
-    evaluate(plant_, x(), now_.circuit.flows, pieces_, at().jets, at().links);
-    for (int l = 0; l < N; ++l) {
-      if (l != k) at().jets[l].psi = before[l].psi;
-    }
-  }
-
-  void rate_here() {
-    rates(plant_, x(), at().jets, at().links, now_.circuit, {now_.t, now_.t}, at().rates);
-    now_.rated = true;
-  }
-
-  /// Which phases flow, where they couple: those with current, and those where the voltage of the
-  /// leg and of the others would drive one through the diodes or the switches.
-  void flow_together() {
-    for (int k = 0; k < N; ++k) {
-      if ((x().i[k] > 0) != now_.circuit.flows[k]) flow(k);
-      if (now_.circuit.leaks) divide(plant_, now_, k, small_current());
-    }
-    if (now_.rated) return;  // none opened by the end of the last step, and nothing has changed
-    for (bool more = true; more;) {  // one that opens may open another
-      if (!now_.rated) rate_here();
-      std::array<bool, N> opens{};
-      for (int k = 0; k < N; ++k) {
-        opens[k] = may_open(plant_, now_.circuit, pieces_, at(), k) &&
-                   opening(plant_, now_.circuit, pieces_, at(), k) > 0;
-      }
-      more = false;
-      for (int k = 0; k < N; ++k) {
-        if (opens[k]) flow(k);
-        more = more || opens[k];
-      }
-    }
-  }
-
-  /// Magnetics and rates at the start of a step.
-  StepStart<N> step_start() {
-    Circuit<N>& circuit = now_.circuit;
-    const bool coupled = plant_.coupling.any();
-    if (coupled) flow_together();
-    for (int k = 0; k < N && !coupled; ++k) {
-      if (conducts(now_.legs[k], x().i[k]) != circuit.flows[k]) flow(k);
-      if (circuit.leaks) divide(plant_, now_, k, small_current());
-    }
-    const bool shorted = x().u_dc <= 0 && source_now(plant_, circuit, x(), now_.t).du_dc.now < 0;
-    if (shorted != circuit.shorted) now_.rated = false;
-    circuit.shorted = shorted;
-    if (!now_.rated) rate_here();
-    StepStart<N> s{.circuit = circuit, .pieces = pieces_, .t = now_.t, .d2i = {}};
-    const Rates<N>& r = at().rates;
-    if (coupled) {
-      s.d2i = bends<N>(circuit.flows, at().jets, at().links, r.i, r.v, r.omega_m);
-      return s;
-    }
-    for (int k = 0; k < N; ++k) {
-      if (circuit.flows[k]) s.d2i[k] = bend(at().jets[k], r.i[k], r.v[k], r.omega_m);
-    }
-    return s;
-  }
-
   /// One step towards t_limit, cut short at the first event.
   void step(double t_limit) {
     ++now_.steps;
@@ -526,11 +358,11 @@ class Simulation {
   /// All phases by the same step.
   void step_together(double t_limit) {
     for (int k = 0; k < N; ++k) t_limit = std::min(t_limit, now_.gates.next_instant(k));
-    const StepStart<N> s = step_start();
+    const StepStart<N> s = step_start(plant_, now_, pieces_, small_current());
     if (now_.turns != direction()) look_ahead();
     Spans<N> spans;
     for (int k = 0; k < N; ++k) {
-      if (s.circuit.flows[k]) spans[k] = span(k);
+      if (s.circuit.flows[k]) spans[k] = span(plant_, now_, k, resolution_.scale.i);
     }
 
     const double omega_e = plant_.machine.N_r * std::abs(x().omega_m);
@@ -594,18 +426,7 @@ class Simulation {
       at().x.u_dc = 0;
       return;
     }
-    compare(met);
-  }
-
-  /// A current has met a threshold.
-  void compare(const Guard& met) {
-    const int k = sound() ? met.k : now_.condition.watcher(met.k);
-    const PhaseCommand<double>& c = command()[k];
-    const GateState& gate = now_.gates.gate[k];
-    const Span span = compared_span(met.k);
-    const bool above = met.direction > 0;
-    if (met.value != (above ? span.above : span.below)) return;  // no current, or the table's end
-    now_.gates.order(k, after(c, gate, above), now_.t + t_dead_);
+    compare(now_, met, now_.t + t_dead_);
   }
 
   /// Begins a step of phase k here, or anew where it began; it ends by t_limit.
@@ -613,7 +434,7 @@ class Simulation {
     PhaseStep& phase = now_.phase_steps[k];
     const State<N>& x = this->x();
     const double t_end = std::min(t_limit, now_.gates.next_instant(k));
-    if (conducts(now_.legs[k], x.i[k]) != now_.circuit.flows[k]) flow(k);
+    if (conducts(now_.legs[k], x.i[k]) != now_.circuit.flows[k]) flow(plant_, now_, pieces_, k);
     if (!now_.circuit.flows[k]) {
       phase.t1 = t_end;
       return;
@@ -633,8 +454,9 @@ class Simulation {
       phase.i = phase.start.i;
     }
     const double theta_e = electrical_angle(plant_, theta_m, k);
-    advance_phase(plant_.machine, g, theta_e, k, span(k), resolution_.scale.i, t_end, now_.h_most,
-                  phase);
+    const double i_scale = resolution_.scale.i;
+    advance_phase(plant_.machine, g, theta_e, k, span(plant_, now_, k, i_scale), i_scale, t_end,
+                  now_.h_most, phase);
   }
 
   /// The step of phase k has ended.
@@ -645,7 +467,7 @@ class Simulation {
     x.i[k] = phase.end.i.now;
     phase.active = false;
     now_.rated = false;
-    if (phase.met.direction != 0) compare(phase.met);
+    if (phase.met.direction != 0) compare(now_, phase.met, now_.t + t_dead_);
   }
 
   /// Ends the steps of all phases here.
@@ -700,7 +522,7 @@ class Simulation {
       }
       if (ended) {
         if (command()[k].gate == Gate::timer) follow(k);
-        settle(k);
+        srm::settle(plant_, now_, k, small_current());
       }
     }
     now_.extremes.include_torque(tau0, tau1, h);
@@ -711,11 +533,6 @@ class Simulation {
       settle();
     }
   }
-
-  static constexpr double arc_part = 2;      // voltage of an arc, of u_dc
-  static constexpr double kink_part = 1e-7;  // of the table: a current this near its end is on it
-  // Of the current scale: a thousand times what rounding makes of a current that is zero.
-  static constexpr double no_current_part = 1e-12;
 
   Plant<M, N> plant_;
   double t_dead_;  // of the switches [s]
