@@ -176,10 +176,11 @@ class Kpis:
             else:
                 why = "the law, its sensors or its model are wrong for this point"
             found.append(f"the torque reference is not held ({held:.0%} of it); {why}")
-        if (self.energy_residual or 0.0) > LEFT_OPEN:
+        left = self.energy_residual or 0.0
+        if left > LEFT_OPEN:
             found.append(
-                f"the energy balance leaves {self.energy_residual:.2g} of the energy supplied open: "
-                "the integration is not accurate here; lower [simulation] dt_max_us"
+                f"the energy balance leaves {left:.2g} of the energy supplied open: the "
+                "integration is not accurate here; lower [simulation] dt_max_us"
             )
         return found
 

@@ -7,7 +7,14 @@ import typer
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import check_ending, check_own_table, refuse_input, write_whole
-from reluctance.cli.map import AlignedAt, AngleKind, AngleUnit, MaxCurrent, RotorPoles, Zero
+from reluctance.cli.stated_map import (
+    AlignedAt,
+    AngleKind,
+    AngleUnit,
+    MaxCurrent,
+    RotorPoles,
+    Zero,
+)
 
 
 def identify(
