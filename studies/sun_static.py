@@ -19,8 +19,9 @@ import numpy as np
 
 import reluctance as rl
 from reluctance.base.schema import checked
+from reluctance.plant.hydraulics.curve import M3PH, RPM
 from reluctance.plant.hydraulics.pipe import Hydraulics, Pipe, hydraulics
-from reluctance.plant.hydraulics.pump import M3PH, RPM, pump_from
+from reluctance.plant.hydraulics.pump import pump_from
 from reluctance.plant.solar.single_diode import power_point
 from reluctance.pumping import drive_of, load_system
 from reluctance.pumping.loss_map import Box, LossMap, loss_map

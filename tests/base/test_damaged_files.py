@@ -19,7 +19,7 @@ from reluctance.base.errors import Note
 from reluctance.base.reading import read_rows, reading
 from reluctance.machine.maps.importers import read_map
 from reluctance.machine.maps.mat_file import read_arrays
-from reluctance.plant.hydraulics.pump import _from_points
+from reluctance.plant.hydraulics.curve_file import curve_from
 
 ROOT = Path(__file__).parents[2]
 FOUND = sorted(path for path in (ROOT / "tests" / "fuzz").glob("*/*"))
@@ -72,13 +72,13 @@ def test_a_text_may_be_in_any_usual_encoding(tmp_path: Path) -> None:
     path, text = tmp_path / "p.csv", "# 20 °C\nflow [m³/h],H_m,eta\n0,30,0\n10,29,0.3\n20,28,0.5\n"
     for encoding in ("utf-8", "utf-8-sig", "utf-16"):
         path.write_bytes(text.encode(encoding))
-        assert _from_points(path, 150.0).H_0 == 30.0
+        assert curve_from(path, 150.0).H_0 == 30.0
     path.write_bytes(text.encode("latin-1"))
     with pytest.warns(Note, match="p.csv is not in UTF-8; it was read as Latin-1"):
         assert read_rows(path)[0][0] == "flow [m³/h]"
     with warnings.catch_warnings(), pytest.raises(Note, match="was read as Latin-1"):
         warnings.simplefilter("error")  # as a user may have it: the note is no damage of the file
-        _from_points(path, 150.0)
+        curve_from(path, 150.0)
 
 
 # ---------------------------------------------------------------------------- what is unpacked

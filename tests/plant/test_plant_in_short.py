@@ -10,8 +10,9 @@ from scipy.optimize import brentq
 
 from reluctance.base.errors import Note, ParameterError
 from reluctance.base.schema import checked
+from reluctance.plant.hydraulics.curve_file import COLUMNS
 from reluctance.plant.hydraulics.pipe import Pipe, flow, hydraulics
-from reluctance.plant.hydraulics.pump import COLUMNS, NamesPump, library, pump_from
+from reluctance.plant.hydraulics.pump import NamesPump, library, pump_from
 from reluctance.plant.solar import pv_module
 from reluctance.plant.solar.datasheet import Datasheet
 

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from reluctance.base.errors import Note, ParameterError
 from reluctance.base.schema import checked
+from reluctance.plant.hydraulics.curve import GRAVITY, RHO
 from reluctance.plant.hydraulics.pipe import Pipe, flow, hydraulics, least_speed
-from reluctance.plant.hydraulics.pump import GRAVITY, RHO, Pump, pump_from
+from reluctance.plant.hydraulics.pump import Pump, pump_from
 
 PUMP = pump_from("synthetic_70_25", Path())
 PIPE = {"H_static_m": 15.0, "L_m": 120.0, "D_mm": 125.0, "roughness_mm": 0.05, "K": 4.0}

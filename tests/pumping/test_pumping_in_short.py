@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("pvlib")
 from reluctance.base.errors import ParameterError
-from reluctance.plant.hydraulics.pump import GRAVITY, RHO
+from reluctance.plant.hydraulics.curve import GRAVITY, RHO
 from reluctance.pumping import figures, operate, weather, write
 from reluctance.pumping import loss_map as maps
 from reluctance.pumping import weather_quality as quality

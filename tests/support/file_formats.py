@@ -28,7 +28,7 @@ from reluctance.machine.maps.importers import read_map
 from reluctance.machine.maps.pole_force import read_pole_force
 from reluctance.machine.maps.pulses import read_pulses
 from reluctance.machine.pair_file import read_pairs
-from reluctance.plant.hydraulics.pump import _from_points
+from reluctance.plant.hydraulics.curve_file import curve_from
 from reluctance.pumping.site import Site
 from reluctance.pumping.system import load_system
 from reluctance.pumping.weather_file import WeatherTable, read_weather
@@ -244,7 +244,7 @@ FORMATS = {
         ".csv", lambda path: read_pairs(path, N_r=4, n_phases=3), lines(PAIRS), taken=False
     ),
     "steel": Format(".csv", read_curve, lines(STEEL)),
-    "pump": Format(".csv", lambda path: _from_points(path, 150.0), lines(PUMP)),
+    "pump": Format(".csv", lambda path: curve_from(path, 150.0), lines(PUMP)),
     "angles": Format(".csv", read_angle_table, files("examples/angle_table.csv")),
     "course": Format(".csv", lambda path: read_course(path, "tau_Nm"), lines(COURSE)),
     "cycle": Format(".csv", read_cycle, lines(CYCLE)),

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from reluctance.base.errors import Note, ParameterError
-from reluctance.plant.hydraulics.pump import RPM, Curve, pump_from
+from reluctance.plant.hydraulics.curve import RPM, Curve
+from reluctance.plant.hydraulics.pump import pump_from
 
 PLAIN = "0,60,0 2,59.4,.3 4,58,.5 6,54,.61 8,48,.65 10,40,.63 12,29,.55 14,15,.38"
 FLAT = "0,58,0 2,58,.3 4,58,.5 6,54,.61 8,48,.65 10,40,.63 12,29,.55 14,15,.38"

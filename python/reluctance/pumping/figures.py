@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from reluctance.base.arrays import FloatArray
-from reluctance.plant.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
+from reluctance.plant.hydraulics.curve import GRAVITY, M3PH, RHO, RPM
 from reluctance.plant.solar.single_diode import G_REF, power_point
 from reluctance.pumping.matching import Limit
 from reluctance.pumping.operate import Pumped

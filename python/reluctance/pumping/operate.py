@@ -12,8 +12,8 @@ import pandas as pd
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
 from reluctance.drive.drive import Drive
+from reluctance.plant.hydraulics.curve import GRAVITY, M3PH, RHO, RPM
 from reluctance.plant.hydraulics.pipe import Hydraulics, hydraulics
-from reluctance.plant.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.plant.solar.single_diode import Diode, PowerPoint, current, power_point
 from reluctance.pumping.loss_map import Box, LossMap, loss_map
 from reluctance.pumping.matching import limit_of, power_table, speed

@@ -9,8 +9,8 @@ from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.phases import BLUE, GREEN, ORANGE, RED, SKY
+from reluctance.plant.hydraulics.curve import GRAVITY, M3PH, RHO, RPM
 from reluctance.plant.hydraulics.pipe import flow
-from reluctance.plant.hydraulics.pump import GRAVITY, M3PH, RHO, RPM
 from reluctance.plant.solar.single_diode import current, power_point
 from reluctance.pumping.figures import KWH, chain, per
 from reluctance.pumping.operate import Pumped

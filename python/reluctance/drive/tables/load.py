@@ -14,9 +14,10 @@ from reluctance.base.arrays import FloatArray
 from reluctance.base.schema import checked
 from reluctance.base.units import to_si
 from reluctance.drive.tables.over_time import OverTime, course
+from reluctance.plant.hydraulics.curve import Curve
 from reluctance.plant.hydraulics.pipe import Pipe
 from reluctance.plant.hydraulics.pipe import flow as flow_of
-from reluctance.plant.hydraulics.pump import Curve, Pump, PumpName, pump_from
+from reluctance.plant.hydraulics.pump import Pump, PumpName, pump_from
 
 COLUMNS = 97  # of the table: torque is off by 1e-6 of itself between them
 FINE = 1001  # of the flow: linear between them, off by 1e-5 of itself

@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
 from reluctance.base.schema import Section
-from reluctance.plant.hydraulics.pump import GRAVITY, Curve
+from reluctance.plant.hydraulics.curve import GRAVITY, Curve
 
 LAMINAR = 2300.0  # Reynolds number
 ON_CURVE = 0.999  # of the end of the curve: a flow above it is taken as past it
