@@ -259,6 +259,23 @@ def test_an_offset_is_shared_by_lines_through_the_next_two_rows(share, shared):
     assert _offset(i[:2], psi[:2]) == 0.0
 
 
+@pytest.mark.parametrize("seed", [8101, 8102, 8103])
+def test_an_offset_is_found_between_coarse_currents_of_iron_that_saturates(seed):
+    """Of all rows, or of the one at 0 A alone, from 0.2 % of the greatest flux linkage on."""
+    random = np.random.default_rng(seed)
+    for _ in range(50):
+        i = np.linspace(0, 10 ** random.uniform(0, 2.5), random.integers(6, 40))
+        most = 10 ** random.uniform(-2, 0.3)
+        aligned = (1 - np.cos(np.linspace(0, np.pi, random.integers(10, 60)))) / 2
+        unaligned = random.uniform(0.05, 0.35) * most * i / i[-1]
+        iron = most * (1 - np.exp(-random.uniform(1, 8) / i[-1] * np.outer(i, aligned)))
+        psi = unaligned[:, None] + iron
+        offset = random.choice([-1, 1]) * 10 ** random.uniform(-2.7, -1.72) * psi.max()
+        assert _offset(i, psi + offset) == pytest.approx(offset, rel=1e-9)
+        psi[0] = offset
+        assert _offset(i, psi) == 0.0
+
+
 def test_a_flux_of_the_other_sense_is_told_with_what_makes_it_right():
     given = raw(HALF)
     settled(given)

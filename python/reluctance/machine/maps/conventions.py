@@ -271,13 +271,19 @@ def _is_noise(psi: Array, most: float) -> bool:
 
 
 def _offset(i: Array, psi: Array) -> float:
-    """What the fluxes at 0 A share with those of all currents [Wb]: lines through the next two rows
-    go there; else 0."""
+    """What the fluxes at 0 A share with those of all currents [Wb]: the parabola through the next
+    three rows goes there; else 0. Its angles are the quarter where a line through two of the rows
+    comes nearest to it: elsewhere saturation bends the curves between coarse currents."""
     if len(i) < 3:
         return 0.0
     at_zero = float(np.median(psi[0]))
-    lines = psi[1] - (psi[2] - psi[1]) / (i[2] - i[1]) * i[1]
-    apart = abs(float(np.median(lines)) - at_zero)
+    slope = np.diff(psi[1:], axis=0) / np.diff(i[1:])[:, None]
+    started = psi[1] - slope[0] * i[1]
+    if len(i) > 3:
+        bend = (slope[1] - slope[0]) / (i[3] - i[1]) * i[1] * i[2]
+        straight = np.argsort(np.abs(bend))[: max(1, len(bend) // 4)]
+        started = (started + bend)[straight]
+    apart = abs(float(np.median(started)) - at_zero)
     return at_zero if apart < abs(at_zero) / 2 else 0.0
 
 
