@@ -24,6 +24,7 @@ from sweep_script import BANDS, DRIVE, UNTIL
 import reluctance as rl
 from reluctance.base.figures import save_figure
 from reluctance.explore.sweeps.fingerprint import fingerprint
+from reluctance.explore.sweeps.own_imports import own_imports
 from reluctance.explore.sweeps.pareto import front
 from reluctance.explore.sweeps.store import MARK, Row, Store
 from reluctance.explore.sweeps.swept import figure_name
@@ -99,6 +100,29 @@ def test_the_key_is_that_of_all_that_a_run_depends_on(tmp_path: Path) -> None:
     before = fingerprint(own, 0.1)
     law.write_text(text + "\n# other\n")
     assert fingerprint(own, 0.1) != before
+
+
+def test_what_an_own_law_imports_is_part_of_its_key(tmp_path: Path, monkeypatch) -> None:
+    """A module, a package of that module, and what is imported within a function; no other."""
+    monkeypatch.syspath_prepend(str(tmp_path / "own"))
+    package = tmp_path / "own" / "packed"
+    package.mkdir(parents=True)
+    law, text = tmp_path / "law.py", (EXAMPLES / "own_law" / "own_law.py").read_text()
+    law.write_text("def late():\n    from helper import part\n\n" + text)
+    files = [package.parent / "helper.py", package / "__init__.py", package / "inner.py"]
+    for file in files:
+        file.write_text("")
+    files[0].write_text("import json, numpy, packed.inner, no_such_module\n")
+    (package.parent / "other.py").write_text("")
+    assert own_imports(law) == sorted(files)
+    drive = rl.load(DRIVE, [f"control.law=python:{law}:RestOfTorque"], trust=True)
+    for file in files:
+        before = fingerprint(drive, 0.1)
+        file.write_text(file.read_text() + "x = 1\n")
+        assert fingerprint(drive, 0.1) != before, file.name
+    (package.parent / "other.py").write_text("x = 1\n")
+    (package / "inner.py").write_text("import helper\nx = (\n")  # a ring, and no code
+    assert own_imports(law) == sorted(files)
 
 
 def test_points_that_fail_are_kept_with_their_reason(tmp_path: Path) -> None:

@@ -22,7 +22,8 @@ from reluctance.base.files import is_file
 from reluctance.base.schema import NamesFile, did_you_mean, number_hint
 
 PYTHON, CPP = "python:", "cpp:"
-NOT_OF_THE_USER = ("<frozen", "site-packages", str(Path(__file__).parents[2]))  # code, by its path
+# Code, by its path.
+NOT_OF_THE_USER = ("<frozen", "site-packages", "dist-packages", str(Path(__file__).parents[2]))
 COMPILED = "own_law"  # the module name of a compiled law, whatever its file is called
 
 _loaded: dict[Path, tuple[int, ModuleType]] = {}  # what has been loaded, and its age

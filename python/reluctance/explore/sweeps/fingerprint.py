@@ -11,6 +11,7 @@ import reluctance
 from reluctance.base.extension import core_fingerprint
 from reluctance.base.files import is_file
 from reluctance.drive.drive import Drive
+from reluctance.explore.sweeps.own_imports import own_imports
 
 ALGORITHM = 2  # raised when the same drive gives other key figures
 DIGITS = 16  # bytes of a key: two of 1e12 drives share one with a probability of 1e-15
@@ -47,6 +48,8 @@ def _program() -> bytes:
 
 
 def _contents(drive: Drive) -> list[bytes]:
-    """Of the files that the tables name."""
-    files = [file for section in drive.sections().values() for file in section.files]
-    return [file.read_bytes() for file in files if is_file(file)]
+    """Of the files that the tables name, and of what an own law imports."""
+    named = [file for section in drive.sections().values() for file in section.files]
+    files = [file for file in named if is_file(file)]
+    imported = [path for file in files if file.suffix == ".py" for path in own_imports(file)]
+    return [file.read_bytes() for file in (*files, *imported)]
