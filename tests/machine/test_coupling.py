@@ -12,6 +12,27 @@ from reluctance.machine.library import machine_from, machine_table
 from reluctance.machine.maps.pairs import PairSamples, pair_table
 
 
+def test_functions_of_both_currents_of_a_pair_are_kept():
+    """W = s(phi) f(a) g(b): its torque depends on the first current by f alone, on the second by g
+    alone; two functions hold both."""
+    i, phi = np.arange(1, 8) / 7, np.linspace(0, np.pi, 13)
+    x, a, b = np.meshgrid(phi, i, i, indexing="ij")
+    s, slope = np.sin(x) ** 2, np.sin(2 * x)
+    samples = PairSamples(
+        phi,
+        i,
+        s * a**2 * b**3,
+        slope * a**2 * b**3,
+        2 * s * a * b**3,
+        3 * s * a**2 * b**2,
+    )
+    table = pair_table(samples, 4, tolerance=1e-9)
+    assert table.rank == 2
+    at = table.f[:, 1:]
+    again = np.einsum("npq,pa,qb->nab", table.slope, at, at)
+    assert 4 * again == pytest.approx(samples.tau, abs=1e-9)
+
+
 def test_a_table_is_judged_up_to_its_last_current_and_not_by_the_line_past_it():
     """W = k a^2 b^2: at a = b the inductances are L + 2 k a^2, and L past the last current, where f
     is a straight line; the mutual one is 4 k a^2 in both."""

@@ -161,7 +161,20 @@ BAD_GRIDS = {
     "truncated half period": (I, THETA_M[:12], TABLE.psi[:, :12], {}, "132 deg el.*extend the map"),
     "wrong N_r": (I, THETA_M, TABLE.psi, {"N_r": 6}, "correct N_r"),
     "no N_r": (I, THETA_M, TABLE.psi, {"N_r": None}, "pass N_r"),
-    "swapped layout": (I, THETA_M, TABLE.psi, {"layout": "angles_down"}, "axes look swapped"),
+    "swapped layout": (
+        I,
+        THETA_M,
+        TABLE.psi,
+        {"layout": "angles_down"},
+        "axes look swapped: flux vanishes along the first angle, not at 0 A",
+    ),
+    "swapped layout, angles down": (
+        THETA_M,
+        I,
+        TABLE.psi.T,
+        {"layout": "currents_down"},
+        "axes look swapped: flux vanishes along the first angle, not at 0 A",
+    ),
     "wrong zero": (I, THETA_M, TABLE.psi, {"zero": "aligned"}, "pass zero=unaligned"),
     "NaN": (
         I,

@@ -320,6 +320,17 @@ def test_of_several_periods_the_first_is_taken(count, closed):
     assert f"{count} periods of 360 deg electrical: the first one is taken" in found.notes
 
 
+@pytest.mark.parametrize("samples", [14, 16])
+def test_periods_of_few_samples_without_the_last_are_told_from_parts_of_them(samples):
+    """Of 45 deg each: 16 end a sample before two whole periods, 14 end three before."""
+    degrees = np.arange(samples) * 45.0
+    if samples == 16:
+        assert settled(raw(degrees)).notes[0].startswith("2 periods of 360 deg electrical")
+    else:
+        with pytest.raises(ParameterError, match="cut it there"):
+            settled(raw(degrees))
+
+
 @pytest.mark.parametrize(("off", "same"), [(0.0402, True), (0.0414, False)])
 def test_periods_are_the_same_to_a_fiftieth_of_the_rise(off, same):
     """Of 2 in a cosine, and what the second one is higher; three samples in common tell it."""

@@ -64,6 +64,19 @@ def test_one_mistyped_sample_is_refused_and_named_with_what_it_should_be(
     assert check_map(table).sample_error == 0
 
 
+@pytest.mark.parametrize(
+    ("currents", "angles", "judged"),
+    [(7, 10, True), (7, 9, False), (6, 12, True), (5, 20, False), (10, 7, True), (11, 6, False)],
+)
+def test_a_table_is_judged_from_six_currents_seven_angles_and_sixty_samples_on(
+    currents: int, angles: int, judged: bool
+) -> None:
+    """Those at 0 A are none of the sixty: every machine has them."""
+    table = sampled(np.linspace(0, 450, currents), np.linspace(0, np.pi, angles))
+    found = wrong_sample(mistyped(table, currents // 2, angles // 2, 1.3))
+    assert (found is not None) == judged
+
+
 def test_two_mistyped_samples_are_both_counted() -> None:
     found = wrong_sample(mistyped(mistyped(GOOD, 20, 15, 1.08), 30, 5, 0.95))
     assert found is not None and (found.i, found.more) == (200.0, 1)
