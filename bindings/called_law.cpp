@@ -73,16 +73,26 @@ AnyLaw python_law(int n_phases, nb::callable function) {
   });
 }
 
+void needs(const char* name, double value, const char* what) {
+  throw std::invalid_argument(std::string(name) + " = " + nb::repr(nb::float_(value)).c_str() +
+                              ", need " + what);
+}
+
+constexpr double longest = 1;  // of a sample; what is longer, or later in it, are microseconds [s]
+
 /// A pulse of a mean voltage.
 Order pwm(double duty, double T_s, double centre) {
-  const auto needs = [](const char* name, double value, const char* what) {
-    throw std::invalid_argument(std::string(name) + " = " + nb::repr(nb::float_(value)).c_str() +
-                                ", need " + what);
-  };
   if (duty != duty) needs("duty", duty, "a number");
-  if (!(T_s > 0)) needs("T_s", T_s, "the control period in seconds");
+  if (!(T_s > 0 && T_s < longest)) needs("T_s", T_s, "the control period in seconds");
   if (!(centre >= 0 && centre <= 1)) needs("centre", centre, "a fraction of the sample, 0 to 1");
   return srm::modulate(duty, T_s, centre);
+}
+
+/// One leg between two instants, another one before and after.
+Order pulse(srm::Leg outside, srm::Leg inside, double start, double end) {
+  if (start >= longest) needs("start", start, "an instant of the sample in seconds");
+  if (end >= longest) needs("end", end, "an instant of the sample in seconds");
+  return srm::pulse(outside, inside, start, end);
 }
 
 std::string text_of(const Order& order) {
@@ -126,8 +136,8 @@ void bind_called_law(nb::module_& m) {
   order.def(nb::init<>(), "All off: the leg demagnetizes.");
   order
       .def_static("hold", &srm::hold<double>, nb::arg("leg"), "One leg state for the whole sample.")
-      .def_static("pulse", &srm::pulse<double>, nb::arg("outside"), nb::arg("inside"),
-                  nb::arg("start"), nb::arg("end"),
+      .def_static("pulse", &pulse, nb::arg("outside"), nb::arg("inside"), nb::arg("start"),
+                  nb::arg("end"),
                   "`inside` between two instants of the sample [s], `outside` before and after.")
       .def_static("pwm", &pwm, nb::arg("duty"), nb::arg("T_s"), nb::arg("centre") = 0.5,
                   "A pulse of the mean voltage duty u_dc, held within -u_dc and u_dc, centred at "

@@ -305,7 +305,7 @@ def test_key_figures_of_target_and_desk_stand_in_columns_that_end_alike(monkeypa
     short = replace(kpis, periods=1)
     monkeypatch.setattr(export, "in_the_loop", lambda *_, **__: (short, short))
     told = " ".join(command("export", "pil", RATED).out.split())
-    assert "note: 1 whole electrical period in the second half of the run" in told
+    assert "note: one whole electrical period is evaluated" in told
 
 
 def test_one_machine_is_shown_with_its_file():

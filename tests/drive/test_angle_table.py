@@ -157,6 +157,9 @@ REFUSED = {
     "data row 1, theta_on_deg: `` is not a number": lambda t: t.replace("500,5,-10,150", "500,5"),
     "1 speeds and 3 torques, need at least two": lambda t: "\n".join(t.split("\n")[:4]),
     "has no rows": lambda t: HEAD,
+    "torque_Nm begins at 500, and the greatest torque of the machine is": lambda t: t.replace(
+        "speed_rpm,torque_Nm", "torque_Nm,speed_rpm"
+    ),
 }
 
 

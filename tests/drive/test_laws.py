@@ -179,6 +179,16 @@ def test_hysteresis_stays_in_its_band() -> None:
         (SHARING, ["control.theta_on_deg=-1.0", "control.theta_ov_deg=20.0"], "theta_on_deg >= 0"),
         (SHARING, ["control.theta_on_deg=0.0", "control.theta_ov_deg=0.0"], "theta_ov_deg > 0"),
         (SHARING, ["control.sharing='table'"], "share_table: need 33 shares"),
+        (
+            SHARING,
+            ["control.sharing='table'", f"control.share_table={[0.0, *[1.02] * 31, 1.0]}"],
+            "share_table: 0 to 1.02, need shares from 0 to 1 of the torque",
+        ),
+        (
+            SHARING,
+            ["control.sharing='table'", f"control.share_table={[0.0, *[-0.02] * 31, 1.0]}"],
+            "share_table: -0.02 to 1, need shares from 0 to 1 of the torque",
+        ),
         (SHARING, ["control.sharing='square'"], "sharing = 'square', need 'linear'"),
         (SHARING, ["control.share_table=[0.0, 1.0]"], "share_table has no effect"),
         (SHARING, ["control.i_band_A=0"], "i_band_A = 0, need > 0"),

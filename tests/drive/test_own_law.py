@@ -248,6 +248,7 @@ def test_sharing_written_in_python_is_the_core_s_sharing() -> None:
         (np.nan, 2e-5, 0.5, "duty = nan, need a number"),
         (0.5, 0.0, 0.5, "T_s = 0.0, need the control period in seconds"),
         (0.5, np.nan, 0.5, "T_s = nan, need the control period"),
+        (0.5, 1.0, 0.5, "T_s = 1.0, need the control period in seconds"),
         (0.5, 2e-5, 5.0, "centre = 5.0, need a fraction of the sample, 0 to 1"),
         (0.5, 2e-5, -0.1, "centre = -0.1, need a fraction"),
     ],
@@ -258,6 +259,15 @@ def test_a_pulse_that_cannot_be_meant_is_refused(
     with pytest.raises(ValueError, match=need):
         rl.Order.pwm(duty, T_s, centre)
     assert repr(rl.Order.pwm(2.0, 2e-5)) == repr(rl.Order.pwm(1.0, 2e-5))  # held there
+    rl.Order.pwm(0.5, 0.99)
+
+
+@pytest.mark.parametrize(("start", "end", "name"), [(1.0, 0.1, "start"), (0.1, 1.0, "end")])
+def test_an_edge_in_microseconds_is_refused(start: float, end: float, name: str) -> None:
+    legs = rl.Leg.freewheel, rl.Leg.magnetize
+    with pytest.raises(ValueError, match=f"{name} = 1.0, need an instant of the sample in seconds"):
+        rl.Order.pulse(*legs, start, end)
+    rl.Order.pulse(*legs, 0.98, 0.99)
 
 
 def test_a_measurement_has_the_phases_that_it_has() -> None:

@@ -129,6 +129,8 @@ def test_compiled_law_needs_trust(drive_file: Path) -> None:
         (["control.theta_on_deg=early"], r"\[control\] theta_on_deg = 'early', need a number$"),
         (["control.theta_on_deg=nan"], r"\[control\] theta_on_deg = nan, need finite numbers$"),
         (["control.theta_on_deg=-inf"], r"\[control\] theta_on_deg = -inf, need finite numbers$"),
+        (["control.theta_on_deg=true"], "theta_on_deg = true, need a number in deg$"),
+        (["control.T_s_s=1e-5"], "`T_s_us` and `T_s_s` are one quantity; give one of them$"),
         (["control.theta_on_deg=0,5"], "need a number; write a decimal point, as in 0.5$"),
         (["control.theta_on_deg=[1, 2]"], r"\[control\] DeadbeatPulse with theta_.*: TypeError"),
         (["control.law=cpp:own_law.so:Deadbeat"], "holds the law DeadbeatPulse, not Deadbeat"),
@@ -166,6 +168,21 @@ def test_an_edited_header_beside_a_law_is_told(
     remedy = "`reluctance law build own_law.hpp DeadbeatPulse` builds it again"
     with pytest.warns(Note, match=f"own_law.hpp has been edited since own_law.so .*{remedy}"):
         rl.load(folder / drive_file.name, trust=True)
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_a_compiled_law_that_hides_a_module_of_python_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder, beside: bool
+) -> None:
+    """Python takes own_law.so for `import own_law`, before own_law.py."""
+    monkeypatch.setattr(build, "_compile", lambda header, name, texts, out: out.write_text(""))
+    (tmp_path / "own_law.hpp").write_text((EXAMPLE / "own_law.hpp").read_text())
+    if beside:
+        (tmp_path / "own_law.py").write_text("")
+    build_law(tmp_path / "own_law.hpp", "DeadbeatPulse")
+    assert [str(said.message).partition(" of")[0] for said in recwarn] == (
+        ["`import own_law`"] if beside else []
+    )
 
 
 def test_the_compiler_may_be_a_command_with_arguments(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -59,8 +59,24 @@ def test_a_torque_that_a_fault_takes_is_not_looked_for_in_the_limit(rated):
     (line,) = (
         text for text in unmet(broken, rl.simulate(broken, until=0.04).kpis) if "held" in text
     )
-    assert "[[faults]] or [mismatch] of the drive file may be why" in line
+    assert "[[faults]], [mismatch] or [sensing] of the drive file may be why" in line
     assert "`reluctance limit`" not in line
+
+
+@pytest.mark.parametrize(
+    ("sensing", "limit"),
+    [
+        ({"i_offset_A": [20.0, 20.0, 20.0]}, False),
+        ({"i_gain": [1.5, 1.0, 1.5]}, False),
+        ({"i_offset_A": [0.0, 0.0, 0.0], "i_gain": [1.0, 1.0, 1.0]}, True),
+    ],
+)
+def test_nor_is_a_torque_that_wrong_sensors_take(rated, sensing, limit):
+    drive = rated.with_values({f"sensing.{key}": value for key, value in sensing.items()})
+    low = replace(rl.simulate(rated, until=0.04).kpis, tau_mean=18.0)
+    (line,) = (text for text in unmet(drive, low) if "held" in text)
+    assert ("`reluctance limit`" in line) == limit
+    assert ("[sensing] of the drive file may be why" in line) != limit
 
 
 def test_a_run_takes_numbers_of_numpy(rated):

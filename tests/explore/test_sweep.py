@@ -448,6 +448,10 @@ def test_the_command_prints_what_was_run(tmp_path: Path) -> None:
         "sweep", DRIVE, "--vary", "control.i_band_A=-1", "--out", tmp_path / "s.db"
     )
     assert "--trust" in refused("sweep", DRIVE, "--vary", "control.law=python:a.py:B")
+    for name, more in (("sweep", ()), ("tune", ("--minimise", "p_cu_W"))):
+        twice = ("--vary", "machine.R_ohm=1:2", "--vary", "machine.R_ohm=3:4")
+        told = "machine.R_ohm is there twice; give all of its values at once"
+        assert told in refused(name, DRIVE, *twice, *more)
 
 
 @pytest.mark.parametrize(

@@ -155,7 +155,7 @@ class Kpis:
     def remarks(self, *, steady: bool = True, sound: bool = True) -> list[str]:
         """What a reader of these figures must know, each on one line; steady: whether the drive was
         asked for a constant, so that its torque should have settled; sound: whether it has neither
-        faults nor parts that differ from what its control knows."""
+        faults nor parts or sensors that differ from what its control knows."""
         begun = start_included(self.periods, self.speed_mean)
         found = [begun] if begun else []
         drift = self.torque_drift or 0.0
@@ -168,7 +168,7 @@ class Kpis:
         held = self.tau_mean / self.tau_ref_mean if self.tau_ref_mean else 1.0
         if self.periods >= 2 and abs(held - 1) > NOT_HELD:
             if not sound:
-                why = "[[faults]] or [mismatch] of the drive file may be why"
+                why = "[[faults]], [mismatch] or [sensing] of the drive file may be why"
             elif 0 < held < 1:
                 why = (
                     "`reluctance limit` tells whether this machine could at this voltage and speed"
@@ -194,8 +194,8 @@ class Kpis:
 
 
 def start_included(periods: float, speed_mean: float) -> str:
-    """Why figures over so many electrical periods include the start of their run, at a mean speed
-    [rad/s]; empty where they do not, or are not there (NaN)."""
+    """Why figures over so many electrical periods may include the start of their run, at a mean
+    speed [rad/s]; empty where they do not, or are not there (NaN)."""
     if not periods < 2:
         return ""
     if abs(speed_mean) < STANDSTILL:
@@ -203,9 +203,14 @@ def start_included(periods: float, speed_mean: float) -> str:
             "no electrical period ends at standstill: the figures are over all of the run, its "
             "start included"
         )
+    if periods < 1:
+        return (
+            "no whole electrical period: the figures are over all of the run, its start included; "
+            "run longer (--until)"
+        )
     return (
-        f"{int(periods) or 'no'} whole electrical period in the second half of the run: the "
-        "figures include its start; run longer (--until)"
+        "one whole electrical period is evaluated: the figures may include what the start of the "
+        "run has left; run longer (--until)"
     )
 
 

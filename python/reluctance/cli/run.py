@@ -183,7 +183,9 @@ def aliased(drive: Drive, record_us: float) -> list[str]:
 
 def unmet(drive: Drive, kpis: Kpis) -> list[str]:
     """What is not as the drive was asked for, a constant speed too."""
-    sound = not drive.faults.each and not drive.mismatch.given
+    sensing = drive.sensing
+    wrong = any(sensing.i_offset_A) or any(gain != 1 for gain in sensing.i_gain)
+    sound = not drive.faults.each and not drive.mismatch.given and not wrong
     found = kpis.remarks(steady=is_steady(drive), sound=sound)
     asked = drive.reference.speed_rpm
     if drive.reference.kind != "speed" or not asked or not is_steady(drive):

@@ -83,9 +83,9 @@ def sweep(
     from reluctance.drive.laws.own_code import refuse_untrusted
     from reluctance.explore.sweeps.store import ENDINGS
     from reluctance.explore.sweeps.swept import figure_name, start_of
-    from reluctance.explore.sweeps.vary import is_range, parsed
+    from reluctance.explore.sweeps.vary import is_range, parsed_all
 
-    values = dict(parsed(text) for text in vary)
+    values = parsed_all(vary)
     names = [figure_name(name.strip()) for name in figure.split(",")] if figure else None
     if out is not None and out.suffix.lower() in TABLES:
         raise ParameterError(

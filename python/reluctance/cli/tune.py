@@ -80,7 +80,7 @@ def tune(
     from reluctance.cli.tune_over import tune_over
     from reluctance.drive.laws.own_code import refuse_untrusted
     from reluctance.drive.load import load
-    from reluctance.explore.sweeps.vary import parsed
+    from reluctance.explore.sweeps.vary import parsed_all
     from reluctance.explore.tuning import tune as tuned
 
     if out is not None:
@@ -91,7 +91,7 @@ def tune(
         check_ending(table, TABLES)
     check_figures([plot], style, width)
     points = [_point(text) for text in at or []]
-    values = dict(parsed(text) for text in vary or [])
+    values = parsed_all(vary or [])
     for laws in (values.get("control.law", []), [x.get("control.law") for x in points]):
         refuse_untrusted(laws, trust)
     budgeted: dict[str, Any] = {} if budget is None else {"budget": budget}
@@ -103,7 +103,7 @@ def tune(
         drive = load(drive_file, overrides, trust=trust, check_torque=False)
         options = {"maximise": maximise, "keep": keep or [], "vary": values or None, "jobs": jobs}
         options |= budgeted
-        axes = dict(parsed(text) for text in over)
+        axes = parsed_all(over)
         with look(style, width):
             tune_over(drive, axes, minimise, options, out=out, plot=plot, as_json=as_json)
         return

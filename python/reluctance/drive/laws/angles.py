@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 from pydantic import Field, model_validator
 
 from reluctance import _core
+from reluctance.base.errors import ParameterError
 from reluctance.base.schema import FileName
 from reluctance.drive.laws.angle_table import read_angle_table
 from reluctance.drive.laws.current_table import Window
@@ -78,8 +79,14 @@ class Angles(PulseCurrent):
 
     def check(self, known: Known) -> None:
         super().check(known)
-        if self.angle_table is not None:
-            read_angle_table(self.angle_table)
+        if self.angle_table is None:
+            return
+        least, most = read_angle_table(self.angle_table).tau[0], known.machine.greatest_torque
+        if least > most:
+            raise ParameterError(
+                f"{self.angle_table}: torque_Nm begins at {least:.4g}, and the greatest torque of "
+                f"the machine is {most:.4g} N m; are torque_Nm and speed_rpm exchanged?"
+            )
 
     def window(self, known: Known, room: float = ROOM) -> tuple[float, float]:
         """With a table those of the greatest torque at the working speed."""

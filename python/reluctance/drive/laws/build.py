@@ -9,9 +9,10 @@ from __future__ import annotations
 import json
 import posixpath
 import re
+import warnings
 from pathlib import Path
 
-from reluctance.base.errors import ParameterError
+from reluctance.base.errors import Note, ParameterError
 from reluctance.base.extension import compile_extension, core_fingerprint
 from reluctance.base.files import check_ending, is_file, write_whole
 from reluctance.base.resources import resources
@@ -55,6 +56,14 @@ def build_law(header: str | Path, name: str, out: str | Path | None = None) -> P
     if not re.search(rf"\bstruct {name}\b", "".join(texts.values())):
         raise ParameterError(f"{header} has no `struct {name}`")
     write_whole(out, lambda path: _compile(header, name, texts, path))
+    beside = out.with_suffix(".py")
+    if is_file(beside):
+        warnings.warn(
+            f"`import {out.stem}` of Python takes {out.name} now, not {beside.name} beside it; "
+            "where code imports that, give --out another name",
+            Note,
+            stacklevel=2,
+        )
     return out
 
 

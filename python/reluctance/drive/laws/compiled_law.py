@@ -47,7 +47,7 @@ class CompiledLaw(Control):
     def core(self, known: Known) -> _core.Law:
         code = own_code(self.law)
         make, wanted = _struct(self.law), law_fields(self.law)
-        given = {"T_s": self.T_s} | si_once(self.model_extra or {})
+        given = si_once({"T_s_us": self.T_s_us} | (self.model_extra or {})) | {"T_s": self.T_s}
         check_numbers(self.model_extra or {}, texts=False)
         own = [name for name in given if name != "T_s"]
         for key in self.model_extra or {}:

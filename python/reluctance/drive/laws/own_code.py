@@ -20,6 +20,7 @@ from reluctance.base.errors import Note, ParameterError
 from reluctance.base.extension import load_extension
 from reluctance.base.files import is_file
 from reluctance.base.schema import NamesFile, did_you_mean, number_hint
+from reluctance.base.units import name_and_unit
 
 PYTHON, CPP = "python:", "cpp:"
 # Code, by its path.
@@ -151,9 +152,11 @@ def _tell_edited(path: Path, module: ModuleType) -> None:
 
 
 def check_numbers(given: Mapping[str, object], *, texts: bool) -> None:
-    """Raises ParameterError for a number of [control] that is not finite, or is a text. texts: the
-    law may have keys that are."""
+    """Raises ParameterError for a number of [control] that is not finite, is a text, or is true or
+    false with a unit. texts: the law may have keys that are."""
     for key, value in given.items():
+        if isinstance(value, bool) and (unit := name_and_unit(key)[1]):
+            raise ParameterError(f"[control] {key} = {str(value).lower()}, need a number in {unit}")
         if isinstance(value, str) and ((hint := number_hint(value, key)) or not texts):
             raise ParameterError(f"[control] {key} = {value!r}, need a number{hint}")
         numbers = value if isinstance(value, list | tuple) else [value]

@@ -61,8 +61,8 @@ class Law:
         Parameters
         ----------
         y : Measurement
-            Currents `y.i` (n_phases,) [A], electrical angle `y.angle(k)` of phase k [rad], speed
-            `y.omega_m` [rad/s], dc-link voltage `y.u_dc` [V].
+            Currents `y.i` (n_phases,) [A], where a reading below zero is zero; electrical angle
+            `y.angle(k)` of phase k [rad], speed `y.omega_m` [rad/s], dc-link voltage `y.u_dc` [V].
         tau_ref : float
             Torque reference [N m].
 
@@ -95,7 +95,8 @@ class OwnLaw(Control):
         """A new law, with the numbers of the table."""
         kind = law_class(self.law)
         check_numbers(self.model_extra or {}, texts=True)
-        numbers = si_once(self.model_extra or {})
+        numbers = si_once({"T_s_us": self.T_s_us} | (self.model_extra or {}))
+        del numbers["T_s"]
         wanted = inspect.signature(kind).parameters
         for key, name in zip(self.model_extra or {}, numbers, strict=True):
             if name in wanted or any(p.kind is p.VAR_KEYWORD for p in wanted.values()):

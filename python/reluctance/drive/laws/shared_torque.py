@@ -66,6 +66,11 @@ class SharedTorque(HandsOver):
             return self
         if len(table) != TABLE_POINTS or table[0] != 0 or table[-1] != 1:
             raise ValueError(f"share_table: need {TABLE_POINTS} shares, the first 0, the last 1")
+        if not 0 <= min(table) <= max(table) <= 1:
+            raise ValueError(
+                f"share_table: {min(table):g} to {max(table):g}, need shares from 0 to 1 of the "
+                "torque"
+            )
         return self
 
     def check(self, known: Known) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from math import ceil, log2, prod
 from typing import Any, get_args
@@ -39,6 +39,22 @@ def parsed(text: str) -> tuple[str, list[Any]]:
     if isinstance(value, list):
         return name, value
     return name, [toml_value(part.strip()) for part in given.split(",")]
+
+
+def parsed_all(texts: Iterable[str]) -> dict[str, list[Any]]:
+    """The keys and values of several texts for `parsed`.
+
+    Raises
+    ------
+    ParameterError
+        If a key is there twice, and as `parsed`.
+    """
+    found: dict[str, list[Any]] = {}
+    for name, values in map(parsed, texts):
+        if name in found:
+            raise ParameterError(f"{name} is there twice; give all of its values at once")
+        found[name] = values
+    return found
 
 
 def is_range(text: str) -> bool:
