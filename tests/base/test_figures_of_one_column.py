@@ -21,6 +21,7 @@ TWO = ("--figure", "torque_error_rms,f_switch_Hz")
 QUICK = ("run", "limit", "sweep over two keys")  # the others are proofs
 COMMANDS = {
     "run": ("run", CUBIC, "--until", 0.03),
+    "run of five phases": ("run", EXAMPLES / "five_phases_losses.toml", "--until", 0.03),
     "run on an array": ("run", EXAMPLES / "sun_cloud.toml", "--until", 0.03),
     "run with a speed": ("run", EXAMPLES / "load_step.toml", "--until", 0.03),
     "sweep over one key": ("sweep", CUBIC, "--until", 0.02, "--vary", BANDS),

@@ -1,6 +1,7 @@
 """Figures of a run. Each function draws on Axes that it is given and returns them."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,7 +9,7 @@ from matplotlib.figure import Figure
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.figures import save_figure
-from reluctance.base.phases import GREEN, LETTERS, RED, phase_name
+from reluctance.base.phases import GREEN, RED, phase_name
 from reluctance.base.picture import Picture, styled
 from reluctance.base.units import from_si
 from reluctance.drive.run.record import Record
@@ -16,12 +17,13 @@ from reluctance.plant.solar.single_diode import Diode, current, power_point
 
 SHORT = 0.02  # of a run: a state that is too short for its name
 LONG = 5.0  # run that is drawn in seconds [s]
-LEG_NAMES = ("demagnetize", "freewheel", "magnetize")
+LEG_STATES = "top to bottom: magnetize, freewheel, demagnetize"
 
 
-def _legend_above(ax: Axes) -> None:
-    """Outside, at the right: the waveforms fill the axes."""
+def _legend_above(ax: Axes, **title: Any) -> None:
+    """Outside, at the right: the waveforms fill the axes. Of a title alone, where there is one."""
     ax.legend(
+        **({"handles": []} | title if title else {}),
         loc="lower right",
         bbox_to_anchor=(1.0, 1.0),
         ncols=3,
@@ -123,14 +125,13 @@ def plot_currents(ax: Axes, result: Record) -> Axes:
 
 def plot_legs(ax: Axes, result: Record) -> Axes:
     """Leg states, one band per phase."""
-    n_phases = len(result.leg)
-    for k, leg in enumerate(result.leg):
-        level = 3 * (n_phases - 1 - k) + leg + 1
-        ax.step(clock(result), level, where="post", lw=0.6, label=phase_name(k))
-    heights = [3 * (n_phases - 1 - k) + state for k in range(n_phases) for state in range(3)]
-    names = [f"{LETTERS[k]} {LEG_NAMES[state]}" for k in range(n_phases) for state in range(3)]
-    ax.set_yticks(heights, names, fontsize=7)
+    middles = 3 * np.arange(len(result.leg))[::-1]
+    for k, (middle, leg) in enumerate(zip(middles, result.leg, strict=True)):
+        ax.step(clock(result), middle + leg, where="post", lw=0.6, label=phase_name(k))
+    ax.set_yticks(middles, [phase_name(k) for k in range(len(middles))])
+    ax.set_yticks([middle + state for middle in middles for state in (-1, 1)], minor=True)
     ax.set(xlabel=time_label(result), ylabel="leg state")
+    _legend_above(ax, title=LEG_STATES, title_fontsize=8)
     return ax
 
 
