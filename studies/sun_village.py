@@ -63,7 +63,7 @@ def machine_row(name: str, rpm: float, tau_max: float, u: float) -> dict[str, ob
 
 def time_row(example: str) -> dict[str, object]:
     """What the first `reluctance size` of an example takes, without a cache."""
-    line = [sys.executable, "-m", "reluctance.cli", "size", f"examples/{example}.toml"]
+    line = [sys.executable, "-m", "reluctance", "size", f"examples/{example}.toml"]
     with tempfile.TemporaryDirectory() as folder:
         before, start = os.times(), time.monotonic()
         subprocess.run(

@@ -32,7 +32,7 @@ PROMISED = (
 
 
 def reluctance(*arguments, **options):
-    command = [sys.executable, "-m", "reluctance.cli", *arguments]
+    command = [sys.executable, "-m", "reluctance", *arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, **options)
 
 
@@ -142,7 +142,7 @@ def test_a_mistake_is_exit_2_and_leaves_no_file(tmp_path, monkeypatch, arguments
 
 def test_interrupting_a_run_leaves_no_file(tmp_path):
     path = tmp_path / "run.csv"
-    command = [sys.executable, "-m", "reluctance.cli", "run", RATED, "--until", "1000"]
+    command = [sys.executable, "-m", "reluctance", "run", RATED, "--until", "1000"]
     process = subprocess.Popen(
         [*command, "--record-us", "10000", "--out", str(path)],
         stdout=subprocess.PIPE,
@@ -179,7 +179,7 @@ def test_a_long_run_shows_a_bar_on_a_terminal():
     arguments = ["run", RATED, "--until", "40", "--json"]
     parent, child = pty.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "reluctance.cli", *arguments],
+        [sys.executable, "-m", "reluctance", *arguments],
         stdout=subprocess.DEVNULL,
         stderr=child,
         env={**os.environ, "TERM": "xterm"},

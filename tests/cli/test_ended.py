@@ -37,7 +37,7 @@ def test_the_program_itself_tells_a_mistake_in_one_line():
     """Of ours, and of the options."""
     for words, need in ((["run", "nowhere.toml"], "nowhere.toml"), (["run", "--pot"], "--pot")):
         done = subprocess.run(
-            [sys.executable, "-m", "reluctance.cli", *words], capture_output=True, text=True
+            [sys.executable, "-m", "reluctance", *words], capture_output=True, text=True
         )
         (line,) = done.stderr.splitlines()
         assert (done.returncode, done.stdout) == (2, "") and need in line

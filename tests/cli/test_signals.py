@@ -55,7 +55,7 @@ def test_a_sweep_that_is_ended_says_how_many_runs_are_kept(tmp_path: Path) -> No
     store = tmp_path / "runs.sqlite"
     line = ("sweep", LONG["sweep"][1], "--vary", "control.i_band_A=0.5:2:9999", "--out", store)
     running = subprocess.Popen(
-        [sys.executable, "-m", "reluctance.cli", *map(str, line)],
+        [sys.executable, "-m", "reluctance", *map(str, line)],
         **{"cwd": tmp_path, "text": True, "stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE},
     )
     while running.poll() is None and not _runs(store):
@@ -113,7 +113,7 @@ def test_a_signal_ends_it_at_once_and_leaves_nothing(
 ) -> None:
     """128 and its number, as shells have it: 130 for Ctrl-C; at the first press."""
     done = subprocess.Popen(
-        [sys.executable, "-m", "reluctance.cli", *map(str, LONG[name])],
+        [sys.executable, "-m", "reluctance", *map(str, LONG[name])],
         cwd=tmp_path,
         env={**os.environ, "RELUCTANCE_CACHE": str(tmp_path / "cache")},
         text=True,

@@ -246,7 +246,7 @@ def test_a_full_disk_keeps_the_file_that_was_there(name, tmp_path, flux_map):
 
 
 def process(*arguments, **options):
-    line = [sys.executable, "-m", "reluctance.cli", *map(str, arguments)]
+    line = [sys.executable, "-m", "reluctance", *map(str, arguments)]
     return subprocess.Popen(line, stderr=subprocess.PIPE, text=True, **options)
 
 

@@ -524,7 +524,7 @@ def test_what_does_not_know_faults_refuses_them(tmp_path):
 def test_the_command_line_marks_them(tmp_path):
     done = subprocess.run(
         [
-            *(sys.executable, "-m", "reluctance.cli", "run", EXAMPLES / "deadbeat.toml", "--json"),
+            *(sys.executable, "-m", "reluctance", "run", EXAMPLES / "deadbeat.toml", "--json"),
             *("--until", "0.02", "--plot", tmp_path / "run.svg"),
             *("--set", "faults.0.kind=open_wire", "--set", "faults.0.t_s=0.01"),
         ],

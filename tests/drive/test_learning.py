@@ -209,7 +209,7 @@ def test_the_firmware_tells_what_it_has_learned(tmp_path):
 
 def test_the_command_line_tells_what_was_learned():
     example = ROOT / "examples" / "edge_mpc_learning.toml"
-    command = [sys.executable, "-m", "reluctance.cli", "run", str(example), "--until", "0.05"]
+    command = [sys.executable, "-m", "reluctance", "run", str(example), "--until", "0.05"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "learned: R " in done.stdout
     assert "strokes" in done.stdout

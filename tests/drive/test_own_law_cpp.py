@@ -31,7 +31,7 @@ def drive_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("own")
     for name in ("own_law.hpp", "own_law_cpp.toml"):
         (folder / name).write_text((EXAMPLE / name).read_text())
-    command = [sys.executable, "-m", "reluctance.cli", "law", "build", "own_law.hpp"]
+    command = [sys.executable, "-m", "reluctance", "law", "build", "own_law.hpp"]
     done = subprocess.run([*command, "DeadbeatPulse"], cwd=folder, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == 'own_law.so: law = "cpp:own_law.so:DeadbeatPulse"\n'

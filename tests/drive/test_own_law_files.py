@@ -131,7 +131,7 @@ def test_an_argument_with_a_unit_is_told_the_name_that_arrives(mine: Path) -> No
 
 
 def reluctance(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "reluctance.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "reluctance", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True)
 
 

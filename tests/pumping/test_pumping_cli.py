@@ -25,7 +25,7 @@ def reluctance(*arguments):
 
 
 def process(*arguments, **options):
-    line = [sys.executable, "-m", "reluctance.cli", *arguments]
+    line = [sys.executable, "-m", "reluctance", *arguments]
     return subprocess.run(line, capture_output=True, text=True, timeout=600, **options)
 
 

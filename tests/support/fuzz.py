@@ -63,7 +63,7 @@ def in_process(given):
 
 
 def as_process(given):
-    line = [sys.executable, "-m", "reluctance.cli", *given]
+    line = [sys.executable, "-m", "reluctance", *given]
     done = subprocess.run(line, capture_output=True, timeout=10 * HANG)
     return done.returncode, done.stderr.decode("utf-8", "replace")
 

@@ -73,7 +73,7 @@ def ended(name: str, draw: random.Random) -> tuple[str, str]:
             (folder / inner).mkdir()
         environment = os.environ | {"RELUCTANCE_CACHE": f"{text}/cache", "TMPDIR": f"{text}/tmp"}
         running = subprocess.Popen(
-            [sys.executable, "-m", "reluctance.cli", *map(str, LONG[name])],
+            [sys.executable, "-m", "reluctance", *map(str, LONG[name])],
             **{"cwd": folder / "here", "env": environment, "text": True},
             **{"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE},
         )

@@ -155,7 +155,7 @@ def test_over_current_that_the_converter_cannot_show_is_refused(tmp_path):
 def test_the_command_line_exports_and_tells_the_fingerprint(tmp_path):
     arguments = ["export", "firmware", str(ROOT / "examples" / "ditc.toml"), "--json"]
     done = subprocess.run(
-        [sys.executable, "-m", "reluctance.cli", *arguments, "--out", str(tmp_path / "package")],
+        [sys.executable, "-m", "reluctance", *arguments, "--out", str(tmp_path / "package")],
         capture_output=True,
         text=True,
         timeout=120,

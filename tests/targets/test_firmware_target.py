@@ -229,7 +229,7 @@ def test_the_folder_builds_in_an_empty_place_away_from_the_repository(tmp_path):
 def test_the_command_line_tells_parity_and_refuses_an_unknown_processor():
     def run(*arguments):
         return subprocess.run(
-            [sys.executable, "-m", "reluctance.cli", "export", "parity", *arguments],
+            [sys.executable, "-m", "reluctance", "export", "parity", *arguments],
             capture_output=True,
             text=True,
             timeout=120,

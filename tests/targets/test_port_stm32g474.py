@@ -508,7 +508,7 @@ def test_the_example_has_the_numbers_of_the_table_and_the_verdict_says_that_it_f
         row = next(r for r in csv.DictReader(file) if r["case"] == "deadbeat 50 us")
     done = subprocess.run(
         [
-            *(sys.executable, "-m", "reluctance.cli", "export", "firmware", str(FILE), "--json"),
+            *(sys.executable, "-m", "reluctance", "export", "firmware", str(FILE), "--json"),
             *("--out", str(tmp_path / "package"), "--port", "stm32g474", "--mcu", "stm32g474"),
         ],
         capture_output=True,

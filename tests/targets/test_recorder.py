@@ -166,7 +166,7 @@ def test_a_dump_of_another_form_or_drive_is_refused(target_dump, tmp_path, field
 
 def run_replay(*arguments):
     return subprocess.run(
-        [sys.executable, "-m", "reluctance.cli", "replay", *map(str, arguments)],
+        [sys.executable, "-m", "reluctance", "replay", *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=120,

@@ -1,5 +1,0 @@
-"""`python -m reluctance.cli`."""
-
-from reluctance.cli.entry import main
-
-main()
