@@ -282,6 +282,20 @@ def test_an_override_replaces_a_value():
     assert drive.control.precision == "float"
 
 
+def test_an_override_sets_a_number_of_a_list_or_adds_the_next():
+    rated = EXAMPLES / "paper_rated.toml"
+    one = rl.load(rated, [f"sensing.i_offset_A.{k}={k}.5" for k in range(3)])
+    assert one.sensing.i_offset_A == [0.5, 1.5, 2.5]
+    assert one.with_values({"sensing.i_offset_A.1": -4}).sensing.i_offset_A == [0.5, -4.0, 2.5]
+    for key, need in (("4", "`4`, need a number from 0 to 3"), ("b", "`b`, need a number")):
+        with pytest.raises(rl.ParameterError, match=need):
+            one.with_values({f"sensing.i_offset_A.{key}": 1.0})
+    with pytest.raises(rl.ParameterError, match="`1`, need 0, the first"):
+        rl.load(rated, ["sensing.i_offset_A.1=2"])
+    with pytest.raises(rl.ParameterError, match=r"adc_bits = \[1\], need a whole number"):
+        rl.load(rated, ["sensing.adc_bits.0=1"])
+
+
 @pytest.mark.parametrize("empty", ["", " "])
 def test_an_override_without_a_value_removes_the_key(empty):
     path = EXAMPLES / "paper_rated.toml"

@@ -464,6 +464,7 @@ def test_a_file_has_them_and_keeps_them(tmp_path):
         ({"faults.0.t_s": 0.1}, "missing key `kind` in [faults.0]"),
         ({"faults.1.kind": "open_wire"}, "`1`, need 0, the first"),
         ({"faults.kind": "open_wire"}, "faults.0.kind=open_wire"),
+        ({"faults.0": 3}, "faults.0.kind=open_wire"),
         ({"faults": {"kind": "open_wire"}}, "[faults] is no list of tables; write [[faults]] with"),
         ({"faults": 3}, "[faults] is no list of tables; write [[faults]] with two brackets"),
         ({"faults": [{"kind": "sensor_gain"}]}, "[faults.0] kind = 'sensor_gain' needs gain"),

@@ -165,6 +165,9 @@ def test_the_best_point_is_the_least_and_on_demand_the_greatest():
         ("machine.R_ohm", "R (Ω)"),
         ("reference.tau_Nm", "tau (N m)"),
         ("control.law", "law"),
+        ("sensing.i_offset_A.2", "i offset 2 (A)"),
+        ("sensing.i_gain.0", "i gain 0"),
+        ("faults.0.t_s", "t (s)"),
         ("machine.N_s", "N s"),
     ],
 )

@@ -217,6 +217,7 @@ def _print_table(found: Sweep, names: list[str] | None) -> None:
     from rich.text import Text
 
     from reluctance.base.key_figures import shown
+    from reluctance.explore.sweeps.vary import key_of
 
     columns = [
         n for n in dict.fromkeys((*(names or SHOWN), TRIP)) if not np.isnan(found.figures[n]).all()
@@ -228,7 +229,7 @@ def _print_table(found: Sweep, names: list[str] | None) -> None:
             {int(pick(found.figures[c])) for c in columns for pick in (np.nanargmin, np.nanargmax)}
         )
         title += ": where a figure is least or most"
-    heads = [name.rpartition(".")[2].replace("_", " ") for name in (*found.values, *columns)]
+    heads = [key_of(name).replace("_", " ") for name in (*found.values, *columns)]
     cells = []
     for n in rows:
         point = found.point(n)

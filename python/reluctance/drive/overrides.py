@@ -77,10 +77,11 @@ def put(data: dict[str, Any], name: str, value: Any, where: str) -> None:
     if not path or not key:
         raise ParameterError(f"{where}: need section.key=value")
     table, before = data, law_of(data)
-    for part in path:
-        table = _within(table, part, where)
+    for part, below in zip(path, (*path[1:], key), strict=True):
+        table = _within(table, part, below, where)
     if isinstance(table, list):
-        raise ParameterError(f"{where}: need faults.NUMBER.key=value, as faults.0.kind=open_wire")
+        _put_in_list(table, path[-1], key, value, where)
+        return
     if value is not None:
         table[key] = value
     elif key in table:
@@ -93,21 +94,36 @@ def put(data: dict[str, Any], name: str, value: Any, where: str) -> None:
         _keep_keys_of_the_law(data["control"], before)
 
 
-def _within(table: Any, part: str, where: str) -> Any:
-    """The table of this name within a table; in an array of tables a number, from 0 on."""
+def _within(table: Any, part: str, below: str, where: str) -> Any:
+    """The table or list of this name within a table, for the key `below`; in an array of tables a
+    number, from 0 on."""
     if isinstance(table, dict):
-        inner = table.setdefault(part, [] if part == "faults" else {})
+        inner = table.setdefault(part, [] if part == "faults" or below.isdecimal() else {})
     else:
-        number = int(part) if part.isdecimal() else -1
-        if not 0 <= number <= len(table):
-            need = f"a number from 0 to {len(table)}" if table else "0, the first"
-            raise ParameterError(f"{where}: `{part}`, need {need}")
+        number = _number(table, part, where)
         if number == len(table):
             table.append({})
         inner = table[number]
     if not isinstance(inner, dict | list):
         raise ParameterError(f"{where}: `{part}` is not a table")
     return inner
+
+
+def _put_in_list(numbers: list[Any], name: str, key: str, value: Any, where: str) -> None:
+    """One more number of a list, or another one in its place, as `sensing.i_offset_A.0=2`."""
+    if name == "faults" or value is None:
+        raise ParameterError(f"{where}: need faults.NUMBER.key=value, as faults.0.kind=open_wire")
+    number = _number(numbers, key, where)
+    numbers[number : number + 1] = [value]
+
+
+def _number(those: list[Any], text: str, where: str) -> int:
+    """Which of a list, or the next one."""
+    number = int(text) if text.isdecimal() else -1
+    if not 0 <= number <= len(those):
+        need = f"a number from 0 to {len(those)}" if those else "0, the first"
+        raise ParameterError(f"{where}: `{text}`, need {need}")
+    return number
 
 
 def plain(value: Any) -> Any:

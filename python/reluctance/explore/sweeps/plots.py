@@ -19,6 +19,7 @@ from reluctance.base.picture import Picture
 from reluctance.base.units import name_and_unit
 from reluctance.explore.sweeps.pareto import front
 from reluctance.explore.sweeps.swept import Swept, column_of, figure_name
+from reluctance.explore.sweeps.vary import key_of
 
 USUAL = ("torque_ripple_pp", "efficiency", "i_rms_A", "f_switch_Hz")
 MOST_LINES = 8  # in one panel; more values of a key are better seen as a heat map
@@ -50,7 +51,7 @@ def save_plot(
 
 def label(name: str) -> str:
     """A key or figure as a label of an axis, with its unit."""
-    plain, unit = name_and_unit(name.rpartition(".")[2])
+    plain, unit = name_and_unit(key_of(name))
     text = WORDS.get(name, plain.replace("_", " "))
     return f"{text} ({UNITS_SHOWN.get(unit, unit)})" if unit else text
 
@@ -229,7 +230,7 @@ def _unique(values: Sequence[Any]) -> list[Any]:
 
 def _named(name: str, value: Any) -> str:
     """A key and its value, as in `i band 0.5 A`."""
-    plain, unit = name_and_unit(name.rpartition(".")[2])
+    plain, unit = name_and_unit(key_of(name))
     shown = f"{value:.4g}" if isinstance(value, int | float) else str(value)
     return (
         f"{plain.replace('_', ' ')} {shown} {UNITS_SHOWN.get(unit, unit) if unit else ''}".strip()

@@ -12,6 +12,7 @@ import numpy as np
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import toml_value
 from reluctance.base.schema import field_of
+from reluctance.base.units import name_and_unit
 from reluctance.drive.drive import Drive
 
 Vary = Mapping[str, Sequence[Any]]
@@ -55,6 +56,16 @@ def parsed_all(texts: Iterable[str]) -> dict[str, list[Any]]:
             raise ParameterError(f"{name} is there twice; give all of its values at once")
         found[name] = values
     return found
+
+
+def key_of(name: str) -> str:
+    """The key that a name ends with; of a number in a list `i_offset_0_A` for
+    `sensing.i_offset_A.0`, so that it keeps its unit."""
+    above, _, key = name.rpartition(".")
+    if not key.isdecimal():
+        return key
+    plain, unit = name_and_unit(above.rpartition(".")[2])
+    return "_".join([plain, key, *([unit] if unit else [])])
 
 
 def is_range(text: str) -> bool:
