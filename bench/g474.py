@@ -15,7 +15,7 @@ import reluctance as rl
 from reluctance.base.files import scratch
 from reluctance.targets.export import firmware
 from reluctance.targets.export.cost import cost
-from reluctance.targets.export.package import gates_of
+from reluctance.targets.export.package_text import gates_of
 from reluctance.targets.export.recording import STEPS, record
 from reluctance.targets.export.verdict import LOAD, mcu, verdict
 

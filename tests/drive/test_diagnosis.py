@@ -16,7 +16,7 @@ from reluctance import _core
 from reluctance.base.units import from_si
 from reluctance.drive.guard.supervised import controller
 from reluctance.drive.guard.trip_levels import diagnosis, protection
-from reluctance.targets.export.package import gates_of
+from reluctance.targets.export.package_text import gates_of
 
 
 def script(name):

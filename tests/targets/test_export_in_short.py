@@ -17,7 +17,7 @@ import pytest
 import reluctance as rl
 from reluctance import _core
 from reluctance.drive.guard.trip_levels import current_error, protection
-from reluctance.targets.export import cost, package, replay_dump, target
+from reluctance.targets.export import cost, package, package_text, replay_dump, target
 from reluctance.targets.export.array_text import array_marks
 from reluctance.targets.export.blob import exported_controller
 from reluctance.targets.export.commission_levels import commission, levels
@@ -38,7 +38,7 @@ def drive(name: str = "deadbeat", *given: str) -> rl.Drive:
 
 
 def values(*given: str, name: str = "deadbeat") -> dict[str, str]:
-    return package._values(drive(name, *given), "srm::Deadbeat<float>", 0x1234ABCD)
+    return package_text.values(drive(name, *given), "srm::Deadbeat<float>", 0x1234ABCD)
 
 
 def test_marks_of_a_template_are_the_numbers_of_the_drive() -> None:
@@ -70,7 +70,7 @@ def test_marks_of_a_template_are_the_numbers_of_the_drive() -> None:
     }.items():
         assert found[mark] == text, mark
     assert found["delay_text"].startswith("Orders act at the next sample")
-    assert found["without_comparators"] == package.NO_FAST_LOOP
+    assert found["without_comparators"] == package_text.NO_FAST_LOOP
     five = values(name="five_phases_losses")
     assert (five["swapped"], five["turned"]) == ("0, 2, 1, 3, 4", "1, -1, 1, 1, 1")
     assert five["letters"] == "a, b, c, d, e" and five["exchanged"] == "1, 0, 2, 3, 4"
@@ -89,12 +89,12 @@ def test_marks_follow_sensors_gates_and_references() -> None:
     assert values(name="paper_pump")["reference"] == "speed [rad/s]"
     assert values(name="single_pulse")["reference"].startswith("1 to motor with the law's own")
     cubic = values(name="sharing_cubic")
-    assert cubic["without_comparators"] == package.FAST_LOOP
+    assert cubic["without_comparators"] == package_text.FAST_LOOP
     assert "`RELUCTANCE_COMPARATOR`" in cubic["gates"] and "four thresholds" in cubic["gates"]
     two = values("sensing.comparators=two_level", name="sharing_cubic")
     assert "Simulated with two thresholds" in two["gates"]
     named = replace(drive(), machine=drive().machine.computed(name="a*b`c"))
-    assert package._values(named, "", 0)["machine"] == "a?b?c"
+    assert package_text.values(named, "", 0)["machine"] == "a?b?c"
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,7 @@ def test_an_angle_that_is_stuck_is_told_with_both_slacks(
         advance=Namespace(block=block, bend=bend, parts=10),
         flux=Namespace(T_s=20e-6),
     )
-    assert told in package._stuck_angle(guard)  # type: ignore[arg-type]
+    assert told in package_text._stuck_angle(guard)  # type: ignore[arg-type]
 
 
 def test_a_drive_with_more_has_its_memory_and_its_functions() -> None:
@@ -132,11 +132,11 @@ def test_a_drive_with_more_has_its_memory_and_its_functions() -> None:
         for name, given in (("get_learned", learns), ("get_flux_estimate", follows)):
             assert (name in found["more_interface"]) == (name in found["more_code"]) == given
     for name, guarded in (
-        ([], package.UNDIAGNOSED),
-        (["protection.diagnosis=true"], package.DIAGNOSED),
-        (["protection.diagnosis=true", "protection.flux_angle=true"], package.FOLLOWED),
+        ([], package_text.UNDIAGNOSED),
+        (["protection.diagnosis=true"], package_text.DIAGNOSED),
+        (["protection.diagnosis=true", "protection.flux_angle=true"], package_text.FOLLOWED),
     ):
-        assert package._guarded(drive("deadbeat_g474", *name)) == guarded
+        assert package_text.guarded(drive("deadbeat_g474", *name)) == guarded
 
 
 def test_a_drive_on_an_array_tells_its_voltages_and_times() -> None:
@@ -355,7 +355,7 @@ def test_less_flows_through_a_greater_resistance() -> None:
 
 def test_a_port_has_the_ticks_codes_and_watchdog_of_the_drive() -> None:
     given = drive("deadbeat_g474")
-    gates = package.gates_of(given)
+    gates = package_text.gates_of(given)
     found = port_marks("stm32g474", given, gates)
     T_s = given.control.T_s
     assert found["period_ticks"] == str(round(170e6 * T_s))

@@ -12,7 +12,8 @@ from reluctance.drive.guard.trip_levels import protection
 from reluctance.targets.export import firmware
 from reluctance.targets.export.constants import Tables, constant, literal
 from reluctance.targets.export.cost import Cost
-from reluctance.targets.export.package import described, gates_of, renamed
+from reluctance.targets.export.package import described, renamed
+from reluctance.targets.export.package_text import gates_of
 from reluctance.targets.export.run_time import marks, run_time_parameters, shown
 from reluctance.targets.export.verdict import MCUS, mcu, verdict
 

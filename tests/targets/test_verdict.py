@@ -7,7 +7,7 @@ from firmware_tools import ROOT
 
 import reluctance as rl
 from reluctance.targets.export.cost import Cost
-from reluctance.targets.export.package import gates_of
+from reluctance.targets.export.package_text import gates_of
 from reluctance.targets.export.verdict import left_out, mcu, verdict
 
 STEP = Cost("", "", "cortex-m4", 1, True, 3000.0, 4000, 20_000, 30_000, 0, 1000, ())

@@ -22,7 +22,8 @@ from reluctance.drive.drive import Drive
 from reluctance.drive.overrides import parsed
 from reluctance.targets import export
 from reluctance.targets.export.cost import Cost, costs
-from reluctance.targets.export.package import FLASH_LIMIT_KIB, PREFIX, gates_of
+from reluctance.targets.export.package import FLASH_LIMIT_KIB, PREFIX
+from reluctance.targets.export.package_text import gates_of
 from reluctance.targets.export.parity import check_parity, in_the_loop
 from reluctance.targets.export.port import CLOCK_HZ
 from reluctance.targets.export.recording import STEPS
