@@ -36,7 +36,7 @@ from scipy.constants import mu_0
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from reluctance.base.files import write_table
+from reluctance.base.table_file import write_table
 from reluctance.machine.geometry.cross_section import CrossSection
 from reluctance.machine.geometry.mesh import Grid
 from reluctance.machine.geometry.position import at_angle

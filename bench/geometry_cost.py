@@ -17,8 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from reluctance.base.files import read_toml, write_table
 from reluctance.base.schema import checked
+from reluctance.base.table_file import write_table
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.mesh import Grid
 from reluctance.machine.geometry.solved import solved

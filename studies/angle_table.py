@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import reluctance as rl
-from reluctance.base.files import write_table
+from reluctance.base.table_file import write_table
 from reluctance.drive.laws.angles import Angles
 
 ROOT = Path(__file__).parents[1]

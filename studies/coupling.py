@@ -32,8 +32,8 @@ import numpy as np
 
 import reluctance as rl
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import read_toml
 from reluctance.base.schema import checked
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.coupling import Coupling, Neighbours
 from reluctance.machine.geometry.coupling_of import phase_of
 from reluctance.machine.geometry.file import Geometry

@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from reluctance.base.files import read_toml
 from reluctance.base.schema import checked
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.coupling import apart
 from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.pairs import ANGLES, currents, kind_of, sample_pair

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from figure import Figure, rows, show
 
-from reluctance.base.files import read_toml
 from reluctance.base.schema import checked
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.geometry.by_products import ByProducts
 from reluctance.machine.geometry.file import Geometry
 from reluctance.machine.geometry.position import at_angle

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from pydantic import Field
 
-from reluctance.base import cache, files, toolchain, unedited
+from reluctance.base import cache, files, table_file, toml_file, toolchain, unedited
 from reluctance.base.columns import refuse_parted
 from reluctance.base.errors import ParameterError
 from reluctance.base.extension import compile_extension
@@ -135,9 +135,9 @@ NO_NAME = [Path("x" * 5000), Path("a\0b")]
 
 @pytest.mark.parametrize("path", NO_NAME, ids=["long", "zero"])
 def test_a_name_that_no_file_can_have_names_none(path):
-    assert not files.is_file(path) and not files._is_dir(path) and not files._exists(path)
+    assert not files.is_file(path) and not files._is_dir(path) and not files.exists(path)
     with pytest.raises(ParameterError, match="cannot read "):
-        files.read_toml(path)
+        toml_file.read_toml(path)
     files.begin_command()
     try:
         files.note_input(path)
@@ -210,25 +210,25 @@ def test_a_key_has_a_hundred_points_at_most(tmp_path, dots, refused):
     path = tmp_path / "a.toml"
     path.write_text("a" + ".b" * dots + " = 1\n# " + "." * 500 + "\n")
     if not refused:
-        files.read_toml(path)
+        toml_file.read_toml(path)
         return
     with pytest.raises(ParameterError, match="a key of 102 parts, need at most 100; check"):
-        files.read_toml(path)
+        toml_file.read_toml(path)
 
 
 def test_a_toml_file_has_a_megabyte_at_most(tmp_path):
     path = tmp_path / "a.toml"
-    path.write_text("a = 1\n" + "#" * (files.MAX_TOML_BYTES - 6))
-    assert files.read_toml(path) == {"a": 1}
-    path.write_text("a = 1\n" + "#" * (files.MAX_TOML_BYTES - 5))
+    path.write_text("a = 1\n" + "#" * (toml_file.MAX_TOML_BYTES - 6))
+    assert toml_file.read_toml(path) == {"a": 1}
+    path.write_text("a = 1\n" + "#" * (toml_file.MAX_TOML_BYTES - 5))
     with pytest.raises(ParameterError, match="has more than 1 MB, need a TOML file of some"):
-        files.read_toml(path)
+        toml_file.read_toml(path)
 
 
 def test_without_parquet_support_one_line_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(ParameterError, match="parquet needs pyarrow; `pip install"):
-        files.write_table(tmp_path / "a.parquet", {"x": np.zeros(2)})
+        table_file.write_table(tmp_path / "a.parquet", {"x": np.zeros(2)})
     assert not [*tmp_path.iterdir()]
 
 
@@ -238,7 +238,7 @@ def test_a_file_that_is_not_there_is_answered_with_the_one_that_was_meant(tmp_pa
 
     def told(name: str) -> str:
         with pytest.raises(ParameterError) as fault:
-            files.read_toml(tmp_path / name)
+            toml_file.read_toml(tmp_path / name)
         return str(fault.value)
 
     assert told("mine").endswith(f"; did you mean {tmp_path}/mine.toml?")

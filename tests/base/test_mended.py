@@ -3,7 +3,7 @@
 import pytest
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import read_toml
+from reluctance.base.toml_file import read_toml
 
 LINES = {
     "u_dc_V 240": "u_dc_V = 240",

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reluctance.base import files
+from reluctance.base import files, table_file, toml_file
 from reluctance.base.columns import Quantity, point_hint, recognised, with_points
 from reluctance.base.errors import LONGEST_LINE, ParameterError, named, need, one_line
 from reluctance.base.reading import is_number, numbers, read_rows
@@ -160,7 +160,7 @@ def test_a_cell_that_is_no_number_is_named_by_its_row():
 def test_a_table_is_read_back_from_every_form_as_it_was(ending, tmp_path):
     table = {"x": np.array([1 / 3, -2e-300, 7.0]), "y": np.array([0.1, np.nan, 1e300])}
     path = tmp_path / f"t{ending}"
-    files.write_table(path, table)
+    table_file.write_table(path, table)
     if ending == ".csv":
         found = np.genfromtxt(path, delimiter=",", names=True)
     elif ending == ".npz":
@@ -180,7 +180,7 @@ def test_a_table_is_read_back_from_every_form_as_it_was(ending, tmp_path):
 
 def test_a_table_with_words_leaves_empty_what_is_no_number(tmp_path):
     table = {"x": np.array([1 / 3, np.nan]), "why": np.array(["", "a, b"])}
-    files.write_table(tmp_path / "t.csv", table)
+    table_file.write_table(tmp_path / "t.csv", table)
     assert (tmp_path / "t.csv").read_text() == 'x,why\n0.33333333333333331,\n,"a, b"\n'
 
 
@@ -251,7 +251,7 @@ def test_what_is_unfinished_is_cleared_away_and_full_folders_stay(tmp_path, monk
     [("3", 3), ("2.5", 2.5), ("true", True), ("word", "word"), ("[1, 2]", [1, 2]), ("'x'", "x")],
 )
 def test_a_bare_word_is_text(text, value):
-    assert files.toml_value(text) == value
+    assert toml_file.toml_value(text) == value
 
 
 def test_an_error_is_one_line_that_a_terminal_can_show():

@@ -21,7 +21,7 @@ from fuzz_drives import toml
 
 import reluctance as rl
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import read_toml
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.geometry.geometry_machine import geometry_of
 from reluctance.machine.geometry.mesh import Grid
 from reluctance.machine.geometry.solved import content

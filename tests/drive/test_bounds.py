@@ -9,8 +9,8 @@ from command import command, refused
 
 import reluctance as rl
 from reluctance import ParameterError
-from reluctance.base.files import MAX_TOML_BYTES
 from reluctance.base.resources import resources
+from reluctance.base.toml_file import MAX_TOML_BYTES
 from reluctance.drive.plausible import MOST_CURRENT, MOST_SPEED, corner_speed
 from reluctance.drive.run.bounds import MOST_BYTES, Bounds, waveform_bytes, waveform_rows
 

@@ -11,7 +11,7 @@ import pytest
 import reluctance as rl
 from reluctance import _core
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import read_toml
+from reluctance.base.toml_file import read_toml
 from reluctance.drive.drive import drive_from
 from reluctance.drive.laws import pulses as pulses_module
 from reluctance.drive.laws.current_table import Window

@@ -10,7 +10,7 @@ from geometries import COARSE, changed, geometry, write
 from matplotlib.figure import Figure
 
 import reluctance as rl
-from reluctance.base.files import read_toml
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.geometry import draw, from_geometry, write_geometry
 from reluctance.machine.geometry import solved as solved_module
 from reluctance.machine.geometry.mesh import Grid

@@ -10,7 +10,7 @@ from command import command
 from geometries import GOOD, changed, drive, geometry, write
 
 import reluctance as rl
-from reluctance.base.files import read_toml
+from reluctance.base.toml_file import read_toml
 from reluctance.explore.sweeps.fingerprint import fingerprint
 from reluctance.machine.geometry import geometry_machine
 from reluctance.machine.geometry.solved import solved

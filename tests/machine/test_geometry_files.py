@@ -12,9 +12,9 @@ from geometries import COARSE, GEOMETRIES, GOOD, changed, geometry, write
 from scipy.constants import mu_0
 
 import reluctance as rl
-from reluctance.base.files import read_toml
 from reluctance.base.resources import resources
 from reluctance.base.schema import inner_sections
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.geometry import from_geometry
 from reluctance.machine.geometry.file import Coils, Geometry, Lamination, MapGrid
 from reluctance.machine.geometry.geometry_machine import geometry_of

@@ -14,8 +14,8 @@ from geometries import COARSE, changed, drive_file, geometry, write
 
 import reluctance as rl
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import read_toml
 from reluctance.base.schema import checked
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.coupling import Coupling, Neighbours, apart, check_pairs
 from reluctance.machine.geometry import coupling_of, pairs
 from reluctance.machine.geometry.coupling_of import phase_of

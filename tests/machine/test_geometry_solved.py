@@ -8,8 +8,8 @@ from geometries import COARSE, GEOMETRIES, geometry
 from scipy.constants import mu_0
 
 from reluctance import _core
-from reluctance.base.files import read_toml
 from reluctance.base.schema import checked
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.copper import COPPER_RESISTIVITY
 from reluctance.machine.geometry import convergence
 from reluctance.machine.geometry import solved as solved_module

@@ -4,7 +4,7 @@ tables and bytes."""
 import json
 from datetime import date
 
-from reluctance.base.files import read_toml
+from reluctance.base.toml_file import read_toml
 from reluctance.cli.examples import example_files
 from reluctance.cli.schema import json_schema
 from reluctance.machine.library import machines

@@ -1,26 +1,19 @@
-"""Files: read TOML, check where a result goes, write whole or not at all, write a table."""
+"""Files: what a command has read, where a result goes, and writing it whole or not at all."""
 
 import os
-import re
 import secrets
 import signal
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from reluctance.base.columns import point_hint
 from reluctance.base.errors import ParameterError, one_line
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    pass
 
-Columns = Mapping[str, "NDArray[Any]"]  # of numbers; some of text
-MAX_TOML_BYTES = 1_000_000  # a drive or machine file has a few kilobytes
-MOST_DOTS = 100  # in a key: the parser's time and memory rise with the square of its parts
-TABLES_OF_NUMBERS = (".csv", ".txt", ".tsv", ".dat", ".xlsx", ".xls", ".mat", ".json")
-KEY_ENDS = re.compile(r"[=,\[\]{}]")
 
 _new_folders: list[Path] = []  # the deepest of each first
 unfinished_groups: set[int] = set()  # processes that end with this one, by their leaders
@@ -56,96 +49,8 @@ def note_input(path: Path) -> None:
             _read.add(path.resolve())
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """A TOML file.
-
-    Raises
-    ------
-    ParameterError
-        If it cannot be read or parsed.
-    """
-    import tomllib  # here, as tempfile below: a tenth of the import time of the package
-
-    note_input(path)
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_TOML_BYTES + 1)
-    except (OSError, ValueError) as fault:  # ValueError: a zero byte in the name
-        raise ParameterError(f"cannot read {path}: {_why(fault)}{_other_file(path)}") from None
-    if len(content) > MAX_TOML_BYTES:
-        raise ParameterError(
-            f"{path} has more than {MAX_TOML_BYTES / 1e6:g} MB, need a TOML file of some kilobytes"
-        )
-    try:
-        text = content.decode("utf-8-sig")
-        lines = (line for line in text.splitlines() if not line.lstrip().startswith("#"))
-        parts = (part for line in lines for part in KEY_ENDS.split(line))
-        deepest = max((part.count(".") for part in parts), default=0)
-        if deepest > MOST_DOTS:
-            raise ParameterError(
-                f"{path}: a key of {deepest + 1} parts, need at most {MOST_DOTS}; check the quotes"
-            )
-        return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as fault:
-        if path.suffix.lower() in TABLES_OF_NUMBERS:
-            raise ParameterError(
-                f"{path} is a table of numbers, need a .toml file; if it is a flux map, "
-                "`reluctance map import` makes a machine file of it"
-            ) from None
-        raise ParameterError(
-            f"{path} is not valid TOML: {one_line(fault)}{_toml_hint(fault, content)}"
-        ) from None
-
-
-def _other_file(path: Path) -> str:
-    """The ending of an error about a file that is not there: the one that was meant."""
-    from reluctance.base.resources import resources  # for mistakes only
-
-    if is_file(Path(f"{path}.toml")):
-        return f"; did you mean {path}.toml?"
-    name = path.name.removesuffix(".toml")
-    if not _exists(path) and is_file(resources("examples") / f"{name}.toml"):
-        return f"; `reluctance examples {name} --copy .` copies the example of this name"
-    return ""
-
-
-def _toml_hint(fault: Exception, content: bytes) -> str:
-    """What people write instead of TOML."""
-    from reluctance.base.mended import meant  # for mistakes only
-
-    if isinstance(fault, UnicodeDecodeError):
-        return "; save the file as UTF-8"
-    if "Invalid date" in str(fault):
-        return "; need a day of the calendar, as in 2025-02-28"
-    if "Cannot overwrite" in str(fault) or "twice" in str(fault):
-        return "; it stands there twice, remove one"
-    place = re.search(r"line (\d+)", str(fault))
-    lines = content.decode("utf-8-sig", "replace").splitlines()
-    line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
-    if day := re.search(r"=\s*(\d{1,2})\.(\d{1,2})\.(\d{4})\b", line):
-        return f"; need a date as {day[3]}-{day[2]:0>2}-{day[1]:0>2}"
-    if comma := re.search(r"=\s*([-+]?\d+,\d+)\s*(#.*)?$", line):
-        return f"; {point_hint(comma[1])}"
-    if place:
-        return f"; write `{right}`" if (right := meant(line)) else ""
-    for number, each in enumerate(lines, 1):  # a text without its end
-        if right := meant(each):
-            return f"; in line {number} write `{right}`"
-    return ""
-
-
-def _why(fault: Exception) -> str:
+def why(fault: Exception) -> str:
     return getattr(fault, "strerror", None) or one_line(fault)
-
-
-def toml_value(text: str) -> Any:
-    """A value as TOML has it; a bare word is text."""
-    import tomllib
-
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
 
 
 def check_ending(path: Path, endings: Collection[str]) -> str:
@@ -194,7 +99,7 @@ def check_own_table(out: Path, columns: Iterable[str]) -> None:
 def check_folder(folder: Path, remedy: str = "choose another --out") -> None:
     """Raises ParameterError where a folder could not be made, or not be written to."""
     there = folder.absolute()
-    while not _exists(there):
+    while not exists(there):
         there = there.parent
     if not there.is_dir():
         raise ParameterError(f"{folder}: {there} is a file, need a folder; {remedy}")
@@ -205,7 +110,7 @@ def check_folder(folder: Path, remedy: str = "choose another --out") -> None:
 def make_folder(folder: Path, remedy: str = "choose another --out") -> Path:
     """The folder, made where it does not exist, with those above it."""
     check_folder(folder, remedy)
-    _new_folders.extend(p for p in (folder, *folder.parents) if not _exists(p))
+    _new_folders.extend(p for p in (folder, *folder.parents) if not exists(p))
     with told(folder):
         folder.mkdir(parents=True, exist_ok=True)
     return folder
@@ -366,84 +271,8 @@ def _is_dir(path: Path) -> bool:
         return False
 
 
-def _exists(path: Path) -> bool:
+def exists(path: Path) -> bool:
     try:
         return path.exists() or path == path.parent
     except (OSError, ValueError):
         return False
-
-
-def write_table(path: Path, table: Columns) -> None:
-    """Writes columns of one length; the ending chooses csv, npz, parquet or mat.
-
-    Raises
-    ------
-    ParameterError
-        If the ending is unknown, the folder is missing, or parquet support is not installed.
-    """
-    write = TABLES[check_ending(path, TABLES)]
-    write_whole(path, lambda temporary: write(temporary, table))
-
-
-def _csv(path: Path, table: Columns) -> None:
-    import numpy as np
-
-    if any(column.dtype.kind == "U" for column in table.values()):
-        return _csv_with_text(path, table)
-    np.savetxt(
-        path,
-        np.column_stack(list(table.values())),
-        fmt="%.17g",
-        delimiter=",",
-        header=",".join(table),
-        comments="",
-    )
-
-
-def _csv_with_text(path: Path, table: Columns) -> None:
-    """Numbers as above; nothing where there is none."""
-    import csv
-    from math import isnan
-
-    def cell(value: Any) -> str:
-        if isinstance(value, str):
-            return value
-        return "" if isnan(value) else f"{value:.17g}"
-
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(table)
-        for row in zip(*(column.tolist() for column in table.values()), strict=True):
-            writer.writerow([cell(value) for value in row])
-
-
-def _npz(path: Path, table: Columns) -> None:
-    import numpy as np
-
-    with path.open("wb") as file:
-        np.savez_compressed(file, allow_pickle=False, **table)
-
-
-def _parquet(path: Path, table: Columns) -> None:
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise ParameterError(
-            "parquet needs pyarrow; `pip install 'reluctance[parquet]'` or write npz"
-        ) from None
-    pyarrow.parquet.write_table(pyarrow.table(dict(table)), path)
-
-
-def _mat(path: Path, table: Columns) -> None:
-    from scipy.io import savemat
-
-    savemat(path, table, do_compression=True)
-
-
-TABLES: dict[str, Callable[[Path, Columns], None]] = {
-    ".csv": _csv,
-    ".npz": _npz,
-    ".parquet": _parquet,
-    ".mat": _mat,
-}

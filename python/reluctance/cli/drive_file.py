@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from reluctance.base.errors import named
-from reluctance.base.files import read_toml
+from reluctance.base.toml_file import read_toml
 from reluctance.drive.drive import Drive
 from reluctance.drive.load import drive_of_file, is_system
 from reluctance.drive.overrides import parsed

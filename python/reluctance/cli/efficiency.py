@@ -51,7 +51,8 @@ def efficiency(
     import numpy as np
 
     from reluctance.base.figures import check_figures, look
-    from reluctance.base.files import TABLES, check_ending, refuse_input, write_table
+    from reluctance.base.files import check_ending, refuse_input
+    from reluctance.base.table_file import TABLES, write_table
     from reluctance.cli.progress import progress_bar
     from reluctance.drive.load import load
     from reluctance.explore.efficiency_map import driven, read_cycle

@@ -10,9 +10,10 @@ from typing import Annotated
 import typer
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import make_folder, read_toml, write_together
+from reluctance.base.files import make_folder, write_together
 from reluctance.base.resources import resources
 from reluctance.base.schema import did_you_mean
+from reluctance.base.toml_file import read_toml
 from reluctance.cli.lines import wrapped
 from reluctance.drive.load import is_system
 

@@ -10,7 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from reluctance.base.figures import check_figures, look
-from reluctance.base.files import TABLES, check_ending
+from reluctance.base.files import check_ending
+from reluctance.base.table_file import TABLES
 from reluctance.base.units import hertz, to_si
 from reluctance.cli.options import AsJson, DriveFile, Overrides, Plot, Style, Trust, Width
 from reluctance.cli.progress import progress_bar

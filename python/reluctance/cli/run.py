@@ -11,9 +11,10 @@ from rich.table import Table
 from rich.text import Text
 
 from reluctance.base.figures import check_figures, look
-from reluctance.base.files import TABLES, check_ending
+from reluctance.base.files import check_ending
 from reluctance.base.key_figures import NOT_HELD, Kpis, shown
 from reluctance.base.phases import phase_name
+from reluctance.base.table_file import TABLES
 from reluctance.base.units import from_si
 from reluctance.cli.drive_file import load_drive
 from reluctance.cli.lines import tell_notes, wrapped

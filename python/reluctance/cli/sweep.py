@@ -78,7 +78,8 @@ def sweep(
     """Key figures over grids and samples of any values. Goes on where it was interrupted."""
     import reluctance
     from reluctance.base.figures import check_figures, look
-    from reluctance.base.files import TABLES, check_ending
+    from reluctance.base.files import check_ending
+    from reluctance.base.table_file import TABLES
     from reluctance.cli.progress import progress_bar
     from reluctance.drive.laws.own_code import refuse_untrusted
     from reluctance.explore.sweeps.store import ENDINGS

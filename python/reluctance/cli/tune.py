@@ -73,7 +73,8 @@ def tune(
     """Values for which a figure is best within bounds of others. Exit code 1 if none keeps them."""
     from reluctance.base.errors import ParameterError
     from reluctance.base.figures import check_figures, look
-    from reluctance.base.files import TABLES, check_ending
+    from reluctance.base.files import check_ending
+    from reluctance.base.table_file import TABLES
     from reluctance.base.unedited import check_unedited
     from reluctance.cli.progress import progress_bar
     from reluctance.cli.sweep import with_start
@@ -189,7 +190,7 @@ NEAR_AN_END = 0.02  # of the range: COBYLA ends within a hundredth of a bound th
 def _point(text: str) -> dict[str, Any]:
     """An operating point."""
     from reluctance.base.errors import ParameterError
-    from reluctance.base.files import toml_value
+    from reluctance.base.toml_file import toml_value
 
     pairs = [pair.partition("=") for pair in text.split(",")]
     if not all(name.strip() and value.strip() for name, _, value in pairs):

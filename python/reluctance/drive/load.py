@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from reluctance.base.errors import ParameterError, one_line
-from reluctance.base.files import is_file, read_toml
+from reluctance.base.files import is_file
 from reluctance.base.reading import reading
 from reluctance.base.schema import Section, placed
+from reluctance.base.toml_file import read_toml
 from reluctance.drive.all_tables import TABLES
 from reluctance.drive.course import read_course
 from reluctance.drive.drive import Drive, drive_from

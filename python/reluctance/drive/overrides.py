@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import toml_value
 from reluctance.base.schema import did_you_mean
+from reluctance.base.toml_file import toml_value
 from reluctance.drive.all_tables import TABLES
 from reluctance.drive.laws import LAWS, table_of
 from reluctance.drive.laws.own_code import names_code

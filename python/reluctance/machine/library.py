@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import is_file, read_toml
+from reluctance.base.files import is_file
 from reluctance.base.reading import reading
 from reluctance.base.resources import resources
 from reluctance.base.schema import did_you_mean, placed
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.machine_file import MachineFile
 from reluctance.machine.models import MODELS, Magnetics
 

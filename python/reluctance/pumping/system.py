@@ -11,9 +11,9 @@ from pydantic import Field, model_validator
 
 import reluctance
 from reluctance.base.errors import ParameterError, one_line
-from reluctance.base.files import read_toml, toml_value
 from reluctance.base.reading import reading
 from reluctance.base.schema import Section, check_places, checked, did_you_mean
+from reluctance.base.toml_file import read_toml, toml_value
 from reluctance.drive.all_tables import TABLES as DRIVE_TABLES
 from reluctance.drive.drive import Drive
 from reluctance.drive.tables.source import COLD_G

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import write_table
+from reluctance.base.table_file import write_table
 from reluctance.drive.run.record import Record
 
 if TYPE_CHECKING:

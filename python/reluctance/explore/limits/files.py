@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 
 from reluctance.base import figures
 from reluctance.base.arrays import FloatArray
-from reluctance.base.files import write_table
 from reluctance.base.phases import COLOURS, LETTERS, phase_name
 from reluctance.base.picture import Picture, styled
+from reluctance.base.table_file import write_table
 from reluctance.base.units import from_si
 from reluctance.explore.limits.report import Limit
 from reluctance.machine.optimum.envelope import Envelope

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import write_table
+from reluctance.base.table_file import write_table
 from reluctance.explore.sweeps.swept import Swept
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from typing import Any, get_args
 import numpy as np
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import toml_value
 from reluctance.base.schema import field_of
+from reluctance.base.toml_file import toml_value
 from reluctance.base.units import name_and_unit
 from reluctance.drive.drive import Drive
 

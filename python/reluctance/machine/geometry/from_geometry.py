@@ -12,8 +12,8 @@ import numpy as np
 
 from reluctance.base.errors import Note, ParameterError
 from reluctance.base.figures import save_figure
-from reluctance.base.files import read_toml
 from reluctance.base.picture import Picture
+from reluctance.base.toml_file import read_toml
 from reluctance.machine.copper import COPPER_COEFFICIENT
 from reluctance.machine.coupling import Coupling
 from reluctance.machine.geometry.coupling_of import coupling_of

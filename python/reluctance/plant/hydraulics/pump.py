@@ -14,8 +14,9 @@ from pydantic import Field, model_validator
 
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError, named
-from reluctance.base.files import is_file, read_toml
+from reluctance.base.files import is_file
 from reluctance.base.schema import FileName, NamesFile, Section, checked, did_you_mean, placed
+from reluctance.base.toml_file import read_toml
 from reluctance.plant.hydraulics.curve import GRAVITY, M3PH, RHO, RPM, Curve
 from reluctance.plant.hydraulics.curve_file import curve_from
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.files import read_toml
 from reluctance.base.schema import did_you_mean
+from reluctance.base.toml_file import read_toml
 from reluctance.targets.commission.bench import Wires
 
 
