@@ -79,6 +79,22 @@ def test_nor_is_a_torque_that_wrong_sensors_take(rated, sensing, limit):
     assert ("[sensing] of the drive file may be why" in line) != limit
 
 
+@pytest.mark.parametrize(
+    ("law", "comparators", "error", "told"),
+    [
+        ("angles", "analog", {"i_gain": [1.0, 1.1, 1.0]}, True),
+        ("angles", "two_level", {"i_offset_A": [0.0, 0.0, 1.0]}, True),
+        ("angles", "sampled", {"i_gain": [1.0, 1.1, 1.0]}, False),
+        ("angles", "analog", {"i_gain": [1.0, 1.0, 1.0], "i_offset_A": [0.0, 0.0, 0.0]}, False),
+        ("deadbeat", "analog", {"i_gain": [1.0, 1.1, 1.0]}, False),
+    ],
+)
+def test_errors_that_comparators_do_not_see_are_told(rated, law, comparators, error, told):
+    values = {"control.law": law, "sensing.comparators": comparators}
+    drive = rated.with_values(values | {f"sensing.{k}": v for k, v in error.items()})
+    assert bool(safety.compared_truly(drive)) == told
+
+
 def test_a_run_takes_numbers_of_numpy(rated):
     short = rl.simulate(rated, until=np.float32(0.01), record=np.float32(1e-4))
     assert short.t[-1] == pytest.approx(0.01)

@@ -30,6 +30,7 @@ from reluctance.drive.run.radial_force import force_orders
 from reluctance.drive.run.safety import (
     coarse_angle,
     coarse_current,
+    compared_truly,
     drained,
     exceeded,
     folded_back,
@@ -120,6 +121,7 @@ def run(
         *never_planted(drive, end),
         *coarse_angle(drive),
         *coarse_current(drive),
+        *compared_truly(drive),
         *(aliased(drive, record_us) if plot or energy_loop else ()),
         *refused_by_firmware(drive),
         *(idle or unmet(drive, result.kpis)),
@@ -184,9 +186,7 @@ def aliased(drive: Drive, record_us: float) -> list[str]:
 
 def unmet(drive: Drive, kpis: Kpis) -> list[str]:
     """What is not as the drive was asked for, a constant speed too."""
-    sensing = drive.sensing
-    wrong = any(sensing.i_offset_A) or any(gain != 1 for gain in sensing.i_gain)
-    sound = not drive.faults.each and not drive.mismatch.given and not wrong
+    sound = not (drive.faults.each or drive.mismatch.given or drive.sensing.has_errors)
     found = kpis.remarks(steady=is_steady(drive), sound=sound)
     asked = drive.reference.speed_rpm
     if drive.reference.kind != "speed" or not asked or not is_steady(drive):

@@ -134,6 +134,18 @@ def coarse_angle(drive: Drive) -> list[str]:
     ]
 
 
+def compared_truly(drive: Drive) -> list[str]:
+    """Where comparators do not see the errors of the current sensors."""
+    unseen = drive.control.uses_comparators and drive.sensing.comparators != "sampled"
+    if not (unseen and drive.sensing.has_errors):
+        return []
+    return [
+        "the comparators see the true currents: offset and gain of [sensing] are in the readings "
+        'alone. comparators = "sampled" compares readings; [[faults]] sensor_offset and '
+        "sensor_gain reach comparators, too"
+    ]
+
+
 def coarse_current(drive: Drive) -> list[str]:
     """Where a step of the current converter, or its noise, is a part of the greatest current that
     a law cannot work with, each on one line."""

@@ -139,6 +139,11 @@ class Sensing(Section):
         )
 
     @property
+    def has_errors(self) -> bool:
+        """Whether a current sensor has an offset or a gain."""
+        return any(self.i_offset_A) or any(gain != 1 for gain in self.i_gain)
+
+    @property
     def i_step(self) -> float:
         """One step of the current converter; 0 of an ideal one [A]."""
         return self.i_range_A / 2**self.adc_bits if self.adc_bits > 0 else 0.0
