@@ -192,15 +192,16 @@ double steps() {
 }
 
 /// After a step an idle phase helps that comes past unaligned before the one in charge has its flux
-/// linkage, up to a quarter of a turn behind it; up to the flux linkage early in its stroke.
-double helps() {
-  const double level = 0.3, u_dc = 200, T_s = 1e-4, speed = 0.02, built = 0.2;
+/// linkage, a quarter of a turn before it at most; up to a quarter of a turn behind it, and up to
+/// the flux linkage early in its stroke.
+double helps(double u_dc) {
+  const double level = 0.3, T_s = 1e-4, speed = 0.02, built = 0.2;
   double values[2 * 36] = {};
   for (int j = 0; j < 36; ++j) values[36 + j] = j < 7 ? level : j < 13 ? 0.35 : 0.1;
   const double omega = 100;
   const ReferenceProfile<double> guide{{{values, 72}, 2, 36, 1}, {&omega, 1}, u_dc, 0};
   const StepAssist<LeHuy<double>, 3> assist{.i_max = 80, .T_s = T_s, .delay = 2};
-  const double lead = (1.2 * 0.35 - built) / u_dc / T_s * speed;
+  const double lead = std::min((1.2 * 0.35 - built) / u_dc / T_s * speed, turn / 4);
   double worst = 0;
   for (double ahead = -1.5 * lead; ahead < turn / 4 + 0.3; ahead += 0.011) {
     for (double psi : {0.0, level - u_dc * T_s - 1e-6, level - u_dc * T_s + 1e-6}) {
@@ -354,7 +355,8 @@ int main() {
   check("feedback: mean torque of a plant that gives a part", mean_feedback(), 0.006);
   check("feedback: dead band, limits, standstill", feedback_at_its_ends(), 0.02);
   check("step: lasts a stroke or until the torque is there", steps(), 0);
-  check("step: idle phases that help", helps(), 0);
+  check("step: idle phases that help", helps(200), 0);
+  check("step: idle phases that help at a low voltage", helps(20), 0);
   check("guide: between its speeds and voltages", speeds_of_a_guide(), 1e-12);
   check("follower: flux linkage at the end of the sample", follows(), 1e-12);
   check("follower: voltage against the resistance", follows_against_resistance(), 1e-12);
