@@ -21,6 +21,7 @@ WINGS = (  # from the ground up; a wing imports only from those of the lines bel
     {"paper", "pumping"},
     {"targets"},
     {"cli"},
+    {"__main__"},  # `python -m reluctance`
 )
 HEAVY = (
     *("casadi", "scipy", "matplotlib", "typer", "rich", "pandas", "pyarrow"),
@@ -74,7 +75,7 @@ def wing(name: str) -> str:
 def test_the_package_is_nine_wings() -> None:
     assert {wing(name) for name in MODULES if name} == set.union(*WINGS)
     files = {path.name for path in PACKAGE.glob("*.py*")}
-    assert files == {"__init__.py", "__init__.pyi", "_core.pyi"}
+    assert files == {"__init__.py", "__init__.pyi", "__main__.py", "_core.pyi"}
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if name])

@@ -131,7 +131,7 @@ def test_curves_are_the_waveforms_over_milliseconds(run):
     assert [*legs.get_yticks(minor=True)] == [5, 7, 2, 4, -1, 1]
     for k, phase in enumerate("abc"):
         assert np.array_equal(legs.lines[k].get_ydata(), ticks[f"phase {phase}"] + run.leg[k])
-    states = "top to bottom: magnetize, freewheel, demagnetize"
+    states = "magnetize / freewheel / demagnetize"
     assert legs.get_legend().get_title().get_text() == states
     speed = plots.plot_speed(axes(), run)
     assert speed.lines[0].get_ydata() == pytest.approx(1500 + 0 * run.t)

@@ -17,7 +17,7 @@ from reluctance.plant.solar.single_diode import Diode, current, power_point
 
 SHORT = 0.02  # of a run: a state that is too short for its name
 LONG = 5.0  # run that is drawn in seconds [s]
-LEG_STATES = "top to bottom: magnetize, freewheel, demagnetize"
+LEG_STATES = "magnetize / freewheel / demagnetize"  # from top to bottom
 
 
 def _legend_above(ax: Axes, **title: Any) -> None:
@@ -131,7 +131,7 @@ def plot_legs(ax: Axes, result: Record) -> Axes:
     ax.set_yticks(middles, [phase_name(k) for k in range(len(middles))])
     ax.set_yticks([middle + state for middle in middles for state in (-1, 1)], minor=True)
     ax.set(xlabel=time_label(result), ylabel="leg state")
-    _legend_above(ax, title=LEG_STATES, title_fontsize=8)
+    _legend_above(ax, title=LEG_STATES, title_fontsize=7)
     return ax
 
 
