@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import subprocess
 import sys
 from pathlib import Path
@@ -100,3 +101,13 @@ def test_a_damaged_file_is_made_again(writable, tmp_path, monkeypatch, capsys):
         other_forms.load("law_ditc.cpp")
         assert len(made) == 2
     assert "once: about 20 s" in capsys.readouterr().err
+
+
+def test_a_process_waits_for_another_one_that_compiles(tmp_path):
+    """In a folder that is new, and in one that is there."""
+    for place in (tmp_path / "new", tmp_path):
+        with other_forms._alone(place), (place / "other_forms.lock").open() as lock:
+            with pytest.raises(BlockingIOError):
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with (place / "other_forms.lock").open() as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
