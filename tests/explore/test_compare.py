@@ -187,6 +187,14 @@ def test_speed_ripple_of_a_sinusoidal_torque_is_its_amplitude_over_inertia_and_f
     assert torque_to_speed_ripple(made) == pytest.approx(expected, rel=1e-4)
 
 
+def test_speed_ripple_of_few_samples_is_that_of_their_trapezoids(rated):
+    """The impulse 0, 1, 2, 2, 2, 2 less its line 0, 0.4, ... 2 is 1.2 N m s at most."""
+    result = rl.simulate(rated, until=0.02, record=1e-4)
+    t, tau = np.arange(11.0), np.array([9.0] * 5 + [0, 2, 0, 0, 0, 0])
+    found = torque_to_speed_ripple(replace(result, t=t, tau=tau))
+    assert found == pytest.approx(1.2 / rated.J / result.kpis.speed_mean, rel=1e-9)
+
+
 def test_a_drive_with_a_speed_loop_is_compared_at_its_equilibrium():
     point = operating_point(rl.load(ROOT / "examples" / "paper_pump.toml"))
     omega = 1500 * np.pi / 30

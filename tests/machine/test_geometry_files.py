@@ -153,6 +153,7 @@ def test_an_end_winding_in_henries_is_told_as_such(tmp_path, monkeypatch):
         assert f"[winding] end_winding = {value:g} mH, need 0 to" in line and "coarse" not in line
     most = float(re.search(r"need 0 to ([\d.e+-]+)", line)[1])
     by_products_of(geometry(winding__end_winding=0.999 * most))
+    assert by_products_of(geometry(winding__end_winding=0.0)).L_end_H == 0.0
 
 
 @pytest.mark.parametrize(("changes", "text"), REFUSED, ids=[text for _, text in REFUSED])

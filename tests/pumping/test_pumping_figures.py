@@ -311,6 +311,7 @@ def test_a_listed_value_that_is_not_whole_is_refused_where_wholes_are_needed(vil
         (6, 7, 20.0, [3, 4, 5, 6, 7, 8], [4, 5, 6, 7, 8, 9]),
         (12, 2, 20.0, [6, 8, 10, 12, 14, 16], [1, 2, 3, 4]),
         (4, 2, 0.0, [2, 3, 4, 5], [1, 2, 3, 4]),
+        (100, 2, 20.0, [50, 67, 83, 100, 117, 133], [1, 2, 3, 4]),
     ],
 )
 def test_sizes_are_varied_around_the_own_where_nothing_is_said(
