@@ -290,6 +290,8 @@ def test_an_override_sets_a_number_of_a_list_or_adds_the_next():
     for key, need in (("4", "`4`, need a number from 0 to 3"), ("b", "`b`, need a number")):
         with pytest.raises(rl.ParameterError, match=need):
             one.with_values({f"sensing.i_offset_A.{key}": 1.0})
+    with pytest.raises(rl.ParameterError, match="no number of a list is removed; give all of"):
+        one.with_values({"sensing.i_offset_A.1": None})
     with pytest.raises(rl.ParameterError, match="`1`, need 0, the first"):
         rl.load(rated, ["sensing.i_offset_A.1=2"])
     with pytest.raises(rl.ParameterError, match=r"adc_bits = \[1\], need a whole number"):

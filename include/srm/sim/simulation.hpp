@@ -133,7 +133,7 @@ class Simulation {
   Measurement<double, N> sense() {
     if (now_.t >= now_.t_course) follow_courses();
     const double i_source = source_now(plant_, now_.circuit, x(), now_.t).i.now;
-    const State<N> seen = sound() ? x() : shown(plant_, now_);
+    const State<N> seen = faultless() ? x() : shown(plant_, now_);
     return measured(plant_, seen, i_source, sampling_, now_.samples, now_.rotor);
   }
 
@@ -157,7 +157,7 @@ class Simulation {
     how(plant_, reference_);
     pieces_.assign(plant_.coupling.n_pairs(), {});
     now_.circuit.paths = paths(plant_, now_.legs);
-    if (!sound()) connect_all(plant_, now_, small_current());
+    if (!faultless()) connect_all(plant_, now_, small_current());
     now_.t_course = now_.t;
     now_.rated = false;
   }
@@ -197,7 +197,8 @@ class Simulation {
   Instant<N>& end() { return now_.end(); }
   const State<N>& x() const { return at().x; }
 
-  bool sound() const { return faults_.empty(); }
+  /// No fault is present, and none is to come.
+  bool faultless() const { return faults_.empty(); }
 
   /// The faults that are present by now.
   void follow_faults() {
@@ -231,7 +232,7 @@ class Simulation {
 
   /// Courses over time step, if at all, at their points.
   void follow_courses() {
-    if (!sound()) follow_faults();
+    if (!faultless()) follow_faults();
     State<N>& x = at().x;
     x.u_dc = forced(plant_.source, x.u_dc, now_.t);
     x.omega_m = forced(plant_.shaft, x.omega_m, now_.t);
@@ -277,7 +278,7 @@ class Simulation {
       return;
     }
     Orders<N> orders = controller_(sense(), reference_.at(now_.t));
-    if (!sound()) {
+    if (!faultless()) {
       follow_channels();
       const Command<double, N> given = orders.command;
       for (int k = 0; k < N; ++k) orders.command[k] = given[now_.condition.phase[k].ordered];
@@ -416,7 +417,7 @@ class Simulation {
   void act_on(const Guard& met) {
     if (met.k == Guard::angle) {
       now_.turns = 0;
-      if (!sound()) now_.t_course = now_.t;  // a fault may begin here
+      if (!faultless()) now_.t_course = now_.t;  // a fault may begin here
       for (int k = 0; k < N; ++k) {
         if (command()[k].gate == Gate::window) follow_window(k);
       }

@@ -9,7 +9,7 @@ from reluctance.base.units import from_si
 
 STANDSTILL = 1e-3  # [rad/s]
 NOT_HELD = 0.05  # deviation of the mean torque from its reference that is worth a remark
-LEFT_OPEN = 1e-3  # of the energy supplied; the examples leave 1e-7 open at most
+LEFT_OPEN = 1e-3  # of the energy supplied: a ten-thousandfold of what runs leave open
 DRIFTS = 0.02  # of the mean torque, by a period: above, the drive has not settled
 
 

@@ -111,8 +111,10 @@ def _within(table: Any, part: str, below: str, where: str) -> Any:
 
 def _put_in_list(numbers: list[Any], name: str, key: str, value: Any, where: str) -> None:
     """One more number of a list, or another one in its place, as `sensing.i_offset_A.0=2`."""
-    if name == "faults" or value is None:
+    if name == "faults":
         raise ParameterError(f"{where}: need faults.NUMBER.key=value, as faults.0.kind=open_wire")
+    if value is None:
+        raise ParameterError(f"{where}: no number of a list is removed; give all of `{name}`")
     number = _number(numbers, key, where)
     numbers[number : number + 1] = [value]
 
