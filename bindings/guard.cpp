@@ -63,13 +63,16 @@ void bind_guard(nb::module_& m) {
       .def_ro_static("parts", &srm::Advance<double>::parts);
   bind_readable<srm::Protection<double>>(
       m, "Protection", "The checks of every sample before the control law sees it. SI units.");
+  bind_readable<srm::WindingFlux<double>>(
+      m, "WindingFlux",
+      "What the flux linkage of a phase may be wrong by in a sound drive. SI units.");
   bind_readable<srm::PhaseTrial<double>>(
       m, "PhaseTrial",
       "How far each phase is magnetized alone while the law does not run. SI units.");
   bind_readable<srm::Likeness<double>>(
       m, "Likeness", "By what a phase may differ from the others in a sound drive. SI units.");
-  bind_readable<srm::Diagnosis<double>>(
-      m, "Diagnosis", "What the flux linkages may be wrong by in a sound drive. SI units.");
+  bind_readable<srm::Diagnosis<double>>(m, "Diagnosis",
+                                        "What tells the faults of a drive apart. SI units.");
   bind_readable<srm::FluxAngle<double>>(
       m, "FluxAngle", "What the angle by the flux linkages may be wrong by. SI units.");
   bind_readable<srm::Sequence<double>>(

@@ -43,7 +43,7 @@ struct Sample {
   Command<double, 3> orders{};
 
   Sample(bool doubt_ends, bool follows, double zero) {
-    drive.diagnosis.map_error = 1e3;
+    drive.diagnosis.flux.map_error = 1e3;
     drive.diagnosis.patience = 100;
     drive.flux_angle = {.T_s = follows ? T_s : 0,
                         .acceleration = 1,

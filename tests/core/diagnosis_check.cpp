@@ -19,6 +19,7 @@ constexpr double T_s = 1e-4, R = 2, u_dc = 200, L = 20e-3;
 constexpr Leg down = Leg::demagnetize, still = Leg::freewheel, up = Leg::magnetize;
 using Known = Diagnosis<double>;
 using State = Known::State<N>;
+using Phase = WindingFlux<double>::State;
 using Guard = Protection<double>::State<N>;
 
 constexpr Coil coil{.L = L};
@@ -36,17 +37,17 @@ Protection<double> protection(int delay = 0, double i_error = 0) {
 /// Without errors, and with a map that contradicts nothing.
 Known diagnosis() {
   Known d{};
-  d.map_error = 1e3;
-  d.psi_zero = 0.7;
-  d.psi_max = 10;
+  d.flux.map_error = 1e3;
+  d.flux.psi_zero = 0.7;
+  d.flux.psi_max = 10;
   d.patience = 1000;
   d.likeness.spread = 1e9;
   return d;
 }
 
 /// The phase after one sample from bounds 1 Wb and 2 Wb, with readings i0 and i1 at its ends.
-Known::Phase after(const Known& d, const PhaseCommand<double>& order, double i0, double i1,
-                   Known::Span from = {1, 2}, double i_error = 0, Expected<double> acting = {}) {
+Phase after(const Known& d, const PhaseCommand<double>& order, double i0, double i1,
+            Known::Span from = {1, 2}, double i_error = 0, Expected<double> acting = {}) {
   const auto p = protection(0, i_error);
   State x;
   Guard guard;
@@ -60,7 +61,7 @@ Known::Phase after(const Known& d, const PhaseCommand<double>& order, double i0,
   return x.phase[0];
 }
 
-double between(const Known::Phase& phase, double least, double most) {
+double between(const Phase& phase, double least, double most) {
   return worst_of({off(phase.any.least, least), off(phase.any.most, most)});
 }
 
@@ -76,7 +77,7 @@ double timed_legs() {
                 between(after(d, hold<double>(still), 20, 10), 1 - 20 * R * T_s, 2 - 10 * R * T_s),
                 between(after(d, pulse(still, up, 2e-5, 5e-5), 10, 10),
                         1 + 0.3 * volt - 10 * R * T_s, 2 + 0.3 * volt - 10 * R * T_s)});
-  d.drops = {.t_dead = 0, .v_switch = 3, .v_diode = 2};
+  d.flux.drops = {.t_dead = 0, .v_switch = 3, .v_diode = 2};
   worst = worst_of({worst,
                     between(after(d, hold<double>(up), 10, 10), 1 + volt - (6 + 10 * R) * T_s,
                             2 + volt - (6 + 10 * R) * T_s),
@@ -89,7 +90,7 @@ double timed_legs() {
                     off(after(d, hold<double>(still), 0, 10).any.most, 2),
                     off(after(d, hold<double>(still), -3, 10).any.most, 2)});
   // A dead time delays the magnetizing.
-  d.drops = {.t_dead = 1e-5, .v_switch = 0, .v_diode = 0};
+  d.flux.drops = {.t_dead = 1e-5, .v_switch = 0, .v_diode = 0};
   return worst_of({worst, between(after(d, pulse(still, up, 2e-5, 5e-5), 10, 10),
                                   1 + 0.2 * volt - 10 * R * T_s - 1e-5 * u_dc,
                                   2 + 0.2 * volt - 10 * R * T_s - 1e-5 * u_dc)});
@@ -117,15 +118,15 @@ double stated_errors() {
                    2 + volt - drop + more);
   };
   Known d = diagnosis();
-  d.R_error = 0.1;
+  d.flux.R_error = 0.1;
   double worst = widened(d, 0.1 * drop, 0.1 * drop);
   d = diagnosis();
-  d.u_error = 0.02;
+  d.flux.u_error = 0.02;
   worst = worst_of({worst, widened(d, 0.02 * volt, 0.02 * volt)});
   d = diagnosis();
-  d.i_gain = 0.2;
+  d.flux.i_gain = 0.2;
   worst = worst_of({worst, widened(d, 0.2 * drop, 0.2 * drop)});
-  d.R_error = 0.1;
+  d.flux.R_error = 0.1;
   worst = worst_of({worst, widened(d, (1.2 * 1.1 - 1) * drop, (1 - 0.8 * 0.9) * drop)});
   return worst_of({worst, widened(diagnosis(), 3 * R * T_s, 3 * R * T_s, 3)});
 }
@@ -143,19 +144,19 @@ double compared_legs() {
   double worst = worst_of({leads(8, 8.9, volt, volt), leads(8, 9, -volt, volt),
                            leads(12.1, 14, -volt, -volt), leads(12, 14, -volt, volt)});
   // From nothing a sample may have built up all of its voltage, but where it only demagnetizes.
-  d.u_error = 0.02;
+  d.flux.u_error = 0.02;
   worst = worst_of({worst, off(after(d, order, 10, 10, {0, 0}, 0, band).any.most, 1.02 * volt),
                     off(after(d, order, 13, 13, {0, 0}, 0, band).any.most, 0)});
-  d.u_error = 0;
-  d.drops = {.t_dead = 1e-5, .v_switch = 3, .v_diode = 2};
+  d.flux.u_error = 0;
+  d.flux.drops = {.t_dead = 1e-5, .v_switch = 3, .v_diode = 2};
   const double slack = 1e-5 * u_dc + 10 * T_s;
   worst = worst_of({worst, leads(8, 8.9, volt - slack, volt + slack),
                     leads(12.1, 14, -volt - slack, -volt + slack)});
   // Another gain of the readings than of the comparator.
   d = diagnosis();
-  d.i_gain = 0.1;
+  d.flux.i_gain = 0.1;
   const auto sure = [&](double i, bool is_up, bool is_down) {
-    const Known::Phase phase = after(d, order, i, i, {1, 2}, 0, band);
+    const Phase phase = after(d, order, i, i, {1, 2}, 0, band);
     return worst_of(
         {unless((phase.any.least > 1) == is_up), unless((phase.any.most < 2) == is_down)});
   };
@@ -167,7 +168,7 @@ double compared_legs() {
 /// open.
 double counts() {
   Known d = diagnosis();
-  d.R_error = 0.1;
+  d.flux.R_error = 0.1;
   const auto held = after(d, hold<double>(up), 10, 20);
   double worst = worst_of({off(held.age, 1), off(held.taken, (20 * 1.1 + 10 * 0.9) / 2 * R * T_s)});
   const auto ended = after(d, hold<double>(down), 10, 10, {0.001, 0.05});
@@ -236,9 +237,9 @@ struct Slope {
 /// A reading is contradicted from where no stated error explains the flux linkage of the voltage.
 double contradictions() {
   Known d = diagnosis();
-  d.map_error = 0.1;
-  d.i_gain = 0.05;
-  d.psi_error = 0.02;
+  d.flux.map_error = 0.1;
+  d.flux.i_gain = 0.05;
+  d.flux.psi_error = 0.02;
   d.theta_error = 0.1;
   auto p = protection(0, 0.3);
   p.flux.R = 0;
@@ -285,9 +286,9 @@ double tellings() {
   x.phase[1].left = 0.1;
   x.phase[1].age = 4;
   Known d = diagnosis();
-  d.R_error = 9;
+  d.flux.R_error = 9;
   double worst = off(d.by_voltage(x, 1).error, 0);
-  d.R_error = 0.5;
+  d.flux.R_error = 0.5;
   const VoltageFlux<double> v = d.by_voltage(x, 1);
   worst = worst_of({worst, off(v.psi, 1.5), off(v.taken, 0.3), off(v.left, 0.1), off(v.error, 0.35),
                     unless(v.is)});
@@ -347,13 +348,13 @@ double always_within(bool exact) {
   for (int trial = 0; trial < 40; ++trial) {
     Known d = diagnosis();
     const double v_switch = exact ? 0 : 1.5, v_diode = exact ? 0 : 1;
-    d.drops = {.t_dead = 2e-6, .v_switch = v_switch, .v_diode = v_diode};
-    d.psi_zero = 0.5 * L * 1.5 + 1e-3;
+    d.flux.drops = {.t_dead = 2e-6, .v_switch = v_switch, .v_diode = v_diode};
+    d.flux.psi_zero = 0.5 * L * 1.5 + 1e-3;
     double R_true = exact ? 0.0 : R, gain = 1, u_true = 1, i_error = 0;
     if (!exact) {
-      d.R_error = 0.2;
-      d.u_error = 0.01;
-      d.i_gain = 0.05;
+      d.flux.R_error = 0.2;
+      d.flux.u_error = 0.01;
+      d.flux.i_gain = 0.05;
       i_error = 0.3;
       R_true = R * (1 + 0.2 * any(random));
       gain = 1 + 0.05 * any(random);

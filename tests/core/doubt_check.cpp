@@ -17,8 +17,8 @@ struct Doubt {
   Measurement<double, N> y{.theta_e = 1, .omega_m = 0, .u_dc = u_dc};
 
   explicit Doubt(int delay = 0) {
-    d.map_error = 1e3;
-    d.R_error = 0;
+    d.flux.map_error = 1e3;
+    d.flux.R_error = 0;
     d.patience = 100;
     p = protection(delay);
     p.flux.R = 0;
@@ -112,7 +112,7 @@ double limits() {
         s.flows(k, i - 10, i);
         worst += unless(s.ends() == (more > 0));
         Doubt<3> rich;
-        rich.x.phase[k].any = {rich.d.psi_max + more, 1e3};
+        rich.x.phase[k].any = {rich.d.flux.psi_max + more, 1e3};
         worst += unless(rich.ends() == (more > 0 && k == 1));  // the phase in doubt
       }
     }
@@ -128,7 +128,7 @@ double no_angles() {
     for (double more : {0.0, 1e-9}) {
       Doubt<3> s;
       s.flows(1, i, i);
-      s.x.phase[1].any = {s.d.psi_zero + more, 1e3};
+      s.x.phase[1].any = {s.d.flux.psi_zero + more, 1e3};
       s.ends();
       const bool none = i == i_zero && more > 0;
       worst += unless((s.x.left.offset == 0) == none && (s.x.left.reversed == 0) == none &&
@@ -157,7 +157,7 @@ double begins() {
   double worst = 0;
   for (double i : {i_zero, i_zero + 1e-9, 11.78, 11.79, 148.41, 148.42}) {
     Doubt<3> s;
-    s.d.R_error = 0.5;
+    s.d.flux.R_error = 0.5;
     s.p.flux.R = 2;
     s.x.doubted = 1;
     s.x.left.sensors = 0;  // one of them is enough, with phase 0
@@ -169,13 +169,13 @@ double begins() {
     s.x.forth[2] = s.x.back[2] = {7, 8};
     s.ends();
     const double flows = i * 1.01 + 0.1;
-    const double most = i <= i_zero      ? s.d.psi_zero
+    const double most = i <= i_zero      ? s.d.flux.psi_zero
                         : flows <= 12    ? s.d.trial.psi
-                        : flows <= i_max ? s.d.psi_max
+                        : flows <= i_max ? s.d.flux.psi_max
                                          : never<double>;
     // Phase k has lost R i by now, and its flux linkage is followed for a sample more.
     const auto taken = [&](int k) { return s.x.phase[k].age * T_s * 2 * 1.5 * 300; };
-    worst = worst_of({worst, off(s.x.forth[0].most, most), off(s.x.back[0].most, s.d.psi_max),
+    worst = worst_of({worst, off(s.x.forth[0].most, most), off(s.x.back[0].most, s.d.flux.psi_max),
                       off(s.x.forth[0].least, s.x.phase[1].any.least - taken(1)),
                       off(s.x.back[0].least, std::fmax(s.x.phase[0].any.least - taken(0), 0)),
                       off(s.x.forth[2].least, 7), off(s.x.back[2].most, 8)});
@@ -195,7 +195,7 @@ double waits() {
   };
   const auto begun = [] {
     Doubt<3> s;
-    s.d.map_error = 0.02;
+    s.d.flux.map_error = 0.02;
     s.y.theta_e = 0.9;
     s.x.doubted = 0;
     s.x.first = {};
@@ -270,7 +270,7 @@ double hearings() {
   }
   {  // the middle of what the voltage says, and what the reading means
     Doubt<3> s;
-    s.d.map_error = 0.02;
+    s.d.flux.map_error = 0.02;
     s.d.theta_error = 0;
     s.x.doubted = 0;
     s.flows(1, 20, 20);
@@ -343,8 +343,8 @@ double comparisons() {
       for (bool power : {true, false}) {
         Doubt<3> s;
         const std::uint8_t with = static_cast<std::uint8_t>(1 << j);
-        s.d.map_error = 0.02;
-        s.d.psi_max = s.d.psi_zero = 1e3;
+        s.d.flux.map_error = 0.02;
+        s.d.flux.psi_max = s.d.flux.psi_zero = 1e3;
         s.y.theta_e = 0.9;
         for (int k = 0; k < 3; ++k) s.flows(k, 20, 20);
         for (auto& phase : s.x.phase) phase.any = phase.shown = {0, 1e3};  // says nothing
@@ -382,8 +382,8 @@ double cables() {
         Doubt<3> s;
         const auto with = static_cast<std::uint8_t>(1 << j);
         const int to = asked == 1 ? j : 1;
-        s.d.map_error = 0.02;
-        s.d.psi_max = s.d.psi_zero = 1e3;
+        s.d.flux.map_error = 0.02;
+        s.d.flux.psi_max = s.d.flux.psi_zero = 1e3;
         s.y.theta_e = 0.9;
         for (int k = 0; k < 3; ++k) s.flows(k, 20, 20);
         for (auto& phase : s.x.phase) phase.any = phase.shown = {0, 1e3};  // says nothing

@@ -32,12 +32,12 @@ inline Protection<double> protection(int delay) {
 
 inline Diagnosis<double> diagnosis() {
   Diagnosis<double> d{};
-  d.R_error = 0.02;
-  d.i_gain = 0.01;
-  d.map_error = 0.02;
-  d.psi_error = psi_error;
-  d.psi_zero = 1.02 * aligned(i_zero + 0.1) + psi_error;
-  d.psi_max = 1.02 * aligned(i_max) + psi_error;
+  d.flux.R_error = 0.02;
+  d.flux.i_gain = 0.01;
+  d.flux.map_error = 0.02;
+  d.flux.psi_error = psi_error;
+  d.flux.psi_zero = 1.02 * aligned(i_zero + 0.1) + psi_error;
+  d.flux.psi_max = 1.02 * aligned(i_max) + psi_error;
   d.theta_error = 0.02;
   d.i_max = i_max;
   d.patience = 5000;

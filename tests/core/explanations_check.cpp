@@ -60,11 +60,11 @@ Named run(const Wrong<N>& wrong, double theta_0, int delay, double omega_e, auto
           int samples = 4000, double spread = 1e9, double map_error = 0.02) {
   auto d = diagnosis();
   d.likeness.spread = spread;
-  d.map_error = map_error;
+  d.flux.map_error = map_error;
   const auto p = protection(delay);
   typename Diagnosis<double>::template State<N> x;
   typename Protection<double>::template State<N> guard;
-  x.trial = PhaseTrial<double>::begun<N>(d.psi_max);
+  x.trial = PhaseTrial<double>::begun<N>(d.flux.psi_max);
   std::array<double, N> psi{}, i{};  // of the windings
   Command<double, N> orders{}, next{};
   Named found;

@@ -29,7 +29,7 @@ struct Sample {
   bool ends() {
     const double u = T_s * u_dc, before = x.volt_seconds + u;
     const bool tries = known.trial.step(
-        x, known, true, p, machine(), y, [&](int) { return flux; }, orders);
+        x, known.flux, true, p, machine(), y, [&](int) { return flux; }, orders);
     const bool ended = !x.magnetizes;
     worst += unless(tries && x.tried == (ended ? 0 : 255));
     worst += unless((orders[1].leg[0] == Leg::magnetize) == !ended);
@@ -62,10 +62,12 @@ double by_a_flux_linkage() {
     for (bool shows : {false, true}) {
       for (bool small : {false, true}) {
         Sample s;
-        if (!small) s.known.psi_zero = 1;
+        if (!small) s.known.flux.psi_zero = 1;
         s.y.i[0] = shows ? i_zero + 1e-9 : i_zero;
         const double at_twice = machine().at(24, phase_angle<N>(2.1, 1)).psi;
-        const double least = shows ? s.known.trial.psi : small ? s.known.psi_zero : 0.98 * at_twice;
+        const double least = shows   ? s.known.trial.psi
+                             : small ? s.known.flux.psi_zero
+                                     : 0.98 * at_twice;
         s.flux = {least + more, 1};
         worst += unless(s.ends() == (more > 0)) + s.worst;
       }
@@ -79,7 +81,7 @@ double by_time() {
   double worst = 0;
   for (double more : {-1e-9, 1e-9}) {
     Sample s;
-    s.x.volt_seconds = 2 * s.known.psi_max - T_s * u_dc + more;
+    s.x.volt_seconds = 2 * s.known.flux.psi_max - T_s * u_dc + more;
     worst += unless(s.ends() == (more > 0)) + s.worst;
   }
   return worst;

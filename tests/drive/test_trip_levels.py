@@ -168,15 +168,16 @@ def test_a_diagnosis_allows_what_is_stated_and_tries_a_third_of_the_current():
     found = drive(*QUANTISED, *ENCODER, "protection.diagnosis=true", "supervision.enable_s=0")
     told, m = diagnosis(found), found.machine
     assert diagnosis(drive()) is None and told is not None
+    flux = told.flux
     assert told.trial.i == pytest.approx(50) and told.i_max == 150
-    assert (told.R_error, told.map_error, told.u_error) == pytest.approx((0.2, 0.1, 0.02))
+    assert (flux.R_error, flux.map_error, flux.u_error) == pytest.approx((0.2, 0.1, 0.02))
     noise = 0.01 * float(m.psi(150.0, np.pi))  # what other phases add, none of it in this machine
-    assert told.psi_error == pytest.approx(noise)
-    for value, i in ((told.trial.psi, 50.0), (told.psi_max, 150.0)):
+    assert flux.psi_error == pytest.approx(noise)
+    for value, i in ((told.trial.psi, 50.0), (flux.psi_max, 150.0)):
         assert value == pytest.approx(1.1 * float(m.psi(i, np.pi)) + noise)
     guard = protection(found)
     zero = 1.1 * float(m.psi(guard.i_zero + guard.flux.i_error, np.pi)) + noise
-    assert told.psi_zero == pytest.approx(zero)
+    assert flux.psi_zero == pytest.approx(zero)
     half_a_step = np.radians(angle_step(found) / 2)
     assert told.theta_error == pytest.approx(half_a_step + np.radians(2))
     assert told.patience == int(np.ceil(0.2 / found.control.T_s))
@@ -193,13 +194,13 @@ def test_a_diagnosis_allows_the_noise_and_the_errors_of_all_sensors():
     told, m, T_s = diagnosis(found), found.machine, found.control.T_s
     step, u_noise = found.sensing.i_step, 6 * 1.5
     mutual = 0.01 * float(m.psi(150.0, np.pi))
-    assert told.psi_error == pytest.approx(mutual + 2 * u_noise * T_s)
-    assert told.u_error == pytest.approx(0.02 + u_noise / (4 * 2 * 240))
-    assert told.i_gain == pytest.approx(0.2)
+    assert told.flux.psi_error == pytest.approx(mutual + 2 * u_noise * T_s)
+    assert told.flux.u_error == pytest.approx(0.02 + u_noise / (4 * 2 * 240))
+    assert told.flux.i_gain == pytest.approx(0.2)
     like = told.likeness
     assert (like.i_gain, like.i_noise) == pytest.approx((0.2, 6 * 2 * step))
     assert like.i_offset == pytest.approx(step + 0.9)
-    assert like.u_noise == pytest.approx(u_noise * T_s) and like.psi_error == told.psi_error
+    assert like.u_noise == pytest.approx(u_noise * T_s) and like.psi_error == told.flux.psi_error
     assert (like.R_error, like.u_error, like.map_error) == pytest.approx((0.2, 0.02, 0.1))
     assert like.recent == told.patience
     theta = np.linspace(0, np.pi, 3601)
@@ -247,5 +248,5 @@ def test_an_angle_by_the_flux_linkages_knows_the_shaft_the_sensors_and_the_machi
     assert of.i_zero == protection(found).i_zero
     assert (of.map_error, of.R_error) == (0.1, 0.2)
     told = diagnosis(found)
-    assert (of.psi_error, of.alike) == (told.psi_error, told.patience)
+    assert (of.psi_error, of.alike) == (told.flux.psi_error, told.patience)
     assert flux_angle(drive(*QUANTISED, *ENCODER, FOLLOWED[0], FOLLOWED[2])) is None

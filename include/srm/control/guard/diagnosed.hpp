@@ -45,7 +45,7 @@ struct Diagnosed {
   void start(State& x) const {
     guarded.start(x.guarded);
     x.diagnosis = {};
-    x.diagnosis.trial = PhaseTrial<T>::template begun<N>(diagnosis.psi_max);
+    x.diagnosis.trial = PhaseTrial<T>::template begun<N>(diagnosis.flux.psi_max);
     x.flux_angle = {};
   }
   void forget(State& x) const {

@@ -1,11 +1,9 @@
 // What broke: each explanation is held against the flux linkages, and what contradicts is dropped.
 //
-// From the voltage that was ordered follows between which bounds the flux linkage of a phase is,
-// whatever the angle: it is zero without current, and changes by (u - R i) T_s a sample. The map
-// says which flux linkages its reading means at an angle. Where these two have no common value, a
-// sound drive is contradicted: the errors that the drive file states are in the bounds. From then
-// on one comparison is made a sample: of a phase at the angle shown, and in the next sample of an
-// explanation with a phase:
+// Where the flux linkage of a phase by its voltage and what its reading means by the map have no
+// common value, a sound drive is contradicted (winding_flux.hpp). From then on one comparison is
+// made a sample: of a phase at the angle shown, and in the next sample of an explanation with a
+// phase:
 //
 //   phase k       its sensor, switches or winding are broken: the others agree with the angle
 //   offset        the angle is what is shown and a constant: the zero is off
@@ -41,82 +39,34 @@
 // standstill offset and reversed are the same.
 #pragma once
 
-#include <bit>
-
-#include "srm/control/frame/flux_angle.hpp"
 #include "srm/control/guard/angle_search.hpp"
+#include "srm/control/guard/explanations.hpp"
 #include "srm/control/guard/guarded.hpp"
 #include "srm/control/guard/likeness.hpp"
 #include "srm/control/guard/phase_trial.hpp"
-#include "srm/control/part/order_flux.hpp"
+#include "srm/control/guard/winding_flux.hpp"
 
 namespace srm {
 
-/// What is left of the explanations of a contradiction.
-struct Explanations {
-  static constexpr int n_angles = 24;
-
-  std::uint32_t offset = (1U << n_angles) - 1, reversed = offset;  // a bit for each angle
-  std::uint8_t phase;                 // the phase that was contradicted first, or none
-  std::uint8_t power, sensors, both;  // with which other phases it may be exchanged
-
-  constexpr void no_angle() {
-    offset = reversed = 0;
-    both = 0;
-  }
-};
-
 template <Real T>
 struct Diagnosis {
-  Drops<T> drops;
+  WindingFlux<T> flux;
   PhaseTrial<T> trial;
   Likeness<T> likeness;
-  T R_error;      // of the resistance [1]
-  T u_error;      // of the voltage over a sample, over u_dc [1]
-  T i_gain;       // of a reading [1]
-  T map_error;    // of the flux linkage that the map says [1]
-  T psi_error;    // the same in addition: flux linkage of the other phases [Wb]
-  T psi_zero;     // most flux linkage of a phase that reads no current, at any angle [Wb]
-  T psi_max;      // most flux linkage at i_max, at any angle [Wb]
   T theta_error;  // of the angle, electrical [rad]
   T i_max;        // a doubt ends before a current passes this one [A]
   int patience;   // samples of doubt, at most
-  SRM_FIELDS(drops, trial, likeness, R_error, u_error, i_gain, map_error, psi_error, psi_zero,
-             psi_max, theta_error, i_max, patience)
+  SRM_FIELDS(flux, trial, likeness, theta_error, i_max, patience)
+
+  using Span = typename WindingFlux<T>::Span;
 
   /// Half a step of the angles that are kept [rad].
   static constexpr T half_step = pi<T> / T(Explanations::n_angles);
 
-  /// Between which bounds a flux linkage is [Wb].
-  struct Span {
-    T least{}, most{never<T>};
-  };
-
-  /// What the resistance takes over a sample, and what the voltage may be wrong by [Wb].
-  struct Drop {
-    T least{}, most{};
-    bool flows{}, ends_at_zero{};
-  };
-
-  struct Phase {
-    OrderFlux<T> now, next;  // of the orders in effect until the next sample, and from then on
-    LateLeg<T> leg;
-    bool timed = false, timed_next = false;  // they are orders for a timer
-    int age = 0;                             // samples since it may have had no flux linkage
-    Span any;                                // from the voltage alone: at any angle
-    Drop drop;                               // over the last sample
-    Span shown;                              // narrowed by what the readings mean at the angle
-    T taken{};                               // by the resistance in this time [Wb]
-    T left{never<T>};                        // by which the middle of `any` may be wrong then [Wb]
-
-    /// Without flux linkage, and none is built up: its bounds stay zero.
-    constexpr bool idle() const { return timed && !now.magnetizes && !(any.most > T(0)); }
-  };
-
   template <int N>
   struct State {
     typename PhaseTrial<T>::State trial;
-    std::array<Phase, N> phase;
+    std::array<typename WindingFlux<T>::State, N> phase;
     T u_dc{};                   // at the last sample [V]
     std::uint32_t doubted = 0;  // samples since the first contradiction, with it
     int near = -1;              // the phase of a contradiction that an angle nearby explains
@@ -135,17 +85,12 @@ struct Diagnosis {
     std::array<Span, N> forth, back;
   };
 
-  /// What the voltage says of phase k, the error of the resistance aside; nothing where it is the
-  /// phase that is in doubt.
+  /// What the voltage says of phase k; nothing where it is the phase that is in doubt.
   template <int N>
   constexpr VoltageFlux<T> by_voltage(const State<N>& x, int k) const {
-    const Phase& each = x.phase[k];
-    const T error = (each.any.most - each.any.least) / T(2) - R_error * each.taken;
-    return {.psi = (each.any.least + each.any.most) / T(2),
-            .taken = each.taken,
-            .left = each.left,
-            .error = max(error, T(0)),
-            .is = each.age > 0 && !(x.doubted > 0 && x.first.phase == k)};
+    VoltageFlux<T> said = flux.by_voltage(x.phase[k]);
+    said.is = said.is && !(x.doubted > 0 && x.first.phase == k);
+    return said;
   }
 
   /// A sample that the levels admit. guard: before it remembers this sample. True where the fault
@@ -166,13 +111,8 @@ struct Diagnosis {
     const bool in_doubt = x.doubted > 0;
     ++x.likeness.now;
     for (int k = 0; k < N; ++k) {
-      Phase& each = x.phase[k];
-      if (in_doubt || !each.idle()) {
-        const Push push = push_of(each, guard.acting[k], p, guard.i[k], y.i[k], u_dc);
-        const Drop drop = each.drop = drop_of(p, guard.i[k], y.i[k], u_dc);
-        advance(each.any, push, drop);
-        count(each, push, drop);
-        advance(each.shown, push, drop);
+      if (in_doubt || !x.phase[k].idle()) {
+        flux.step(x.phase[k], guard.acting[k], p, guard.i[k], y.i[k], u_dc);
       }
       if (in_doubt && x.doubted % (4U * N) != 4U * k) continue;
       ask_shown(x, p, machine, y, k);
@@ -209,128 +149,28 @@ struct Diagnosis {
   }
 
   /// Keeps what the next sample needs, after guard has.
-  // always_inline: an order takes far fewer instructions where its constants are known.
   template <int N>
   [[gnu::always_inline]] constexpr void remember(
       State<N>& x, const Protection<T>& p,
       const std::type_identity_t<Command<T, N>>& orders) const {
-    for (int k = 0; k < N; ++k) {
-      Phase& each = x.phase[k];
-      const bool late = p.delay > 0;
-      if (late) {
-        each.now = each.next;
-        each.timed = each.timed_next;
-      }
-      bool& timed = late ? each.timed_next : each.timed;
-      timed = orders[k].gate == Gate::timer;
-      if (!timed) continue;
-      OrderFlux<T>& last = late ? each.next : each.now;
-      if (Drops<T>::stays(orders[k], each.leg, p.flux.T_s)) {
-        last = drops.held(each.leg.ordered, p.flux.T_s);
-      } else {
-        last = drops.of(orders[k], each.leg, p.flux.T_s);
-      }
-    }
+    for (int k = 0; k < N; ++k) flux.remember(x.phase[k], p, orders[k]);
   }
 
  private:
-  /// What an order adds to the flux linkage of a winding over a sample [Wb].
-  struct Push {
-    T idle{};           // before it magnetizes: without current nothing of it counts
-    T least{}, most{};  // and from then on
-    T again{};          // at least so much may have built up
-    T drop{};           // of the devices: where no current flows, it does not count
-    bool builds{};      // without magnetizing no flux linkage grows
-  };
-
   template <Machine M, int N>
   [[gnu::noinline, gnu::cold]] constexpr bool tries_phases(
       State<N>& x, const Protection<T>& p, const M& machine, const Measurement<T, N>& y,
       std::type_identity_t<Command<T, N>>& orders) const {
     return trial.step(
-        x.trial, *this, x.doubted > 0, p, machine, y,
+        x.trial, flux, x.doubted > 0, p, machine, y,
         [&](int k) -> const Span& { return x.phase[k].any; }, orders);
-  }
-
-  constexpr Drop drop_of(const Protection<T>& p, T i0, T i1, T u_dc) const {
-    const T T_s = p.flux.T_s, margin = u_error * T_s * u_dc;
-    const T high = max(max(i0, i1), T(0)) * (T(1) + i_gain) + p.flux.i_error;
-    const T low = max(min(i0, i1) * (T(1) - i_gain) - p.flux.i_error, T(0));
-    return {.least = T_s * p.flux.R * (T(1) - R_error) * low - margin,
-            .most = T_s * p.flux.R * (T(1) + R_error) * high + margin,
-            .flows = low > T(0),
-            .ends_at_zero = i1 <= p.i_zero};
-  }
-
-  /// With readings i0 and i1, at the ends of the sample, of the winding that is ordered.
-  constexpr Push push_of(const Phase& ordered, const Expected<T>& expected, const Protection<T>& p,
-                         T i0, T i1, T u_dc) const {
-    if (ordered.timed) {
-      const OrderFlux<T>& o = ordered.now;
-      const T idle = o.idle_level * u_dc - o.idle_drop;
-      const T rest = o.level * u_dc - o.drop - idle;
-      return {.idle = idle, .least = rest, .most = rest, .drop = o.drop, .builds = o.magnetizes};
-    }
-    // A comparator may see the current with another gain than the readings have.
-    const T T_s = p.flux.T_s;
-    const bool below = max(i0, i1) < expected.below * (T(1) - i_gain);
-    const bool above = min(i0, i1) > expected.above * (T(1) + i_gain);
-    const T least = below ? expected.least : T(-1), most = above ? expected.most : T(1);
-    const T slack = drops.t_dead * u_dc + T(2) * (drops.v_switch + drops.v_diode) * T_s;
-    return {.least = least * T_s * u_dc - slack,
-            .most = most * T_s * u_dc + slack,
-            .again = most > T(-1) ? (T(1) + u_error) * T_s * u_dc : T(0),
-            .builds = most > T(-1)};
-  }
-
-  /// Moves bounds over a sample.
-  constexpr void advance(Span& s, const Push& push, const Drop& drop) const {
-    const T before = s.most;
-    s.least = max(max(s.least + push.idle, T(0)) + push.least - drop.most, T(0));
-    s.most = max(max(s.most + push.idle, T(0)) + push.most - drop.least, push.again);
-    if (!drop.flows) s.most = s.most + push.drop;
-    if (!push.builds) s.most = min(s.most, before);
-    if (drop.ends_at_zero) s.most = min(s.most, psi_zero);
-  }
-
-  /// Whether a flux linkage within s agrees with reading i at an angle that may be wrong by error:
-  /// 0, or -1 where the reading is too low, 1 where it is too high. meant: what the reading means.
-  // noinline: asked in five places.
-  template <Machine M>
-  [[gnu::noinline]] constexpr int compare(const Span& s, const Protection<T>& p, const M& machine,
-                                          T i, T theta_e, T error, Span& meant) const {
-    const bool flows = i > p.i_zero;
-    if (!flows && !(s.least > psi_error)) return 0;
-    const T at = flows ? i : p.i_zero + p.flux.i_error;
-    const T psi0 = machine.at(at, wrap(theta_e - error)).psi;
-    const T psi1 = machine.at(at, wrap(theta_e + error)).psi;
-    const T part = map_error + (flows ? i_gain + p.flux.i_error / i : T(0));
-    meant.least = flows ? min(psi0, psi1) * (T(1) - part) - psi_error : T(0);
-    meant.most = max(psi0, psi1) * (T(1) + part) + psi_error;
-    if (s.least > meant.most) return -1;
-    return s.most < meant.least ? 1 : 0;
-  }
-
-  /// Counts samples since the flux linkage may have been zero, from when on the middle of its
-  /// bounds is what the nominal voltage and resistance make of it. left: what it was then, at most,
-  /// and what the orders have left open since, as the error of the middle.
-  constexpr void count(Phase& each, const Push& push, const Drop& drop) const {
-    if (each.any.least > T(0)) {
-      ++each.age;
-      each.taken = each.taken + (drop.least + drop.most) / T(2);
-      if (!each.timed) each.left = each.left + (push.most - push.least) / T(2);
-    } else {
-      each.age = 0;
-      each.taken = T(0);
-      each.left = each.any.most / T(2);
-    }
   }
 
   /// Narrows the bounds of phase k by its reading, or finds them contradicted.
   template <Machine M, int N>
   constexpr void ask_shown(State<N>& x, const Protection<T>& p, const M& machine,
                            const Measurement<T, N>& y, int k) const {
-    Phase& each = x.phase[k];
+    auto& each = x.phase[k];
     const T theta_e = phase_angle_in_turn<N>(y.theta_e, k);
     if (likeness.ends(x.likeness, k, theta_e)) {  // this once in the place of the comparison
       const int before = x.likeness.suspect;
@@ -344,7 +184,7 @@ struct Diagnosis {
       return;
     }
     Span meant;
-    const int side = compare(each.shown, p, machine, y.i[k], theta_e, theta_error, meant);
+    const int side = flux.compare(each.shown, p, machine, y.i[k], theta_e, theta_error, meant);
     if (side != 0) {
       contradicted(x, p, y, k, side, each.shown, meant);
       return;
@@ -358,7 +198,7 @@ struct Diagnosis {
   template <int N>
   constexpr bool hear(State<N>& x, const Protection<T>& p, const Measurement<T, N>& y, int k,
                       T theta_e, const Span& meant) const {
-    const Phase& each = x.phase[k];
+    const auto& each = x.phase[k];
     if (!(y.i[k] > p.i_zero && each.age > 0)) return false;
     const T psi = (each.any.least + each.any.most) / T(2);
     const T map = (meant.least + meant.most) / T(2);
@@ -376,8 +216,8 @@ struct Diagnosis {
     const Span s = x.phase[k].any;
     const bool wide = (x.likeness.now & 1) != 0;
     Span meant;
-    const int side = compare(s, p, machine, y.i[k], theta_e,
-                             wide ? theta_error + half_step : theta_error, meant);
+    const int side = flux.compare(s, p, machine, y.i[k], theta_e,
+                                  wide ? theta_error + half_step : theta_error, meant);
     if (wide) {
       if (side != 0) contradicted(x, p, y, k, side, s, meant);
     } else if (!hear(x, p, y, k, theta_e, meant) && x.likeness.suspect != k) {
@@ -424,7 +264,7 @@ struct Diagnosis {
       x.search = {};
       x.search.turn = 2 * k + (side > 0);
       begin(x.search, x.phase[k].any, p, y.i[k], y.theta_e);
-      if (before || x.trial.rounds != 0 || !flows || x.phase[k].left > psi_error) {
+      if (before || x.trial.rounds != 0 || !flows || x.phase[k].left > flux.psi_error) {
         doubts(x);
       } else {
         x.near = k;
@@ -457,12 +297,12 @@ struct Diagnosis {
       const M& machine, const Measurement<T, N>& y, T u_dc) const {
     cross(x, guard, p, y, u_dc);
     const T least = x.phase[x.first.phase].any.least;
-    if (y.i[x.first.phase] <= p.i_zero && least > psi_zero) x.left.no_angle();
+    if (y.i[x.first.phase] <= p.i_zero && least > flux.psi_zero) x.left.no_angle();
     if (x.unlike == x.first.phase && x.left.phase != 0) {
       x.left.no_angle();
       x.left.power = x.left.sensors = 0;
     }
-    bool beyond = least > psi_max;
+    bool beyond = least > flux.psi_max;
     const T ahead = static_cast<T>(1 + p.delay);  // until legs that are switched off now act
     for (int k = 0; k < N; ++k) {
       if (y.i[k] + ahead * (y.i[k] - guard.i[k]) > i_max) beyond = true;
@@ -479,7 +319,7 @@ struct Diagnosis {
       ask_angle(x, p, machine, y);
     }
     ++x.doubted;
-    if (!nearby(x.left)) x.tried = x.trial.tried;
+    if (!x.left.nearby()) x.tried = x.trial.tried;
     if (beyond) {  // every phase once more: the law does not run in this sample
       for (int j = 0; j < N; ++j) ask_shown(x, p, machine, y, j);
       return named(x, guard, true);
@@ -501,21 +341,24 @@ struct Diagnosis {
         x.back[j] = begun(x.phase[j], p, y.i[k]);
         continue;
       }
-      advance(x.forth[j], push_of(x.phase[k], guard.acting[k], p, guard.i[j], y.i[j], u_dc),
-              x.phase[j].drop);
-      advance(x.back[j], push_of(x.phase[j], guard.acting[j], p, guard.i[k], y.i[k], u_dc),
-              x.phase[k].drop);
+      flux.advance(x.forth[j],
+                   flux.push_of(x.phase[k], guard.acting[k], p, guard.i[j], y.i[j], u_dc),
+                   x.phase[j].drop);
+      flux.advance(x.back[j],
+                   flux.push_of(x.phase[j], guard.acting[j], p, guard.i[k], y.i[k], u_dc),
+                   x.phase[k].drop);
     }
   }
 
   /// By the orders of a phase and the current i of another, which was at most the trip level.
-  constexpr Span begun(const Phase& ordered, const Protection<T>& p, T i) const {
-    const T drop = static_cast<T>(ordered.age) * p.flux.T_s * p.flux.R * (T(1) + R_error);
-    const T flows = i * (T(1) + i_gain) + p.flux.i_error;
+  constexpr Span begun(const typename WindingFlux<T>::State& ordered, const Protection<T>& p,
+                       T i) const {
+    const T drop = static_cast<T>(ordered.age) * p.flux.T_s * p.flux.R * (T(1) + flux.R_error);
+    const T flows = i * (T(1) + flux.i_gain) + p.flux.i_error;
     return {.least = max(ordered.any.least - drop * p.levels.i_trip, T(0)),
-            .most = i <= p.i_zero      ? psi_zero
+            .most = i <= p.i_zero      ? flux.psi_zero
                     : flows <= trial.i ? trial.psi
-                    : flows <= i_max   ? psi_max
+                    : flows <= i_max   ? flux.psi_max
                                        : never<T>};
   }
 
@@ -539,13 +382,12 @@ struct Diagnosis {
   /// Begins a search where a sample tells something.
   constexpr void begin(AngleSearch<T>& at, const Span& any, const Protection<T>& p, T i,
                        T theta_e) const {
-    const bool flows = i > p.i_zero;
-    const T part = map_error + (flows ? i_gain + p.flux.i_error / i : T(0));
-    at.found = at.least() ? any.least > psi_error : flows && part < T(1);
+    const auto y = flux.reading(p, i);
+    at.found = at.least() ? any.least > flux.psi_error : y.flows && y.part < T(1);
     if (!at.found) return;
-    const T psi = at.least() ? (any.least - psi_error) / (T(1) + part)
-                             : (any.most + psi_error) / (T(1) - part);
-    at.begin(psi, flows ? i : p.i_zero + p.flux.i_error, theta_e);
+    const T psi = at.least() ? (any.least - flux.psi_error) / (T(1) + y.part)
+                             : (any.most + flux.psi_error) / (T(1) - y.part);
+    at.begin(psi, y.i, theta_e);
   }
 
   /// The next angle that is left is held against the next phase.
@@ -554,34 +396,18 @@ struct Diagnosis {
                            const Measurement<T, N>& y) const {
     constexpr int n_angles = Explanations::n_angles;
     constexpr T step = two_pi<T> / T(n_angles);
-    const int n = next(x.left, x.angle);
+    const int n = x.left.next(x.angle);
     if (n < 0) return;
     const int k = n == x.angle ? x.angle_phase : 0;
-    const bool backwards = n >= n_angles;
-    const T theta_e = (backwards ? -y.theta_e : y.theta_e) + static_cast<T>(n) * step;
+    const T theta_e =
+        (Explanations::backwards(n) ? -y.theta_e : y.theta_e) + static_cast<T>(n) * step;
     Span meant;
-    const int side = compare(x.phase[k].any, p, machine, y.i[k], phase_angle<N>(wrap(theta_e), k),
-                             theta_error + step / T(2), meant);
-    if (side != 0) {
-      std::uint32_t& left = backwards ? x.left.reversed : x.left.offset;
-      left &= ~(1U << (backwards ? n - n_angles : n));
-    }
+    const int side =
+        flux.compare(x.phase[k].any, p, machine, y.i[k], phase_angle<N>(wrap(theta_e), k),
+                     theta_error + step / T(2), meant);
+    if (side != 0) x.left.drop_angle(n);
     x.angle_phase = side != 0 || k + 1 == N ? 0 : k + 1;
     x.angle = x.angle_phase == 0 ? (n + 1) % (2 * n_angles) : n;
-  }
-
-  /// The first angle that is left from n on, of offset and reversed; less than 0 where there is
-  /// none.
-  static constexpr int next(const Explanations& left, int n) {
-    constexpr int n_angles = Explanations::n_angles;
-    for (int tries = 0; tries < 3; ++tries) {
-      const bool backwards = n >= n_angles;
-      const int from = backwards ? n_angles : 0;
-      const std::uint32_t rest = (backwards ? left.reversed : left.offset) >> (n - from);
-      if (rest != 0) return n + std::countr_zero(rest);
-      n = n_angles - from;
-    }
-    return -1;
   }
 
   /// Whether the windings or the channels of two phases are exchanged: held against one of them.
@@ -595,7 +421,7 @@ struct Diagnosis {
       std::uint8_t& left = power ? x.left.power : x.left.sensors;
       const int from = forth ? k : j, to = forth ? j : k;
       const Span& s = forth ? x.forth[j] : x.back[j];
-      if ((left >> j & 1) == 0 || (y.i[to] <= p.i_zero && !(s.least > psi_error))) continue;
+      if ((left >> j & 1) == 0 || !flux.tells(s, p, y.i[to])) continue;
       drop(left, j, s, p, machine, y.i[to], phase_angle_in_turn<N>(y.theta_e, power ? to : from));
       return;
     }
@@ -610,8 +436,7 @@ struct Diagnosis {
       const int j = x.both / 2, k = x.first.phase;
       const int from = x.both % 2 == 0 ? k : j, to = j + k - from;
       const Span& s = x.phase[from].any;
-      if ((x.left.both >> j & 1) == 0 || (y.i[from] <= p.i_zero && !(s.least > psi_error)))
-        continue;
+      if ((x.left.both >> j & 1) == 0 || !flux.tells(s, p, y.i[from])) continue;
       drop(x.left.both, j, s, p, machine, y.i[from], phase_angle_in_turn<N>(y.theta_e, to));
       return;
     }
@@ -622,14 +447,8 @@ struct Diagnosis {
   constexpr void drop(std::uint8_t& left, int j, const Span& s, const Protection<T>& p,
                       const M& machine, T i, T theta_e) const {
     Span meant;
-    if (compare(s, p, machine, i, theta_e, theta_error, meant) == 0) return;
+    if (flux.compare(s, p, machine, i, theta_e, theta_error, meant) == 0) return;
     left = static_cast<std::uint8_t>(left & ~(1U << j));
-  }
-
-  /// Whether nothing is left but a phase and an angle that is off by less than half a step.
-  static constexpr bool nearby(const Explanations& left) {
-    const bool exchanged = (left.power | left.sensors | left.both) != 0;
-    return left.phase != 0 && left.offset == 1 && left.reversed == 0 && !exchanged;
   }
 
   /// True where one kind of explanation is left, none, or the doubt ends. beyond: by a current.

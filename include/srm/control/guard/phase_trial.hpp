@@ -7,7 +7,7 @@
 // that shows a current when it begins shows none of this trial: it may be stuck.
 #pragma once
 
-#include "srm/control/guard/protection.hpp"
+#include "srm/control/guard/winding_flux.hpp"
 
 namespace srm {
 
@@ -30,7 +30,7 @@ struct PhaseTrial {
     T theta_e{};             // of the last round [rad]
   };
 
-  /// The state before the law runs for the first time. psi_max: see `Diagnosis`.
+  /// The state before the law runs for the first time. psi_max: see `WindingFlux`.
   template <int N>
   static constexpr State begun(T psi_max) {
     return {.rounds = 2, .to_come = N + 1, .phase = N - 1, .left = psi_max};
@@ -39,11 +39,11 @@ struct PhaseTrial {
   /// Whether nothing is tried, now or later.
   static constexpr bool over(const State& x) { return x.to_come == 0 && x.rounds == 0; }
 
-  /// The orders of a sample in which the law does not run; false where it does. known: the
-  /// `Diagnosis`, with what may be wrong; flux(k): between which bounds the flux linkage of phase k
-  /// is, whatever its angle.
-  template <class Known, Machine M, int N, class Flux>
-  constexpr bool step(State& x, const Known& known, bool in_doubt, const Protection<T>& p,
+  /// The orders of a sample in which the law does not run; false where it does. known: what
+  /// may be wrong; flux(k): between which bounds the flux linkage of phase k is, whatever its
+  /// angle.
+  template <Machine M, int N, class Flux>
+  constexpr bool step(State& x, const WindingFlux<T>& known, bool in_doubt, const Protection<T>& p,
                       const M& machine, const Measurement<T, N>& y, const Flux& flux,
                       std::type_identity_t<Command<T, N>>& orders) const {
     if (x.to_come == 0 && !in_doubt) {
@@ -87,8 +87,8 @@ struct PhaseTrial {
  private:
   /// The next phase without flux linkage, when no other one has any or it lasts for too long; less
   /// than 0 before.
-  template <class Known, int N, class Flux>
-  static constexpr int at_rest(const State& x, const Known& known, const Protection<T>& p,
+  template <int N, class Flux>
+  static constexpr int at_rest(const State& x, const WindingFlux<T>& known, const Protection<T>& p,
                                const Measurement<T, N>& y, const Flux& flux) {
     const bool waits = x.volt_seconds < x.left;
     int found = -1;
@@ -106,9 +106,9 @@ struct PhaseTrial {
   /// Whether a current has reached i, in whichever channel it shows. Where it shows in none, either
   /// the phase is broken and the angle right, and it has twice this current at most; or the channel
   /// is right, and tells that it has none.
-  template <class Known, Machine M, int N, class Flux>
-  constexpr bool ends(const State& x, const Known& known, const Protection<T>& p, const M& machine,
-                      const Measurement<T, N>& y, const Flux& flux) const {
+  template <Machine M, int N, class Flux>
+  constexpr bool ends(const State& x, const WindingFlux<T>& known, const Protection<T>& p,
+                      const M& machine, const Measurement<T, N>& y, const Flux& flux) const {
     bool shows = false;
     for (int k = 0; k < N; ++k) {
       if ((x.flow >> k & 1) != 0) continue;

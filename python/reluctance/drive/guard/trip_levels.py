@@ -157,10 +157,19 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
         mutual = (1 + parts["map_error"]) * _mutual(coupling, machine.i_max_A)
     psi_error = mutual + u_noise * NOISE_AHEAD * drive.control.T_s
     return _core.Diagnosis(
-        drops=_core.Drops(
-            t_dead=drive.converter.t_dead,
-            v_switch=drive.converter.v_switch_V,
-            v_diode=drive.converter.v_diode_V,
+        flux=_core.WindingFlux(
+            drops=_core.Drops(
+                t_dead=drive.converter.t_dead,
+                v_switch=drive.converter.v_switch_V,
+                v_diode=drive.converter.v_diode_V,
+            ),
+            R_error=parts["R_error"],
+            u_error=parts["u_error"] + u_noise / (4 * NOISE_AHEAD * drive.converter.u_dc_V),
+            i_gain=_gain_error(drive),
+            map_error=parts["map_error"],
+            psi_error=psi_error,
+            psi_zero=(1 + parts["map_error"]) * reads_zero + psi_error,
+            psi_max=(1 + parts["map_error"]) * aligned(machine.i_max_A) + psi_error,
         ),
         trial=_core.PhaseTrial(
             i=i_trial,
@@ -179,13 +188,6 @@ def diagnosis(drive: Drive) -> _core.Diagnosis | None:
             map_error=parts["map_error"],
             recent=patience,
         ),
-        R_error=parts["R_error"],
-        u_error=parts["u_error"] + u_noise / (4 * NOISE_AHEAD * drive.converter.u_dc_V),
-        i_gain=_gain_error(drive),
-        map_error=parts["map_error"],
-        psi_error=psi_error,
-        psi_zero=(1 + parts["map_error"]) * reads_zero + psi_error,
-        psi_max=(1 + parts["map_error"]) * aligned(machine.i_max_A) + psi_error,
         theta_error=_angle_error(drive, angle_step(drive)) + table.si["zero_error"],
         i_max=machine.i_max_A,
         patience=patience,
@@ -201,7 +203,7 @@ def flux_angle(drive: Drive) -> _core.FluxAngle | None:
     machine = drive.machine
     theta_error = names.theta_error - float(np.radians(angle_step(drive) / 2))
     fastest = drive.omega_nominal or guard.levels.omega_max
-    psi_error = names.psi_error
+    psi_error = names.flux.psi_error
     if drive.pairs_known:  # which are as wrong as the map
         coupling = drive.known().machine.coupling
         assert coupling is not None
@@ -214,8 +216,8 @@ def flux_angle(drive: Drive) -> _core.FluxAngle | None:
         zero_drift=theta_error * np.sqrt(machine.N_r * fastest / (2 * np.pi)),
         tau_drift=machine.greatest_torque,
         omega_error=machine.N_r * guard.levels.omega_max,
-        map_error=names.map_error,
-        R_error=names.R_error,
+        map_error=names.flux.map_error,
+        R_error=names.flux.R_error,
         psi_error=psi_error,
         i_noise=float(np.hypot(drive.sensing.i_noise, drive.sensing.i_step / np.sqrt(12))),
         i_zero=guard.i_zero,
