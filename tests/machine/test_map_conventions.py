@@ -8,8 +8,9 @@ import pytest
 
 from reluctance import ParameterError
 from reluctance.machine.maps import FluxTable, fit_lehuy, fit_two_term, identify
-from reluctance.machine.maps.conventions import _is_current, _is_noise, _offset, settled
+from reluctance.machine.maps.conventions import _is_current, settled
 from reluctance.machine.maps.fit import TwoTermFit
+from reluctance.machine.maps.no_current import is_noise, offset_of
 from reluctance.machine.maps.periods import _repeats, check_rises_once
 from reluctance.machine.maps.pulses import Pulse, Recording
 from reluctance.machine.maps.raw import RawMap
@@ -234,17 +235,17 @@ def test_flux_at_no_current_is_set_to_nothing_up_to_a_fiftieth(part, refused):
 def test_flux_at_no_current_is_noise_where_its_mean_and_its_neighbours_are_those_of_noise():
     """Of +a and -a: rms a, and 2/(n - 1) of the squares a change of sign makes of the ratio."""
     a = np.where(np.arange(36) % 2, 1.0, -1.0)
-    assert _is_noise(a[:8], 40.0) and not _is_noise(a[:7], 40.0)
-    assert _is_noise(0.0299 * a, 1.0) and not _is_noise(0.0301 * a, 1.0)
+    assert is_noise(a[:8], 40.0) and not is_noise(a[:7], 40.0)
+    assert is_noise(0.0299 * a, 1.0) and not is_noise(0.0301 * a, 1.0)
     # A mean of c: at most three times sqrt(1 + c^2)/6.
-    assert _is_noise(a + 0.57, 40.0) and not _is_noise(a + 0.585, 40.0)
-    assert _is_noise(a - 0.57, 40.0) and not _is_noise(a - 0.585, 40.0)
+    assert is_noise(a + 0.57, 40.0) and not is_noise(a + 0.585, 40.0)
+    assert is_noise(a - 0.57, 40.0) and not is_noise(a - 0.585, 40.0)
     for changes, noise in ((6, False), (7, True)):
         at = np.arange(25) // 4 if changes == 6 else np.arange(25) // 3
         slow = np.where(np.minimum(at, changes) % 2, 1.0, -1.0)
-        assert np.count_nonzero(np.diff(slow)) == changes and _is_noise(slow, 40.0) == noise
+        assert np.count_nonzero(np.diff(slow)) == changes and is_noise(slow, 40.0) == noise
     a[3] = np.nan
-    assert not _is_noise(a, 40.0)
+    assert not is_noise(a, 40.0)
 
 
 @pytest.mark.parametrize(("share", "shared"), [(0.49, False), (0.51, True), (1.49, True)])
@@ -254,9 +255,9 @@ def test_an_offset_is_shared_by_lines_through_the_next_two_rows(share, shared):
     i, slopes, at_zero = np.array([0.0, 2.0, 5.0]), np.array([0.03, 0.05, 0.09]), 0.004
     psi = share * at_zero + np.outer(i, slopes)
     psi[0] = at_zero - 0.001, at_zero, at_zero + 0.02
-    assert _offset(i, psi) == (at_zero if shared else 0.0)
-    assert _offset(i, -psi) == (-at_zero if shared else 0.0)
-    assert _offset(i[:2], psi[:2]) == 0.0
+    assert offset_of(i, psi) == (at_zero if shared else 0.0)
+    assert offset_of(i, -psi) == (-at_zero if shared else 0.0)
+    assert offset_of(i[:2], psi[:2]) == 0.0
 
 
 @pytest.mark.parametrize("seed", [8101, 8102, 8103])
@@ -271,9 +272,9 @@ def test_an_offset_is_found_between_coarse_currents_of_iron_that_saturates(seed)
         iron = most * (1 - np.exp(-random.uniform(1, 8) / i[-1] * np.outer(i, aligned)))
         psi = unaligned[:, None] + iron
         offset = random.choice([-1, 1]) * 10 ** random.uniform(-2.7, -1.72) * psi.max()
-        assert _offset(i, psi + offset) == pytest.approx(offset, rel=1e-9)
+        assert offset_of(i, psi + offset) == pytest.approx(offset, rel=1e-9)
         psi[0] = offset
-        assert _offset(i, psi) == 0.0
+        assert offset_of(i, psi) == 0.0
 
 
 def test_a_flux_of_the_other_sense_is_told_with_what_makes_it_right():

@@ -1,7 +1,6 @@
 """From a raw map to the project's convention: which axis, which quantity, which sign."""
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from reluctance.base.errors import ParameterError
 from reluctance.machine.maps.angles import (
@@ -14,20 +13,15 @@ from reluctance.machine.maps.angles import (
     whole_period,
     zero_of,
 )
+from reluctance.machine.maps.inverse import is_inverse, turned
+from reluctance.machine.maps.no_current import NO_FLUX, from_zero
 from reluctance.machine.maps.periods import first_period
 from reluctance.machine.maps.raw import RawMap
 from reluctance.machine.maps.table import Array, FluxTable
 
-NO_FLUX = 0.02  # of the largest flux linkage: more at 0 A is another axis, an offset or noise
-MOST_NOISE, LEAST_OF_NOISE = 0.03, 8  # rms, of the largest flux linkage; samples that tell it
-STRAIGHT, BENDS = 0.02, 0.05  # slopes of an inverse table: no saturation, and its opposite
 AT_REST = 0.01  # of the largest torque: less, aligned and unaligned, is none
 FALLS = 0.02  # of its rise: what noise and a flat top may take from the flux at an end; at a zero
 # that is 16 deg wrong it is (1 - cos 16 deg)/2
-EXCHANGED = (
-    "the columns of current and flux linkage look exchanged: the flux linkage rises ever faster "
-    "with the current, which no iron does; exchange their two names, each with its unit"
-)
 CHOICES = {
     "angle_unit": tuple(UNITS),
     "angle_kind": KINDS,
@@ -86,7 +80,7 @@ def settled(
     angle, psi, tau = _rising(angle, psi, tau, notes)
     unnamed = raw.layout is None  # names would say which of the two is the current
     if tau is None and (raw.inverse or (unnamed and is_inverse(i, psi))):
-        i, psi = _turned(i, psi, notes)
+        i, psi = turned(i, psi, notes)
     units = {u: size for u, size in UNITS.items() if unit in (u, None)}
     kinds = [kind] if kind else CHOICES["angle_kind"]
     given = [psi] if tau is None else [psi, tau]
@@ -113,46 +107,6 @@ def settled(
     if tau is None and reading.kind == "electrical":
         notes.append(f"N_r = {N_r} as stated: electrical angles without torque cannot tell")
     return FluxTable(N_r, i, theta_e, psi, tau, error, tuple(notes))
-
-
-def is_inverse(i: Array, psi: Array) -> bool:
-    """Whether a table bends upwards as current over flux linkage does: at no angle is the slope of
-    its last third below that of its first, as it is in every machine that saturates."""
-    third = len(i) // 3
-    return third > 1 and bool(i[0] == 0) and _steepens(*_slopes(i, psi, third))
-
-
-def _slopes(x: Array, y: Array, third: int) -> tuple[Array, Array]:
-    """Over the first and the last `third` steps of x, at each angle."""
-    first = (y[third] - y[0]) / (x[third] - x[0])
-    return first, (y[-1] - y[-1 - third]) / (x[-1] - x[-1 - third])
-
-
-def _steepens(first: Array, last: Array) -> bool:
-    if not (first > 0).all():
-        return False
-    return bool((last / first).min() > 1 - STRAIGHT and (last / first).max() > 1 + BENDS)
-
-
-def _turned(levels: Array, currents: Array, notes: list[str]) -> tuple[Array, Array]:
-    """Flux linkage over current, from current over flux linkage (`currents`, a row a level), up to
-    the current that every angle reaches."""
-    first, last = _slopes(levels, currents, max(1, len(levels) // 3))
-    if _steepens(last, first):  # the other way round: it is flux linkage over current
-        raise ParameterError(EXCHANGED)
-    if levels[0] != 0 or not (np.diff(currents, axis=0) > 0).all():
-        raise ParameterError(
-            "current over flux linkage, an inverse table, whose current does not rise from 0 with "
-            "the flux linkage at every angle; mend it, or export flux linkage over current"
-        )
-    top = float(currents[-1].min())
-    i = np.linspace(0, top, len(levels))
-    psi = np.stack([CubicSpline(of_angle, levels)(i) for of_angle in currents.T], axis=1)
-    notes.append(
-        f"an inverse table, current over flux linkage: turned, up to the {top:.4g} A that every "
-        f"angle reaches (of {currents.max():.4g} A; {levels[-1]:.4g} Wb at the most)"
-    )
-    return i, psi
 
 
 def _oriented(
@@ -198,7 +152,7 @@ def _is_current(axis: Array, psi: Array) -> bool:
     if len(flux) < 2 or axis.min() < 0:
         return False
     if axis.min() == 0:
-        return bool(np.abs(flux[0]).max() <= 0.02 * np.abs(flux).max())
+        return bool(np.abs(flux[0]).max() <= NO_FLUX * np.abs(flux).max())
     # Without a sample at zero: flux per current must not grow, as it does along an angle.
     ratio = flux[[0, -1]].mean(axis=1) / np.sort(axis)[[0, -1]]
     return bool(ratio[1] <= 1.05 * ratio[0] and (np.diff(flux, axis=0) > 0).mean() > 0.9)
@@ -233,58 +187,7 @@ def _currents(
             half = "multiply the currents by -1, and the flux linkages where they are negative, too"
         raise ParameterError(f"current = {i.min():g} A, need >= 0; {half}")
     i, psi, tau = _sorted("current", i, psi, tau, notes)
-    if i[0] > 0:
-        notes.append("row at 0 A added: no flux, no torque")
-        nothing = np.zeros((1, psi.shape[1]))
-        i, psi = np.append(0.0, i), np.vstack([nothing, psi])
-        tau = None if tau is None else np.vstack([nothing, tau])
-    elif np.abs(psi[0]).max() > NO_FLUX * np.nanmax(np.abs(psi)):
-        if not _is_noise(psi[0], np.nanmax(np.abs(psi))):
-            raise ParameterError(
-                f"flux at 0 A is {np.abs(psi[0]).max():.3g} Wb, need 0; axes are swapped: state "
-                "the layout; or the flux has an offset: subtract it; or it is noise: leave the "
-                "samples at 0 A out"
-            )
-        notes.append(
-            f"flux at 0 A, noise of {np.abs(psi[0]).max():.2g} Wb at most about 0, set to 0"
-        )
-        psi = np.vstack([np.zeros((1, psi.shape[1])), psi[1:]])
-    elif np.abs(psi[0]).max() > 0:
-        offset = _offset(i, psi)
-        if offset:
-            notes.append(f"an offset of {offset:.2g} Wb, seen at 0 A, taken off all fluxes")
-        else:
-            notes.append(f"flux of {np.abs(psi[0]).max():.2g} Wb at 0 A set to 0")
-        psi = np.vstack([np.zeros((1, psi.shape[1])), psi[1:] - offset])
-    return i, psi, tau
-
-
-def _is_noise(psi: Array, most: float) -> bool:
-    """Whether fluxes at 0 A, at rising angles, scatter about 0: their mean is within three of its
-    standard errors, and neighbours differ as much as any two of them, by J. von Neumann's ratio
-    (Annals of Mathematical Statistics 12(4), 1941), 1 for noise and near 0 for a curve."""
-    spread = float(np.sqrt(np.mean(psi**2)))
-    if len(psi) < LEAST_OF_NOISE or not np.isfinite(psi).all() or spread > MOST_NOISE * most:
-        return False
-    ratio = float(np.mean(np.diff(psi) ** 2)) / (2 * spread**2)
-    return bool(abs(psi.mean()) <= 3 * spread / np.sqrt(len(psi)) and ratio > 0.5)
-
-
-def _offset(i: Array, psi: Array) -> float:
-    """What the fluxes at 0 A share with those of all currents [Wb]: the parabola through the next
-    three rows goes there; else 0. Its angles are the quarter where a line through two of the rows
-    comes nearest to it: elsewhere saturation bends the curves between coarse currents."""
-    if len(i) < 3:
-        return 0.0
-    at_zero = float(np.median(psi[0]))
-    slope = np.diff(psi[1:], axis=0) / np.diff(i[1:])[:, None]
-    started = psi[1] - slope[0] * i[1]
-    if len(i) > 3:
-        bend = (slope[1] - slope[0]) / (i[3] - i[1]) * i[1] * i[2]
-        straight = np.argsort(np.abs(bend))[: max(1, len(bend) // 4)]
-        started = (started + bend)[straight]
-    apart = abs(float(np.median(started)) - at_zero)
-    return at_zero if apart < abs(at_zero) / 2 else 0.0
+    return from_zero(i, psi, tau, notes)
 
 
 def _rising(

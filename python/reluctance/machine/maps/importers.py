@@ -15,7 +15,8 @@ from reluctance.base.errors import ParameterError
 from reluctance.base.reading import MOST, is_number, numbers, read_text, reading
 from reluctance.base.sheet import sheet_rows
 from reluctance.machine.maps.cells import map_rows, text_rows, with_units
-from reluctance.machine.maps.conventions import EXCHANGED, is_inverse, settled
+from reluctance.machine.maps.conventions import settled
+from reluctance.machine.maps.inverse import EXCHANGED, is_inverse
 from reluctance.machine.maps.mat_file import passed_over, read_arrays
 from reluctance.machine.maps.raw import Column, RawMap, chosen
 from reluctance.machine.maps.table import Array, FluxTable
