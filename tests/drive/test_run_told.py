@@ -21,6 +21,7 @@ from reluctance.drive.run.estimate import Estimate, estimate
 from reluctance.drive.run.losses import switching_loss
 from reluctance.drive.run.record import WAVEFORMS
 from reluctance.drive.run.safety import (
+    beyond_angles,
     coarse_angle,
     coarse_current,
     drained,
@@ -480,6 +481,21 @@ def test_what_a_law_does_not_use_is_that_of_the_means_of_its_figures():
     assert handed_over(drive, Namespace(**figures, u_dc_max=300.0)) == []
     none = figures | {"tau_ref_mean": None, "u_dc_max": 280.0}
     assert handed_over(drive, Namespace(**none)) == [] and len(asked) == 2
+
+
+@pytest.mark.parametrize(
+    ("rpm", "said"), [(474, True), (476, False), (-3000, False), (3149, False), (-3151, True)]
+)
+def test_a_speed_beyond_a_table_of_angles_is_told_in_both_directions(rpm, said):
+    """The example's table is of 500 to 3000 rpm."""
+    drive = rl.load(EXAMPLES / "angle_table.toml")
+    lines = beyond_angles(drive, Namespace(speed_mean=rpm * RPM))
+    turns = f"angle_table.csv has angles from 500 to 3000 rpm, and the drive turns at {abs(rpm)}: "
+    assert [turns in line for line in lines] == [True] * said
+
+
+def test_fixed_angles_are_of_no_table(pulse):
+    assert beyond_angles(pulse, Namespace(speed_mean=1e4)) == []
 
 
 def test_a_source_that_takes_no_energy_is_charged_by_braking_and_one_that_does_is_not():

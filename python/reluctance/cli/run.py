@@ -28,6 +28,7 @@ from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.events import tripped, unready
 from reluctance.drive.run.radial_force import force_orders
 from reluctance.drive.run.safety import (
+    beyond_angles,
     coarse_angle,
     coarse_current,
     compared_truly,
@@ -115,7 +116,8 @@ def run(
     steady = is_steady(drive)
     unbegun = unready(result.events, end)
     idle = tripped(result.kpis.t_trip) or unbegun  # for a part of what is evaluated
-    handed = [] if idle else handed_over(drive, result.kpis)  # a mean with pauses is no point
+    # A mean with pauses is no point.
+    handed = [] if idle else [*handed_over(drive, result.kpis), *beyond_angles(drive, result.kpis)]
     notes = [
         *undiagnosed(drive),
         *never_planted(drive, end),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from reluctance.base.errors import ParameterError
-from reluctance.base.key_figures import Kpis
+from reluctance.base.key_figures import NOT_HELD, Kpis
 from reluctance.base.units import from_si
 from reluctance.drive.drive import Drive
 from reluctance.drive.guard.sequence_levels import sequence
 from reluctance.drive.guard.trip_levels import OVER_CURRENT, protection
+from reluctance.drive.laws.angle_table import read_angle_table
 from reluctance.drive.laws.own_code import names_code
 from reluctance.drive.run.columns import Rows
 from reluctance.drive.run.kpis import evaluated
@@ -107,6 +108,22 @@ def handed_over(drive: Drive, kpis: Kpis) -> list[str]:
     return [
         f"at {tau:.4g} N m and {from_si(omega_m, 'rpm'):.5g} rpm the law does not use [control] "
         f"{unused}. It follows the profile of the limit there (docs/control/voltage.md)"
+    ]
+
+
+def beyond_angles(drive: Drive, kpis: Kpis) -> list[str]:
+    """On one line, where the mean speed is outside the speeds of a table of angles."""
+    path = getattr(drive.control, "angle_table", None)
+    if path is None:
+        return []
+    omega = read_angle_table(path).omega
+    speed = abs(kpis.speed_mean)
+    if (1 - NOT_HELD) * omega[0] <= speed <= (1 + NOT_HELD) * omega[-1]:
+        return []
+    least, most = from_si(omega[[0, -1]], "rpm")
+    return [
+        f"{path} has angles from {least:.5g} to {most:.5g} rpm, and the drive turns at "
+        f"{from_si(speed, 'rpm'):.5g}: it keeps those of the nearest speed; add rows for this one"
     ]
 
 
