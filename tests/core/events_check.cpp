@@ -174,6 +174,24 @@ double in_pieces() {
   return worst;
 }
 
+/// The sensors show a step of the voltage and of the speed at its instant, before any order.
+double sensed_at_a_step() {
+  Plant<Coil, N> stepped = plant(120, true);
+  stepped.source = StiffSource{{{0, 4 * T_s, 4 * T_s, 1e6}, {240, 240, 200, 200}}};
+  stepped.shaft.omega = {{0, 7 * T_s, 7 * T_s, 1e6}, {120, 120, 90, 90}};
+  Run outside(stepped, 2e-6, {.T_s = T_s}, {}, constant(0), 0.1, {10e-6, {50, 240}, -1});
+  Tables none;
+  double worst = 0;
+  for (int sample = 0; sample < 10; ++sample) {
+    const Measurement<double, N> y = outside.sense();
+    worst = worst_of(
+        {worst, off(y.u_dc, sample < 4 ? 240 : 200), off(y.omega_m, sample < 7 ? 120 : 90)});
+    outside.obey(orders(sample));
+    outside.advance((sample + 1) * T_s, none.waveforms, none.periods);
+  }
+  return worst;
+}
+
 /// A winding of constant inductance with the rotor held: currents by algebra.
 constexpr double R = 0.5;
 
@@ -317,6 +335,7 @@ double link() {
 int main() {
   check("phases alone and together", alone_and_together(), 1e-7);
   check("a run in pieces", in_pieces(), 1e-8);
+  check("a step of voltage or speed: sensed at its instant", sensed_at_a_step(), 1e-9);
   check("faults of a winding, by algebra", faults(), 1e-6);
   check("a dc link that empties", link(), 2e-3);
   return failures == 0 ? 0 : 1;

@@ -112,3 +112,27 @@ def test_own_angles_of_braking_are_taken() -> None:
         drive("angles", 1500, -20, "control.brake_on_deg=200", "control.brake_off_deg=190")
     with pytest.raises(rl.ParameterError, match="needs both brake_on_deg and brake_off_deg"):
         drive("angles", 1500, -20, "control.brake_on_deg=200")
+
+
+@pytest.mark.parametrize(
+    ("tau", "speed", "motors", "brakes"),
+    [
+        ("1e-6", 1500, True, False),
+        ("-1e-6", 1500, False, True),
+        ("-1e-6", -1500, True, False),
+        ("0", 1500, False, False),
+        ("[0, 20]", 1500, True, False),
+        ("[-1e-3, 20]", 1500, False, False),
+        ("[0, -20]", 1500, False, True),
+    ],
+)
+def test_a_drive_motors_or_brakes_by_the_sign_of_its_power(
+    tau: str, speed: float, motors: bool, brakes: bool
+) -> None:
+    """However small, and a torque of zero is of both."""
+    key = "values" if tau.startswith("[") else "tau_Nm"
+    given = ["control.tau_max_Nm=40", f"reference.{key}={tau}", f"load.speed_rpm={speed}"]
+    if key == "values":
+        given += ["reference.t_s=[0, 0.01]", "reference.tau_Nm="]
+    known = rl.load(EXAMPLE, given).known()
+    assert (known.motors, known.brakes) == (motors, brakes)

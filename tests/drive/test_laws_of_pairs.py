@@ -106,6 +106,30 @@ def test_a_negative_torque_is_the_mirror_image(example, pairs, tmp_path):
     assert back == pytest.approx(ahead, rel=0.1)
 
 
+@pytest.mark.parametrize("pairs", ["add", "take", "unlike"])
+def test_shares_are_of_the_torque_that_the_pairs_leave(pairs, tmp_path):
+    """At any currents: the orders are those of a law without pairs that is asked for the rest."""
+    angles = {"control.theta_on_deg": 10.0, "control.theta_ov_deg": 30.0}
+    aware = drive(machine_file(tmp_path, PAIRS[pairs]), "sharing_cubic", **angles)
+    blind = aware.with_values({"control.pair_torque": False})
+    random = np.random.default_rng(41)
+    cut = 0
+    for reference in (2.0, -2.0, 0.1, -0.1):
+        for _ in range(20):
+            i, theta_e = random.uniform(0, I_MAX, 3), random.uniform(0, 2 * np.pi)
+            left = reference - float(aware.machine.coupling.tau(i, theta_e))
+            if left * reference < 0:
+                left, cut = 0.0, cut + 1
+            omega_m = np.copysign(100.0, reference)
+            y = _core.Measurement(i=list(i), theta_e=theta_e, omega_m=omega_m, u_dc=160.0)
+            orders = [
+                _core.step(given.controller(), y, asked)[:-1]
+                for given, asked in ((aware, reference), (blind, np.copysign(left, reference)))
+            ]
+            np.testing.assert_allclose(*orders, atol=1e-9)
+    assert 0 < cut < 40
+
+
 @pytest.mark.long
 def test_weak_pairs_change_little(tmp_path):
     """The law of pairs with hardly any is the law without them, to what their guides differ by."""

@@ -13,6 +13,7 @@ import reluctance as rl
 from reluctance.base.toml_file import read_toml
 from reluctance.explore.sweeps.fingerprint import fingerprint
 from reluctance.machine.geometry import geometry_machine
+from reluctance.machine.geometry.geometry_machine import geometry_of
 from reluctance.machine.geometry.solved import solved
 from reluctance.machine.geometry.steel_file import grade
 from reluctance.machine.library import flattened
@@ -142,3 +143,16 @@ def test_pairs_of_a_geometry_are_scaled_by_what_a_control_believes(monkeypatch):
     assert machine.computed(psi_factor=0.5, pair_factor=0.8).coupling == pytest.approx(0.4)
     monkeypatch.setattr(geometry_machine, "_coupling", lambda *_: None)
     assert machine.coupling is None
+
+
+def test_pairs_are_held_against_the_magnetics_that_were_solved(monkeypatch):
+    """Without the factors of what a control believes: those come later, for both alike."""
+    geometry = geometry_of(flattened(changed(map__coupling="pairs")), "[machine]")
+    monkeypatch.setattr(geometry_machine, "_magnetics", lambda *given: given)
+    monkeypatch.setattr(geometry_machine, "coupling_of", lambda *given: given)
+    text = geometry.model_dump_json()
+    pairs_of = geometry_machine._coupling.__wrapped__
+    found, magnetics, i_max = pairs_of(text, b"steel", 4, 12.0)
+    assert (found, i_max) == (geometry, 12.0) and magnetics == (text, b"steel", 4, 1.0)
+    alone = geometry_of(flattened(changed()), "[machine]").model_dump_json()
+    assert pairs_of(alone, b"steel", 4, 12.0) is None

@@ -391,3 +391,11 @@ def test_the_voltage_of_a_profile_is_the_mean_over_each_interval():
     i, psi = np.array([1.0, 3.0, 2.0]), np.array([0.1, 0.4, 0.2])
     assert _voltage(2.0, i, psi, 0.1) == pytest.approx(np.array([4 + 3, 5 - 2, 3 - 1]))
     assert _voltage(2.0, i, psi, -0.1) == pytest.approx(np.array([4 - 3, 5 + 2, 3 + 1]))
+
+
+def test_a_point_may_be_of_a_small_machine_without_resistance():
+    """Voltage and current have no least value; what is no number of theirs is refused."""
+    assert replace(POINT, i_max=0.5, u_dc=0.5, R=0.0).i_max == 0.5
+    for name, value in (("i_max", 0.0), ("u_dc", 0.0), ("R", -1e-9), ("omega_m", np.inf)):
+        with pytest.raises(ParameterError, match=f"{name} = "):
+            replace(POINT, **{name: value})

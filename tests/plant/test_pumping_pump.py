@@ -215,6 +215,7 @@ def test_a_pump_that_runs_out_is_answered_with_the_speed_at_which_it_does_not():
         ),
         ("Q_m3ph,H_m\n0,30\n10,29\n20,28", "need Q_m3ph, H_m and eta or p_shaft_W"),
         ("Q_m3ph,p [kPa],eta\n0,300,0", "`p` is the shaft power, and a pressure is a head"),
+        ("Pump 7,,\nQ_m3ph,p [kPa],eta\n0,300,0", "`p` is the shaft power, and a pressure is a"),
         ("Q_m3ph,H [bar],eta\n0,3,0", "multiply its numbers by 10.22 and name it `H [m]`"),
         ("Q_m3ph,H [psi],eta\n0,40,0", "multiply its numbers by 0.7043 and name it `H [m]`"),
         ("Q_m3ph,H_m,eta\n0,a,0", "data row 1, H_m: `a` is not a number"),
