@@ -111,8 +111,9 @@ struct Diagnosis {
     const bool in_doubt = x.doubted > 0;
     ++x.likeness.now;
     for (int k = 0; k < N; ++k) {
-      if (in_doubt || !x.phase[k].idle()) {
-        flux.step(x.phase[k], guard.acting[k], p, guard.i[k], y.i[k], u_dc);
+      auto& each = x.phase[k];
+      if (in_doubt || !each.idle()) {
+        flux.step(each, guard.acting[k], p, guard.i[k], y.i[k], u_dc);
       }
       if (in_doubt && x.doubted % (4U * N) != 4U * k) continue;
       ask_shown(x, p, machine, y, k);
