@@ -366,7 +366,7 @@ def test_flux_linkage_of_coupled_phases_is_within_what_is_counted_as_an_error():
     now = machine.coupling.psi(i[0], theta_e)[:, 0]
     i[1][:, 0] = 0.0
     before = machine.coupling.psi(i[1], draw.permutation(theta_e))[:, 0]
-    counted = diagnosis(drive).psi_error
+    counted = diagnosis(drive).flux.psi_error
     assert 0.5 * counted < np.abs(now - before).max() < counted / 1.1  # map_error_pct = 10
 
 
