@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from reluctance.base.errors import ParameterError
+from reluctance.machine.maps.single_row import NOISE, residuals, wrong_row
 from reluctance.machine.maps.single_sample import WrongSample, wrong_sample
 from reluctance.machine.maps.table import Array, FluxTable, around
 from reluctance.machine.maps.units import TORQUE_RMS, implausible, unit_error, unit_question
@@ -19,7 +20,6 @@ from reluctance.machine.maps.units import TORQUE_RMS, implausible, unit_error, u
 AREA = 0.02
 SYMMETRY = 0.005
 JUMP = 0.05  # of the largest torque, at a position where a smooth machine has none
-NOISE = 0.003
 ROW = 0.01
 SAMPLE = 0.005  # a sample of 744 that is off by 1 to 8 % makes the torque wrong by 0.6 to 3.4 % rms
 
@@ -108,7 +108,7 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
         area = _area_error(table)
     symmetry = None if table.half else _symmetry_error(table)
     noise = max(map(_noise, pieces))
-    row_error, row = max(_row_error(piece, noise) for piece in pieces)
+    row_error, row = max(wrong_row(piece, noise) for piece in pieces)
     wrong = wrong_sample(table)
     scale = unit_error(table, tau_W)
     figures = dict(
@@ -250,28 +250,6 @@ def _symmetry_error(table: FluxTable) -> float:
     return float(np.abs(table.psi - mirrored).max() / np.abs(table.psi).max())
 
 
-def _residuals(x: Array, values: Array) -> Array:
-    """Each inner row of `values` minus the cubic through its four neighbours, (n - 4, m)."""
-    rows = []
-    for n in range(2, len(x) - 2):
-        near = [n - 2, n - 1, n + 1, n + 2]
-        weights = [np.prod([(x[n] - x[b]) / (x[a] - x[b]) for b in near if b != a]) for a in near]
-        misfit = values[n] - np.asarray(weights) @ values[near]
-        rows.append(misfit / np.sqrt(1 + np.dot(weights, weights)))
-    return np.asarray(rows).reshape(-1, values.shape[1])
-
-
-def _from_one_side(x: Array, values: Array, side: int) -> Array:
-    """Each row minus the parabola through the three rows before it (side -1) or behind it (1), of
-    the row; three at each end are left out."""
-    rows = []
-    for n in range(3, len(x) - 3):
-        near = [n + side * k for k in (1, 2, 3)]
-        weights = [np.prod([(x[n] - x[b]) / (x[a] - x[b]) for b in near if b != a]) for a in near]
-        rows.append(1 - np.asarray(weights) @ values[near] / values[n])
-    return np.asarray(rows)
-
-
 def _noise(table: FluxTable) -> float:
     """Random part of flux [of its maximum]: the smaller of the estimates along angle and current.
 
@@ -281,45 +259,11 @@ def _noise(table: FluxTable) -> float:
     estimates = []
     for x, values in ((table.theta_e, table.psi.T), (table.i, table.psi)):
         if len(x) >= 7:
-            residuals = _residuals(x, values)
+            misfits = residuals(x, values)
             if len(x) >= 9:  # smooth parts cancel once more between neighbours
-                residuals = (residuals[1:-1] - (residuals[2:] + residuals[:-2]) / 2) * 0.55
-            estimates.append(1.4826 * np.median(np.abs(residuals[:, values.max(axis=0) > 0])))
+                misfits = (misfits[1:-1] - (misfits[2:] + misfits[:-2]) / 2) * 0.55
+            estimates.append(1.4826 * np.median(np.abs(misfits[:, values.max(axis=0) > 0])))
     return float(min(estimates) / np.abs(table.psi).max()) if estimates else 0.0
-
-
-def _row_error(table: FluxTable, noise: float) -> tuple[float, str]:
-    """Largest scale error of one row against its neighbours, and which row.
-
-    A row off by d leaves d in its own residual and -2/3 d in the next; the second difference of the
-    residuals lifts that pattern by 5/3 above the smooth misfit of a coarse grid. A row counts where
-    it stands out four times from the other rows and from the noise.
-
-    A corner of the flux linkage, as where the poles of a machine with a short gap begin to overlap,
-    leaves nearly the same pattern. But the rows of one side of it continue to it, and a row that is
-    off by d is off by d, or half of it at least, from both sides.
-    """
-    worst, name = 0.0, ""
-    inner = table.psi[1:]
-    cases = (
-        (np.degrees(table.theta_e), inner.T, "deg el."),
-        (table.i[1:], inner, "A"),
-    )
-    for x, values, unit in cases:
-        if len(x) < 9:
-            continue
-        relative = _residuals(x, values) * np.sqrt(1 + 34 / 36) / values[2:-2]
-        pattern = (relative[1:-1] - (relative[2:] + relative[:-2]) / 2) * 3 / 5
-        sides = [np.median(_from_one_side(x, values, side), axis=1) for side in (-1, 1)]
-        off = np.median(pattern, axis=1)
-        both = np.all([side * np.sign(off) > np.abs(off) / 2 for side in sides], axis=0)
-        score = np.where(both, np.abs(off), 0.0)
-        n = int(score.argmax())
-        others = np.delete(score, range(max(0, n - 3), min(len(score), n + 4)))
-        scatter = noise * table.psi.max() / np.median(values[n + 3]) / np.sqrt(values.shape[1])
-        if others.size and score[n] > max(4 * np.median(others), 4 * scatter, worst):
-            worst, name = float(score[n]), f"row at {x[n + 3]:g} {unit}"
-    return worst, name
 
 
 def _worst_fall(table: FluxTable) -> str:

@@ -5,8 +5,9 @@ from collections.abc import Iterable
 from rich.table import Table
 from rich.text import Text
 
-from reluctance.machine.maps.check import AREA, NOISE, ROW, SAMPLE, SYMMETRY, MapReport
+from reluctance.machine.maps.check import AREA, ROW, SAMPLE, SYMMETRY, MapReport
 from reluctance.machine.maps.fit import LeHuyFit, TwoTermFit
+from reluctance.machine.maps.single_row import NOISE
 from reluctance.machine.maps.units import TORQUE_RMS
 
 Row = tuple[str, str, str]
