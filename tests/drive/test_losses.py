@@ -1,10 +1,12 @@
 """Losses beside the loop, and the energy loop: against closed forms and against the balance."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command import command
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -214,6 +216,15 @@ def test_copper_loss_follows_the_winding_temperature():
     assert hot.i_rms == pytest.approx(cold.i_rms, rel=0.01)
     ratio = (hot.p_cu / hot.i_rms**2) / (cold.p_cu / cold.i_rms**2)
     assert ratio == pytest.approx(1 + 0.00393 * 100, rel=2e-3)
+
+
+def test_the_areas_of_the_loops_are_in_the_json_of_a_run(tmp_path):
+    line = ("run", EXAMPLES / "single_pulse.toml", "--json", "--energy-loop", tmp_path / "l.png")
+    found = json.loads(command(*line).out)["energy_loop"]
+    assert [loop["phase"] for loop in found] == ["a", "b", "c"]
+    for loop in found:
+        assert loop["area_J"] == pytest.approx(loop["work_J"], rel=1e-3)
+        assert loop["work_J"] == pytest.approx(17.6, rel=0.01)
 
 
 @pytest.mark.parametrize("record", [0.0, 10e-6])

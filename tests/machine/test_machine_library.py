@@ -237,6 +237,15 @@ def test_a_map_is_fitted_once_and_again_when_its_file_changes(paper_map, tmp_pat
     assert at(other, 50.0, 2.0)[0, PSI] == pytest.approx(1.1 * before, rel=1e-6)
 
 
+def test_a_current_of_the_other_sign_turns_the_flux_linkage_alone():
+    machine = rl.load(Path(__file__).parents[2] / "examples/paper_rated.toml").machine
+    i, theta_e = np.array([[3.0], [80.0], [0.0]]), np.linspace(0, 7, 9)
+    assert (machine.psi(-i, theta_e) == -machine.psi(i, theta_e)).all()
+    assert (machine.co_energy(-i, theta_e) == machine.co_energy(i, theta_e)).all()
+    assert (machine.tau(-i, theta_e) == machine.tau(i, theta_e)).all()
+    assert machine.psi(-10.0, np.pi) == -machine.psi(10.0, np.pi) < 0
+
+
 def test_psi_factor_scales_flux_and_torque(paper_map):
     longer = machine_from({**paper_map[1], "psi_factor": 1.2})
     assert at(longer, 80.0, 1.0) == pytest.approx(

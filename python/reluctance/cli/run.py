@@ -142,8 +142,9 @@ def run(
         )
         faults = [{"t_s": t, "fault": str(fault)} for t, fault in result.faults]
         planted = {"faults": faults} if faults else {}
+        areas = {"energy_loop": [loop.with_units() for loop in found]} if found else {}
         radial = {"radial_force": [x.with_units() for x in force_orders(result)]} if forces else {}
-        more = {**learned, **followed, **entered, **planted, **radial}
+        more = {**learned, **followed, **entered, **planted, **areas, **radial}
         print(json.dumps({**result.kpis.with_units(), **more}))
     else:
         Console().print(kpi_table(drive.name, result.kpis, devices=drive.converter.has_drops))

@@ -122,8 +122,9 @@ class MachineFile(Section):
         )
 
     def psi(self, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
-        """Flux linkage of one phase [Wb] at currents [A] and electrical angles [rad], broadcast."""
-        return self._column(0, i, theta_e)
+        """Flux linkage of one phase [Wb] at currents [A] and electrical angles [rad], broadcast; it
+        has the sign of the current, and the other two have none."""
+        return np.copysign(self._column(0, i, theta_e), i)
 
     def co_energy(self, i: ArrayLike, theta_e: ArrayLike) -> NDArray[np.float64]:
         """Co-energy of one phase [J], likewise: psi and tau are its derivatives."""
@@ -137,7 +138,7 @@ class MachineFile(Section):
         """One of the columns of `_core.magnetics`."""
         i, theta_e = np.broadcast_arrays(np.asarray(i, float), np.asarray(theta_e, float))
         turned = np.mod(theta_e, 2 * np.pi)
-        flat = _core.magnetics(self.magnetics, i.ravel().copy(), turned.ravel().copy())
+        flat = _core.magnetics(self.magnetics, np.abs(i).ravel(), turned.ravel().copy())
         return np.asarray(flat[:, column]).reshape(i.shape)
 
 

@@ -18,7 +18,7 @@ from reluctance import _core
 from reluctance.base.arrays import FloatArray
 from reluctance.base.errors import ParameterError
 from reluctance.base.figures import check_figure, save_figure
-from reluctance.base.phases import phase_name
+from reluctance.base.phases import LETTERS, phase_name
 from reluctance.base.picture import Picture
 from reluctance.drive.run.result import Result
 
@@ -39,6 +39,10 @@ class EnergyLoop:
     def difference(self) -> float:
         """(area - work)/work; 0 where there is no work [1]."""
         return (self.area - self.work) / abs(self.work) if self.work != 0 else 0.0
+
+    def with_units(self) -> dict[str, str | float]:
+        """As `run --json` has it."""
+        return {"phase": LETTERS[self.k], "area_J": self.area, "work_J": self.work}
 
 
 def energy_loops(result: Result) -> list[EnergyLoop]:
