@@ -10,7 +10,7 @@ using namespace srm;
 namespace {
 
 constexpr double T_s = 1e-4;
-constexpr Leg still = Leg::freewheel, up = Leg::magnetize;
+constexpr Leg down = Leg::demagnetize, still = Leg::freewheel, up = Leg::magnetize;
 
 /// What an order may do over a sample, against the window at every angle that the rotor may have.
 double expectations() {
@@ -52,6 +52,10 @@ double expectations() {
   least_most(1, 0.5, -1, -1);
   least_most(1.5, -0.5, -1, -1);
   const auto timer = expected(pulse(still, up, 1e-5, 4e-5), 1.0, 0.1, 0.1, 0.2, T_s);
+  PhaseCommand<double> full = hold<double>(up);  // all edges within the sample
+  full.leg = {up, down, up, down, up};
+  full.t_edge = {0.1 * T_s, 0.2 * T_s, 0.3 * T_s, 0.5 * T_s};
+  worst = worst_of({worst, off(expected(full, 1.0, 0.1, 0.1, 0.2, T_s).least, 0.4)});
   PhaseCommand<double> none = regulate(0.0, 0.5, still), open{};
   none.gate = open.gate = Gate::window;
   none.theta_off = open.theta_off = 3;

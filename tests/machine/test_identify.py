@@ -2,9 +2,11 @@
 
 import json
 from importlib import import_module
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from command import command
 from on_the_bench import bench_drive
 from test_map_cli import MACHINE, reluctance
 
@@ -302,3 +304,22 @@ def test_the_spline_over_both_signs_is_odd_and_its_curvature_is_kept_even(monkey
             assert found(s) == pytest.approx(d, abs=1e-6)
     cube = np.arange(1.0, kept[0].shape[1] + 1) ** 3
     assert kept[0] @ cube == pytest.approx(np.full(len(kept[0]), 6.0))
+
+
+def test_a_table_that_the_check_refuses_is_written_and_told(captures, tmp_path, monkeypatch):
+    files = [write(tmp_path / f"{n}.csv", rows) for n, rows in enumerate(captures)]
+    angles = [text for angle in ANGLES for text in ("--angle", f"{angle:g}")]
+    line = ("map", "identify", *files, *angles, "--R_ohm", R, "--N_r", 6)
+    line += ("--angle_kind", "electrical", "--out", tmp_path / "map.csv")
+    assert "next: " in command(*line).out
+    (tmp_path / "map.csv").unlink()
+    asked = []
+
+    def refusal(table):
+        asked.append(table)
+        return SimpleNamespace(reasons=("the last row is off",))
+
+    monkeypatch.setattr(rl.maps, "check_map", refusal)
+    told = command(*line)
+    assert told.code == 1 and told.out.endswith("refused: the last row is off\n")
+    assert (tmp_path / "map.csv").exists() and len(asked) == 1

@@ -62,8 +62,9 @@ def identify(
     ] = None,
     i_max: MaxCurrent = None,
 ) -> None:
-    """Make a flux table of voltage pulses from a bench. By oscilloscope or firmware."""
-    from reluctance.machine.maps import identify, read_pulses, write_map
+    """Make a flux table of voltage pulses from a bench. By oscilloscope or firmware; exit code 1
+    where `map check` refuses the table."""
+    from reluctance.machine.maps import check_map, identify, read_pulses, write_map
     from reluctance.machine.maps.importers import MAP_COLUMNS
 
     if pairs is not None:
@@ -99,6 +100,10 @@ def identify(
     for note in found.table.notes:
         print(f"read as: {note}")
     print(f"wrote {out}, to {found.table.i[-1]:.4g} A")
+    if reasons := check_map(found.table).reasons:
+        for reason in reasons:
+            print(f"refused: {reason}")
+        raise typer.Exit(1)
     print(
         f"next: reluctance map import {out} --N_r {poles} --angle_kind electrical --R_ohm {R:g} "
         "--N_s POLES --J_kgm2 KGM2 --out MACHINE.toml"
