@@ -1,11 +1,10 @@
 """A row of a flux table, at one angle or one current, that is of another run or scale.
 
-Inside a table it is held against its neighbours, and so are the first and the last angle: flux
-linkage is even about unaligned and aligned. The ends of the current have neighbours on one side
-alone. There iron tells: the inductance of no phase rises with its current. So the last row is not
-above the line through the two before it, nor the first below the line from zero to the second. The
-line through the first two begins at zero where nothing saturates, as unaligned, and above it
-elsewhere.
+Inside a table it is held against its neighbours. So are the first and the last angle, as flux
+linkage is even about unaligned and aligned. At the ends of the current, iron tells: the incremental
+inductance of no phase rises with its current. So the last row is not above the line through the two
+before it, nor the first below the line from zero to the second. The line through the first two
+begins at zero where nothing saturates, as unaligned, and above it elsewhere.
 """
 
 import numpy as np
@@ -34,8 +33,13 @@ def _from_one_side(x: Array, values: Array, side: int) -> Array:
     for n in range(3, len(x) - 3):
         near = [n + side * k for k in (1, 2, 3)]
         weights = [np.prod([(x[n] - x[b]) / (x[a] - x[b]) for b in near if b != a]) for a in near]
-        rows.append(1 - np.asarray(weights) @ values[near] / values[n])
+        rows.append((values[n] - np.asarray(weights) @ values[near]) / _size(values[n]))
     return np.asarray(rows)
+
+
+def _size(values: Array) -> Array:
+    """What errors are relative to: nothing is relative to nothing."""
+    return np.where(values > 0, values, np.inf)
 
 
 def wrong_row(table: FluxTable, noise: float) -> tuple[float, str]:
@@ -65,7 +69,7 @@ def _inner(table: FluxTable, noise: float) -> tuple[float, str]:
     for x, values, unit in cases:
         if len(x) < 9:
             continue
-        relative = residuals(x, values) * np.sqrt(1 + 34 / 36) / values[2:-2]
+        relative = residuals(x, values) * np.sqrt(1 + 34 / 36) / _size(values[2:-2])
         pattern = (relative[1:-1] - (relative[2:] + relative[:-2]) / 2) * 3 / 5
         sides = [np.median(_from_one_side(x, values, side), axis=1) for side in (-1, 1)]
         off = np.median(pattern, axis=1)
@@ -73,7 +77,8 @@ def _inner(table: FluxTable, noise: float) -> tuple[float, str]:
         score = np.where(both, np.abs(off), 0.0)
         n = int(score.argmax())
         others = np.delete(score, range(max(0, n - 3), min(len(score), n + 4)))
-        scatter = noise * table.psi.max() / np.median(values[n + 3]) / np.sqrt(values.shape[1])
+        size = np.median(_size(values[n + 3]))
+        scatter = noise * table.psi.max() / size / np.sqrt(values.shape[1])
         if others.size and score[n] > max(4 * np.median(others), 4 * scatter, worst):
             worst, name = float(score[n]), f"row at {x[n + 3]:g} {unit}"
     return worst, name
@@ -88,17 +93,14 @@ def _end_angles(table: FluxTable, noise: float) -> list[tuple[float, str]]:
     theta, psi = table.theta_e, table.psi[1:]
     for name, order in ((0, slice(0, 4)), (180, slice(-1, -5, -1))):
         rows, x = psi[:, order].T, np.abs(theta[order] - theta[order][0])
-        ways = [_to_zero(x[1:3] ** 2), _to_zero(x[2:] ** 2), _to_zero(x[1:])]
-        parts = rows[1:3], rows[2:], rows[1:]
-        off = [
-            float(np.median(1 - way @ part / rows[0]))
-            for way, part in zip(ways, parts, strict=True)
-        ]
+        near, far = _to_zero(x[1:3] ** 2) @ rows[1:3], _to_zero(x[2:] ** 2) @ rows[2:]
+        ways = near, far, _to_zero(x[1:]) @ rows[1:]
+        off = [float(np.median(rows[0] - way)) for way in ways]
         least, most = sorted(map(abs, off))[:: len(off) - 1]
-        scatter = 8 * noise * psi.max() / np.median(rows[0]) / np.sqrt(len(psi))
         alike = abs(sum(map(np.sign, off))) == len(off) and most < 1.2 * least
-        if alike and least > scatter:
-            found.append((abs(off[0]), f"row at {name} deg el."))
+        if alike and least > 8 * noise * psi.max() / np.sqrt(len(psi)):
+            expected = float(np.median(rows[0])) - off[0]
+            found.append((abs(off[0] / expected), f"row at {name} deg el."))
     return found
 
 
@@ -112,17 +114,18 @@ def _end_currents(table: FluxTable, noise: float) -> list[tuple[float, str]]:
     i, psi = table.i, table.psi
     most = float(psi.max())
 
-    def off(excess: Array, of: Array) -> float:
+    def off(excess: Array, expected: Array) -> float:
         """The median over the angles, where it is above the noise of three rows, and more of the
         largest flux linkage than noise may be: what a repair leaves is of this size."""
         scatter = most * max(4 * noise * np.sqrt(6 / excess.size), NOISE)
         median = float(np.median(excess))
-        return median / float(np.median(of)) if median > scatter else 0.0
+        return median / float(np.median(expected)) if median > scatter else 0.0
 
     line = psi[-2] + (psi[-2] - psi[-3]) * (i[-1] - i[-2]) / (i[-2] - i[-3])
+    chord = psi[2] * i[1] / i[2]
     found = [
-        (off(psi[-1] - line, psi[-1]), f"row at {i[-1]:g} A"),
-        (off(psi[2] * i[1] / i[2] - psi[1], psi[1]), f"row at {i[1]:g} A"),
+        (off(psi[-1] - line, line), f"row at {i[-1]:g} A"),
+        (off(chord - psi[1], chord), f"row at {i[1]:g} A"),
     ]
     begun = psi[1] - (psi[2] - psi[1]) * i[1] / (i[2] - i[1])  # at or above zero, as iron bends
     least = float(begun.min())  # unaligned, nothing saturates
