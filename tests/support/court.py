@@ -25,6 +25,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGE, HEADERS, TESTS = ROOT / "python" / "reluctance", ROOT / "include", ROOT / "tests"
 CHECK = "test_core.py::test_core_check_holds["  # of headers alone: needs no core built with them
 MOST = 60  # processor time of the tests that judge a change [s]
+CHEAP = 0.02  # of a test that judges besides [s]
 SURFACE = "tests/cli/test_surface.py::"  # reads what is declared outside of functions
 LIMIT = 120  # of one test, which takes 10 s at most; more is an endless loop [s]
 LEFT_OUT = (".*", "build", "out", "dist", "__pycache__", "*.so", "node_modules")
@@ -141,7 +142,8 @@ def judges(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
     Those that call the changed function, the cheapest first, or read what is declared outside of
     all; and, of the folders that the file belongs to, those of the files that name what was
     changed, then the cheapest. Each list has a case of every test function before a second of any.
-    They end after MOST seconds, of which those that call the function take what they need first.
+    They end after MOST seconds, of which those that call the function take what they need first;
+    CHEAP ones count nothing.
     """
     rank = {file: n for n, file in enumerate(nearest(mutant.names))}
     own = folders(mutant.file)
@@ -183,8 +185,9 @@ def by_turns(tests: Iterable[Test]) -> list[Test]:
 def _within(tests: Iterable[Test], seconds: float) -> list[Test]:
     found: list[Test] = []
     for test in tests:
-        if test.cost <= seconds:
-            seconds -= test.cost
+        cost = test.cost if test.cost > CHEAP else 0.0
+        if cost <= seconds:
+            seconds -= cost
             found.append(test)
     return found
 
