@@ -52,6 +52,19 @@ def test_rows_at_the_ends_are_told_with_their_error(name):
     assert report.row_error == pytest.approx(error, rel=0.2)
 
 
+@pytest.mark.parametrize("angle", [0, 180])
+def test_a_whole_period_is_judged_at_both_positions(angle):
+    half, theta = table(), np.linspace(0, 2 * np.pi, 61)
+    psi = np.hstack([half.psi, half.psi[:, -2::-1]])
+    good = replace(half, theta_e=theta, psi=psi)
+    assert check_map(good).row_error < 0.01
+    wrong = psi.copy()
+    wrong[:, np.isclose(np.degrees(theta) % 360, angle)] *= 1.06
+    report = check_map(replace(good, psi=wrong))
+    assert report.row_error == pytest.approx(0.06, rel=0.25)
+    assert any(line.startswith(f"row at {angle} deg el. is off by") for line in report.reasons)
+
+
 @pytest.mark.parametrize("begins", [0.0, 0.2, 0.31])
 @pytest.mark.parametrize("ends", [0.7, 0.93, 1.0])
 @pytest.mark.parametrize("sharp", [1.0, 3.0, 9.0])

@@ -13,6 +13,13 @@ from reluctance.machine.maps.no_current import NO_FLUX
 from reluctance.machine.maps.table import Array, FluxTable
 
 NOISE = 0.003  # of the largest flux linkage; a table with more is refused
+ALIKE = 1.2  # largest over least of errors that say the same
+
+
+def polynomial(x: Array, at: float) -> Array:
+    """Weights (n,) of the values at x (n,) in what the polynomial through them is at another place,
+    by J.-L. Lagrange."""
+    return np.array([np.prod([(at - b) / (a - b) for b in x if b != a]) for a in x])
 
 
 def residuals(x: Array, values: Array) -> Array:
@@ -20,8 +27,8 @@ def residuals(x: Array, values: Array) -> Array:
     rows = []
     for n in range(2, len(x) - 2):
         near = [n - 2, n - 1, n + 1, n + 2]
-        weights = [np.prod([(x[n] - x[b]) / (x[a] - x[b]) for b in near if b != a]) for a in near]
-        misfit = values[n] - np.asarray(weights) @ values[near]
+        weights = polynomial(x[near], x[n])
+        misfit = values[n] - weights @ values[near]
         rows.append(misfit / np.sqrt(1 + np.dot(weights, weights)))
     return np.asarray(rows).reshape(-1, values.shape[1])
 
@@ -32,8 +39,7 @@ def _from_one_side(x: Array, values: Array, side: int) -> Array:
     rows = []
     for n in range(3, len(x) - 3):
         near = [n + side * k for k in (1, 2, 3)]
-        weights = [np.prod([(x[n] - x[b]) / (x[a] - x[b]) for b in near if b != a]) for a in near]
-        rows.append((values[n] - np.asarray(weights) @ values[near]) / _size(values[n]))
+        rows.append((values[n] - polynomial(x[near], x[n]) @ values[near]) / _size(values[n]))
     return np.asarray(rows)
 
 
@@ -45,8 +51,7 @@ def _size(values: Array) -> Array:
 def wrong_row(table: FluxTable, noise: float) -> tuple[float, str]:
     """Largest scale error of one row [1], and which row; 0.0 and "" where there is none. noise: of
     the flux linkage, of its maximum."""
-    angles = _end_angles(table, noise) if table.half else []
-    return max(_inner(table, noise), *angles, *_end_currents(table, noise))
+    return max(_inner(table, noise), *_end_angles(table, noise), *_end_currents(table, noise))
 
 
 def _inner(table: FluxTable, noise: float) -> tuple[float, str]:
@@ -85,28 +90,25 @@ def _inner(table: FluxTable, noise: float) -> tuple[float, str]:
 
 
 def _end_angles(table: FluxTable, noise: float) -> list[tuple[float, str]]:
-    """The first and the last angle of a half period, where three continuations to it agree with
+    """The first angle, and the last of a half period, where three continuations to it agree with
     each other and not with it: the even parabolas through the first two and the next two rows
     beside it, and the parabola through three. At or near a corner of the flux linkage they differ.
     """
     found = []
     theta, psi = table.theta_e, table.psi[1:]
-    for name, order in ((0, slice(0, 4)), (180, slice(-1, -5, -1))):
+    ends = (0, slice(0, 4)), (180, slice(-1, -5, -1))
+    for name, order in ends if table.half else ends[:1]:
         rows, x = psi[:, order].T, np.abs(theta[order] - theta[order][0])
-        near, far = _to_zero(x[1:3] ** 2) @ rows[1:3], _to_zero(x[2:] ** 2) @ rows[2:]
-        ways = near, far, _to_zero(x[1:]) @ rows[1:]
+        near = polynomial(x[1:3] ** 2, 0.0) @ rows[1:3]
+        far = polynomial(x[2:] ** 2, 0.0) @ rows[2:]
+        ways = near, far, polynomial(x[1:], 0.0) @ rows[1:]
         off = [float(np.median(rows[0] - way)) for way in ways]
         least, most = sorted(map(abs, off))[:: len(off) - 1]
-        alike = abs(sum(map(np.sign, off))) == len(off) and most < 1.2 * least
+        alike = abs(sum(map(np.sign, off))) == len(off) and most < ALIKE * least
         if alike and least > 8 * noise * psi.max() / np.sqrt(len(psi)):
             expected = float(np.median(rows[0])) - off[0]
             found.append((abs(off[0] / expected), f"row at {name} deg el."))
     return found
-
-
-def _to_zero(x: Array) -> Array:
-    """Weights of values at x (n,) in what the polynomial through them is at 0."""
-    return np.array([np.prod([b / (b - a) for b in x if b != a]) for a in x])
 
 
 def _end_currents(table: FluxTable, noise: float) -> list[tuple[float, str]]:

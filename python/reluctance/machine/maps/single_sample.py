@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reluctance.machine.maps.single_row import polynomial
 from reluctance.machine.maps.table import Array, FluxTable
 
 # Evidence (2026-11-27): of 22120 tables, of the library and of formulae with sharp corners and
@@ -88,8 +89,8 @@ def _off(x: Array, values: Array, first: int, count: int) -> tuple[Array, Array]
     for n in range(first, first + count):
         start = min(n - 2, len(x) - 5)
         near = [m for m in range(start, start + 5) if m != n]
-        weights = [np.prod([(x[n] - x[b]) / (x[a] - x[b]) for b in near if b != a]) for a in near]
-        rows.append(values[n] - np.asarray(weights) @ values[near])
+        weights = polynomial(x[near], x[n])
+        rows.append(values[n] - weights @ values[near])
         noise.append(np.sqrt(1 + np.dot(weights, weights)))
     return np.asarray(rows), np.asarray(noise)[:, None]
 
