@@ -311,3 +311,19 @@ def test_an_override_without_a_value_removes_the_key(empty):
 def test_resistance_follows_the_winding_temperature():
     drive = drive_from(tables(machine__temp_w_degC=120.0))
     assert pytest.approx(0.72 * 1.393) == drive.machine.R
+
+
+@pytest.mark.parametrize(
+    ("known_at", "run_at"), [(80.0, 20.0), (120.0, 20.0), (20.0, 120.0), (80.0, 80.0), (0.0, 95.0)]
+)
+def test_a_resistance_known_warm_and_one_known_cold_are_of_one_winding(known_at, run_at):
+    """IEC 60028: 0.393 % per kelvin, of the resistance at 20 degC wherever the value is known."""
+    drive = drive_from(tables(machine__temp_R_degC=known_at, machine__temp_w_degC=run_at))
+    at_20 = 0.72 / (1 + 0.00393 * (known_at - 20.0))
+    assert drive.machine.R == pytest.approx(at_20 * (1 + 0.00393 * (run_at - 20.0)), rel=1e-12)
+
+
+def test_a_resistance_holds_at_its_own_temperature():
+    """To the last bit: the tables of the docs hang on it."""
+    same = {"machine__temp_R_degC": 100.0, "machine__temp_w_degC": 100.0}
+    assert drive_from(tables(**same)).machine.R == 0.72

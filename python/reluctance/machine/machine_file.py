@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from reluctance import _core
 from reluctance.base.schema import Section, checked
-from reluctance.machine.copper import COPPER_COEFFICIENT
+from reluctance.machine.copper import resistance_ratio
 from reluctance.machine.loss_data import Iron
 from reluctance.machine.models import Magnetics, PhaseMagnetics
 from reluctance.machine.operating_point import OperatingPoint
@@ -35,7 +35,7 @@ class MachineFile(Section):
     N_r: int = Field(gt=0)  # rotor poles
     n_phases: int = Field(ge=2, le=6)
     R_ohm: float = Field(ge=0)  # of one phase, at temp_R_degC
-    temp_R_degC: float = 20.0
+    temp_R_degC: float = Field(20.0, gt=-200, le=300)
     temp_w_degC: float = Field(20.0, gt=-200, le=300)  # winding temperature of the run
     i_max_A: float = Field(gt=0)  # current limit of the drive
     J_kgm2: float = Field(gt=0)  # rotor inertia
@@ -57,7 +57,7 @@ class MachineFile(Section):
     @property
     def R(self) -> float:
         """Phase resistance at the winding temperature [ohm]."""
-        return self.R_ohm * (1 + COPPER_COEFFICIENT * (self.temp_w_degC - self.temp_R_degC))
+        return self.R_ohm * resistance_ratio(self.temp_w_degC, self.temp_R_degC)
 
     @classmethod
     def from_table(cls, table: dict[str, Any], where: str) -> Self:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.constants import mu_0
 
 from reluctance.base.errors import ParameterError
-from reluctance.machine.copper import COPPER_COEFFICIENT, COPPER_RESISTIVITY
+from reluctance.machine.copper import COPPER_RESISTIVITY, resistance_ratio
 from reluctance.machine.geometry.elements import Elements
 from reluctance.machine.geometry.mesh import STEEL, Mesh
 from reluctance.machine.geometry.position import at_angle
@@ -60,7 +60,7 @@ def by_products(
     end = 2 * section.half_width_s + np.pi / 2 * thickness
     turn = 2 * (stack + end)
     area = slot_fill * aligned.coil_area / winding.turns
-    rho = COPPER_RESISTIVITY * (1 + COPPER_COEFFICIENT * (temperature_degC - 20.0))
+    rho = COPPER_RESISTIVITY * resistance_ratio(temperature_degC)
     R_coil = rho * winding.turns * turn / area
     per_path = n_coils / winding.parallel_paths
     L_coil = END_PERMEANCE * mu_0 * winding.turns**2 * 2 * end

@@ -14,7 +14,7 @@ from reluctance.base.errors import Note, ParameterError
 from reluctance.base.figures import save_figure
 from reluctance.base.picture import Picture
 from reluctance.base.toml_file import read_toml
-from reluctance.machine.copper import COPPER_COEFFICIENT
+from reluctance.machine.copper import resistance_ratio
 from reluctance.machine.coupling import Coupling
 from reluctance.machine.geometry.coupling_of import coupling_of
 from reluctance.machine.geometry.file import Geometry
@@ -103,7 +103,7 @@ class FromGeometry:
         R = f"R = {f['R_ohm']:.4g} ohm at {warm}"
         if g.R_ohm is not None:
             T = g.winding.temperature_degC if g.temp_w_degC is None else g.temp_w_degC
-            run = g.R_ohm * (1 + COPPER_COEFFICIENT * (T - 20.0))
+            run = g.R_ohm * resistance_ratio(T)
             R = f"R = {g.R_ohm:g} ohm as given at 20 degC, {run:.4g} ohm at {T:g} degC in the run "
             R += f"(computed: {s.R_ohm:.4g} ohm at {warm})"
         J = f"J = {f['J_kgm2']:.3g} kg m2"
@@ -213,7 +213,7 @@ def _far_from_computed(g: Geometry, s: Solution) -> Iterator[str]:
     """What to ask of a given resistance or inertia that the dimensions do not lead to."""
     T = g.winding.temperature_degC
     if g.R_ohm is not None:  # it holds at 20 degC
-        cold = s.R_ohm / (1 + COPPER_COEFFICIENT * (T - 20.0))
+        cold = s.R_ohm / resistance_ratio(T)
         yield from _far("R_ohm", g.R_ohm, cold, "ohm at 20 degC")
     if g.J_kgm2 is not None:
         yield from _far("J_kgm2", g.J_kgm2, s.J_kgm2, "kg m2")
