@@ -49,8 +49,8 @@ function evaluated(rows, of, N_r) {
   const turns = row => of(row, "theta_m") * N_r / (2 * Math.PI);
   const end = of(rows[rows.length - 1], "t"), moment = 1e-9 * end;
   const whole = rows.filter((row, j) => {
-    const next = j + 1 < rows.length ? of(rows[j + 1], "t") : Infinity;
-    return Math.abs(turns(row) - Math.round(turns(row))) < 1e-6 && next - of(row, "t") > moment;
+    const before = j > 0 ? of(rows[j - 1], "t") : -Infinity;
+    return Math.abs(turns(row) - Math.round(turns(row))) < 1e-6 && of(row, "t") - before > moment;
   });
   const late = whole.filter(row => of(row, "t") >= end / 2 - moment);
   const ends = late.length >= 2 ? late : whole.slice(-2);

@@ -85,3 +85,24 @@ def test_the_end_of_a_run_is_within_its_extremes(name, until):
     assert last["tau_max"][0] >= result.tau[-1] >= last["tau_min"][0]
     assert last["omega_min"][0] <= result.omega_m[-1] <= last["omega_max"][0]
     assert last["u_min"][0] <= result.u_dc[-1] <= last["u_max"][0]
+
+
+@pytest.mark.parametrize("machine", ["paper_6_4", "emdlab_8_6", "design_10_8"])
+@pytest.mark.parametrize("seed", [710331, 710332])
+def test_each_period_has_one_pulse_of_each_phase_where_edges_fall_on_its_ends(machine, seed):
+    """Unregulated: edges of one phase or another are where periods end, but for a rounding."""
+    rng = np.random.default_rng(seed)
+    machine_of = rl.load(EXAMPLES / "single_pulse.toml", [f'machine="{machine}"']).machine
+    shift = 360.0 / machine_of.n_phases
+    for n in range(4):
+        rpm = float(rng.choice([-1.0, 1.0]) * rng.choice([250.0, 600.0, rng.uniform(200.0, 900.0)]))
+        edge = float(shift * rng.integers(0, 180 // shift))
+        on, off = (edge, edge + rng.uniform(20.0, 60.0)) if n % 2 else (shift / 3, shift)
+        keys = [f"control.theta_on_deg={on}", f"control.theta_off_deg={off}"]
+        keys += [f'machine="{machine}"', f"load.speed_rpm={rpm}", "simulation.dt_max_us=20"]
+        f_e = abs(rpm) / 60 * machine_of.N_r
+        drive = rl.load(EXAMPLES / "single_pulse.toml", keys)
+        result = rl.simulate(drive, until=8 / f_e, record=None)
+        assert result.kpis.f_switch == pytest.approx(f_e, rel=1e-9), (machine, rpm, on, off)
+        counts = np.diff(result.periods["turn_ons"])[:-1]
+        assert (counts[1:] == 2 * machine_of.n_phases).all(), (machine, rpm, on, off)

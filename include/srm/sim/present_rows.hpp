@@ -44,7 +44,8 @@ Waveform<N> waveform(const Plant<M, N>& plant, const SimulationState<N>& now) {
   return row;
 }
 
-/// A row of the periods: the integrals so far, and the extremes since the last one.
+/// A row of the periods: the integrals so far, and the extremes since the last one. What switches
+/// where a period ends belongs to the next one.
 template <Motor M, int N>
 Period<N> period(const Plant<M, N>& plant, const SimulationState<N>& now) {
   const State<N>& x = now.x();
@@ -55,7 +56,7 @@ Period<N> period(const Plant<M, N>& plant, const SimulationState<N>& now) {
           .omega_m = x.omega_m,
           .W_f = field_energy(plant, x),
           .W_dc = stored(plant.source, x.u_dc),
-          .switchings = now.switchings,
+          .switchings = now.period_ends() ? now.before_end : now.switchings,
           .extremes = extremes,
           .integrals = now.sums};
 }

@@ -261,7 +261,7 @@ class Simulation {
       settle();
     }
     if (resolution_.record_every == 0 || now_.t >= now_.t_record) record(waveforms);
-    if (std::abs(x().theta_m - now_.theta_period) <= angle_tolerance) {
+    if (now_.period_ends()) {
       // The end of one phase's step may lie so near that the others are still within theirs, whose
       // integrals would be missing from this period and too many in the next.
       if (now_.within_step()) finish_all();
@@ -405,13 +405,19 @@ class Simulation {
       for (double& i : at().x.i) i = std::max(i, 0.0);
     }
     if (opens) now_.rated = false;
-    now_.t = whole ? t_limit : now_.t + y.h;
-    now_.prepared = false;
+    arrive(whole ? t_limit : now_.t + y.h);
     if (landed.direction != 0) act_on(landed);
     for (int k = 0; k < N; ++k) {
       if (command()[k].gate == Gate::timer) follow(k);
     }
     settle();
+  }
+
+  /// The end of a step, before anything switches there.
+  void arrive(double t) {
+    now_.t = t;
+    now_.prepared = false;
+    if (now_.period_ends()) now_.before_end = now_.switchings;
   }
 
   void act_on(const Guard& met) {
@@ -505,8 +511,7 @@ class Simulation {
     const double h = t - now_.t;
     const bool arrived = t == now_.t_angle;
     x.theta_m = arrived ? now_.theta_next : x.theta_m + h * x.omega_m;
-    now_.t = t;
-    now_.prepared = false;
+    arrive(t);
     Moving tau0, tau1, i0, i1;
     for (int k = 0; k < N; ++k) {
       PhaseStep& phase = now_.phase_steps[k];

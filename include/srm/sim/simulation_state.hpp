@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "srm/plant/faults.hpp"
 #include "srm/sim/controller.hpp"
@@ -45,7 +46,7 @@ struct SimulationState {
   Learned<double> learned;        // of the controller, where it learns
   FluxEstimate<double> estimate;  // of the controller, where it follows the rotor
   long samples = 0, steps = 0;
-  Switchings switchings;
+  Switchings switchings, before_end;  // so far; before the end of the period that is reached
   Extremes extremes;
   RotorSensor::State rotor;
   Condition<N> condition;
@@ -61,6 +62,7 @@ struct SimulationState {
     return part.theta_e >= 0 && !onset[j].present && t >= part.start && t < part.end;
   }
   int direction() const { return x().omega_m < 0 ? -1 : 1; }
+  bool period_ends() const { return std::abs(x().theta_m - theta_period) <= angle_tolerance; }
 
   /// True while a phase is within a step: its current and its integrals are those of its start.
   bool within_step() const {

@@ -131,8 +131,8 @@ def evaluated(rows: Rows, N_r: int) -> tuple[Rows, int]:
     """The rows of the whole periods in the second half of the run, and how many those are."""
     t, periods = rows["t"], rows["theta_m"] * N_r / (2 * np.pi)
     whole = np.abs(periods - np.round(periods)) < 1e-6
-    moment = 1e-9 * t[-1]  # a run that ends with a period has two rows at its end
-    ends = np.flatnonzero(whole & (np.diff(t, append=np.inf) > moment))
+    moment = 1e-9 * t[-1]  # a run that ends with a period may have two rows at its end
+    ends = np.flatnonzero(whole & (np.diff(t, prepend=-np.inf) > moment))
     second_half = ends[t[ends] >= t[-1] / 2 - moment]
     ends = second_half if len(second_half) >= 2 else ends[-2:]
     if len(ends) < 2 or abs(periods[ends[-1]] - periods[ends[0]]) < 0.5:
