@@ -50,15 +50,15 @@ WRONG = WrongSample(i=9.0, theta_e=np.pi / 2, psi=0.2, expected=0.19, error=0.05
     ],
 )
 def test_a_figure_passes_at_its_gate_and_not_beyond(figure, gate, told):
-    assert _reasons(SOUND, "row at 9 A", WRONG, "") == []
-    assert _reasons(SOUND | {figure: gate}, "row at 9 A", WRONG, "") == []
-    assert _reasons(SOUND | {figure: None}, "row at 9 A", WRONG, "") == []
-    (reason,) = _reasons(SOUND | {figure: 2 * gate}, "row at 9 A", WRONG, "")
+    assert _reasons(SOUND, ["row at 9 A", "compute it again"], WRONG, "") == []
+    assert _reasons(SOUND | {figure: gate}, ["row at 9 A", "compute it again"], WRONG, "") == []
+    assert _reasons(SOUND | {figure: None}, ["row at 9 A", "compute it again"], WRONG, "") == []
+    (reason,) = _reasons(SOUND | {figure: 2 * gate}, ["row at 9 A", "compute it again"], WRONG, "")
     assert reason.startswith(f"{told} {200 * gate:.2g} %, need at most {100 * gate:g} %; ")
 
 
 def test_flux_that_falls_is_told_with_its_share():
-    (reason,) = _reasons(SOUND | {"monotone_share": 0.975}, "", None, "from 9 to 10 A")
+    (reason,) = _reasons(SOUND | {"monotone_share": 0.975}, ["", ""], None, "from 9 to 10 A")
     assert reason.startswith(
         "flux falls with current on 2.5 % of the steps, need none; most from 9 to 10 A; "
     )

@@ -108,7 +108,7 @@ def check_map(table: FluxTable, *, i_max: float | None = None) -> MapReport:
         area = _area_error(table)
     symmetry = None if table.half else _symmetry_error(table)
     noise = max(map(_noise, pieces))
-    row_error, row = max(wrong_row(piece, noise) for piece in pieces)
+    row_error, *row = max(wrong_row(piece, noise) for piece in pieces)
     wrong = wrong_sample(table)
     scale = unit_error(table, tau_W)
     figures = dict(
@@ -279,10 +279,11 @@ def _percent(part: float) -> str:
 
 
 def _reasons(
-    figures: dict[str, float | None], row: str, wrong: WrongSample | None, fall: str
+    figures: dict[str, float | None], row: list[str], wrong: WrongSample | None, fall: str
 ) -> list[str]:
     """One line for each gate that the table fails, with the remedy."""
     reasons = []
+    name, remedy = row
 
     def gate(name: str, limit: float, what: str, remedy: str) -> None:
         value = figures[name]
@@ -309,8 +310,8 @@ def _reasons(
     gate(
         "row_error",
         ROW,
-        f"{row} is off by",
-        "compute it again: it is of another run or scale; for noise use --repair",
+        f"{name} is off by",
+        remedy,
     )
     gate("noise", NOISE, "noise of flux", "refine the mesh, average, or use --repair")
     gate(

@@ -14,6 +14,9 @@ from reluctance.machine.maps.table import Array, FluxTable
 
 NOISE = 0.003  # of the largest flux linkage; a table with more is refused
 ALIKE = 1.2  # largest over least of errors that say the same
+ANOTHER = "compute it again: it is of another run or scale; for noise use --repair"
+
+Wrong = tuple[float, str, str]  # scale error of a row [1], which row, the remedy
 
 
 def polynomial(x: Array, at: float) -> Array:
@@ -48,13 +51,13 @@ def _size(values: Array) -> Array:
     return np.where(values > 0, values, np.inf)
 
 
-def wrong_row(table: FluxTable, noise: float) -> tuple[float, str]:
-    """Largest scale error of one row [1], and which row; 0.0 and "" where there is none. noise: of
-    the flux linkage, of its maximum."""
+def wrong_row(table: FluxTable, noise: float) -> Wrong:
+    """The row with the largest error; 0.0 and no name where there is none. noise: of the flux
+    linkage, of its maximum."""
     return max(_inner(table, noise), *_end_angles(table, noise), *_end_currents(table, noise))
 
 
-def _inner(table: FluxTable, noise: float) -> tuple[float, str]:
+def _inner(table: FluxTable, noise: float) -> Wrong:
     """Against the rows on both sides.
 
     A row off by d leaves d in its own residual and -2/3 d in the next; the second difference of the
@@ -86,10 +89,10 @@ def _inner(table: FluxTable, noise: float) -> tuple[float, str]:
         scatter = noise * table.psi.max() / size / np.sqrt(values.shape[1])
         if others.size and score[n] > max(4 * np.median(others), 4 * scatter, worst):
             worst, name = float(score[n]), f"row at {x[n + 3]:g} {unit}"
-    return worst, name
+    return worst, name, ANOTHER
 
 
-def _end_angles(table: FluxTable, noise: float) -> list[tuple[float, str]]:
+def _end_angles(table: FluxTable, noise: float) -> list[Wrong]:
     """The first angle, and the last of a half period, where three continuations to it agree with
     each other and not with it: the even parabolas through the first two and the next two rows
     beside it, and the parabola through three. At or near a corner of the flux linkage they differ.
@@ -107,11 +110,11 @@ def _end_angles(table: FluxTable, noise: float) -> list[tuple[float, str]]:
         alike = abs(sum(map(np.sign, off))) == len(off) and most < ALIKE * least
         if alike and least > 8 * noise * psi.max() / np.sqrt(len(psi)):
             expected = float(np.median(rows[0])) - off[0]
-            found.append((abs(off[0] / expected), f"row at {name} deg el."))
+            found.append((abs(off[0] / expected), f"row at {name} deg el.", ANOTHER))
     return found
 
 
-def _end_currents(table: FluxTable, noise: float) -> list[tuple[float, str]]:
+def _end_currents(table: FluxTable, noise: float) -> list[Wrong]:
     """The first and the last current, and all against zero."""
     i, psi = table.i, table.psi
     most = float(psi.max())
@@ -126,12 +129,12 @@ def _end_currents(table: FluxTable, noise: float) -> list[tuple[float, str]]:
     line = psi[-2] + (psi[-2] - psi[-3]) * (i[-1] - i[-2]) / (i[-2] - i[-3])
     chord = psi[2] * i[1] / i[2]
     found = [
-        (off(psi[-1] - line, line), f"row at {i[-1]:g} A"),
-        (off(chord - psi[1], chord), f"row at {i[1]:g} A"),
+        (off(psi[-1] - line, line), f"row at {i[-1]:g} A", ANOTHER),
+        (off(chord - psi[1], chord), f"row at {i[1]:g} A", ANOTHER),
     ]
     begun = psi[1] - (psi[2] - psi[1]) * i[1] / (i[2] - i[1])  # at or above zero, as iron bends
     least = float(begun.min())  # unaligned, nothing saturates
     start = least if least > 0 else min(float(np.median(begun)), 0.0)
     if abs(start) > most * max(4 * noise, NO_FLUX):
-        found.append((abs(start) / most, f"every row but 0 A ({start:.2g} Wb)"))
+        found.append((abs(start) / most, "every row but 0 A", f"subtract {start:.2g} Wb from them"))
     return found
