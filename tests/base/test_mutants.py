@@ -23,6 +23,7 @@ from court import (
     folders,
     function_at,
     judges,
+    portions,
     recorded,
 )
 from court import Test as Judge
@@ -254,6 +255,15 @@ def test_the_checks_of_a_header_begin_with_those_that_name_it():
     assert 0 < len(named) < len(files)
     first = {each.partition("[")[2].removesuffix("-g++]") for each in found[: len(named)]}
     assert first == {file.stem for file in named}
+
+
+def test_the_nearest_files_judge_before_the_others():
+    """Each test once, in the order that it has; a file's tests stay together."""
+    names = [f"tests/base/test_{file}.py::test_{n}" for n in range(2) for file in "abcdefg"]
+    first, then = portions(names)
+    assert first == [name for name in names if name.partition("::")[0][-4] in "abcde"]
+    assert then == [name for name in names if name.partition("::")[0][-4] in "fg"]
+    assert portions(names[:3]) == (names[:3], [])
 
 
 @pytest.mark.parametrize(

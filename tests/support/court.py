@@ -26,6 +26,7 @@ PACKAGE, HEADERS, TESTS = ROOT / "python" / "reluctance", ROOT / "include", ROOT
 CHECK = "test_core.py::test_core_check_holds["  # of headers alone: needs no core built with them
 MOST = 60  # processor time of the tests that judge a change [s]
 CHEAP = 0.02  # of a test that judges besides [s]
+FIRST = 5  # files of tests that judge by themselves; most faults end there
 SURFACE = "tests/cli/test_surface.py::"  # reads what is declared outside of functions
 LIMIT = 120  # of one test, which takes 10 s at most; more is an endless loop [s]
 LEFT_OUT = (".*", "build", "out", "dist", "__pycache__", "*.so", "node_modules")
@@ -192,6 +193,15 @@ def _within(tests: Iterable[Test], seconds: float) -> list[Test]:
     return found
 
 
+def portions(names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Tests of the FIRST files that are named, and of the others."""
+    nearest = set([*dict.fromkeys(name.partition("::")[0] for name in names)][:FIRST])
+    found: tuple[list[str], list[str]] = ([], [])
+    for name in names:
+        found[name.partition("::")[0] not in nearest].append(name)
+    return found
+
+
 def checks(mutant: Mutant, tests: Sequence[Test]) -> list[str]:
     """The checks of headers by name, the nearest first."""
     order = [file.stem for file in nearest(mutant.names) if file.suffix == ".cpp"]
@@ -322,6 +332,14 @@ class Court:
             self.free.put(copy)
 
     def _killer(self, copy: Copy, names: list[str]) -> str | None:
+        """The killer among tests of the nearest files, else among those of the others, which take
+        longer to import than to run."""
+        for some in portions(names):
+            if some and (name := self._first(copy, some)) is not None:
+                return name
+        return None
+
+    def _first(self, copy: Copy, names: list[str]) -> str | None:
         while True:
             name = copy.failing(names, [n for n, passes in self.passing.items() if not passes])
             with self.lock:
