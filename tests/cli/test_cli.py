@@ -42,6 +42,7 @@ def test_json_is_one_object_with_the_promised_keys_and_nothing_else():
     assert [line.partition(":")[0] for line in done.stderr.splitlines()] == ["note"]
     figures = json.loads(done.stdout)
     assert set(PROMISED) <= set(figures)
+    assert figures.pop("by_rule") == {"tau_max_Nm": 41.339}
     without_data = {"p_fe_W", "p_sw_W", "Q_mean_m3ph", "tracking", "t_trip_s"}  # nor pump, array
     assert {key for key, value in figures.items() if value is None} == without_data
     assert all(np.isfinite(v) for key, v in figures.items() if key not in without_data)
@@ -52,6 +53,7 @@ def test_key_figures_are_printed_with_units():
     assert done.returncode == 0
     for text in ("mean torque", "N m", "switching frequency", "kHz", "efficiency", "rpm"):
         assert text in done.stdout
+    assert done.stdout.endswith("[control] by rule: tau_max_Nm = 41.339\n")
 
 
 @pytest.mark.long

@@ -79,6 +79,56 @@ def _filled(text: str, names: dict[str, float]) -> str:
     return f"{key}={names[of] / float(part)!r}"
 
 
+TOLD = {  # for LAW, and for the same with a speed reference and no i_band_A
+    "angles": "theta_on_deg theta_off_deg start_speed_rpm",
+    "pwm_current": "theta_on_deg theta_off_deg start_speed_rpm bandwidth_Hz",
+    "ditc": "theta_on_deg theta_off_deg start_speed_rpm tau_band_Nm tau_band_outer_Nm",
+    "torque_sharing": "theta_on_deg theta_ov_deg",
+    "deadbeat": "theta_on_deg theta_ov_deg",
+    "edge_mpc": "",
+    "finite_set_mpc": "",
+    "paper_mpc": "",
+}
+SPEED = [  # paper_rated has a torque reference, a speed that is held, and the band of paper_mpc
+    *("reference.kind=speed", "reference.speed_rpm=1500", "reference.tau_Nm=", "load.kind=fan"),
+    *("load.k_fan_Nms2=1e-3", "control.tau_max_Nm=40", "control.i_band_A="),
+]
+
+
+@pytest.mark.parametrize("speed", [False, True])
+@pytest.mark.parametrize("law", LAW)
+def test_what_rules_chose_gives_the_same_controller_when_it_is_written_out(
+    law: str, speed: bool
+) -> None:
+    """But for what acts on angles by rule alone: `ditc` moves them with the torque, and shares are
+    left where the voltage does not suffice for them."""
+    name, *rest = LAW[law]
+    rest += SPEED if speed else ()
+    drive = rl.load(EXAMPLES / f"{name}.toml", rest)
+    rule = drive.by_rule
+    more = ["K_p_Nms"] if speed else ["tau_max_Nm"]
+    if speed and "theta_off_deg" in TOLD[law]:
+        more += ["brake_on_deg", "brake_off_deg"]
+    more += ["i_band_A"] if speed and law in ("angles", "torque_sharing", "paper_mpc") else []
+    assert set(rule) == {*TOLD[law].split(), *more}
+    found = numbers(name, *rest)
+    written = numbers(name, *rest, *(f"control.{key}={value!r}" for key, value in rule.items()))
+    assert set(written) == set(found)
+    of_rule = ("control.law.turn_on.tau_max", "control.law.feasible.motoring")
+    for key in (key for key in found if not key.startswith(of_rule)):
+        assert written[key] == pytest.approx(found[key], rel=1e-9), key
+    assert drive.with_values({f"control.{key}": x for key, x in rule.items()}).by_rule == {}
+
+
+def test_keys_that_have_no_effect_are_not_told_as_chosen_by_rule() -> None:
+    whole = rl.load(EXAMPLES / "single_pulse.toml", ["control.start_speed_rpm="]).by_rule
+    assert whole == {"start_speed_rpm": pytest.approx(300.0)}
+    table = set(rl.load(EXAMPLES / "angle_table.toml").by_rule)
+    assert table == {"K_p_Nms", "brake_on_deg", "brake_off_deg", "start_speed_rpm"}
+    optimal = rl.load(EXAMPLES / "sharing_cubic.toml", ["control.sharing=optimal"]).by_rule
+    assert set(optimal) == {"tau_max_Nm"}
+
+
 def test_gains_of_the_voltage_controller_are_per_unit_of_the_drive() -> None:
     """4.36 and 218/s of tau_max/u_dc; 0.706 and 28.2/s of the greatest speed over u_dc."""
     for keys, unit, one in (

@@ -113,6 +113,7 @@ def run(
 
         with look(style, width):
             plots.save_plot(result, plot)
+    rule = drive.by_rule
     steady = is_steady(drive)
     unbegun = unready(result.events, end)
     idle = tripped(result.kpis.t_trip) or unbegun  # for a part of what is evaluated
@@ -142,9 +143,10 @@ def run(
         )
         faults = [{"t_s": t, "fault": str(fault)} for t, fault in result.faults]
         planted = {"faults": faults} if faults else {}
+        ruled = {"by_rule": rule} if rule else {}
         areas = {"energy_loop": [loop.with_units() for loop in found]} if found else {}
         radial = {"radial_force": [x.with_units() for x in force_orders(result)]} if forces else {}
-        more = {**learned, **followed, **entered, **planted, **areas, **radial}
+        more = {**ruled, **learned, **followed, **entered, **planted, **areas, **radial}
         print(json.dumps({**result.kpis.with_units(), **more}))
     else:
         Console().print(kpi_table(drive.name, result.kpis, devices=drive.converter.has_drops))
@@ -153,6 +155,9 @@ def run(
         for t, text in sorted(seen, key=lambda one: one[0]):
             print(f"{t:8.4f} s  {text}")
         tell_notes(notes)
+        if rule:
+            values = ", ".join(f"{key} = {value:.5g}" for key, value in rule.items())
+            print(wrapped(f"[control] by rule: {values}"))
         for force in force_orders(result) if forces else []:
             print(wrapped(f"radial force on a stator pole, {force}"))
         if result.learned is not None:

@@ -109,6 +109,13 @@ class Drive(Tables):
             put(data, name, plain(value), f"with_values {name} = {value!r}")
         return drive_from(data, name=self.name, kept=kept)
 
+    @property
+    def by_rule(self) -> dict[str, float]:
+        """Keys of [control] that are left to a rule, and the values used for them, in the units of
+        the keys. Angles are those for the greatest torque at the working speed; `angles` and `ditc`
+        move them with the torque where no angle is given."""
+        return self.control.by_rule(self.known())
+
     def computed(self, **tables: Section) -> Drive:
         """A copy with tables that were computed from checked ones, and are not checked again."""
         copy = object.__new__(Drive)

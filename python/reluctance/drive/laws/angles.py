@@ -16,7 +16,6 @@ from reluctance.drive.laws.left_earlier import left_earlier
 from reluctance.drive.laws.pulse_current import Currents, PulseCurrent, pulse_angles
 from reluctance.drive.laws.pulse_table import pulse_table
 from reluctance.drive.laws.pulses import FixedLaw, chopped
-from reluctance.drive.tables.control import BAND_PART
 from reluctance.drive.tables.known import Known
 from reluctance.drive.tables.variants import CURRENT_BAND, Look, Variant
 
@@ -116,9 +115,12 @@ class Angles(PulseCurrent):
             return _core.PulseTable()
         return left_earlier(window, known.tau_max, currents[0])
 
-    def band(self, known: Known) -> float:
-        """Half width [A]."""
-        return BAND_PART * known.i_max if self.i_band_A is None else self.i_band_A
+    def used(self, known: Known) -> dict[str, float]:
+        used = super().used(known) | {"i_band_A": self.band(known)}
+        idle = ["i_band_A"] if self.regulate == "none" else []
+        if self.angle_table is not None:
+            idle += ["theta_on_deg", "theta_off_deg"]
+        return {key: value for key, value in used.items() if key not in idle}
 
     def fixed(self, known: Known, *, brakes: bool) -> FixedLaw:
         return chopped(known, self.band(known), brakes=brakes, hard=self.chop == "hard")

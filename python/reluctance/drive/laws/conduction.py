@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from reluctance import _core
-from reluctance.base.units import ask_about_radians, to_si
+from reluctance.base.units import ask_about_radians, from_si, to_si
 from reluctance.drive.laws.least_copper import ROOM, least_copper_angles
 from reluctance.drive.laws.pulses import full_flux_speed
 from reluctance.drive.tables.control import Control
@@ -57,20 +57,35 @@ class ConductionAngles(Control):
             return least_copper_angles(self.offline(known), -known.tau_max, room)
         return float(np.radians(self.brake_on_deg)), float(np.radians(self.brake_off_deg))
 
+    def used(self, known: Known) -> dict[str, float]:
+        motors, brakes = self.ends(known)
+        keys = ["theta_on_deg", "theta_off_deg", "brake_on_deg", "brake_off_deg"]
+        never_brakes = known.motors or known.reference in ("none", "pv")
+        angles = dict(zip(keys, map(float, np.degrees([*motors, *brakes])), strict=True))
+        found = super().used(known) | {key: angles[key] for key in keys[: 2 if never_brakes else 4]}
+        return found | {"start_speed_rpm": from_si(self.start_speed(known), "rpm")}
+
+    def ends(self, known: Known) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Turn-on and turn-off angle, motoring and braking [rad]."""
+        return self.window(known), self.brake_window(known)
+
     def conduction(
         self, known: Known, window: tuple[float, float], brake: tuple[float, float]
     ) -> _core.Conduction:
         """The windows, and the speed below which they are replaced by one for starting."""
-        start = START_PART * known.omega_m
-        if self.start_speed_rpm is not None:
-            start = to_si(self.start_speed_rpm, "rpm")
         return _core.Conduction(
             theta_on=window[0],
             theta_off=window[1],
             brake_on=2 * np.pi - brake[1],  # in the frame of positive torque
             brake_off=2 * np.pi - brake[0],
-            omega_start=start,
+            omega_start=self.start_speed(known),
         )
+
+    def start_speed(self, known: Known) -> float:
+        """Below it the windows are replaced [rad/s]."""
+        if self.start_speed_rpm is not None:
+            return to_si(self.start_speed_rpm, "rpm")
+        return START_PART * known.omega_m
 
     def offline(self, known: Known) -> Known:
         """The drive for which pulses are computed: at the working speed, and not at standstill,

@@ -75,15 +75,14 @@ class Ditc(HandsOver, ConductionAngles):
             )
 
     def core(self, known: Known) -> _core.Law:
-        inner = INNER_PART * known.tau_max if self.tau_band_Nm is None else self.tau_band_Nm
-        outer = OUTER_PART * inner if self.tau_band_outer_Nm is None else self.tau_band_outer_Nm
-        window, brake = self._window(known), self.brake_window(known)
+        inner, outer = self.bands(known)
+        window, brake = self.ends(known)
         motors, brakes = self._alone(known)
         make = self.maker(known, _core.ditc, _core.coupled_ditc)
         return make(
             conduction=self.conduction(known, window, brake),
             turn_on=_core.TurnOn(
-                tau_max=known.tau_max if self.by_rule else 0.0,
+                tau_max=known.tau_max if self.free_angles else 0.0,
                 psi=motors.psi.tolist(),
                 psi_brake=brakes.psi.tolist(),
             ),
@@ -95,8 +94,21 @@ class Ditc(HandsOver, ConductionAngles):
             T_s=self.T_s,
         )
 
+    def bands(self, known: Known) -> tuple[float, float]:
+        """Inner and outer half width [N m]."""
+        inner = INNER_PART * known.tau_max if self.tau_band_Nm is None else self.tau_band_Nm
+        outer = OUTER_PART * inner if self.tau_band_outer_Nm is None else self.tau_band_outer_Nm
+        return inner, outer
+
+    def used(self, known: Known) -> dict[str, float]:
+        inner, outer = self.bands(known)
+        return super().used(known) | {"tau_band_Nm": inner, "tau_band_outer_Nm": outer}
+
+    def ends(self, known: Known) -> tuple[tuple[float, float], tuple[float, float]]:
+        return self._window(known), self.brake_window(known)
+
     @property
-    def by_rule(self) -> bool:
+    def free_angles(self) -> bool:
         """Whether no angle is the user's."""
         return self.theta_on_deg is None and self.brake_on_deg is None
 
@@ -106,7 +118,7 @@ class Ditc(HandsOver, ConductionAngles):
 
     def boundary(self, known: Known) -> tuple[FloatArray, FloatArray]:
         """That of windows by rule. Angles of the user are kept."""
-        if not self.by_rule:
+        if not self.free_angles:
             return (np.full(TORQUES, ALWAYS),) * 2
         motors, brakes = self._alone(known)
         return motors.reach(INNER_PART), brakes.reach(INNER_PART)

@@ -16,8 +16,6 @@ from reluctance.drive.tables.variants import CURRENT_BAND, Look, Variant
 if TYPE_CHECKING:
     from reluctance.machine import optimum
 
-BAND_PART = 0.01  # of the current limit: default half width of the band
-
 
 def tracking_weights(n_phases: int, x: float, y: float) -> dict[str, float]:
     """Weights of the source paper's controller: distance to the guide, increments."""
@@ -40,6 +38,7 @@ class PaperMpc(Guided):
         ),
     )
     knows_pairs: ClassVar[bool] = True
+    band_part: ClassVar[float] = 0.01
     law: Literal["paper_mpc"] = "paper_mpc"
     N_p: int = Field(3, ge=1, le=_core.N_p_max)
     N_c: int = Field(2, ge=1, le=_core.N_c_max)
@@ -70,6 +69,9 @@ class PaperMpc(Guided):
         make = super().tables
         return with_room(known, lambda known: make(known, n_points), self.room(known, MORE_TORQUE))
 
+    def used(self, known: Known) -> dict[str, float]:
+        return super().used(known) | {"i_band_A": self.band(known)}
+
     def core(self, known: Known) -> _core.Law:
         i_max, tables = known.i_max, self.tables(known)
         make = self.maker(known, _core.paper_mpc, _core.coupled_paper_mpc)
@@ -81,7 +83,7 @@ class PaperMpc(Guided):
             w_i=self.w_i,
             R=known.R,
             i_max=i_max,
-            i_band=BAND_PART * i_max if self.i_band_A is None else self.i_band_A,
+            i_band=self.band(known),
             T_s=self.T_s,
             delay=known.delay,
             short_from=short_from(tables, known),

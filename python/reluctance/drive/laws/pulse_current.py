@@ -58,6 +58,10 @@ class PulseCurrent(ConductionAngles):
         known = self.offline(known)
         return self._roomy(known, brakes=False), self._roomy(known, brakes=True)
 
+    def ends(self, known: Known) -> tuple[tuple[float, float], tuple[float, float]]:
+        motors, brakes = self.windows(known)
+        return motors.ends, brakes.ends
+
     def _roomy(self, known: Known, *, brakes: bool) -> Window:
         of, law = self.brake_window if brakes else self.window, self.fixed(known, brakes=brakes)
         window = Window(*of(known), law)

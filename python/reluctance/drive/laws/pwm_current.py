@@ -61,6 +61,9 @@ class PwmCurrent(PulseCurrent):
             T_s=self.T_s,
         )
 
+    def used(self, known: Known) -> dict[str, float]:
+        return super().used(known) | {"bandwidth_Hz": self.bandwidth / (2 * np.pi)}
+
     @property
     def bandwidth(self) -> float:
         """Of the current loop [rad/s]."""

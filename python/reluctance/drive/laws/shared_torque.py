@@ -94,16 +94,22 @@ class SharedTorque(HandsOver):
         """The sharing function, with angles by rule where the table gives none."""
         if self.sharing == "optimal":
             return _optimal(known)
-        if self.theta_on_deg is None or self.theta_ov_deg is None:
-            return self._by_rule(known)
-        return self._sharing(self.theta_on_deg, self.theta_ov_deg)
+        return self._sharing(*self.angles(known))
 
-    def _by_rule(self, known: Known) -> _core.Sharing:
-        """The usual overlap, or all of the free angle where the current limit needs it."""
+    def used(self, known: Known) -> dict[str, float]:
+        if self.sharing == "optimal":
+            return super().used(known)
+        on, ov = self.angles(known)
+        return super().used(known) | {"theta_on_deg": on, "theta_ov_deg": ov}
+
+    def angles(self, known: Known) -> tuple[float, float]:
+        """Turn-on angle and overlap [deg]; by rule the usual overlap, or all of the free angle
+        where the current limit needs it."""
+        if self.theta_on_deg is not None and self.theta_ov_deg is not None:
+            return self.theta_on_deg, self.theta_ov_deg
         free = 180 - 360 / known.n_phases
         ends = [((1 - part) / 2 * free, part * free) for part in (OVERLAP_PART, 1.0)]
-        on, ov = min(ends, key=lambda angles: max(_load(known, self._sharing(*angles)), 1.0))
-        return self._sharing(on, ov)
+        return min(ends, key=lambda angles: max(_load(known, self._sharing(*angles)), 1.0))
 
     def own(self, known: Known) -> tuple[str, str]:
         return f"sharing = {self.sharing!r}", f"i_max_A = {known.i_max:g} does not suffice for it"

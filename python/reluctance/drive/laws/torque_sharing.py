@@ -8,7 +8,6 @@ from pydantic import Field
 
 from reluctance import _core
 from reluctance.drive.laws.shared_torque import SharedTorque, sharing_angles
-from reluctance.drive.tables.control import BAND_PART
 from reluctance.drive.tables.known import Known
 from reluctance.drive.tables.variants import CURRENT_BAND, Look, Place, Variant
 
@@ -70,6 +69,9 @@ class TorqueSharing(SharedTorque):
     def uses_comparators(self) -> bool:
         return True
 
+    def used(self, known: Known) -> dict[str, float]:
+        return super().used(known) | {"i_band_A": self.band(known)}
+
     def core(self, known: Known) -> _core.Law:
         i_max = known.i_max
         make = self.maker(known, _core.torque_sharing, _core.coupled_torque_sharing)
@@ -78,7 +80,7 @@ class TorqueSharing(SharedTorque):
             **self.hand_over(known, "i"),
             R=known.R,
             i_max=i_max,
-            i_band=BAND_PART * i_max if self.i_band_A is None else self.i_band_A,
+            i_band=self.band(known),
             T_s=self.T_s,
             delay=known.delay,
             chop=_core.Leg.freewheel if self.chop == "soft" else _core.Leg.demagnetize,

@@ -36,6 +36,7 @@ class Control(Section):
     # Whether the law itself computes with pairs of phases; for others the frame takes their torque
     # off what it asks for.
     knows_pairs: ClassVar[bool] = False
+    band_part: ClassVar[float] = BAND_PART
 
     law: str = ""  # its name, or the file of one's own
     T_s_us: float = Field(gt=0)
@@ -84,10 +85,28 @@ class Control(Section):
         """Half width of the band that comparators keep a current in, where it is given [A]."""
         return None
 
+    def band(self, known: Known) -> float:
+        """The half width itself, by default a part of the current limit [A]."""
+        return self.band_part * known.i_max if self.current_band is None else self.current_band
+
     @property
     def uses_comparators(self) -> bool:
         """True where comparators may switch the legs between samples."""
         return False
+
+    def by_rule(self, known: Known) -> dict[str, float]:
+        """What the table leaves to a rule: keys, and what is used for them, in their units. Angles
+        are those for the greatest torque at the working speed."""
+        used = self.used(known)
+        return {key: value for key, value in used.items() if getattr(self, key) is None}
+
+    def used(self, known: Known) -> dict[str, float]:
+        """Keys that may be left to a rule, and what is used for them, given or not."""
+        found = {"tau_max_Nm": known.tau_max} if self.follows_torque else {}
+        if known.reference in ("speed", "pv"):
+            K_p, K_i = self.gains(known)
+            found |= {"K_p_Nms": K_p} | ({} if K_i is None else {"K_i_Nm": K_i})
+        return found
 
     def check(self, known: Known) -> None:
         """What the law needs of the drive besides its own table.
