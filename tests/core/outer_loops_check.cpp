@@ -344,7 +344,7 @@ double frames() {
 }
 
 /// Orders of a comparator become legs that are held, where there is none; turn-ons come early by
-/// the dead time.
+/// the dead time. A pump without a sensor of the array's current notes what they draw.
 double frame_orders() {
   double worst = 0;
   Frame<double> f;
@@ -359,8 +359,16 @@ double frame_orders() {
   f.t_dead = 2e-6;
   Command<double, 3> timed{pulse(still, up, 1e-5, 3e-5), hold<double>(up), hold<double>(down)};
   f.after<Uses{}, 3>(x, y, timed, f.tuning());
-  return worst_of(
+  worst = worst_of(
       {worst, off(timed[0].t_edge[0], 8e-6), off(timed[0].t_edge[1], 3e-5), off(x.leg[0], still)});
+  f.pv.current = ArrayCurrent::legs;
+  const auto drawn = [&](Outer outer) {
+    f.outer = outer;
+    Frame<double>::State<3> fresh;
+    f.after<Uses{}, 3>(fresh, y, orders, f.tuning());
+    return fresh.pv.drawn.i[1];
+  };
+  return worst_of({worst, off(drawn(Outer::pv), 5.5), off(drawn(Outer::speed), 0)});
 }
 
 }  // namespace
