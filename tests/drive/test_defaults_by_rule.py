@@ -147,6 +147,24 @@ def test_gains_of_the_voltage_controller_are_per_unit_of_the_drive() -> None:
         assert len(changed) <= 2
 
 
+def test_the_gain_waits_for_the_time_in_which_a_counted_angle_shows_a_torque() -> None:
+    """An ideal angle shows it at once, whatever bandwidth its observer is given; counts as the
+    observer is told, or in the time of a step."""
+    bandwidth = 2 * np.pi * 40
+
+    def lags(*given: str) -> float:
+        drive = rl.load(EXAMPLES / "paper_pump.toml", given)
+        return drive.J / (2 * drive.control.gains(drive.known())[0])
+
+    counts, told = "sensing.encoder_counts=1024", "sensing.tracker_bandwidth_Hz=40"
+    ideal = lags()
+    assert lags(told) == ideal
+    drive = rl.load(EXAMPLES / "paper_pump.toml")
+    step = np.sqrt(2 * (2 * np.pi / 1024) * drive.J / drive.tau_max)
+    assert lags(counts) == pytest.approx(ideal + step, rel=1e-9)
+    assert lags(counts, told) == pytest.approx(ideal + 1 / bandwidth, rel=1e-9)
+
+
 def test_a_given_bandwidth_sets_both_gains_of_a_speed_loop() -> None:
     """K_p is the bandwidth times the inertia, K_i half the bandwidth times K_p."""
     drive = rl.load(EXAMPLES / "paper_pump.toml", ["control.speed_bandwidth_Hz=5"])
