@@ -44,6 +44,9 @@ struct OnTarget : Guarded {
                          srm::Command<float, N>& orders, Tuning) const {
     return once(x, y, reference, orders);
   }
+  float speed(const State& x, const srm::Measurement<float, N>& y) const {
+    return Guarded::speed<used>(x, y);
+  }
   void watch(State& x, const srm::Measurement<float, N>& y, Tuning) const {
     Guarded::watch<used>(x, y, tuning_of(x));
   }

@@ -1,5 +1,6 @@
 // The states of a drive, each left at the edge of its limit; chopper and limits of the reference.
 #include <array>
+#include <limits>
 #include <string_view>
 
 #include "errors.hpp"
@@ -108,7 +109,8 @@ double limits() {
   chops(299, false);
   const auto gives = [&](double reference, double omega, bool motors, double expected) {
     y.omega_m = omega;
-    worst = worst_of({worst, off(s.limited({.reference = reference}, y, motors), expected)});
+    worst =
+        worst_of({worst, off(s.limited({.reference = reference}, y.omega_m, motors), expected)});
   };
   gives(12, 0, true, 10);
   gives(-12, 0, true, -10);
@@ -120,6 +122,13 @@ double limits() {
   gives(-8, 99, true, -8);
   gives(8, -99, true, 8);
   gives(8, 99, false, 8);
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  for (const double reference : {std::nan(""), infinite, -infinite}) {
+    for (const double omega : {0.0, 97.5, -120.0}) {
+      const double kept = s.limited({.reference = reference}, omega, true);
+      worst = worst_of({worst, unless(!is_finite(kept))});
+    }
+  }
   return worst;
 }
 

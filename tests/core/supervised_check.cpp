@@ -1,6 +1,7 @@
 // The supervised step: the order of the states, a fault and its clearing, and the angles at which
 // the protection asks the machine.
 #include <cmath>
+#include <limits>
 
 #include "srm/control/guard/protection.hpp"
 #include "srm/control/guard/supervised.hpp"
@@ -61,15 +62,19 @@ struct Plain {
   struct State {
     Fault<float> fault;
     int starts = 0, steps = 0;
+    float reference = 0;
   };
   struct Tuning {};
   Status found = Status::ok;  // at every sample of `run`
   bool stays = false;         // while the legs are off as well
+  float omega_m = 0;          // that it has found itself
   Tuning tuning() const { return {}; }
   bool motors() const { return true; }
-  void step(State& x, const Measurement<float, 3>&, float, Command<float, 3>& orders,
+  float speed(const State&, const Measurement<float, 3>&) const { return omega_m; }
+  void step(State& x, const Measurement<float, 3>&, float reference, Command<float, 3>& orders,
             Tuning) const {
     ++x.steps;
+    x.reference = reference;
     x.fault.status = found;
     orders = {};
     orders[0] = hold<float>(Leg::magnetize);
@@ -145,6 +150,17 @@ int main() {
   check("a command starts the control once", b.until(Mode::run) - b.x.control.starts, 0);
   check("and its order stands", b.off() || !b.out.gate_enable, 0);
   check("offset of the sensors [A]", double(std::fabs(b.x.states.offset[1] - 0.5F)), 1e-6);
+  b.ask.reference = 0.5F;
+  b.until(Mode::run);
+  check("all torque at standstill, as the control sees it",
+        double(std::fabs(b.x.control.reference - 0.5F)), 0);
+  b.drive.control.omega_m = 97.5F;  // the board shows no speed
+  b.until(Mode::run);
+  check("half of it at the speed that the control has found",
+        double(std::fabs(b.x.control.reference - 0.25F)), 1e-6);
+  b.ask.reference = std::numeric_limits<float>::quiet_NaN();
+  b.until(Mode::run);
+  check("a reference that is no number is the protection's", !std::isnan(b.x.control.reference), 0);
   check("no command for 4.5 periods is a fault", std::abs(b.until(Mode::fault, false) - 5), 0);
   check("which switches off", !b.off() || b.out.gate_enable, 0);
   b.ask.clear = true;

@@ -126,6 +126,7 @@ struct Commissioning {
   struct Tuning {};
   constexpr Tuning tuning() const { return {}; }
   constexpr bool motors() const { return false; }
+  T speed(const State&, const Measurement<T, N>& y) const { return y.omega_m; }
 
   void step(State& x, const Measurement<T, N>& y, T, Command<T, N>& orders, Tuning) const {
     orders = routines.step(x.routine, y);

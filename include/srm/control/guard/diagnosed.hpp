@@ -35,6 +35,10 @@ struct Diagnosed {
 
   constexpr Tuning tuning() const { return guarded.tuning(); }
   constexpr bool motors() const { return guarded.motors(); }
+  template <Uses used = Uses{}>
+  T speed(const State& x, const Measurement<T, N>& y) const {
+    return guarded.template speed<used>(x.guarded, y);
+  }
 
   template <Uses used = Uses{}>
   [[gnu::always_inline]] Status step(State& x, const Measurement<T, N>& y, T reference,

@@ -8,14 +8,22 @@
 
 namespace srm {
 
-/// The sample as the protection judges it: with the observer's speed where there is an observer.
+/// The rotor speed that the control uses: the observer's where there is an observer.
 template <Uses used, ControlLaw Law, class Y>
-Y judged(const DriveControl<Law>& control, const typename DriveControl<Law>::State& x, Y y) {
+auto known_speed(const DriveControl<Law>& control, const typename DriveControl<Law>::State& x,
+                 const Y& y) {
   if constexpr (used.observer) {
     if (control.frame.motion == Motion::tracked) {
-      y.omega_m = control.frame.tracker.omega_m(x.frame.tracker);
+      return control.frame.tracker.omega_m(x.frame.tracker);
     }
   }
+  return y.omega_m;
+}
+
+/// The sample as the protection judges it: with that speed.
+template <Uses used, ControlLaw Law, class Y>
+Y judged(const DriveControl<Law>& control, const typename DriveControl<Law>::State& x, Y y) {
+  y.omega_m = known_speed<used>(control, x, y);
   return y;
 }
 
@@ -60,6 +68,12 @@ struct Guarded {
   /// True where the reference is a torque, or the sign of one.
   constexpr bool motors() const {
     return control.frame.outer == Outer::torque || control.frame.outer == Outer::none;
+  }
+
+  /// The rotor speed that the control uses [rad/s].
+  template <Uses used = Uses{}>
+  T speed(const State& x, const Measurement<T, N>& y) const {
+    return known_speed<used>(control, x.law, y);
   }
 
   /// Protection, then the law; all legs off where the protection does not admit the sample.

@@ -115,12 +115,13 @@ struct Sequence {
     return x.mode;
   }
 
-  /// The reference within its limits. motors: it is a torque or the sign of one.
-  template <int N>
-  constexpr T limited(const Request<T>& ask, const Measurement<T, N>& y, bool motors) const {
+  /// The reference within its limits; one that is no finite number stays, for the protection to
+  /// refuse. motors: it is a torque or the sign of one.
+  constexpr T limited(const Request<T>& ask, T omega_m, bool motors) const {
+    if (!is_finite(ask.reference)) return ask.reference;
     const T asked = clamp(ask.reference, -reference_max, reference_max);
-    const T omega = abs(y.omega_m), omega_full = T(0.95) * omega_none;
-    if (!(motors && asked * y.omega_m > T(0) && omega > omega_full)) return asked;
+    const T omega = abs(omega_m), omega_full = T(0.95) * omega_none;
+    if (!(motors && asked * omega_m > T(0) && omega > omega_full)) return asked;
     return asked * clamp((omega_none - omega) / (omega_none - omega_full), T(0), T(1));
   }
 

@@ -10,6 +10,7 @@
 //   lose(x)                         and where the rotor is: a sample in which it is not followed
 //   fault(x), latched(x)            the fault of the last sample; true where it ends the run
 //   motors()                        the reference is a torque, or the sign of one
+//   speed(x, y)                     of the rotor, as the control has it
 #pragma once
 
 #include "srm/control/guard/sequence.hpp"
@@ -48,7 +49,7 @@ struct Supervised {
     const Mode mode = at.step(x.states, y, ask);
     if (mode == Mode::run) {
       if (before != mode) control.start(x.control);
-      const T reference = at.limited(ask, y, control.motors());
+      const T reference = at.limited(ask, control.speed(x.control, y), control.motors());
       control.step(x.control, y, reference, orders, tuning);
     } else if (mode == Mode::ready) {
       if (before != mode) control.forget(x.control);
