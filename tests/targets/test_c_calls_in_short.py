@@ -347,6 +347,11 @@ def test_edges_of_an_order_do_not_fall():
         fault = f"{WORDS[PARAMETER]}: t_edge: need edges that do not fall"
         assert told == ((OK, "") if fine else (PARAMETER, fault))
     assert stage.read("order")[at].tolist() == [1e-6, 2e-6, 3e-6, 4e-6]
+    assert stage.status("set", n, at[0], 5e-6) == OK  # who sets one by one passes through these
+    assert stage.told("sample") == (PARAMETER, fault)
+    for j, edge in zip(at[1:], (6e-6, 7e-6, 8e-6), strict=True):
+        assert stage.status("set", n, j, edge) == OK
+    assert stage.status("sample") == OK
     stage.free()
 
 
@@ -391,6 +396,18 @@ def test_a_state_is_of_its_size_its_part_and_its_drive(part):
         assert unit.status("restore", at, size) == CHECKSUM
         state[j] ^= 1
     assert unit.status("restore", at, size) == OK
+    unit.free()
+
+
+@pytest.mark.parametrize("u", [0.0, -0.0, -5.0])
+def test_a_link_that_is_held_at_no_voltage_is_refused(u):
+    """A run would never end there."""
+    unit = Calls().start()
+    n, j = TABLES.index("input"), unit.names("input").index("u_dc")
+    before = unit.read("input").copy()
+    assert unit.told("set", n, j, u) == (PARAMETER, f"{WORDS[PARAMETER]}: u_dc")
+    assert (unit.read("input") == before).all()
+    assert unit.status("set", n, j, 1e-3) == unit.status("advance", 1e-4, None) == OK
     unit.free()
 
 

@@ -204,7 +204,22 @@ def assert_as_run(drive, file, step_us, folder):
 
 @each_version
 def test_stage_and_controller_make_the_drive(units, version, tmp_path):
-    slaves = {p: Slave(units[version, p], tmp_path / p) for p in PARTS}
+    stage_and_controller({part: units[version, part] for part in PARTS}, DRIVE, tmp_path)
+
+
+@each_version
+def test_so_do_those_whose_orders_are_for_timers(version, tmp_path):
+    """Edges are set one after the other: on the way some fall."""
+    timers = rl.load(EXAMPLES / "deadbeat.toml")
+    files = {part: tmp_path / f"{part}.fmu" for part in PARTS}
+    for part, file in files.items():
+        export.fmu(timers, file, version=version, part=part)
+    stage_and_controller(files, timers, tmp_path)
+
+
+def stage_and_controller(files, of, tmp_path):
+    """The pair against the drive, for 500 samples."""
+    slaves = {part: Slave(file, tmp_path / part) for part, file in files.items()}
     stage, controller, drive = (slaves[p] for p in ("stage", "controller", "drive"))
     measured = [n for n in stage.of if n.startswith("measured.")]
     orders = [
@@ -213,7 +228,7 @@ def test_stage_and_controller_make_the_drive(units, version, tmp_path):
         if v.causality == "input" and n in controller.of and controller.of[n].causality == "output"
     ]
     assert len(orders) == 3 * len(_core.ORDER_COLUMNS)
-    T_s = DRIVE.control.T_s
+    T_s = of.control.T_s
     for n in range(500):
         controller.set(**dict(zip(measured, stage.get(measured), strict=True)))
         controller.step(n * T_s, T_s)

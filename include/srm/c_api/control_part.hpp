@@ -21,6 +21,7 @@ struct Input {
   const char* name;
   Course* course;
   bool of_control;  // which alone reads it, at its samples
+  bool positive = false;
 };
 
 inline void list_constant(std::vector<Input>& found, const char* name, Course& course,

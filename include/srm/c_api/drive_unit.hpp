@@ -139,6 +139,7 @@ class DriveUnit final : public Unit {
       orders_ = control_->step(seen_, given_.reference.at(0));
       note_state();
     } else {
+      if (const Outcome edges = edges_rise(orders_.command); edges.status != SRM_OK) return edges;
       looked_ = false;
       loop_->obey(orders_);
     }
@@ -314,7 +315,12 @@ class DriveUnit final : public Unit {
     }
     if (part_ == SRM_CONTROLLER) return;
     Plant<M, N>& p = given_.plant;
-    if (auto* source = std::get_if<StiffSource>(&p.source)) constant("u_dc", source->u_dc);
+    if (auto* source = std::get_if<StiffSource>(&p.source)) {
+      constant("u_dc", source->u_dc);
+      if (!inputs_.empty() && inputs_.back().course == &source->u_dc) {
+        inputs_.back().positive = true;  // no run gets on with a link that holds 0 V
+      }
+    }
     if (auto* source = std::get_if<Battery>(&p.source)) constant("u_dc", source->E);
     if (auto* source = std::get_if<PvArray>(&p.source)) {
       constant("poa_global", source->poa_global);
@@ -389,6 +395,10 @@ class DriveUnit final : public Unit {
   Outcome write_inputs(std::size_t first, const double* values, std::size_t count) {
     for (std::size_t j = 0; j < count; ++j) {
       const Input& input = inputs_[first + j];
+      if (input.positive && !(values[j] > 0)) return {SRM_BAD_PARAMETER, input.name};
+    }
+    for (std::size_t j = 0; j < count; ++j) {
+      const Input& input = inputs_[first + j];
       if (input.course->value[0] == values[j]) continue;
       input.course->value[0] = values[j];
       if (!loop_ || input.of_control) continue;
@@ -422,14 +432,23 @@ class DriveUnit final : public Unit {
       if (!places[j].set(row[j])) return {SRM_BAD_PARAMETER, names_[SRM_ORDER][j]};
     }
     for (const PhaseCommand<double>& c : trial) {
+      if (!(c.i_band >= 0)) return {SRM_BAD_PARAMETER, "i_band"};
+    }
+    const Outcome whole = count == row.size() ? edges_rise(trial) : Outcome{};
+    if (whole.status == SRM_OK) orders_ = given;
+    return whole;
+  }
+
+  /// Whether the edges of an order stand in their turn. Who sets one after the other passes through
+  /// orders in which they do not.
+  static Outcome edges_rise(const Command<double, N>& command) {
+    for (const PhaseCommand<double>& c : command) {
       double last = 0;
       for (const double t : c.t_edge) {
         if (!(t >= last)) return {SRM_BAD_PARAMETER, "t_edge: need edges that do not fall"};
         last = t;
       }
-      if (!(c.i_band >= 0)) return {SRM_BAD_PARAMETER, "i_band"};
     }
-    orders_ = given;
     return {};
   }
 
