@@ -433,6 +433,9 @@ class DriveUnit final : public Unit {
     }
     for (const PhaseCommand<double>& c : trial) {
       if (!(c.i_band >= 0)) return {SRM_BAD_PARAMETER, "i_band"};
+      for (const double t : c.t_edge) {
+        if (!(t >= 0)) return {SRM_BAD_PARAMETER, "t_edge: need edges that do not fall"};
+      }
     }
     const Outcome whole = count == row.size() ? edges_rise(trial) : Outcome{};
     if (whole.status == SRM_OK) orders_ = given;
