@@ -401,11 +401,17 @@ def test_a_state_is_of_its_size_its_part_and_its_drive(part):
 
 @pytest.mark.parametrize("u", [0.0, -0.0, -5.0])
 def test_a_link_that_is_held_at_no_voltage_is_refused(u):
-    """A run would never end there."""
+    """A run would never end there, whether it is an input or a parameter from before the start."""
+    unit = Calls()
+    place = unit.names("parameter").index("plant.source.u_dc.value_0")
+    assert unit.status("set", TABLES.index("parameter"), place, u) == OK
+    told = f"{WORDS[PARAMETER]}: u_dc of the source"
+    assert unit.told("start") == (PARAMETER, told)
+    unit.free()
     unit = Calls().start()
     n, j = TABLES.index("input"), unit.names("input").index("u_dc")
     before = unit.read("input").copy()
-    assert unit.told("set", n, j, u) == (PARAMETER, f"{WORDS[PARAMETER]}: u_dc")
+    assert unit.told("set", n, j, u) == (PARAMETER, told)
     assert (unit.read("input") == before).all()
     assert unit.status("set", n, j, 1e-3) == unit.status("advance", 1e-4, None) == OK
     unit.free()

@@ -21,7 +21,6 @@ struct Input {
   const char* name;
   Course* course;
   bool of_control;  // which alone reads it, at its samples
-  bool positive = false;
 };
 
 inline void list_constant(std::vector<Input>& found, const char* name, Course& course,

@@ -1,6 +1,7 @@
 // Drive, power stage or controller for one machine model and number of phases.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 #include <optional>
 
@@ -315,12 +316,7 @@ class DriveUnit final : public Unit {
     }
     if (part_ == SRM_CONTROLLER) return;
     Plant<M, N>& p = given_.plant;
-    if (auto* source = std::get_if<StiffSource>(&p.source)) {
-      constant("u_dc", source->u_dc);
-      if (!inputs_.empty() && inputs_.back().course == &source->u_dc) {
-        inputs_.back().positive = true;  // no run gets on with a link that holds 0 V
-      }
-    }
+    if (auto* source = std::get_if<StiffSource>(&p.source)) constant("u_dc", source->u_dc);
     if (auto* source = std::get_if<Battery>(&p.source)) constant("u_dc", source->E);
     if (auto* source = std::get_if<PvArray>(&p.source)) {
       constant("poa_global", source->poa_global);
@@ -393,15 +389,21 @@ class DriveUnit final : public Unit {
   }
 
   Outcome write_inputs(std::size_t first, const double* values, std::size_t count) {
-    for (std::size_t j = 0; j < count; ++j) {
-      const Input& input = inputs_[first + j];
-      if (input.positive && !(values[j] > 0)) return {SRM_BAD_PARAMETER, input.name};
+    std::vector<double> before(values, values + count);
+    const auto exchange = [&] {
+      for (std::size_t j = 0; j < count; ++j) {
+        std::swap(before[j], inputs_[first + j].course->value[0]);
+      }
+    };
+    exchange();
+    const auto fault_of = [](const auto& source) { return fault(source); };
+    if (const Fault wrong = std::visit(fault_of, given_.plant.source)) {
+      exchange();
+      return {SRM_BAD_PARAMETER, wrong};
     }
     for (std::size_t j = 0; j < count; ++j) {
       const Input& input = inputs_[first + j];
-      if (input.course->value[0] == values[j]) continue;
-      input.course->value[0] = values[j];
-      if (!loop_ || input.of_control) continue;
+      if (before[j] == values[j] || !loop_ || input.of_control) continue;
       looked_ = false;  // from here on the run is another one
       put_input(input);
     }
@@ -434,7 +436,7 @@ class DriveUnit final : public Unit {
     for (const PhaseCommand<double>& c : trial) {
       if (!(c.i_band >= 0)) return {SRM_BAD_PARAMETER, "i_band"};
       for (const double t : c.t_edge) {
-        if (!(t >= 0)) return {SRM_BAD_PARAMETER, "t_edge: need edges that do not fall"};
+        if (!(t >= 0)) return {SRM_BAD_PARAMETER, fall};
       }
     }
     const Outcome whole = count == row.size() ? edges_rise(trial) : Outcome{};
@@ -446,14 +448,11 @@ class DriveUnit final : public Unit {
   /// orders in which they do not.
   static Outcome edges_rise(const Command<double, N>& command) {
     for (const PhaseCommand<double>& c : command) {
-      double last = 0;
-      for (const double t : c.t_edge) {
-        if (!(t >= last)) return {SRM_BAD_PARAMETER, "t_edge: need edges that do not fall"};
-        last = t;
-      }
+      if (!std::ranges::is_sorted(c.t_edge)) return {SRM_BAD_PARAMETER, fall};
     }
     return {};
   }
+  static constexpr const char* fall = "t_edge: need edges that do not fall";
 
   Outcome write_legs(std::size_t first, const double* values, std::size_t count) {
     Command<double, N> trial = orders_.command;

@@ -55,7 +55,13 @@ inline Fault fault(const Pump& p) {
   return sizes && is_positive(p.s_step) && is_positive(p.H_step) ? fault(p.H_static) : "pump";
 }
 
-inline Fault fault(const StiffSource& s) { return fault(s.u_dc); }
+inline Fault fault(const StiffSource& s) {
+  if (const Fault f = fault(s.u_dc)) return f;
+  for (const double u : s.u_dc.value) {
+    if (!is_positive(u)) return "u_dc of the source";  // a link held at 0 V: no step gets on
+  }
+  return nullptr;
+}
 inline Fault fault(const Battery& s) {
   return is_positive(s.R) && is_positive(s.C) ? fault(s.E) : "R, C of the source";
 }
