@@ -89,6 +89,8 @@ def test_the_same_holds_for_headers(tmp_path, tests):
     assert "_check" in one.killer(fault, all_of_them)
     assert one.killer(planted(law), tests) is None
     assert "test_laws.py::" in one.killer(fault, tests)
+    of_the_law = planted(PACKAGE / "drive" / "laws" / "deadbeat.py")
+    assert one.killer(of_the_law, tests) is None  # the core is the installed one again
 
 
 @pytest.mark.long
@@ -99,17 +101,6 @@ def test_a_fault_that_no_import_survives_is_seen_by_every_test(tmp_path, tests):
     nowhere = replace(tests[0], name="tests/plant/test_nowhere.py::test_a")
     with pytest.raises(RuntimeError, match="file or directory not found"):
         court.killer(planted(package), [nowhere])
-
-
-@pytest.mark.long
-def test_a_test_that_fails_without_a_fault_is_left_out(tmp_path, tests, capfd):
-    one, pump = Court(tmp_path, 1), PACKAGE / "plant" / "hydraulics" / "pump.py"
-    for place in (one.unchanged.place, tmp_path / "0"):
-        with (place / PUMP.relative_to(ROOT)).open("a") as file:
-            file.write("\n\ndef test_never():\n    assert False\n")
-    never = replace(tests[0], name=f"{PUMP.relative_to(ROOT)}::test_never", cost=0.0)
-    assert one.killer(planted(pump), [never, *tests]) is None
-    assert "test_never fails without a fault" in capfd.readouterr().out
 
 
 @pytest.mark.parametrize(("kind", "only"), DRAWS)
@@ -270,15 +261,16 @@ def test_the_nearest_files_judge_before_the_others():
     "name", ["plant/test_pumping_pump.py::test_gone[1]", "base/test_gone.py::test_a"]
 )
 def test_a_record_of_tests_that_are_gone_judges_nothing(name, tmp_path):
-    rows = [f'["tests/base/test_mutants.py::{each}", 1.0, []]' for each in NOW]
+    rows = [f'["tests/base/test_mutants.py::{each}", 1.0, true, []]' for each in NOW]
     (tmp_path / "1.jsonl").write_text("\n".join(rows))
     assert len(recorded(tmp_path)) == len(NOW)
-    (tmp_path / "2.jsonl").write_text(f'["tests/{name}", 1.0, []]')
+    (tmp_path / "2.jsonl").write_text(f'["tests/{name}", 1.0, true, []]')
     with pytest.raises(ValueError, match="is gone; remove the folder"):
         recorded(tmp_path)
 
 
-def test_what_a_test_calls_is_noted_with_what_its_file_s_fixtures_call(tmp_path):
+def test_what_a_test_calls_is_noted_with_what_its_file_s_fixtures_call(tmp_path, capsys):
+    """One that fails without a fault judges none."""
     test = """\
 import pytest
 from reluctance.base import arrays, units
@@ -292,12 +284,16 @@ def test_one(made):
 
 def test_two(made):
     assert units.from_si(made, "ms") == 1.0
+
+def test_three():
+    assert False
 """
     (tmp_path / "test_a.py").write_text(test)
     order = [sys.executable, "-m", "pytest", "-q", "-p", "reached", "--reached=r"]
     environment = os.environ | {"PYTHONPATH": str(TESTS / "support")}
-    subprocess.run([*order, "test_a.py"], check=True, cwd=tmp_path, env=environment)
+    assert subprocess.run([*order, "test_a.py"], cwd=tmp_path, env=environment).returncode == 1
     one, two = recorded(tmp_path / "r")
+    assert "test_a.py::test_three fails without a fault" in capsys.readouterr().out
     to_si, from_si = (
         ("base/units.py", inspect.unwrap(f).__code__.co_firstlineno)
         for f in (units.to_si, units.from_si)

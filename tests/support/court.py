@@ -1,5 +1,5 @@
-"""Judges a changed file in a copy of the repository: the first test that fails there, and passes
-without the change."""
+"""Judges a changed file in a copy of the repository: the first test that fails there, of those that
+pass without the change."""
 
 from __future__ import annotations
 
@@ -80,7 +80,8 @@ class Test:
 
 
 def recorded(folder: Path) -> list[Test]:
-    """The tests that a folder of tests/support/reached.py has.
+    """The tests that a folder of tests/support/reached.py has and that pass, as a test that fails
+    without a fault can judge none.
 
     Raises
     ------
@@ -88,8 +89,12 @@ def recorded(folder: Path) -> list[Test]:
         If one of them is no test any more: it could judge nothing.
     """
     lines = [line for file in folder.glob("*.jsonl") for line in file.read_text().splitlines()]
-    rows = map(json.loads, sorted(lines))
-    found = [Test(name, cost, frozenset(map(tuple, called))) for name, cost, called in rows]
+    found = []
+    for name, cost, passes, called in map(json.loads, sorted(lines)):
+        if not passes:
+            print(f"left out: {name} fails without a fault", flush=True)
+            continue
+        found.append(Test(name, cost, frozenset(map(tuple, called))))
     for test in found:
         function = test.name.partition("[")[0].rpartition("::")[2]
         said = words().get(test.file, Counter())
@@ -219,8 +224,10 @@ class Copy:
         shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(*LEFT_OUT))
         core = importlib.util.find_spec("reluctance._core")
         assert core is not None and core.origin is not None
-        for module in Path(core.origin).parent.glob("_core*.so"):
-            shutil.copy2(module, place / "python" / "reluctance")  # it may be built anew meanwhile
+        self.installed = place.with_suffix(".core")  # as it may be built anew meanwhile
+        self.installed.mkdir()
+        self.take_core(Path(core.origin).parent, self.installed)
+        self.take_core(self.installed)
         self.environment = os.environ | {
             "PYTHONPATH": os.pathsep.join(map(str, (place / "python", place / "tests/support"))),
             "OPENBLAS_NUM_THREADS": "1",
@@ -240,6 +247,11 @@ class Copy:
         )
         if not Path(found).is_relative_to(place):
             raise RuntimeError(f"the tests of {place} would import {found}")
+
+    def take_core(self, folder: Path, to: Path | None = None) -> None:
+        """The core of a folder, for the package of the copy where nothing else is said."""
+        for module in folder.glob("_core*.so"):
+            shutil.copy2(module, to or self.place / "python" / "reluctance")
 
     def record(self, folder: Path, jobs: int) -> None:
         """Runs all short tests and notes in a folder what each calls."""
@@ -262,21 +274,17 @@ class Copy:
         built = subprocess.run(command, env=self.environment, capture_output=True, text=True)
         if built.returncode:
             return False
-        for module in folder.glob("_core*.so"):
-            shutil.copy2(module, self.place / "python" / "reluctance")
+        self.take_core(folder)
         return True
 
-    def failing(self, what: Sequence[str], without: Iterable[str] = ()) -> str | None:
+    def failing(self, what: Sequence[str]) -> str | None:
         """The first test that fails, with the names that pytest gives; None where none does."""
-        left = [name for name in what if name not in set(without)]
-        if not left:
-            return None
         chosen = self.place.with_suffix(".chosen")  # not a file of the repository
-        chosen.write_text("\n".join(left), encoding="utf-8")
+        chosen.write_text("\n".join(what), encoding="utf-8")
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=short"]
         command += ["-o", f"faulthandler_timeout={LIMIT}", "-o", "faulthandler_exit_on_timeout=1"]
         command += ["-p", "reached", f"--chosen={chosen}"]
-        command += dict.fromkeys(name.partition("::")[0] for name in left)
+        command += dict.fromkeys(name.partition("::")[0] for name in what)
         running = subprocess.Popen(
             command,
             **{"cwd": self.place, "env": self.environment, "text": True},
@@ -311,11 +319,10 @@ class Court:
         for n in range(jobs):
             self.free.put(Copy(folder / f"{n}"))
         self.lock = Lock()  # of the unchanged copy
-        self.passing: dict[str, bool] = {}  # tests by name: whether they pass without a fault
 
     def killer(self, mutant: Mutant, tests: Sequence[Test]) -> str | None:
-        """Which of the tests fails with the fault and passes without it, or None where none does;
-        "" where the fault does not compile."""
+        """Which of the tests fails with the fault, or None where none does; "" where the fault does
+        not compile."""
         copy = self.free.get()
         place = copy.place / mutant.file.relative_to(ROOT)
         whole = place.read_text(encoding="utf-8")
@@ -329,30 +336,19 @@ class Court:
             return self._killer(copy, judges(mutant, tests)) if copy.build() else ""
         finally:
             place.write_text(whole, encoding="utf-8")
+            if mutant.file.suffix != ".py":
+                copy.take_core(copy.installed)
             self.free.put(copy)
 
     def _killer(self, copy: Copy, names: list[str]) -> str | None:
         """The killer among tests of the nearest files, else among those of the others, which take
         longer to import than to run."""
-        for some in portions(names):
-            if some and (name := self._first(copy, some)) is not None:
+        for some in filter(None, portions(names)):
+            name = copy.failing(some)
+            if name == NOT_BEGUN:
+                with self.lock:
+                    if self.unchanged.failing(some) == NOT_BEGUN:
+                        raise RuntimeError(f"pytest {some[:3]} ...: {self.unchanged.said[-2000:]}")
+            if name is not None:
                 return name
         return None
-
-    def _first(self, copy: Copy, names: list[str]) -> str | None:
-        while True:
-            name = copy.failing(names, [n for n, passes in self.passing.items() if not passes])
-            with self.lock:
-                if name == NOT_BEGUN and self.unchanged.failing(names) == NOT_BEGUN:
-                    raise RuntimeError(f"pytest {names[:3]} ...: {self.unchanged.said[-2000:]}")
-                if name is None or self._passes(name):
-                    return name
-
-    def _passes(self, name: str) -> bool:
-        """Whether a test passes without a fault."""
-        if name not in self.passing:
-            known = name in (ENDED, NOT_BEGUN)
-            self.passing[name] = known or self.unchanged.failing([name]) is None
-            if not self.passing[name]:
-                print(f"left out: {name} fails without a fault", flush=True)
-        return self.passing[name]

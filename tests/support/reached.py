@@ -5,9 +5,9 @@ only chosen tests.
     pytest -p reached --chosen=FILE TESTS
 
 By the first, each process writes FOLDER/PID.jsonl, a line per test: its name, its processor time
-[s], and the functions, as path within the package and first line. What a fixture of a whole file
-calls counts for each of its tests. Commands that a test starts are not seen. By the second, tests
-whose names are no line of FILE are left out; a name that has no test is none.
+[s], whether it passes, and the functions, as path within the package and first line. What a fixture
+of a whole file calls counts for each of its tests. Commands that a test starts are not seen. By the
+second, tests whose names are no line of FILE are left out; a name that has no test is none.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Reached:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        start = processor_time()
+        start, failed = processor_time(), item.session.testsfailed
         threading.setprofile(self.see)
         self.profile.enable()
         try:
@@ -86,7 +86,7 @@ class Reached:
         finally:
             self.profile.disable()
             threading.setprofile(None)
-            self.write(item, processor_time() - start)
+            self.write(item, processor_time() - start, item.session.testsfailed == failed)
 
     def taken(self) -> set[CodeType]:
         """The code objects that were entered since the last time."""
@@ -97,10 +97,10 @@ class Reached:
         self.entered = set()
         return seen
 
-    def write(self, item: pytest.Item, cost: float) -> None:
+    def write(self, item: pytest.Item, cost: float, passes: bool) -> None:
         seen = self.taken() | self.of_file[item.path]
         own = [code for code in seen if code.co_filename.startswith(PACKAGE)]
         places = sorted({(c.co_filename.removeprefix(PACKAGE), c.co_firstlineno) for c in own})
-        line = json.dumps([item.nodeid, round(cost, 3), places])
+        line = json.dumps([item.nodeid, round(cost, 3), passes, places])
         with self.file.open("a", encoding="utf-8") as file:
             file.write(line + "\n")
