@@ -94,6 +94,17 @@ def test_the_same_holds_for_headers(tmp_path, tests):
 
 
 @pytest.mark.long
+def test_a_header_of_the_c_interface_is_judged_by_what_compiles_it(tmp_path):
+    """Without a core built with it, where that tells; one that does not compile is none."""
+    calls_of = HEADERS / "srm" / "c_api" / "implementation.hpp"
+    calls = [noted("targets/test_c_calls_in_short.py::test_every_status_has_words_of_its_own", 1.0)]
+    one = Court(tmp_path, 1)
+    assert one.killer(planted(calls_of, "case SRM_WRONG_PART:", "case 77:"), calls) == calls[0].name
+    assert one.killer(planted(calls_of, "case SRM_WRONG_PART:", "case :"), calls) == ""
+    assert not (tmp_path / "0" / "build").exists()
+
+
+@pytest.mark.long
 def test_a_fault_that_no_import_survives_is_seen_by_every_test(tmp_path, tests):
     court, package = Court(tmp_path, 1), PACKAGE / "__init__.py"
     fault = planted(package, 'name.startswith("reluctance.") and', "True or")
@@ -217,7 +228,7 @@ def test_those_judge_that_call_what_was_changed_and_those_that_name_it(monkeypat
     here, elsewhere = ("plant/hydraulics/pump.py", 7), ("plant/hydraulics/pump.py", 8)
     tests = [
         noted("plant/test_long.py::a", 61.0, here),
-        noted("plant/test_costs_more.py::a", 50.0, here),
+        noted("plant/test_costs_more.py::a", 20.0, here),
         noted("plant/test_calls_it.py::b", 8.0, here),
         noted("plant/test_names_it.py::a", 0.75, elsewhere),
         noted("plant/test_names_it.py::b", 2.0, elsewhere),

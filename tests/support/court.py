@@ -24,27 +24,30 @@ from threading import Lock
 ROOT = Path(__file__).parents[2]
 PACKAGE, HEADERS, TESTS = ROOT / "python" / "reluctance", ROOT / "include", ROOT / "tests"
 CHECK = "test_core.py::test_core_check_holds["  # of headers alone: needs no core built with them
-MOST = 60  # processor time of the tests that judge a change [s]
+MOST = 30  # processor time of the tests that judge a change [s]
 CHEAP = 0.02  # of a test that judges besides [s]
 FIRST = 5  # files of tests that judge by themselves; most faults end there
 SURFACE = "tests/cli/test_surface.py::"  # reads what is declared outside of functions
 LIMIT = 120  # of one test, which takes 10 s at most; more is an endless loop [s]
 LEFT_OUT = (".*", "build", "out", "dist", "__pycache__", "*.so", "node_modules")
+COMPILES = "targets"  # folder of the tests that compile headers by themselves
 FOLDERS = {  # of tests, by the first that a header's place begins with
     "base": ("core",),
     "machine": ("machine", "core"),
     "plant": ("plant", "core", "drive"),
     "control/law": ("drive", "core"),
-    "control/commission": ("targets",),
+    "control/commission": (COMPILES,),
     "control": ("core", "drive"),
     "sim": ("core", "drive"),
-    "c_api": ("targets", "core"),
-    "fmi": ("targets",),
+    "c_api": (COMPILES, "core"),
+    "fmi": (COMPILES,),
 }
 ENDED = "a test that ended the process"
 NOT_BEGUN = "what every test imports"  # the tests cannot begin
 FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+(?:\[.*?\])?)(?: - .*)?$", re.M)
-NOT_COMPILED = re.compile(r"\.[ch]pp:\d+:\d+: error: (?!.*\[-Werror)")
+NOT_COMPILED = re.compile(  # by a check, or by reluctance.base.toolchain
+    r"\.[ch]pp:\d+:\d+: error: (?!.*\[-Werror)|ParameterError: .* does not compile"
+)
 
 
 @dataclass(frozen=True)
@@ -330,10 +333,14 @@ class Court:
         try:
             if mutant.file.suffix == ".py":
                 return self._killer(copy, judges(mutant, tests))
-            by_check = self._killer(copy, checks(mutant, tests))
-            if by_check is not None:
-                return "" if NOT_COMPILED.search(copy.said) else by_check
-            return self._killer(copy, judges(mutant, tests)) if copy.build() else ""
+            names = judges(mutant, tests)
+            compiling = [checks(mutant, tests)]  # what needs no core built with the header
+            if folders(mutant.file)[0] == COMPILES:
+                compiling += [[name for name in names if name.startswith(f"tests/{COMPILES}/")]]
+            for some in compiling:
+                if (name := self._killer(copy, some)) is not None:
+                    return "" if NOT_COMPILED.search(copy.said) else name
+            return self._killer(copy, names) if copy.build() else ""
         finally:
             place.write_text(whole, encoding="utf-8")
             if mutant.file.suffix != ".py":
