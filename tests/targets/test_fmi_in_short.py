@@ -244,9 +244,11 @@ def test_time_is_the_importers_and_a_step_goes_forward(lib, version, part):
     assert unit.get(0)[1] == pytest.approx([3 + 10 * T_S])
     if part != "controller":
         assert unit.value("waveform", "t") == pytest.approx(10 * T_S)
-        assert unit.step(3.0 - T_S, 2 * T_S) == ERROR
-        assert unit.told[-1][2].endswith("t_stop is in the past")
-    assert unit.step(3.0 + 10 * T_S, T_S) == OK
+    for wrong, told in ((3.0, "3"), (3.0 + 10.01 * T_S, f"{3 + 10.01 * T_S:.9g}")):
+        assert unit.step(wrong, T_S) == ERROR
+        at = f"{3 + 10 * T_S:.9g}"
+        assert unit.told[-1][2] == f"a step from {told} s, the unit is at {at} s"
+    assert unit.step((3.0 + 10 * T_S) * (1 - 1e-12), T_S) == OK
     if version == 3:
         assert unit.last == pytest.approx(3 + 11 * T_S)
         assert (unit.event, unit.terminate, unit.early) == (False, False, False)
@@ -290,6 +292,22 @@ def test_orders_act_on_a_stage_at_its_next_sample(lib, version):
         rise = unit.value("waveform", "i_0")
         assert rise == pytest.approx(240 * T_S / 0.67e-3, rel=0.1)  # u t/L_u, less R i
         unit.free()
+
+
+@each_version
+def test_a_stage_that_refused_an_order_samples_in_the_next_step(lib, version):
+    """The refused sample is not lost."""
+    unit = Instance(lib, version, "stage")
+    assert unit.start() == OK
+    edges = [unit.reference("order", f"t_edge_{j}_0") for j in range(4)]
+    legs = [unit.reference("order", f"leg_{j}_0") for j in range(5)]
+    assert unit.set(legs, [1] * 5, kind=INT) == OK
+    assert unit.set(edges[3:], [0.5 * T_S]) == OK  # before the others
+    assert unit.step(0.0, T_S) == ERROR and "edges that do not fall" in unit.told[-1][2]
+    assert unit.set(edges, [0.1 * T_S] * 4) == OK
+    assert unit.step(0.0, T_S) == OK
+    assert unit.value("waveform", "i_0") == pytest.approx(240 * T_S / 0.67e-3, rel=0.1)
+    unit.free()
 
 
 @each_version
@@ -369,7 +387,7 @@ def test_the_variables_of_a_unit_have_the_names_and_values_of_its_tables(lib, pa
     content, library = small_library.content(), Path(lib._name)
     unit = Unit(lib, content, part).start()
     floats = {*unit.names("parameter")[:3], unit.names("parameter")[-1]}
-    found = variables(library, part, content, floats)
+    found = variables(library, part, content, floats, "torque")
     places = [divmod(variable.reference - 1, 65536) for variable in found]
     assert len({*places}) == len({variable.name for variable in found}) == len(found)
     of_parameters = set()
@@ -383,4 +401,4 @@ def test_the_variables_of_a_unit_have_the_names_and_values_of_its_tables(lib, pa
         assert variable.start == start
     assert of_parameters == floats
     with pytest.raises(ParameterError, match=r"the unit cannot be made: .+"):
-        variables(library, part, b"no drive", floats)
+        variables(library, part, b"no drive", floats, "torque")

@@ -149,7 +149,9 @@ def test_variables_have_units_meanings_and_starts(units, version):
     )
     assert (of["plant.R"].causality, of["plant.R"].variability) == ("parameter", "fixed")
     assert float(of["plant.R"].start) == pytest.approx(DRIVE.machine.R)
-    assert (of["reference"].causality, float(of["reference"].start)) == ("input", 41.339)
+    reference, v_switch = of["reference"], of["plant.bridge.device.v_switch"]
+    assert (reference.causality, float(reference.start)) == ("input", 41.339)
+    assert (reference.unit, v_switch.unit) == ("N.m", "V")
     assert all(
         v.unit
         for v in of.values()

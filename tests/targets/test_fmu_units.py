@@ -35,7 +35,7 @@ class Tables:
 
     NAMES: ClassVar[dict[str, list[str]]] = {
         "parameter": ["machine.R", "law.n", "theta_m", "law.B"],
-        "input": ["u_dc", "omega_m", "H_static"],
+        "input": ["u_dc", "omega_m", "H_static", "reference"],
         "waveform": ["t", "i_0", "tau", "leg_1", "theta_m"],
         "period": ["t", "tau", "turn_ons"],
         "last_period": ["tau_ref", "i_peak"],
@@ -55,8 +55,9 @@ class Tables:
 FLOATS = {"machine.R", "theta_m", "law.B"}
 
 
-def variables(part: str) -> dict[str, Variable]:
-    return {v.name: v for v in _variables(Tables(), part, FLOATS)}  # type: ignore[arg-type]
+def variables(part: str, reference: str = "torque") -> dict[str, Variable]:
+    found = _variables(Tables(), part, FLOATS, reference)  # type: ignore[arg-type]
+    return {v.name: v for v in found}
 
 
 def test_variables_have_the_number_of_their_table_and_place() -> None:
@@ -120,6 +121,20 @@ def test_variables_have_unit_meaning_and_start_of_their_last_word() -> None:
     assert whole == {"leg_1", "order.leg_0_1", "order.gate_enable", "states.mode", "states.status"}
     starts = {name: found[name].start for name in ("machine.R", "law.B", "u_source", "H_static")}
     assert starts == {"machine.R": 0.5, "law.B": 30.5, "u_source": 0.5, "H_static": 20.5}
+
+
+@pytest.mark.parametrize(
+    ("kind", "unit", "said"),
+    [
+        *(("torque", "N.m", "torque"), ("speed", "rad/s", "speed")),
+        *(("pv", "rad/s", "greatest speed"), ("none", None, "-1 to brake")),
+    ],
+)
+def test_a_reference_has_the_unit_and_meaning_of_its_kind(
+    kind: str, unit: str | None, said: str
+) -> None:
+    found = variables("drive", kind)["reference"]
+    assert found.unit == unit and said in found.description
 
 
 @pytest.mark.parametrize("version", [2, 3])

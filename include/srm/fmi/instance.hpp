@@ -8,6 +8,8 @@
 // A value reference is 65536 times the table plus the index plus 1 (c_api/reluctance.h); 0 is time.
 #pragma once
 
+#include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -91,10 +93,14 @@ class Instance {
     if (ended) return refused("the unit has diverged; reset it");
     const double from = t_now - t_start, to = from + h;
     if (!(h > 0) || !is_finite(to)) return refused("a step needs a positive length");
-    if (drive::part == SRM_CONTROLLER) return control(to);
-    if (drive::part == SRM_STAGE && is_due(from)) {
-      if (!fine(unit().sample())) return false;
+    if (!(std::fabs(from - t) <= 1e-3 * h)) {  // more than the rounding of an importer's clock
+      char text[80];
+      std::snprintf(text, sizeof text, "a step from %.9g s, the unit is at %.9g s", t_now,
+                    t_start + t);
+      return refused(text);
     }
+    if (drive::part == SRM_CONTROLLER) return control(to);
+    if (drive::part == SRM_STAGE && !sample_due(from)) return false;
     c_api::Outcome outcome{SRM_MORE};
     while (outcome.status == SRM_MORE) {
       outcome = unit().advance(to, t);
@@ -177,10 +183,12 @@ class Instance {
     return false;
   }
 
-  /// True at the first instant that is at or past the next multiple of the control period.
-  bool is_due(double now) {
+  /// Samples at the first instant that is at or past the next multiple of the control period. Where
+  /// that is refused, the next step tries again.
+  bool sample_due(double now) {
     const auto n = static_cast<long long>(now / drive::T_s + 1e-6);
-    if (n <= last_sample_) return false;
+    if (n <= last_sample_) return true;
+    if (!fine(unit().sample())) return false;
     last_sample_ = n;
     return true;
   }

@@ -74,7 +74,7 @@ def fmu(drive: Drive, file: str | Path, *, version: int = 2, part: Part = "drive
             (place / path).write_text(text, "utf-8")
         library = place / f"{name}.so"
         build([f"{name}.cpp"], library, FLAGS, folder=place, what="the unit", link=[*SHARED, *LINK])
-        found = variables(library, part, content, _floats(drive))
+        found = variables(library, part, content, _floats(drive), drive.reference.kind)
         text = description(
             version,
             name,

@@ -40,8 +40,9 @@ OUTPUTS = {  # of the board besides the legs, 1 or 0
     "chopper": "the brake chopper is on",
 }
 
+Meanings = dict[str, tuple[str | None, str]]
 # The last word of a name, without the phase, to unit and meaning.
-MEANINGS = {
+MEANINGS: Meanings = {
     "i": ("A", "phase current"),
     "i_ref": ("A", "current reference of the comparator"),
     "i_band": ("A", "half width of the current band"),
@@ -96,6 +97,10 @@ MEANINGS = {
     "gate": (None, f"who switches: {', '.join(f'{g.value} {g.name}' for g in _core.Gate)}"),
     "chop": (None, "leg above the band: 0 freewheel, -1 demagnetize"),
     "R": ("Ohm", "resistance"),
+    "R_switch": ("Ohm", "resistance of a switch"),
+    "R_diode": ("Ohm", "resistance of a diode"),
+    "v_switch": ("V", "threshold voltage of a switch"),
+    "v_diode": ("V", "threshold voltage of a diode"),
     "L_u": ("H", "unaligned inductance"),
     "L_sat": ("H", "saturated aligned inductance"),
     "J": ("kg.m2", "inertia of rotor and load"),
@@ -113,7 +118,13 @@ MEANINGS = {
     "value": (None, "that the fault was found by"),
     "limit": (None, "of that value"),
     **{name: (None, f"1: {text}") for name, text in OUTPUTS.items()},
-    "reference": (None, "reference of the drive: torque [N m] or speed [rad/s]"),
+}
+# The reference of a drive, by its kind.
+REFERENCES: Meanings = {
+    "torque": ("N.m", "torque reference"),
+    "speed": ("rad/s", "speed reference"),
+    "pv": ("rad/s", "greatest speed; 0 stops the pump"),
+    "none": (None, "1 to motor with the law's own current, -1 to brake, 0 off"),
 }
 INTEGERS = {"leg", "gate", "chop", "at_once", "mode", "status", "phase", *OUTPUTS}
 INDEX = re.compile(r"(_\d+)+$")
@@ -133,12 +144,16 @@ class Variable:
     start: float | None
 
 
-def variables(library: Path, part: Part, content: bytes, floats: set[str]) -> list[Variable]:
-    """The variables of a compiled unit; `floats` are the parameters that are real numbers."""
-    return list(_variables(_Tables(library, part, content), part, floats))
+def variables(
+    library: Path, part: Part, content: bytes, floats: set[str], reference: str
+) -> list[Variable]:
+    """The variables of a compiled unit; `floats` are the parameters that are real numbers,
+    `reference` is the kind of the drive's reference."""
+    return list(_variables(_Tables(library, part, content), part, floats, reference))
 
 
-def _variables(tables: _Tables, part: Part, floats: set[str]) -> Iterator[Variable]:
+def _variables(tables: _Tables, part: Part, floats: set[str], reference: str) -> Iterator[Variable]:
+    meanings = MEANINGS | {"reference": REFERENCES[reference]}
     for code, table in enumerate(TABLES):
         if table == "measurement" and part == "drive":
             continue  # the controller's business
@@ -153,7 +168,7 @@ def _variables(tables: _Tables, part: Part, floats: set[str]) -> Iterator[Variab
                 continue
             shown = RENAMED.get((table, name), name)
             word = INDEX.sub("", shown.rpartition(".")[2])
-            unit, description = MEANINGS.get(word, (None, ""))
+            unit, description = meanings.get(word, (None, ""))
             integer = word in INTEGERS and table != "parameter"
             if table in ("period", "last_period") and word in ("tau", "tau_ref"):
                 unit, description = "N.m.s", f"integral of the {description}"
