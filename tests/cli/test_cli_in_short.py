@@ -46,8 +46,11 @@ def test_a_trigger_is_told_with_its_cause_and_its_phase():
     told = "40 samples, trigger at sample 30: sensor dead"
     assert replay._trigger(dump()) == told
     fault = {"status": 2, "value": 180.0, "limit": 150.0}
-    assert replay._trigger(dump(**fault)) == f"{told} (180 A, limit 150 A)"
-    assert replay._trigger(dump(**fault, phase=0)) == f"{told} (phase a: 180 A, limit 150 A)"
+    assert replay._trigger(dump(**fault)) == f"{told} (180 A, above the limit of 150 A)"
+    assert (
+        replay._trigger(dump(**fault, phase=0))
+        == f"{told} (phase a: 180 A, above the limit of 150 A)"
+    )
 
 
 # run
@@ -312,7 +315,7 @@ def test_samples_that_differ_are_an_error_after_what_the_dump_holds(monkeypatch,
     for found in (equal, other):
         monkeypatch.setattr(replay, "replay_dump", lambda *_, found=found: found)
         done = command("replay", "d.bin", "--drive", CUBIC)
-        first = "40 samples, trigger at sample 30: over-current (180 A, limit 150 A)\n"
+        first = "40 samples, trigger at sample 30: over-current (180 A, above the limit of 150 A)\n"
         assert done.out == first + ("all 40 orders equal\n" if found.exact else "")
         assert found.exact or (
             "3 of 40 samples differ, first sample 12: `mode` is 1 of the target, 2 of the desk"

@@ -43,11 +43,12 @@ def test_a_dump_is_told_by_its_trigger_its_cause_and_its_orders(monkeypatch):
     whole = Replayed(dump(), "sensor dead", 0, None)
     done = replayed(monkeypatch, whole)
     assert done.code == 0 and done.out == (
-        "5 samples, trigger at sample 7: sensor dead (phase b: 1.235 Wb, limit 2.5 Wb)\n"
+        "5 samples, trigger at sample 7: sensor dead "
+        "(phase b: 1.235 Wb, below the limit of 2.5 Wb)\n"
         "all 5 orders equal\n"
     )
     nobody = replace(whole, dump=dump(phase=-1))
-    assert "(1.235 Wb, limit 2.5 Wb)" in replayed(monkeypatch, nobody).out
+    assert "(1.235 Wb, below the limit of 2.5 Wb)" in replayed(monkeypatch, nobody).out
     first = replayed(monkeypatch, replace(whole, dump=dump(phase=0))).out
     assert "(phase a: 1.235 Wb" in first
     asked = replace(whole, dump=dump(status=0), cause="trigger")

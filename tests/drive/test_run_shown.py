@@ -267,8 +267,8 @@ def test_a_run_that_ends_before_the_drive_runs_or_after_it_has_tripped_is_told()
 @pytest.mark.parametrize(
     ("phase", "value", "limit", "told"),
     [
-        (1, 12.34567, 10.0, "hot (status 3, phase 1 (b): 12.35 V, limit 10 V)"),
-        (0, 1.0, -2.0, "hot (status 3, phase 0 (a): 1 V, limit -2 V)"),
+        (1, 12.34567, 10.0, "hot (status 3, phase 1 (b): 12.35 V, above the limit of 10 V)"),
+        (0, 1.0, -2.0, "hot (status 3, phase 0 (a): 1 V, above the limit of -2 V)"),
         (-1, 12.0, 0.0, "hot (status 3)"),
     ],
 )

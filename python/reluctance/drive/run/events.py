@@ -10,7 +10,7 @@ from typing import Any
 from reluctance import _core
 from reluctance.base.phases import LETTERS
 
-OUT_OF_RANGE, FROZEN = 6, 11  # statuses
+OVER_SPEED, OUT_OF_RANGE, FROZEN = 5, 6, 11  # statuses
 MODES = ("off", "precharge", "calibrate", "ready", "run", "fault")  # control/guard/sequence.hpp
 
 
@@ -96,15 +96,20 @@ def evidence(text: str, status: int, phase: int, value: float, limit: float) -> 
 
 
 def told(status: int, phase: int, value: float, limit: float) -> str:
-    """Value and limit of a fault, in their unit where it is known."""
+    """Value and limit of a fault, in their unit where it is known, and the side of the limit that
+    the value, or a speed of either sign, is on."""
     if status == FROZEN:
         return f"{value:.4g} A in {limit:.0f} samples"
+    size = abs(value) if status == OVER_SPEED else value
+    side = "above" if size > limit else "below" if size < limit else "at"
     if status == OUT_OF_RANGE:
         unit = "A" if phase >= 0 else "deg el."
     else:
         unit = UNITS.get(status, "")
     factor, behind = CONVERTED.get(unit, 1.0), f" {unit}" if unit else ""
-    return f"{factor * value:.4g}{behind}, limit {factor * limit:.4g}{behind}"
+    if status == OUT_OF_RANGE and phase < 0:
+        return f"{factor * value:.4g}{behind}, need 0 to {factor * limit:.4g}"
+    return f"{factor * value:.4g}{behind}, {side} the limit of {factor * limit:.4g}{behind}"
 
 
 def _event(row: Sequence[float]) -> Event:
