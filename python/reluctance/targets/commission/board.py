@@ -117,6 +117,7 @@ class Board:
     ) -> None:
         n = on.drive.machine.n_phases
         self._answer, self._wires, self._n = answer, on.wires, n
+        self._tracked = on.drive.sensing.counted_angle  # the controller finds its speed itself
         self._record = struct.Struct(f"<4i{n + 5}f3iIf")
         self._told = _answer_type(n)
         self._leg_of = [on.wires.phase.index(k) for k in range(n)]
@@ -190,7 +191,7 @@ class Board:
             *self._start,
             *shown,
             angle,
-            wires.direction * y.omega_m,
+            0.0 if self._tracked else wires.direction * y.omega_m,
             y.u_dc,
             y.i_source,
             self.enable,
