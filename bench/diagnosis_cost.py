@@ -69,16 +69,16 @@ def row(drive: rl.Drive, programs: list[Path], fault: tuple[str, dict[str, Any]]
     named, plain, followed = (replay(program, "cortex-m7", samples) for program in programs)
     ends = [int(np.argmax(np.append(each.status, 1) != 0)) for each in (named, plain)]
     both = slice(0, min(ends))
-    added = named.instructions[both].astype(int) - plain.instructions[both].astype(int)
-    more = followed.instructions[: ends[0]].astype(int) - named.instructions[: ends[0]]
+    added = named.step[both].astype(int) - plain.step[both].astype(int)
+    more = followed.step[: ends[0]].astype(int) - named.step[: ends[0]]
     return {
         "fault": words(fault),
         "samples": ends[0],
         "status": int(named.status.max()),
         "added_max": int(added.max()),
         "flux_angle_added_max": int(more.max()),
-        "with_max": int(named.instructions[: ends[0] + 1].max()),
-        "without_max": int(plain.instructions[: ends[1] + 1].max()),
+        "with_max": int(named.step[: ends[0] + 1].max()),
+        "without_max": int(plain.step[: ends[1] + 1].max()),
     }
 
 

@@ -90,16 +90,16 @@ class Target:
     def __init__(self, drive: Drive, folder: Path) -> None:
         package = firmware(drive, folder / "package").folder
         program = package / "emulated" / "replay.cpp"
-        text, step = program.read_text(), "    counted_step();\n"
+        text, step = program.read_text(), "  order.step = counted_step();\n"
         if step not in text:
             raise ValueError(f"{program} has another loop")
-        again = "    if (order.status != 0) reluctance_init(&controller);\n"
+        again = "  if (order.status != 0) reluctance_init(&stepped);\n"
         program.write_text(text.replace(step, step + again))
         self.program = build(package, "cortex-m7")
 
     def count(self, samples: np.ndarray) -> np.ndarray:
         """Instructions of each step (n,)."""
-        return replay(self.program, "cortex-m7", samples).instructions.astype(int)
+        return replay(self.program, "cortex-m7", samples).step.astype(int)
 
 
 def random_samples(drive: Drive, n: int, seed: int) -> np.ndarray:

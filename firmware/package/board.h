@@ -5,7 +5,7 @@
 
 #include "reluctance_controller.h"
 
-/* 0: main.c leaves commissioning out, which takes 12 KB of flash. For a drive that is commissioned.
+/* 0: main.c leaves commissioning out, which takes 13 KB of flash. For a drive that is commissioned.
  */
 #ifndef COMMISSIONING
 #define COMMISSIONING 1

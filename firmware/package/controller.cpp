@@ -45,10 +45,11 @@ void reluctance_init(reluctance_controller* controller) { ::new (controller) Sta
 
 void reluctance_reset(reluctance_controller* controller) {
   State& x = state_of(controller);
-  State fresh;
-  fresh.control.parameter = x.control.parameter;
-  fresh.changes = x.changes + 1;
-  x = fresh;
+  const auto parameter = x.control.parameter;
+  const auto changes = x.changes + 1;
+  srm::renew(x);
+  x.control.parameter = parameter;
+  x.changes = changes;
 }
 
 reluctance_status reluctance_step(reluctance_controller* controller,

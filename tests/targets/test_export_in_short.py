@@ -192,13 +192,14 @@ def test_words_of_the_target_are_columns_of_a_step() -> None:
     phases = [([1, 0, -1, 0, 1], 2, 1, [0.1, 0.2, 0.3, 0.4], [k + n / 8 for n in range(8)])
               for k in range(3)]  # fmt: skip
     data = b""
-    for status, instructions in ((0, 900), (7, 1000)):
-        data += struct.pack("<II", status, instructions)
+    for status, step in ((0, 900), (7, 1000)):
+        data += struct.pack("<III", status, step, step + 100)
         for leg, gate, chop, edges, numbers in phases:
             data += struct.pack("<5bbbx", *leg, gate, chop) + struct.pack("<12f", *edges, *numbers)
         data += struct.pack("<f", 41.5)
     found = target._answers(data + struct.pack("<II", 0xCAFE, 640), 3)
-    assert found.status.tolist() == [0, 7] and found.instructions.tolist() == [900, 1000]
+    assert found.status.tolist() == [0, 7] and found.step.tolist() == [900, 1000]
+    assert found.run.tolist() == [1000, 1100]
     assert (found.fingerprint, found.stack) == (0xCAFE, 640)
     row = found.commands[1]
     columns = list(_core.ORDER_COLUMNS)

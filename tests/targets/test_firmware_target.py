@@ -16,7 +16,7 @@ import reluctance as rl
 from reluctance._core import ORDER_COLUMNS
 from reluctance.drive.guard.trip_levels import protection
 from reluctance.targets.export import firmware
-from reluctance.targets.export.cost import cost
+from reluctance.targets.export.cost import cost, sizes
 from reluctance.targets.export.parity import check_parity, in_the_loop, parity
 from reluctance.targets.export.recording import record
 from reluctance.targets.export.target import build, processor_in_the_loop, replay
@@ -84,6 +84,15 @@ def test_no_double_and_no_call_but_the_allowed_ones_in_the_object(packages):
     assert "__aeabi" not in code and ".f64" not in code
     stacks = (folder / "build" / "cortex-m4" / "controller.su").read_text().splitlines()
     assert all(line.endswith("static") for line in stacks)
+
+
+@pytest.mark.parametrize("file", ["docs/firmware.md", "firmware/package/board.h"])
+def test_commissioning_takes_the_flash_that_is_told(file, packages):
+    folder, _ = packages("paper_mpc")
+    build(folder, "cortex-m4")
+    text, constants, _ = sizes(folder / "build" / "cortex-m4" / "commission.o")
+    told = re.search(r"takes? (\d+) KB of flash", (ROOT / file).read_text())
+    assert int(told[1]) == round((text + constants) / 1024)
 
 
 def faulty(samples, n, **columns):

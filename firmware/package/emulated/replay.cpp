@@ -4,11 +4,17 @@
 // pipes, a simulation is at the other end and the loop is closed. Little-endian 32-bit words:
 //
 //   sample   measurement, reference
-//   order    status, instructions of the step, command, torque reference
-//   at the end: fingerprint and stack bytes of the step, as the last two words
+//   order    status, instructions of the step, instructions of the run, command, torque reference
+//   at the end: fingerprint and stack bytes, as the last two words
+//
+// The answer is that of reluctance_step. The run is reluctance_run, which firmware calls, on the
+// same sample: of a second controller, in `run` where it comes there. One with a diagnosis orders
+// trials that the samples know nothing of, and ends in `fault`. The stack is the deepest of all
+// calls.
 //
 // Instructions are counted by SysTick under the emulator's `-icount shift=10`: an instruction takes
 // 1024 ns, the timer runs at 25 MHz, so 25.6 ticks are one instruction.
+#include "parameters.hpp"
 #include "reluctance_controller.h"
 #include "semihosting.hpp"
 
@@ -24,7 +30,7 @@ struct Sample {
 
 struct Order {
   std::uint32_t status;
-  std::uint32_t instructions;
+  std::uint32_t step, run;  // instructions
   reluctance_command command;
   float tau_ref;
 };
@@ -57,18 +63,65 @@ constexpr std::uint32_t paint = 0xA5A5A5A5;
                                     reinterpret_cast<const volatile char*>(word));
 }
 
-reluctance_controller controller;
+reluctance_controller stepped, driven;
+reluctance_request request;
+reluctance_command driven_command;
+reluctance_outputs outputs;
+reluctance_mode mode;
 Sample sample;
 Order order;
 
-/// In a frame of its own, so that the stack is counted from the call.
-[[gnu::noinline]] void counted_step() {
+/// Instructions of a call.
+template <class Call>
+std::uint32_t counted(const Call& call) {
   const std::uint32_t before = ticks();
-  order.status =
-      reluctance_step(&controller, &sample.measurement, sample.reference, &order.command);
+  call();
   const std::uint32_t after = ticks();
-  order.tau_ref = reluctance_torque_reference(&controller);
-  order.instructions = (((before - after) & 0xFFFFFF) * 10 + 128) / 256;
+  return (((before - after) & 0xFFFFFF) * 10 + 128) / 256;
+}
+
+/// The calls in frames of their own, so that the stack is counted from them.
+[[gnu::noinline]] std::uint32_t counted_run(const reluctance_measurement& measurement) {
+  ++request.sequence;
+  return counted(
+      [&] { mode = reluctance_run(&driven, &measurement, &request, &driven_command, &outputs); });
+}
+[[gnu::noinline]] std::uint32_t counted_step() {
+  return counted([] {
+    order.status = reluctance_step(&stepped, &sample.measurement, sample.reference, &order.command);
+  });
+}
+
+/// Calls until the drive is in `run` or has a fault, while the rotor comes to the angle of the
+/// first sample at its speed; at most n calls, and 0 where it is not in `run`. No current flows.
+int approach(int n) {
+  const reluctance_measurement& at = sample.measurement;
+  const float step = static_cast<float>(reluctance::machine.N_r) * RELUCTANCE_CONTROL_PERIOD_S;
+  reluctance_measurement rest = at;
+  for (float& i : rest.i_A) i = 0.0f;
+  reluctance_init(&driven);
+  request.enable = 1;
+  mode = RELUCTANCE_MODE_OFF;
+  int calls = 0;
+  for (; calls < n && mode < RELUCTANCE_MODE_RUN; ++calls) {
+    const float before = static_cast<float>(n - calls) * step * at.omega_m_rad_s;
+    rest.theta_e_rad = srm::wrap(at.theta_e_rad - before);
+    counted_run(rest);
+  }
+  return mode == RELUCTANCE_MODE_RUN ? calls : 0;
+}
+
+/// Into `run`, as a board comes there, in as many calls as that takes.
+void begin_run() {
+  const int calls = approach(1 << 16);
+  if (calls > 0) approach(calls);
+}
+
+void answer() {
+  request.reference = sample.reference;
+  order.run = counted_run(sample.measurement);
+  order.step = counted_step();
+  order.tau_ref = reluctance_torque_reference(&stepped);
 }
 
 }  // namespace
@@ -81,10 +134,14 @@ int main() {
     return 66;
   }
   start_ticks();
-  reluctance_init(&controller);
+  reluctance_init(&stepped);
+  reluctance_init(&driven);
   paint_stack();
+  bool first = true;
   while (semihosting::read_all(samples, &sample, sizeof sample)) {
-    counted_step();
+    if (first) begin_run();
+    first = false;
+    answer();
     if (!semihosting::write_all(orders, &order, sizeof order)) return 74;
   }
   const std::uint32_t last[2] = {reluctance_fingerprint(), stack_used(__builtin_frame_address(0))};

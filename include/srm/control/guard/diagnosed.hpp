@@ -48,14 +48,14 @@ struct Diagnosed {
 
   void start(State& x) const {
     guarded.start(x.guarded);
-    x.diagnosis = {};
+    renew(x.diagnosis);
     x.diagnosis.trial = PhaseTrial<T>::template begun<N>(diagnosis.flux.psi_max);
-    x.flux_angle = {};
+    renew(x.flux_angle);
   }
   void forget(State& x) const {
     guarded.forget(x.guarded);
-    x.diagnosis = {};
-    x.flux_angle = {};
+    renew(x.diagnosis);
+    renew(x.flux_angle);
   }
   void lose(State& x) const {
     forget(x);

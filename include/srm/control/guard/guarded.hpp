@@ -27,11 +27,18 @@ Y judged(const DriveControl<Law>& control, const typename DriveControl<Law>::Sta
   return y;
 }
 
+/// A state anew, in place: assigned, a second one would stand on the stack.
+// noinline: of five places.
+template <class State>
+[[gnu::noinline]] void renew(State& x) {
+  ::new (&x) State();
+}
+
 /// A control that starts anew, with the rotor already followed.
 template <ControlLaw Law>
 void start(const DriveControl<Law>&, typename DriveControl<Law>::State& x) {
   const auto tracker = x.frame.tracker;
-  x = {};
+  renew(x);
   x.frame.tracker = tracker;
 }
 
@@ -107,7 +114,7 @@ struct Guarded {
   /// Other orders than the law's: it starts anew afterwards, and the rotor is followed.
   template <Uses used>
   void pause(State& x, Measurement<T, N> y, Command<T, N>& orders) const {
-    x.law.law = {};
+    renew(x.law.law);
     if constexpr (used.observer) control.frame.follow(x.law.frame, y, T(0));
     if (control.frame.edges.any()) {
       for (PhaseCommand<T>& order : orders) control.frame.edges.apply(order);
@@ -118,7 +125,7 @@ struct Guarded {
   void start(State& x) const { srm::start(control, x.law); }
 
   /// The protection starts anew.
-  void forget(State& x) const { x.guard = {}; }
+  void forget(State& x) const { renew(x.guard); }
 
   /// The rotor is not followed: where it turns, and how fast, has to be found again.
   void lose(State& x) const {

@@ -58,7 +58,6 @@ struct Supervised {
       control.forget(x.control);  // judges this sample alone
       control.watch(x.control, y, tuning);
       at.clear(x.states, ask, control.fault(x.control).status == Status::ok);
-      control.forget(x.control);
     } else {
       control.lose(x.control);
     }

@@ -1,4 +1,4 @@
-"""What a control step costs on a Cortex-M: instructions, flash, RAM, stack, outside symbols.
+"""What a control period costs on a Cortex-M: instructions, flash, RAM, stack, outside symbols.
 
 Instructions are counted by the emulator, exactly and repeatably; they are not cycles. On a
 Cortex-M4F with zero wait states expect 1.6 to 2.1 cycles for each.
@@ -11,6 +11,8 @@ import subprocess
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import scratch
@@ -32,12 +34,12 @@ class Cost:
     cpu: str
     steps: int  # replayed
     bit_exact: bool  # against the desk
-    instructions_mean: float  # of a step
+    instructions_mean: float  # of reluctance_run; of the step where that takes more
     instructions_max: int
     text: int  # [B]
     rodata: int  # tables included [B]
     data: int  # data and bss [B]
-    stack: int  # [B]
+    stack: int  # of that call [B]
     outside: tuple[str, ...]  # symbols that the object needs from elsewhere
 
     def with_units(self) -> dict[str, Any]:
@@ -55,7 +57,7 @@ def cost(drive: Drive, cpu: Cpu, recording: Recording, folder: Path) -> Cost:
     Parameters
     ----------
     recording : Recording
-        What the step answers; the worst step is the worst of these.
+        What the controller answers; the worst call is the worst of these.
     folder : Path
         The exported package; compiled here.
     """
@@ -66,14 +68,15 @@ def cost(drive: Drive, cpu: Cpu, recording: Recording, folder: Path) -> Cost:
     tree = re.search(r"srm::DriveControl<(.*)> control =", (folder / "parameters.hpp").read_text())
     if tree is None:
         raise ParameterError(f"{folder} is not an exported package")
+    taken = np.maximum(found.answers.step, found.answers.run)
     return Cost(
         drive=drive.name,
         law=tree[1],
         cpu=cpu,
         steps=found.steps,
         bit_exact=found.exact,
-        instructions_mean=float(found.answers.instructions.mean()),
-        instructions_max=int(found.answers.instructions.max()),
+        instructions_mean=float(taken.mean()),
+        instructions_max=int(taken.max()),
         text=text,
         rodata=rodata,
         data=data,

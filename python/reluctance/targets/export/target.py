@@ -58,10 +58,11 @@ class Answers:
     """What the target returned."""
 
     status: NDArray[np.uint32]  # (n,)
-    instructions: NDArray[np.uint32]  # (n,) of each step, call included
+    step: NDArray[np.uint32]  # (n,) instructions of reluctance_step, call included
+    run: NDArray[np.uint32]  # (n,) of reluctance_run, in `run` where it comes there
     commands: NDArray[np.float32]  # columns as _core.step
     fingerprint: int
-    stack: int  # deepest, from the call of the step [B]
+    stack: int  # deepest, from the call of reluctance_run [B]
 
 
 def known_cpu(name: str) -> Cpu:
@@ -204,7 +205,7 @@ def order_type(n_phases: int) -> np.dtype[np.void]:
     return np.dtype(
         [
             ("status", "<u4"),
-            ("instructions", "<u4"),
+            *(("step", "<u4"), ("run", "<u4")),
             ("phase", PHASE, (n_phases,)),
             ("tau_ref", "<f4"),
         ]
@@ -216,7 +217,8 @@ def _answers(data: bytes, n_phases: int) -> Answers:
     fingerprint, stack = np.frombuffer(data[-8:], "<u4")
     return Answers(
         status=orders["status"].copy(),
-        instructions=orders["instructions"].copy(),
+        step=orders["step"].copy(),
+        run=orders["run"].copy(),
         commands=_columns(orders, n_phases),
         fingerprint=int(fingerprint),
         stack=int(stack),
