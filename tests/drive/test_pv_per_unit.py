@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 
 import reluctance as rl
+from reluctance import _core
+from reluctance.drive.run.plant import loop_parts
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "sun_cloud.toml"
 BASE = rl.load(EXAMPLE)
@@ -61,6 +63,25 @@ def test_one_set_of_gains_tracks_over_a_cloud(power, voltage):
     """From 50 W at 24 V to 6.5 kW at 240 V: at least 99 % of the available energy."""
     figures = rl.simulate(scaled(power, voltage), until=11.0, record=None).kpis
     assert figures.tracking > 0.99
+
+
+def numbers(drive):
+    """The single ones of the controller and the plant."""
+    loop = _core.SimulationParts(**loop_parts(drive, -1.0))
+    found = _core.numbers(drive.controller(), loop)
+    return {name: n for name, n in found.items() if isinstance(n, float)}
+
+
+def test_voltages_that_are_left_out_are_parts_of_the_nominal_one():
+    """Torque begins at 0.45 and is whole at 0.55, the drive wakes at 0.7, the tracker steps by a
+    120th."""
+    keys = ("u_stop_V", "u_full_V", "u_wake_V", "step_V")
+    given = dict.fromkeys(f"pv_control.{key}" for key in keys)
+    written = dict(zip(given, (108.0, 132.0, 168.0, 2.0), strict=True))
+    assert numbers(BASE.with_values(written)) == pytest.approx(numbers(BASE.with_values(given)))
+    for key, value in written.items():
+        other = numbers(BASE.with_values(written | {key: 1.01 * value}))
+        assert other != pytest.approx(numbers(BASE.with_values(written)))
 
 
 def test_absolute_gains_of_the_large_drive_do_not_serve_the_small_one():

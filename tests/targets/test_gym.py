@@ -224,6 +224,15 @@ def test_an_over_current_ends_the_episode_at_its_price():
     assert tripped and not over and reward < -50
 
 
+@pytest.mark.parametrize(("part", "trips"), [(1.98, False), (2.02, True)])
+def test_twice_the_nominal_speed_ends_an_episode(part, trips):
+    """At which this shaft is held."""
+    env = rg.DriveEnv(action="legs", randomise={"plant.shaft.omega.value_0": (part, part)})
+    env.reset(seed=0)
+    _, _, tripped, _, _ = env.step(np.array([0, 0, 0]))
+    assert tripped == trips
+
+
 def test_a_map_machine_with_a_battery_and_a_shared_switch_is_an_environment():
     drive = rl.load(EXAMPLES / "map_mpc.toml").with_values(
         {"source.kind": "battery", "source.R_ohm": 0.1, "source.C_uF": 1000}
