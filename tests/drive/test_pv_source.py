@@ -210,7 +210,10 @@ def test_a_cold_morning_decides_what_the_switches_must_stand() -> None:
         ("source.module=", "need one of `module`, a CEC name, the table"),
         ("load.H_static_m=0", None),
         ("reference.kind=speed", r"\[pv_control\] has no effect with \[reference\] kind = 'speed'"),
-        ("pv_control.u_stop_V=200", "need rising voltages"),
+        (
+            "pv_control.u_stop_V=200",
+            "u_stop_V = 200, u_full_V = 132, u_ref_min_V = 144, u_ref_V = 230, u_ref_max_V = 312: ",
+        ),
         ("pv_control.current=legs", "with analog comparators"),
         ("pv_control.K_p_rpmpV=1.0", "has no effect with actuator = 'torque'"),
         ("load.pump=synthetic_70_26", "neither a file nor in the library; did you mean"),

@@ -34,6 +34,17 @@ def test_a_row_of_units_below_the_names_counts(units, tmp_path):
     is_the_machine(read_map(path, N_r=6, names={"i": "Ia"}))
 
 
+def test_two_units_make_a_row_of_units_and_one_does_not(tmp_path):
+    """What has none there is in SI units."""
+    path = tmp_path / "m.csv"
+    body = "".join(f"{a:.12g},{i:.12g},{p:.12g},{t:.12g}\n" for a, i, p, t in rows())
+    path.write_text(f"Angle,Current,Flux,Torque\ndeg,A,,\n{body}")
+    is_the_machine(read_map(path, N_r=6))
+    path.write_text(f"Angle,Current,Flux,Torque\ndeg,,,\n{body}")
+    with pytest.raises(ParameterError):
+        read_map(path, N_r=6)
+
+
 def test_a_title_above_a_grid_and_a_cover_sheet_before_it_are_passed_over(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     psi = sampled(HALF)[0]

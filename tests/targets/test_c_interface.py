@@ -180,9 +180,11 @@ def test_legs_step_the_stage(lib):
     assert a3 < 0.1 * a2 and 0 < b3 < b2
 
 
+@pytest.mark.parametrize("name", ["sensors", "pairs of the frame"])
 @pytest.mark.parametrize("part", ["drive", "stage", "controller"])
-def test_a_restored_state_goes_on_with_the_same_bits(lib, part):
-    unit = Unit(lib, blob(DRIVES["sensors"], record=0.0), part).start()
+def test_a_restored_state_goes_on_with_the_same_bits(lib, part, name):
+    """The second law integrates."""
+    unit = Unit(lib, blob(DRIVES[name], record=0.0), part).start()
 
     def go_on(t):
         if part == "controller":
@@ -200,7 +202,7 @@ def test_a_restored_state_goes_on_with_the_same_bits(lib, part):
     after = go_on(0.006)
     unit.restore(state)
     assert go_on(0.006) == after
-    other = Unit(lib, blob(DRIVES["sensors"], record=0.0), part).start()
+    other = Unit(lib, blob(DRIVES[name], record=0.0), part).start()
     other.restore(state)
     unit.free()
     unit = other
