@@ -86,6 +86,14 @@ def test_no_double_and_no_call_but_the_allowed_ones_in_the_object(packages):
     assert all(line.endswith("static") for line in stacks)
 
 
+def test_a_fault_takes_no_more_instructions_than_the_run_before_it(packages):
+    folder, recording = packages("deadbeat_diagnosis")
+    samples = faulty(recording.samples, 9000, u_dc=1e4)
+    found = replay(build(folder, "cortex-m7"), "cortex-m7", samples)
+    assert_safe_from(found, 9000, 3)
+    assert found.run[9000:].max() <= found.run[:9000].max()
+
+
 @pytest.mark.parametrize("file", ["docs/firmware.md", "firmware/package/board.h"])
 def test_commissioning_takes_the_flash_that_is_told(file, packages):
     folder, _ = packages("paper_mpc")

@@ -8,15 +8,14 @@
 //   at the end: fingerprint and stack bytes, as the last two words
 //
 // The answer is that of reluctance_step. The run is reluctance_run, which firmware calls, on the
-// same sample: of a second controller, in `run` where it comes there. One with a diagnosis orders
-// trials that the samples know nothing of, and ends in `fault`. The stack is the deepest of all
+// same sample: of a second controller, which begins in `run`. The stack is the deepest of all
 // calls.
 //
 // Instructions are counted by SysTick under the emulator's `-icount shift=10`: an instruction takes
 // 1024 ns, the timer runs at 25 MHz, so 25.6 ticks are one instruction.
-#include "parameters.hpp"
 #include "reluctance_controller.h"
 #include "semihosting.hpp"
+#include "state.hpp"
 
 extern "C" std::uint32_t stack_low;
 extern "C" int main();
@@ -67,7 +66,6 @@ reluctance_controller stepped, driven;
 reluctance_request request;
 reluctance_command driven_command;
 reluctance_outputs outputs;
-reluctance_mode mode;
 Sample sample;
 Order order;
 
@@ -81,10 +79,9 @@ std::uint32_t counted(const Call& call) {
 }
 
 /// The calls in frames of their own, so that the stack is counted from them.
-[[gnu::noinline]] std::uint32_t counted_run(const reluctance_measurement& measurement) {
-  ++request.sequence;
+[[gnu::noinline]] std::uint32_t counted_run() {
   return counted(
-      [&] { mode = reluctance_run(&driven, &measurement, &request, &driven_command, &outputs); });
+      [] { reluctance_run(&driven, &sample.measurement, &request, &driven_command, &outputs); });
 }
 [[gnu::noinline]] std::uint32_t counted_step() {
   return counted([] {
@@ -92,34 +89,18 @@ std::uint32_t counted(const Call& call) {
   });
 }
 
-/// Calls until the drive is in `run` or has a fault, while the rotor comes to the angle of the
-/// first sample at its speed; at most n calls, and 0 where it is not in `run`. No current flows.
-int approach(int n) {
-  const reluctance_measurement& at = sample.measurement;
-  const float step = static_cast<float>(reluctance::machine.N_r) * RELUCTANCE_CONTROL_PERIOD_S;
-  reluctance_measurement rest = at;
-  for (float& i : rest.i_A) i = 0.0f;
+/// Both begin anew; the second in `run`, without what leads there.
+void begin() {
+  reluctance_init(&stepped);
   reluctance_init(&driven);
+  reluctance::state_of(&driven).states.mode = srm::Mode::run;
   request.enable = 1;
-  mode = RELUCTANCE_MODE_OFF;
-  int calls = 0;
-  for (; calls < n && mode < RELUCTANCE_MODE_RUN; ++calls) {
-    const float before = static_cast<float>(n - calls) * step * at.omega_m_rad_s;
-    rest.theta_e_rad = srm::wrap(at.theta_e_rad - before);
-    counted_run(rest);
-  }
-  return mode == RELUCTANCE_MODE_RUN ? calls : 0;
-}
-
-/// Into `run`, as a board comes there, in as many calls as that takes.
-void begin_run() {
-  const int calls = approach(1 << 16);
-  if (calls > 0) approach(calls);
 }
 
 void answer() {
   request.reference = sample.reference;
-  order.run = counted_run(sample.measurement);
+  ++request.sequence;
+  order.run = counted_run();
   order.step = counted_step();
   order.tau_ref = reluctance_torque_reference(&stepped);
 }
@@ -134,16 +115,14 @@ int main() {
     return 66;
   }
   start_ticks();
-  reluctance_init(&stepped);
-  reluctance_init(&driven);
+  begin();
   paint_stack();
-  bool first = true;
   while (semihosting::read_all(samples, &sample, sizeof sample)) {
-    if (first) begin_run();
-    first = false;
     answer();
     if (!semihosting::write_all(orders, &order, sizeof order)) return 74;
   }
+  request.tripped = 1;  // the stack of `fault` is another one
+  for (int n = 0; n < 2; ++n) counted_run();
   const std::uint32_t last[2] = {reluctance_fingerprint(), stack_used(__builtin_frame_address(0))};
   return semihosting::write_all(orders, last, sizeof last) ? 0 : 74;
 }

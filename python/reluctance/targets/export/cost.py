@@ -12,8 +12,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from reluctance.base.errors import ParameterError
 from reluctance.base.files import scratch
 from reluctance.drive.drive import Drive
@@ -34,7 +32,7 @@ class Cost:
     cpu: str
     steps: int  # replayed
     bit_exact: bool  # against the desk
-    instructions_mean: float  # of reluctance_run; of the step where that takes more
+    instructions_mean: float  # of reluctance_run in `run`
     instructions_max: int
     text: int  # [B]
     rodata: int  # tables included [B]
@@ -68,7 +66,7 @@ def cost(drive: Drive, cpu: Cpu, recording: Recording, folder: Path) -> Cost:
     tree = re.search(r"srm::DriveControl<(.*)> control =", (folder / "parameters.hpp").read_text())
     if tree is None:
         raise ParameterError(f"{folder} is not an exported package")
-    taken = np.maximum(found.answers.step, found.answers.run)
+    taken = found.answers.run
     return Cost(
         drive=drive.name,
         law=tree[1],

@@ -59,7 +59,7 @@ class Answers:
 
     status: NDArray[np.uint32]  # (n,)
     step: NDArray[np.uint32]  # (n,) instructions of reluctance_step, call included
-    run: NDArray[np.uint32]  # (n,) of reluctance_run, in `run` where it comes there
+    run: NDArray[np.uint32]  # (n,) of reluctance_run, in `run` until a fault
     commands: NDArray[np.float32]  # columns as _core.step
     fingerprint: int
     stack: int  # deepest, from the call of reluctance_run [B]
